@@ -1,0 +1,1 @@
+"""Collision: the robot's shapes against a world of named ones."""

@@ -1,0 +1,100 @@
+"""The world around a robot: named shapes, each at a pose in the robot's base frame."""
+
+import threading
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.errors import GeometryError, InputError, UnknownNameError
+from ulna.kernels.layout import BASE, BOX_WIDTH
+from ulna.model.pose import as_pose
+from ulna.model.shapes import Box
+
+
+class World:
+    """Obstacles by name. Objects may be added, moved and removed at any time, from any thread.
+
+    Example:
+        >>> world = World()
+        >>> world.add("crate", Box(extents=(0.15, 0.09, 0.126)), pose((0.5, 0, 0.21)))
+        >>> world.names
+        ('crate',)
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._shapes: dict[str, Box] = {}
+        self._poses: dict[str, NDArray[np.float64]] = {}
+        self._table: tuple[tuple[str, ...], NDArray[np.float64]] | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the objects, in the order in which they were added."""
+        return tuple(self._shapes)
+
+    def add(self, name: str, shape: Box, pose: ArrayLike | None = None) -> None:
+        """Add an object.
+
+        Args:
+            name: A name that no other object has.
+            shape: A ``Box``.
+            pose: T_base_object, shape (4, 4); the origin unless given.
+        """
+        if not isinstance(shape, Box):
+            raise GeometryError(f"object {name!r} is a {type(shape).__name__}; this version checks boxes only")
+        T = _one_pose(np.eye(4) if pose is None else pose)
+        with self._lock:
+            if name in self._shapes:
+                raise InputError("name", f"the world already has an object {name!r}; move() moves it")
+            self._shapes[name], self._poses[name], self._table = shape, T, None
+
+    def move(self, name: str, pose: ArrayLike) -> None:
+        """Put an object at another pose T_base_object, shape (4, 4)."""
+        T = _one_pose(pose)
+        with self._lock:
+            self._known(name)
+            self._poses[name], self._table = T, None
+
+    def remove(self, name: str) -> None:
+        """Take an object away."""
+        with self._lock:
+            self._known(name)
+            del self._shapes[name], self._poses[name]
+            self._table = None
+
+    def shape(self, name: str) -> Box:
+        """The shape of an object."""
+        self._known(name)
+        return self._shapes[name]
+
+    def pose(self, name: str) -> NDArray[np.float64]:
+        """T_base_object, shape (4, 4)."""
+        self._known(name)
+        return self._poses[name].copy()
+
+    def boxes(self) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+        """The names and the table of boxes that the kernels read (``kernels.layout``), of one moment."""
+        with self._lock:
+            if self._table is None:
+                rows = [[*T[:3].ravel(), BASE, 0.0, *self._shapes[name].half_extents] for name, T in self._poses.items()]
+                self._table = self.names, np.array(rows, dtype=np.float64).reshape(len(rows), BOX_WIDTH)
+            return self._table
+
+    def _known(self, name: str) -> None:
+        if name not in self._shapes:
+            raise UnknownNameError("object of the world", name, self._shapes)
+
+    def __getstate__(self) -> dict:
+        with self._lock:
+            return {"_shapes": dict(self._shapes), "_poses": dict(self._poses)}
+
+    def __setstate__(self, state: dict) -> None:
+        self.__init__()
+        self.__dict__.update(state)
+
+
+def _one_pose(pose: ArrayLike) -> NDArray[np.float64]:
+    T = as_pose(pose, "pose")
+    if T.shape != (4, 4):
+        raise InputError("pose", f"shape {T.shape}, but one pose has shape (4, 4)")
+    return T.copy()

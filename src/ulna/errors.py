@@ -1,0 +1,80 @@
+"""Every error that Ulna raises: an ``UlnaError`` that is also the built-in a caller would expect, with its data as attributes."""
+
+import difflib
+from collections.abc import Iterable
+
+
+class UlnaError(Exception):
+    """The root of all errors of this library."""
+
+
+class DescriptionError(UlnaError, ValueError):
+    """A robot description that cannot be understood. ``source`` is its name, ``line`` where in it (or None)."""
+
+    def __init__(self, message: str, source: str = "", line: int | None = None) -> None:
+        place = ":".join(str(part) for part in (source, line) if part not in ("", None))
+        super().__init__(f"{place}: {message}" if place else message)
+        self.message, self.source, self.line = message, source, line
+
+    def __reduce__(self):
+        return type(self), (self.message, self.source, self.line)
+
+
+class InputError(UlnaError, ValueError):
+    """A number, an array or an option that a function cannot take. ``argument`` names it."""
+
+    def __init__(self, argument: str, message: str) -> None:
+        super().__init__(f"{argument}: {message}")
+        self.argument, self.message = argument, message
+
+    def __reduce__(self):
+        return type(self), (self.argument, self.message)
+
+
+class UnknownNameError(UlnaError, LookupError):
+    """A name that stands for nothing here. ``name`` is what was asked for, ``known`` the names there are."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
+        self.kind, self.name, self.known, self.hint = kind, name, tuple(known), hint
+        super().__init__(f"no {kind} is called {name!r}{did_you_mean(name, self.known)}{hint}")
+
+    def __reduce__(self):
+        return type(self), (self.kind, self.name, self.known, self.hint)
+
+
+class FileError(UlnaError, OSError):
+    """A file that cannot be read. ``path`` names it."""
+
+    def __init__(self, path: str, message: str) -> None:
+        super().__init__(f"{path}: {message}")
+        self.path, self.message = path, message
+
+    def __reduce__(self):
+        return type(self), (self.path, self.message)
+
+
+class GeometryError(UlnaError, ValueError):
+    """A collision query that this robot's geometry cannot answer."""
+
+
+class SingularityError(UlnaError, ValueError):
+    """A quantity that is not defined here. ``rows`` are the indices of the batch at which it is not."""
+
+    def __init__(self, message: str, rows: tuple = ()) -> None:
+        super().__init__(message)
+        self.message, self.rows = message, rows
+
+    def __reduce__(self):
+        return type(self), (self.message, self.rows)
+
+
+def did_you_mean(name: str, known: Iterable[str], most: int = 8) -> str:
+    """The end of a sentence that suggests the nearest known name, or lists a few."""
+    known = list(known)
+    near = difflib.get_close_matches(name, known, n=1)
+    if near:
+        return f"; did you mean {near[0]!r}?"
+    if not known:
+        return "; there are none"
+    shown = ", ".join(repr(k) for k in known[:most])
+    return f"; there are {shown}" + (f" and {len(known) - most} more" if len(known) > most else "")

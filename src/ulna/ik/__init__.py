@@ -1,0 +1,1 @@
+"""Inverse kinematics: the problem, the search, and a result that says how it went."""

@@ -1,0 +1,49 @@
+"""What a search for a configuration found, or how near it came."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Status(StrEnum):
+    """How a search ended."""
+
+    SOLVED = "solved"
+    NOT_FOUND = "not found"
+    STATIONARY = "stationary"
+
+
+@dataclass(frozen=True, eq=False)
+class IKResult:
+    """Configurations for targets of shape (..., 4, 4); every array has the batch's shape (...,) and ``q`` one axis more.
+
+    Not finding a configuration is a result too: then ``success`` is False and ``q`` the best one met, within the limits.
+
+    Attributes:
+        q: Joint positions [rad or m], shape (..., n_dof), always within the limits.
+        success: Whether both errors are within the tolerances.
+        status: "solved"; "not found" (the budget is spent); "stationary" (steepest descent came to rest short of the target).
+        position_error: Distance of the link's origin from the target's [m], by forward kinematics of ``q``.
+        rotation_error: Angle of the rotation that is left [rad].
+        iterations: Steps taken.
+        tolerances: Those asked for [m, rad].
+    """
+
+    q: NDArray[np.float64]
+    success: NDArray[np.bool_]
+    status: NDArray[np.str_]
+    position_error: NDArray[np.float64]
+    rotation_error: NDArray[np.float64]
+    iterations: NDArray[np.int64]
+    tolerances: tuple[float, float]
+
+    def __str__(self) -> str:
+        if np.ndim(self.success) == 0:
+            return (
+                f"{self.status}: {self.position_error * 1e3:.3g} mm and {np.degrees(self.rotation_error):.3g} deg from the target "
+                f"after {self.iterations} steps"
+            )
+        solved = int(np.count_nonzero(self.success))
+        return f"{solved} of {self.success.size} targets solved; largest errors {self.position_error.max():.3g} m, {self.rotation_error.max():.3g} rad"

@@ -1,0 +1,49 @@
+"""From whatever names a robot to its description: a bundled name, a path, or the text itself."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from ulna.errors import FileError, InputError, did_you_mean
+from ulna.io.urdf import read_urdf
+from ulna.io.xacro import expand_xacro, is_xacro
+from ulna.io.xml import parse
+from ulna.model.description import Description
+from ulna.robots.bundled import BUNDLED
+
+
+def load_description(
+    source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
+) -> tuple[Description, tuple[float, ...] | None]:
+    """The description, and for a bundled robot its home configuration."""
+    if not isinstance(source, (str, Path)):
+        raise InputError("source", f"{type(source).__name__}; a name, a path or URDF text is expected")
+    if isinstance(source, str) and source in BUNDLED:
+        bundled = BUNDLED[source]
+        return read_urdf(bundled.text(), bundled.file), bundled.home
+    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
+        return _read(source.encode(), "URDF text", None, xacro_args, package_dirs), None
+    path = Path(source)
+    return _read(_bytes(path), path.name, path.parent, xacro_args, package_dirs), None
+
+
+def _read(
+    text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
+) -> Description:
+    if is_xacro(parse(text, source)):
+        text = expand_xacro(text, source, folder, {k: str(v) for k, v in xacro_args.items()}, package_dirs)
+        source = f"{source} (expanded)"
+    elif xacro_args:
+        raise InputError("xacro_args", f"{source} is not a xacro file, so it takes no arguments")
+    return read_urdf(text, source)
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        hint = ""
+        if path.parent == Path() and not path.suffix:
+            hint = f"; nor is it a bundled robot{did_you_mean(str(path), BUNDLED)}"
+        raise FileError(str(path), f"no such file{hint}") from None
+    except (OSError, ValueError) as error:
+        raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None

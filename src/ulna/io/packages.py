@@ -1,0 +1,52 @@
+"""Where ``package://`` leads, without ROS: the folders that may hold a package, and the file behind an address."""
+
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from urllib.parse import unquote, urlparse
+
+_LEVELS_ABOVE = 6  # folders above the description in which its package may lie
+
+
+def package_folders(name: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> Iterator[Path]:
+    """The folders in which the package ``name`` may lie, best first: ``package_dirs``, ROS's two path variables, the folders
+    above the description, and the data packages installed beside this Python.
+    """
+    for folder in map(Path, package_dirs):
+        yield folder if folder.name == name else folder / name
+        yield folder / name
+    for folder in filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)):
+        yield Path(folder) if Path(folder).name == name else Path(folder) / name
+    for folder in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
+        yield Path(folder) / "share" / name
+    if description_folder is not None:
+        above = description_folder.resolve()
+        for folder in [above, *above.parents][:_LEVELS_ABOVE]:
+            yield folder if folder.name == name else folder / name
+    for entry in sys.path:
+        yield Path(entry) / "cmeel.prefix" / "share" / name
+
+
+def find_package(name: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> Path | None:
+    """The folder of a package, or None."""
+    return next((f for f in package_folders(name, description_folder, package_dirs) if f.is_dir()), None)
+
+
+def resolve_uri(
+    uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()
+) -> tuple[Path | None, list[Path]]:
+    """The file behind ``package://``, ``file://`` or a plain path (relative to the description), or None; and every path tried.
+
+    A path that climbs out of its package with ``..`` is not followed.
+    """
+    parts = urlparse(uri)
+    if parts.scheme == "package":
+        inside = unquote(parts.path).lstrip("/")
+        roots = dict.fromkeys(package_folders(parts.netloc, description_folder, package_dirs))
+        candidates = [folder / inside for folder in roots if (folder / inside).resolve().is_relative_to(folder.resolve())]
+    elif parts.scheme == "file":
+        candidates = [Path(unquote(parts.path))]
+    else:
+        candidates = [Path(uri) if description_folder is None else description_folder / uri]
+    return next((path for path in candidates if path.is_file()), None), candidates

@@ -1,0 +1,186 @@
+"""URDF in, description out. The format: wiki.ros.org/urdf/XML; what cannot be understood is refused with file and line."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from lxml import etree
+from numpy.typing import NDArray
+
+from ulna.errors import DescriptionError, did_you_mean
+from ulna.io.xml import parse
+from ulna.model.description import Body, Description, Joint, JointType, Limits, Link, Mimic
+from ulna.model.pose import pose
+from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+
+
+def read_urdf(text: bytes, source: str) -> Description:
+    """The description in a URDF document. ``source`` names it in messages."""
+    root = parse(text, source)
+    return _Reader(source).robot(root, text.decode(root.getroottree().docinfo.encoding or "utf-8"))
+
+
+class _Reader:
+    """Walks one document; holds its name for messages and its named materials."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self.materials: dict[str, tuple[float, float, float, float]] = {}
+
+    def fail(self, element: etree._Element, message: str) -> DescriptionError:
+        return DescriptionError(message, self.source, element.sourceline)
+
+    def robot(self, root: etree._Element, text: str) -> Description:
+        if root.tag != "robot":
+            raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF")
+        for material in root.iterfind("material"):
+            color = self.color(material)
+            if color is not None:
+                self.materials[material.get("name", "")] = color
+        return Description(
+            name=root.get("name", ""),
+            links=tuple(self.link(element) for element in root.iterfind("link")),
+            joints=tuple(self.joint(element) for element in root.iterfind("joint")),
+            source=self.source,
+            text=text,
+        )
+
+    def link(self, element: etree._Element) -> Link:
+        name = self.attribute(element, "name")
+        return Link(
+            name=name,
+            visuals=tuple(self.bodies(element, "visual", name)),
+            collisions=tuple(self.bodies(element, "collision", name)),
+            line=element.sourceline,
+        )
+
+    def bodies(self, link: etree._Element, tag: str, link_name: str) -> Iterator[Body]:
+        elements = link.findall(tag)
+        for k, element in enumerate(elements):
+            geometry = element.find("geometry")
+            if geometry is None or len(geometry) == 0:
+                raise self.fail(element, f"link {link_name!r}: <{tag}> has no <geometry>")
+            material = element.find("material")
+            yield Body(
+                name=element.get("name") or (f"{link_name}_{tag}" + (f"_{k + 1}" if len(elements) > 1 else "")),
+                shape=self.shape(geometry[0], link_name),
+                pose=self.origin(element),
+                color=None if material is None else self.color(material),
+            )
+
+    def shape(self, element: etree._Element, link_name: str) -> Shape:
+        if element.tag == "box":
+            return Box(self.vector(element, "size", 3, low=0.0))
+        if element.tag == "sphere":
+            return Sphere(self.number(element, "radius", low=0.0))
+        if element.tag in ("cylinder", "capsule"):
+            kind = Cylinder if element.tag == "cylinder" else Capsule
+            return kind(self.number(element, "radius", low=0.0), self.number(element, "length", low=0.0))
+        if element.tag == "mesh":
+            scale = self.vector(element, "scale", 3) if "scale" in element.attrib else (1.0, 1.0, 1.0)
+            return Mesh(self.attribute(element, "filename"), scale)
+        raise self.fail(
+            element, f"link {link_name!r}: geometry <{element.tag}> is not known; box, sphere, cylinder, capsule and mesh are"
+        )
+
+    def color(self, material: etree._Element) -> tuple[float, float, float, float] | None:
+        element = material.find("color")
+        if element is None:
+            return self.materials.get(material.get("name", ""))
+        return self.vector(element, "rgba", 4)
+
+    def joint(self, element: etree._Element) -> Joint:
+        name, kind = self.attribute(element, "name"), self.joint_type(element)
+        return Joint(
+            name=name,
+            type=kind,
+            parent=self.attribute(self.child(element, "parent"), "link"),
+            child=self.attribute(self.child(element, "child"), "link"),
+            origin=self.origin(element),
+            axis=self.axis(element, name, kind),
+            limits=self.limits(element, name, kind),
+            mimic=self.mimic(element, name, kind),
+            line=element.sourceline,
+        )
+
+    def joint_type(self, element: etree._Element) -> JointType:
+        value = self.attribute(element, "type")
+        if value not in list(JointType):
+            raise self.fail(
+                element, f"joint {element.get('name')!r}: type {value!r} is not known{did_you_mean(value, list(JointType))}"
+            )
+        return JointType(value)
+
+    def axis(self, element: etree._Element, name: str, kind: JointType) -> NDArray[np.float64]:
+        child = element.find("axis")
+        axis = np.array([1.0, 0.0, 0.0] if child is None else self.vector(child, "xyz", 3))
+        if kind == JointType.FLOATING:
+            return np.array([0.0, 0.0, 1.0])
+        length = float(np.linalg.norm(axis))
+        if kind == JointType.FIXED:
+            return axis if length == 0 else axis / length
+        if length < 1e-9:
+            raise self.fail(element, f"joint {name!r}: axis {tuple(axis.tolist())} has no direction, but the joint is {kind}")
+        return axis / length
+
+    def limits(self, element: etree._Element, name: str, kind: JointType) -> Limits:
+        child = element.find("limit")
+        bounded = kind in (JointType.REVOLUTE, JointType.PRISMATIC)
+        if child is None:
+            if bounded and element.find("mimic") is None:
+                hint = "; a joint without limits is of type 'continuous'" if kind == JointType.REVOLUTE else ""
+                raise self.fail(element, f"joint {name!r}: a {kind} joint needs a <limit>{hint}")
+            return Limits()
+        effort, velocity = (self.number(child, key, math.inf) for key in ("effort", "velocity"))
+        if not bounded:
+            return Limits(velocity=velocity, effort=effort)
+        lower, upper = (self.number(child, key, 0.0) for key in ("lower", "upper"))
+        if lower > upper:
+            raise self.fail(child, f"joint {name!r}: lower limit {lower} is above upper limit {upper}")
+        return Limits(lower, upper, velocity, effort)
+
+    def mimic(self, element: etree._Element, name: str, kind: JointType) -> Mimic | None:
+        child = element.find("mimic")
+        if child is None:
+            return None
+        if kind not in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
+            if kind == JointType.FIXED:
+                return None
+            raise self.fail(child, f"joint {name!r}: a {kind} joint cannot mimic another")
+        return Mimic(self.attribute(child, "joint"), self.number(child, "multiplier", 1.0), self.number(child, "offset", 0.0))
+
+    def origin(self, element: etree._Element) -> NDArray[np.float64]:
+        child = element.find("origin")
+        if child is None:
+            return np.eye(4)
+        zero = (0.0, 0.0, 0.0)
+        return pose(*(self.vector(child, key, 3) if key in child.attrib else zero for key in ("xyz", "rpy")))
+
+    def child(self, element: etree._Element, tag: str) -> etree._Element:
+        child = element.find(tag)
+        if child is None:
+            raise self.fail(element, f"<{element.tag}> {element.get('name')!r} has no <{tag}>")
+        return child
+
+    def attribute(self, element: etree._Element, key: str) -> str:
+        value = element.get(key)
+        if not value:
+            raise self.fail(element, f"<{element.tag}> has no attribute {key!r}")
+        return value
+
+    def number(self, element: etree._Element, key: str, default: float | None = None, low: float = -math.inf) -> float:
+        if default is not None and key not in element.attrib:
+            return default
+        return self.vector(element, key, 1, low)[0]
+
+    def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
+        text = self.attribute(element, key)
+        try:
+            values = tuple(float(word) for word in text.split())
+        except ValueError:
+            hint = " (an expression: is this a xacro file without its xmlns:xacro?)" if "${" in text else ""
+            raise self.fail(element, f"<{element.tag}> {key}={text!r}: not numbers{hint}") from None
+        if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
+            expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
+            raise self.fail(element, f"<{element.tag}> {key}={text!r}: {expected} expected")
+        return values

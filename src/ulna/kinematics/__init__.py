@@ -1,0 +1,1 @@
+"""Kinematics: NumPy arrays in and out. Arguments are checked here, once; the kernels below check nothing."""

@@ -1,0 +1,122 @@
+"""What makes links and joints one tree: the checks, the order from the root, and which entries of q drive which joint."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+
+from ulna.errors import DescriptionError, did_you_mean
+from ulna.model.description import N_POSITIONS, Description, Joint, JointType
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What moves a joint: position = ratio * q[column] + offset; ``column`` is None where it stands still."""
+
+    column: int | None
+    ratio: float = 1.0
+    offset: float = 0.0
+
+
+def root_link(description: Description) -> str:
+    """The one link that is no joint's child; an error if names repeat, parents are missing, or there are several roots."""
+    links = _by_unique_name(description, "link", description.links)
+    _by_unique_name(description, "joint", description.joints)
+    if not links:
+        raise DescriptionError("the robot has no links", description.source)
+    parent_joint: dict[str, Joint] = {}
+    for joint in description.joints:
+        for role, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                message = f"joint {joint.name!r}: {role} link {name!r} is not defined{did_you_mean(name, links)}"
+                raise DescriptionError(message, description.source, joint.line)
+        if joint.child in parent_joint:
+            other = parent_joint[joint.child].name
+            message = f"link {joint.child!r} is the child of two joints, {other!r} and {joint.name!r}: a closed loop is no tree"
+            raise DescriptionError(message, description.source, joint.line)
+        parent_joint[joint.child] = joint
+    roots = [name for name in links if name not in parent_joint]
+    if not roots:
+        raise DescriptionError("every link is the child of some joint: the joints form a loop", description.source)
+    if len(roots) > 1:
+        raise DescriptionError(
+            f"{len(roots)} links have no parent ({', '.join(roots[:8])}): one root is expected", description.source
+        )
+    return roots[0]
+
+
+def joints_from_root(description: Description) -> tuple[Joint, ...]:
+    """The joints, each after the one that carries its parent link; otherwise in the order of the file, depth first."""
+    children: dict[str, list[Joint]] = defaultdict(list)
+    for joint in description.joints:
+        children[joint.parent].append(joint)
+    ordered: list[Joint] = []
+    waiting = children[root_link(description)][::-1]
+    while waiting:
+        joint = waiting.pop()
+        ordered.append(joint)
+        waiting.extend(reversed(children[joint.child]))
+    if len(ordered) < len(description.joints):
+        lost = next(j for j in description.joints if j not in ordered)
+        message = f"joint {lost.name!r} hangs on a loop of joints that the root does not reach"
+        raise DescriptionError(message, description.source, lost.line)
+    return tuple(ordered)
+
+
+def leaf_links(description: Description) -> tuple[str, ...]:
+    """The links that carry no other, in the order of the file."""
+    parents = {joint.parent for joint in description.joints}
+    return tuple(link.name for link in description.links if link.name not in parents)
+
+
+def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:
+    """For each independent joint, by name in the order given, the entries of q that it owns."""
+    columns, start = {}, 0
+    for joint in joints:
+        width = N_POSITIONS[joint.type]
+        if width and joint.mimic is None:
+            columns[joint.name] = slice(start, start + width)
+            start += width
+    return columns
+
+
+def drive_of(joint: Joint, joints: dict[str, Joint], columns: dict[str, slice], source: str) -> Drive:
+    """What moves a joint, mimics followed to the independent joint or to the fixed one at their end."""
+    ratio, offset, seen = 1.0, 0.0, [joint.name]
+    while joint.mimic is not None:
+        ratio, offset = ratio * joint.mimic.multiplier, ratio * joint.mimic.offset + offset
+        leader = joints.get(joint.mimic.joint)
+        if leader is None:
+            message = f"joint {joint.name!r} mimics {joint.mimic.joint!r}, which is not defined{did_you_mean(joint.mimic.joint, joints)}"
+            raise DescriptionError(message, source, joint.line)
+        if leader.name in seen:
+            raise DescriptionError(f"joints {' -> '.join([*seen, leader.name])} mimic each other in a circle", source, joint.line)
+        if N_POSITIONS[leader.type] > 1:
+            message = f"joint {joint.name!r} mimics {leader.name!r}, a {leader.type} joint: no single number to follow"
+            raise DescriptionError(message, source, joint.line)
+        seen.append(leader.name)
+        joint = leader
+    if joint.type == JointType.FIXED:
+        return Drive(None, 0.0, offset)
+    return Drive(columns[joint.name].start, ratio, offset)
+
+
+def limits_of_q(joints: tuple[Joint, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lower, upper and velocity limits of q: infinite for continuous, planar and floating joints where none are given."""
+    lower, upper, velocity = [], [], []
+    for joint in joints:
+        width = N_POSITIONS[joint.type] if joint.mimic is None else 0
+        bounded = joint.type in (JointType.REVOLUTE, JointType.PRISMATIC)
+        lower += [joint.limits.lower if bounded else -np.inf] * width
+        upper += [joint.limits.upper if bounded else np.inf] * width
+        velocity += [joint.limits.velocity] * width
+    return np.array(lower), np.array(upper), np.array(velocity)
+
+
+def _by_unique_name(description: Description, kind: str, items) -> dict:
+    found: dict = {}
+    for item in items:
+        if item.name in found:
+            raise DescriptionError(f"{kind} {item.name!r} is defined twice", description.source, item.line)
+        found[item.name] = item
+    return found

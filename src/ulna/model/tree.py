@@ -1,0 +1,145 @@
+"""The kinematic tree in flat arrays: what the kernels read. Their columns are defined in ``kernels.layout``.
+
+Every joint of a table turns about, or slides along, the z axis of its own frame. A joint about another axis gets a frame of its
+own, turned so that z lies along that axis, and the link behind it is turned back. A planar joint is three joints of the table
+(x, y, theta) and a floating one six (x, y, z, then yaw, pitch, roll): so the kernels know two kinds of motion only.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.errors import UnknownNameError
+from ulna.kernels.layout import BASE, FIXED, FRAME_WIDTH, PARENT, PRISMATIC, REVOLUTE, TABLE_WIDTH
+from ulna.model.description import Description, Joint, JointType, frozen
+from ulna.model.structure import Drive, columns_of_q, drive_of, joints_from_root, leaf_links, limits_of_q, root_link
+
+X, Y, Z = np.eye(3)
+# For each joint type its motions in order: kind, axis (None: the joint's own), entry of the joint's part of q.
+_MOTIONS = {
+    JointType.REVOLUTE: [(REVOLUTE, None, 0)],
+    JointType.CONTINUOUS: [(REVOLUTE, None, 0)],
+    JointType.PRISMATIC: [(PRISMATIC, None, 0)],
+    JointType.PLANAR: [(PRISMATIC, X, 0), (PRISMATIC, Y, 1), (REVOLUTE, Z, 2)],
+    JointType.FLOATING: [(PRISMATIC, X, 0), (PRISMATIC, Y, 1), (PRISMATIC, Z, 2), (REVOLUTE, Z, 5), (REVOLUTE, Y, 4), (REVOLUTE, X, 3)],
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """A robot as arrays. ``joints`` is the table of moving joints; each link hangs on a row of it (``link_row``, -1: the
+    base) at ``link_offset``, T_row_link.
+    """
+
+    root: str
+    leaves: tuple[str, ...]
+    link_names: tuple[str, ...]
+    joint_names: tuple[str, ...]
+    joint_slices: tuple[slice, ...]
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    velocity_limits: NDArray[np.float64]
+    joints: NDArray[np.float64]
+    link_row: dict[str, int]
+    link_offset: dict[str, NDArray[np.float64]]
+    link_frames: NDArray[np.float64]
+    _chains: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
+
+    @property
+    def n_dof(self) -> int:
+        """The number of entries of q."""
+        return len(self.lower)
+
+    def chain(self, link: str) -> NDArray[np.float64]:
+        """The table of the joints from the base to a link, the link's own offset last; kept once made."""
+        chain = self._chains.get(link)
+        if chain is None:
+            chain = self._chains[link] = self._make_chain(link)
+        return chain
+
+    def frame_row(self, link: str, T_link_frame: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The row of a table of frames for a frame that stands still on a link."""
+        return _frame_row(self.link_row[link], self.link_offset[link] @ T_link_frame)
+
+    def _make_chain(self, link: str) -> NDArray[np.float64]:
+        if link not in self.link_row:
+            raise UnknownNameError("link", link, self.link_names)
+        rows, row = [], self.link_row[link]
+        while row != BASE:
+            rows.append(self.joints[row])
+            row = int(self.joints[row][PARENT])
+        rows.reverse()
+        if not rows or not np.array_equal(self.link_offset[link], np.eye(4)):
+            rows.append(_joint_row(self.link_offset[link], FIXED, Drive(None, 0.0, 0.0), BASE))
+        chain = np.array(rows)
+        chain[:, PARENT] = np.arange(len(chain)) - 1
+        chain.setflags(write=False)
+        return chain
+
+
+def build_tree(description: Description) -> Tree:
+    """Check a description and lay it out as arrays."""
+    root, ordered = root_link(description), joints_from_root(description)
+    columns, by_name = columns_of_q(ordered), {joint.name: joint for joint in ordered}
+    link_row, link_offset, table = {root: BASE}, {root: np.eye(4)}, []
+    for joint in ordered:
+        drive = drive_of(joint, by_name, columns, description.source)
+        row, offset = link_row[joint.parent], link_offset[joint.parent] @ joint.origin
+        for joint_row, offset_behind in _motion_rows(joint, drive, row, offset, len(table)):
+            table.append(joint_row)
+            row, offset = len(table) - 1, offset_behind
+        link_row[joint.child], link_offset[joint.child] = row, offset
+    names = tuple(link.name for link in description.links)
+    lower, upper, velocity = limits_of_q(ordered)
+    return Tree(
+        root=root,
+        leaves=leaf_links(description),
+        link_names=names,
+        joint_names=tuple(columns),
+        joint_slices=tuple(columns.values()),
+        lower=frozen(lower, lower.shape),
+        upper=frozen(upper, upper.shape),
+        velocity_limits=frozen(velocity, velocity.shape),
+        joints=frozen(table, (len(table), TABLE_WIDTH)),
+        link_row=link_row,
+        link_offset={name: frozen(T, (4, 4)) for name, T in link_offset.items()},
+        link_frames=frozen([_frame_row(link_row[name], link_offset[name]) for name in names], (len(names), FRAME_WIDTH)),
+    )
+
+
+def _motion_rows(joint: Joint, drive: Drive, parent: int, T_parent_joint: NDArray, first_row: int):
+    """The table rows of a joint, each with the offset that turns its frame back to the joint's own axes."""
+    to_axis = _turn_z_onto(joint.axis)
+    for k, (kind, axis, entry) in enumerate(_MOTIONS.get(joint.type, [])):
+        turn = to_axis if axis is None else to_axis @ _turn_z_onto(axis)
+        column = drive.column if drive.column is None else drive.column + entry
+        yield (
+            _joint_row(T_parent_joint @ turn, kind, Drive(column, drive.ratio, drive.offset), parent),
+            turn.T,
+        )
+        parent, T_parent_joint = first_row + k, turn.T
+
+
+def _joint_row(T_parent_joint: NDArray, kind: int, drive: Drive, parent: int) -> NDArray[np.float64]:
+    column = 0 if drive.column is None else drive.column
+    return np.array([*T_parent_joint[:3].ravel(), kind, column, drive.ratio, drive.offset, parent])
+
+
+def _frame_row(joint_row: int, T_joint_frame: NDArray) -> NDArray[np.float64]:
+    return np.array([*T_joint_frame[:3].ravel(), joint_row, np.array_equal(T_joint_frame, np.eye(4))])
+
+
+def _turn_z_onto(axis: NDArray) -> NDArray[np.float64]:
+    """A pose whose z axis lies along a unit vector, turned from z by the shortest way; the identity for z itself."""
+    T = np.eye(4)
+    x, y, z = axis
+    if z < -1 + 1e-12:
+        T[:3, :3] = np.diag([1.0, -1.0, -1.0])
+    elif x != 0 or y != 0:
+        T[:3, :3] = [
+            [1 - x * x / (1 + z), -x * y / (1 + z), x],
+            [-x * y / (1 + z), 1 - y * y / (1 + z), y],
+            [-x, -y, z],
+        ]
+    return T

@@ -1,0 +1,338 @@
+"""The robot that a user holds: immutable, picklable, safe to share between threads. Its methods lead down into the layers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.errors import InputError
+from ulna.io.dh import description_from_dh
+from ulna.io.load import load_description
+from ulna.model.description import Description
+from ulna.model.tree import Tree, build_tree
+
+if TYPE_CHECKING:
+    from ulna.collision.checker import BoxBodies
+    from ulna.collision.report import Report
+    from ulna.collision.world import World
+    from ulna.ik.result import IKResult
+
+Array = NDArray[np.float64]
+
+
+def load(source: str | Path, *, xacro_args: Mapping[str, object] | None = None, package_dirs: Iterable[str | Path] = ()) -> Robot:
+    """The robot of a description.
+
+    Args:
+        source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text.
+        xacro_args: Arguments of a xacro file, or of the one macro that it defines.
+        package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie.
+
+    Raises:
+        DescriptionError: The description cannot be understood; the message gives file and line.
+        FileError: There is no such file, or it cannot be read.
+
+    Example:
+        >>> load("panda").n_dof
+        7
+    """
+    description, home = load_description(source, xacro_args or {}, package_dirs)
+    return Robot(description, home=home)
+
+
+class Robot:
+    """A robot: its kinematic tree, forward and inverse kinematics, Jacobians and collision queries.
+
+    Made by ``ulna.load`` or ``Robot.from_dh``. Nothing of it can be changed; every array that it shows is read-only.
+    """
+
+    def __init__(self, description: Description, *, home: ArrayLike | None = None) -> None:
+        tree = build_tree(description)
+        start = np.clip(np.zeros(tree.n_dof) if home is None else np.array(home, dtype=np.float64), tree.lower, tree.upper)
+        start.setflags(write=False)
+        self.__dict__.update(description=description, tree=tree, home=start)
+
+    description: Description
+    tree: Tree
+    home: Array
+    """The configuration to start from [rad or m], shape (n_dof,)."""
+
+    @classmethod
+    def from_dh(
+        cls,
+        rows: ArrayLike,
+        *,
+        convention: str = "modified",
+        joint_types: Sequence[str] | None = None,
+        limits: ArrayLike | None = None,
+        name: str = "robot",
+    ) -> Robot:
+        """The serial arm of a Denavit-Hartenberg table; the link ``linkN`` is the frame of row N.
+
+        Args:
+            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4).
+            convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
+            joint_types: ``"revolute"`` (all, unless said), ``"continuous"``, ``"prismatic"`` or ``"fixed"``, one a row.
+            limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
+            name: The robot's name.
+
+        Example:
+            >>> planar = Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
+            >>> planar.forward_kinematics([0.0, np.pi / 2])[:3, 3].round(12)
+            array([1., 1., 0.])
+        """
+        return cls(description_from_dh(rows, convention=convention, joint_types=joint_types, limits=limits, name=name))
+
+    # ---- what it is ---------------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """The robot's name in its description."""
+        return self.description.name
+
+    @property
+    def n_dof(self) -> int:
+        """The number of entries of q: independent joints, mimics applied."""
+        return self.tree.n_dof
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The independent joints, in the order of q."""
+        return self.tree.joint_names
+
+    @property
+    def joint_slices(self) -> tuple[slice, ...]:
+        """Joint i owns ``q[joint_slices[i]]``: planar is x, y, theta; floating is x, y, z, roll, pitch, yaw."""
+        return self.tree.joint_slices
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """Every link, in the order of the description."""
+        return self.tree.link_names
+
+    @property
+    def base(self) -> str:
+        """The link in whose frame all poses are given."""
+        return self.tree.root
+
+    @property
+    def tip(self) -> str | None:
+        """The only link that carries no other, or None where there are several."""
+        return self.tree.leaves[0] if len(self.tree.leaves) == 1 else None
+
+    @property
+    def lower(self) -> Array:
+        """Lower limits [rad or m], shape (n_dof,); -inf where there is none."""
+        return self.tree.lower
+
+    @property
+    def upper(self) -> Array:
+        """Upper limits [rad or m], shape (n_dof,); inf where there is none."""
+        return self.tree.upper
+
+    @property
+    def velocity_limits(self) -> Array:
+        """Largest speeds [rad/s or m/s], shape (n_dof,); inf where none is given."""
+        return self.tree.velocity_limits
+
+    def to_urdf(self) -> str:
+        """The expanded URDF text from which the robot was read."""
+        if not self.description.text:
+            raise InputError("robot", f"{self.name!r} was not read from a URDF")
+        return self.description.text
+
+    # ---- kinematics ---------------------------------------------------------------------------------------------------
+
+    def forward_kinematics(self, q: ArrayLike, link: str | None = None) -> Array:
+        """The pose of a link.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            link: The link's name; the tip unless given.
+
+        Returns:
+            T_base_link, shape (..., 4, 4).
+        """
+        return self._forward.forward_kinematics(self.tree, q, self._link(link))
+
+    def link_poses(self, q: ArrayLike) -> Array:
+        """The poses of all links, in the order of ``link_names``.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+
+        Returns:
+            T_base_link, shape (..., n_links, 4, 4).
+        """
+        return self._forward.frame_poses(self.tree, self.tree.link_frames, q)
+
+    def jacobian(self, q: ArrayLike, link: str | None = None, expressed_in: str = "base") -> Array:
+        """The geometric Jacobian: the link's velocity for a unit rate of each entry of q.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            link: The link's name; the tip unless given.
+            expressed_in: ``"base"``: velocity of the link's origin and angular velocity, in the axes of the base;
+                ``"link"``: the same in the axes of the link (body twist); ``"spatial"``: velocity of the point that passes
+                the base's origin, in the axes of the base.
+
+        Returns:
+            J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
+        """
+        return self._jacobian.geometric_jacobian(self.tree, q, self._link(link), expressed_in)
+
+    def analytical_jacobian(self, q: ArrayLike, link: str | None = None) -> Array:
+        """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            link: The link's name; the tip unless given.
+
+        Returns:
+            Shape (..., 6, n_dof), rows in m/s and rad/s; R = Rz(yaw) Ry(pitch) Rx(roll).
+
+        Raises:
+            SingularityError: |cos(pitch)| < 1e-6 somewhere; ``rows`` lists where.
+        """
+        return self._jacobian.analytical_jacobian(self.tree, q, self._link(link))
+
+    def inverse_kinematics(
+        self,
+        T: ArrayLike,
+        q_seed: ArrayLike | None = None,
+        link: str | None = None,
+        method: str = "levenberg_marquardt",
+        seed: int = 0,
+        *,
+        posture: ArrayLike | None = None,
+        position_tolerance: float = 1e-5,
+        rotation_tolerance: float = 1e-5,
+        max_iterations: int | None = None,
+    ) -> IKResult:
+        """Joint positions that bring a link to a pose, within the joint limits.
+
+        Args:
+            T: The poses to reach, T_base_link, shape (..., 4, 4).
+            q_seed: Where to start [rad or m], shape (..., n_dof) or (n_dof,). If given, its branch is followed as long as it
+                leads to the target; otherwise the search starts from ``home`` and random configurations.
+            link: The link's name; the tip unless given.
+            method: ``"levenberg_marquardt"``: eight searches at once, with restarts; ``"jacobian_transpose"``: steepest
+                descent from the seed alone, for teaching.
+            seed: Chooses the random configurations; the result depends on nothing else.
+            posture: Of all solutions near the seed, the one nearest to this configuration, shape (n_dof,).
+            position_tolerance: Largest distance that counts as reached [m].
+            rotation_tolerance: Largest angle that counts as reached [rad].
+            max_iterations: Steps before giving up; 2000 and 10000 for the two methods unless given.
+
+        Returns:
+            An ``IKResult``: q, success, status, errors and iterations. A target that is not reached is a result too.
+        """
+        return self._search.inverse_kinematics(
+            self.tree,
+            T,
+            self._link(link),
+            self.home,
+            q_seed=q_seed,
+            method=method,
+            seed=seed,
+            posture=posture,
+            tolerances=(position_tolerance, rotation_tolerance),
+            max_iterations=max_iterations,
+        )
+
+    # ---- collision ----------------------------------------------------------------------------------------------------
+
+    def in_collision(self, q: ArrayLike, world: World) -> bool | NDArray[np.bool_]:
+        """Whether any of the robot's boxes overlaps, touches, contains or lies within an object of the world.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            world: The objects.
+
+        Returns:
+            A bool for one q, else shape (...,).
+
+        Raises:
+            GeometryError: The robot has no collision shapes, or some that are not boxes.
+        """
+        return self._checker.in_collision(self.tree, self._boxes, q, world)
+
+    def check_collision(self, q: ArrayLike, world: World) -> Report:
+        """Which of the robot's boxes overlap which objects, and how deep.
+
+        Args:
+            q: Joint positions [rad or m], shape (n_dof,).
+            world: The objects.
+
+        Raises:
+            GeometryError: The robot has no collision shapes, or some that are not boxes.
+        """
+        return self._checker.check_collision(self.tree, self._boxes, q, world)
+
+    def collision_poses(self, q: ArrayLike) -> Array:
+        """The poses of the robot's collision boxes, in the order of ``collision_names``: shape (..., n_boxes, 4, 4)."""
+        return self._forward.frame_poses(self.tree, self._boxes.table, q)
+
+    @property
+    def collision_names(self) -> tuple[str, ...]:
+        """The names of the robot's collision boxes."""
+        return self._boxes.names
+
+    # ---- how it is held together --------------------------------------------------------------------------------------
+    # The layers below are imported when first used: they load the compiler, which `import ulna` must not.
+
+    @cached_property
+    def _forward(self):
+        from ulna.kinematics import forward
+
+        return forward
+
+    @cached_property
+    def _jacobian(self):
+        from ulna.kinematics import jacobian
+
+        return jacobian
+
+    @cached_property
+    def _search(self):
+        from ulna.ik import search
+
+        return search
+
+    @cached_property
+    def _checker(self):
+        from ulna.collision import checker
+
+        return checker
+
+    @cached_property
+    def _boxes(self) -> BoxBodies:
+        return self._checker.box_bodies(self.description, self.tree)
+
+    def _link(self, link: str | None) -> str:
+        name = self.tip if link is None else link
+        if name is None:
+            leaves = ", ".join(self.tree.leaves[:12]) + (" ..." if len(self.tree.leaves) > 12 else "")
+            raise InputError("link", f"{self.name!r} has several tips; name one of {leaves}, or any other link")
+        return name
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a Robot cannot be changed: {name} = {value!r}")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a Robot cannot be changed: del {name}")
+
+    def __reduce__(self):
+        return _restore, (self.description, self.home)
+
+    def __repr__(self) -> str:
+        return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
+
+
+def _restore(description: Description, home: Array) -> Robot:
+    return Robot(description, home=home)

@@ -1,0 +1,1 @@
+"""Bundled descriptions, and what a URDF cannot say of them."""
