@@ -112,7 +112,7 @@ def boxes_against_reference(robot: Robot, q: NDArray, rng: np.random.Generator) 
     poses = robot.collision_poses(q)
     wrong = counted = 0
     for k in range(len(q)):
-        T = pose(rng.uniform(-0.8, 0.8, 3) + (0, 0, 0.5), rng.uniform(-np.pi, np.pi, 3))
+        T = pose(rng.uniform((-0.8, -0.8, -0.3), (0.8, 0.8, 1.3)), rng.uniform(-np.pi, np.pi, 3))
         world = World()
         world.add("box", BOX, T)
         gaps = [slow_gap(poses[k, b], body.shape, T, BOX) for b, body in enumerate(boxes) if isinstance(body.shape, Box)]

@@ -4,6 +4,7 @@ Every screen (the browser, RViz) draws this. Facts and figures: the assignment, 
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import pi
 
 import numpy as np
@@ -59,8 +60,9 @@ class Trajectory:
 
 
 def make_trajectory(robot: Robot) -> Trajectory:
-    """Each sample by inverse kinematics from the sample before, with the home posture: plain inverse kinematics would end 0.1 rad
-    from home, for the arm is redundant, and twitch in every cycle.
+    """The trajectory: each sample by inverse kinematics from the sample before, with the home posture.
+
+    Without the posture the last sample would be 0.1 rad from home, for the arm is redundant, and twitch in every cycle.
 
     Raises:
         TrajectoryError: A sample was not reached.
@@ -69,7 +71,7 @@ def make_trajectory(robot: Robot) -> Trajectory:
     home = np.concatenate([T_home[:3, 3], rpy_from_matrix(T_home)])
     n = round(SEGMENT_S * RATE_HZ)
     corners = home + np.array(WAY_POINTS)
-    path = [a + (b - a) * k / n for a, b in zip(corners[:-1], corners[1:], strict=True) for k in range(n)] + [corners[-1]]
+    path = [a + (b - a) * k / n for a, b in pairwise(corners) for k in range(n)] + [corners[-1]]
     samples = [robot.home]
     for k, target in enumerate(path[1:], start=1):
         found = robot.inverse_kinematics(

@@ -15,6 +15,7 @@ class World:
     """Obstacles by name. Objects may be added, moved and removed at any time, from any thread.
 
     Example:
+        >>> from ulna.model.pose import pose
         >>> world = World()
         >>> world.add("crate", Box(extents=(0.15, 0.09, 0.126)), pose((0.5, 0, 0.21)))
         >>> world.names

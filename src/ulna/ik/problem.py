@@ -56,12 +56,12 @@ def make_problem(
 
 @lru_cache(maxsize=64)
 def random_starts(lower: tuple[float, ...], upper: tuple[float, ...], seed: int) -> NDArray[np.float64]:
-    """Starts within the limits, shape (N_RUNS, n_dof, 8): the same for the same limits and seed. Where a limit is infinite,
-    within pi of zero or of the other limit.
+    """Starts within the limits, shape (N_RUNS, n_dof, 8): the same for the same limits and seed.
+
+    Where a limit is infinite they lie within a turn of the other limit, or within pi of zero.
     """
-    low, high = np.array(lower), np.array(upper)
-    low, high = np.where(np.isinf(low), np.where(np.isinf(high), -np.pi, high - 2 * np.pi), low), high
-    high = np.where(np.isinf(high), low + 2 * np.pi, high)
+    low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)
+    high = np.where(np.isinf(upper), low + 2 * np.pi, upper)
     share = np.random.default_rng(seed).random((N_RUNS, len(low), WIDTH))
     starts = np.clip(low[:, None] + share * (high - low)[:, None], low[:, None], high[:, None])
     starts.setflags(write=False)

@@ -41,9 +41,8 @@ class IKResult:
 
     def __str__(self) -> str:
         if np.ndim(self.success) == 0:
-            return (
-                f"{self.status}: {self.position_error * 1e3:.3g} mm and {np.degrees(self.rotation_error):.3g} deg from the target "
-                f"after {self.iterations} steps"
-            )
+            off = f"{self.position_error * 1e3:.3g} mm and {np.degrees(self.rotation_error):.3g} deg from the target"
+            return f"{self.status}: {off} after {self.iterations} steps"
         solved = int(np.count_nonzero(self.success))
-        return f"{solved} of {self.success.size} targets solved; largest errors {self.position_error.max():.3g} m, {self.rotation_error.max():.3g} rad"
+        worst = [f"{errors.max(initial=0.0):.3g}" for errors in (self.position_error, self.rotation_error)]
+        return f"{solved} of {self.success.size} targets solved; largest errors {worst[0]} m, {worst[1]} rad"

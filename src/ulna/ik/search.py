@@ -24,8 +24,8 @@ from ulna.model.tree import Tree
 
 METHODS = ("levenberg_marquardt", "jacobian_transpose")
 DEFAULT_ITERATIONS = {"levenberg_marquardt": 2000, "jacobian_transpose": 10_000}
-_STATUS = np.array([Status.SOLVED, Status.NOT_FOUND, "", Status.STATIONARY])
-assert (SOLVED, NOT_FOUND, STATIONARY) == (0, 1, 3)
+_STATUS = np.zeros(4, dtype="<U16")
+_STATUS[[SOLVED, NOT_FOUND, STATIONARY]] = Status.SOLVED, Status.NOT_FOUND, Status.STATIONARY
 
 
 def inverse_kinematics(

@@ -25,7 +25,8 @@ def description_from_dh(
 
     Args:
         rows: One row a joint: a [m], d [m], alpha [rad], theta_offset [rad]; shape (n, 4).
-        convention: ``"modified"`` (Craig): each joint is Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
+        convention: ``"modified"`` (Craig): a row is Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a)
+            Rx(alpha).
         joint_types: ``"revolute"`` (unless said), ``"continuous"``, ``"prismatic"`` (moves d) or ``"fixed"``, one a row.
         limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
         name: The robot's name.

@@ -10,8 +10,9 @@ _LEVELS_ABOVE = 6  # folders above the description in which its package may lie
 
 
 def package_folders(name: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> Iterator[Path]:
-    """The folders in which the package ``name`` may lie, best first: ``package_dirs``, ROS's two path variables, the folders
-    above the description, and the data packages installed beside this Python.
+    """The folders in which the package ``name`` may lie, best first.
+
+    ``package_dirs``, ROS's two path variables, the folders above the description, the data packages installed beside this Python.
     """
     for folder in map(Path, package_dirs):
         yield folder if folder.name == name else folder / name

@@ -49,7 +49,7 @@ def expand_xacro(
     }
     command = [sys.executable, "-m", "ulna.io.xacro_child"]
     try:
-        child = subprocess.run(
+        child = subprocess.run(  # noqa: S603 - this Python, our own module
             command, input=json.dumps(request).encode(), capture_output=True, timeout=TIME_LIMIT_S, check=False
         )
     except subprocess.TimeoutExpired:

@@ -44,7 +44,7 @@ def _expand(request: dict) -> str:
             raise LookupError(f"$(find {name}): no such package in package_dirs, ROS_PACKAGE_PATH or the folders above the file")
         return str(package)
 
-    substitution_args._eval_find = find
+    substitution_args._eval_find = find  # noqa: SLF001 - xacro asks ament, which only ROS 2 has
     if folder is not None:
         os.chdir(folder)
     document = xacro.parse(request["text"])

@@ -21,7 +21,7 @@ def gather(batch, start, rows):
 @kernel
 def all_in_range(rows):
     """True if every number is finite and at most LARGEST in size."""
-    for i in range(rows.shape[0]):
+    for i in range(rows.shape[0]):  # noqa: SIM110 - Numba compiles no generator
         if any_lane(logical_not(abs(load(rows, i)) <= LARGEST)):
             return False
     return True

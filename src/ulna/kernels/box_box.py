@@ -20,14 +20,24 @@ _NEVER = -1e300
 @kernel
 def relative_pose(a, b):
     """R_a_b, as three rows of three, and t_a_b: pose b seen from pose a."""
-    t0, t1, t2 = b[3] - a[3], b[7] - a[7], b[11] - a[11]
-    r = (
-        (a[0] * b[0] + a[4] * b[4] + a[8] * b[8], a[0] * b[1] + a[4] * b[5] + a[8] * b[9], a[0] * b[2] + a[4] * b[6] + a[8] * b[10]),
-        (a[1] * b[0] + a[5] * b[4] + a[9] * b[8], a[1] * b[1] + a[5] * b[5] + a[9] * b[9], a[1] * b[2] + a[5] * b[6] + a[9] * b[10]),
-        (a[2] * b[0] + a[6] * b[4] + a[10] * b[8], a[2] * b[1] + a[6] * b[5] + a[10] * b[9], a[2] * b[2] + a[6] * b[6] + a[10] * b[10]),
-    )  # fmt: skip
-    t = a[0] * t0 + a[4] * t1 + a[8] * t2, a[1] * t0 + a[5] * t1 + a[9] * t2, a[2] * t0 + a[6] * t1 + a[10] * t2
+    d = b[3] - a[3], b[7] - a[7], b[11] - a[11]
+    r = transpose_times(a, 0, b), transpose_times(a, 1, b), transpose_times(a, 2, b)
+    t = (
+        a[0] * d[0] + a[4] * d[1] + a[8] * d[2],
+        a[1] * d[0] + a[5] * d[1] + a[9] * d[2],
+        a[2] * d[0] + a[6] * d[1] + a[10] * d[2],
+    )
     return r, t
+
+
+@kernel
+def transpose_times(a, i, b):
+    """Row i of R_a' R_b."""
+    return (
+        a[i] * b[0] + a[4 + i] * b[4] + a[8 + i] * b[8],
+        a[i] * b[1] + a[4 + i] * b[5] + a[8 + i] * b[9],
+        a[i] * b[2] + a[4 + i] * b[6] + a[8 + i] * b[10],
+    )
 
 
 @kernel

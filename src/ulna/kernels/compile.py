@@ -43,7 +43,7 @@ def entry(function):
     """Compile a function that Python calls, and keep its machine code on disk."""
     dispatcher = njit(**_FLAGS)(function)
     if not config.DISABLE_JIT and cache_folder() is not None:
-        dispatcher._cache = _KernelCache(function)
+        dispatcher._cache = _KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
     return dispatcher
 
 
@@ -106,12 +106,12 @@ class _KernelLocator(_CacheLocator):
         return self._function.__module__
 
     @classmethod
-    def from_function(cls, py_func, py_file):
+    def from_function(cls, py_func, py_file):  # noqa: ARG003 - Numba's signature
         return cls(py_func)
 
 
 class _KernelCacheImpl(CompileResultCacheImpl):
-    _locator_classes = [_KernelLocator]
+    _locator_classes = (_KernelLocator,)
 
 
 class _KernelCache(FunctionCache):
@@ -120,7 +120,7 @@ class _KernelCache(FunctionCache):
     def load_overload(self, sig, target_context):
         loaded = super().load_overload(sig, target_context)
         if loaded is None and sys.stderr is not None and sys.stderr.isatty():
-            print(f"ulna: compiling {self._py_func.__name__} for this machine (once, about a second)", file=sys.stderr)
+            print(f"ulna: compiling {self._py_func.__name__} for this machine (once)", file=sys.stderr)  # noqa: T201
         return loaded
 
     def save_overload(self, sig, data):

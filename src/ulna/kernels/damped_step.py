@@ -46,17 +46,26 @@ def release_pressed(limits, q_rows, e, jacobian_rows):
 
 @kernel
 def solve_damped(jacobian_rows, n_dof, damping, e, system_rows):
-    """Solve (J J' + damping I) y = e by Cholesky; y is left in system_rows[21:27].
+    """Solve (J J' + damping I) y = e by Cholesky; y is left in system_rows[21:27]."""
+    damped_gram(jacobian_rows, n_dof, damping, system_rows)
+    factorise(system_rows)
+    substitute(e, system_rows)
 
-    1. The lower triangle of J J', row r at r (r + 1) / 2.  2. Its factor L in place, the reciprocals of the diagonal kept on
-    the diagonal.  3. L z = e, then L' y = z.
-    """
+
+@kernel
+def damped_gram(jacobian_rows, n_dof, damping, system_rows):
+    """The lower triangle of J J' + damping I: entry (r, c) at r (r + 1) / 2 + c."""
     for r in range(6):
         for c in range(r + 1):
             total = load(jacobian_rows, r) * load(jacobian_rows, c)
             for j in range(1, n_dof):
                 total = total + load(jacobian_rows, 6 * j + r) * load(jacobian_rows, 6 * j + c)
             store(system_rows, r * (r + 1) // 2 + c, total + damping if r == c else total)
+
+
+@kernel
+def factorise(system_rows):
+    """The Cholesky factor L of the lower triangle, in its place, with the reciprocals of the diagonal on the diagonal."""
     for r in range(6):
         for c in range(r + 1):
             total = load(system_rows, r * (r + 1) // 2 + c)
@@ -66,6 +75,11 @@ def solve_damped(jacobian_rows, n_dof, damping, e, system_rows):
                 store(system_rows, r * (r + 1) // 2 + c, 1.0 / sqrt(total))
             else:
                 store(system_rows, r * (r + 1) // 2 + c, total * load(system_rows, c * (c + 1) // 2 + c))
+
+
+@kernel
+def substitute(e, system_rows):
+    """L z = e, then L' y = z, in system_rows[21:27]."""
     for r in range(6):
         total = e[r]
         for k in range(r):

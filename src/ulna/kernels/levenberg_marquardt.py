@@ -51,7 +51,7 @@ _POLISHING_STEPS = 3
 
 
 @kernel
-def step(chain, limits, posture, with_posture, e, damping, q_rows, scratch):
+def step(limits, posture, with_posture, e, damping, q_rows, scratch):
     """Move q by one damped step and return the largest change of a joint. J stands in the scratch, and is spoilt."""
     _, jacobian_rows, system_rows = scratch
     release_pressed(limits, q_rows, e, jacobian_rows)
@@ -115,7 +115,7 @@ def run_lanes(chain, limits, posture, target, seed, settings, follow_seed, n_ste
             if k == n_steps or not follow_seed or done_rows[0, 0] != 0.0:
                 lane = winner(done_rows, q_rows, seed, follow_seed)
                 break
-        moved = step(chain, limits, posture, with_posture, e, (p2 + r2) * _DAMPING + _LEAST_DAMPING, q_rows, scratch)
+        moved = step(limits, posture, with_posture, e, (p2 + r2) * _DAMPING + _LEAST_DAMPING, q_rows, scratch)
         if with_posture:
             change = moved
         k += 1
@@ -152,7 +152,7 @@ def polish(chain, limits, target, q, p2, r2, trial, scratch):
     copy(q, trial)
     e, _, _ = evaluate(chain, target, trial, scratch)
     for _ in range(_POLISHING_STEPS):
-        step(chain, limits, trial, False, e, _LEAST_DAMPING, trial, scratch)
+        step(limits, trial, False, e, _LEAST_DAMPING, trial, scratch)  # noqa: FBT003 - a kernel takes no keywords
         e, new_p2, new_r2 = evaluate(chain, target, trial, scratch)
         if not new_p2 + new_r2 < p2 + r2:
             break
@@ -179,8 +179,10 @@ def start_run(starts, run, seed, q_rows):
 
 @entry
 def solve_each(chain, limits, starts, seeds, posture, targets, settings, q_out, info):
-    """Solve for each target of shape (n, 4, 4). limits: lower, upper (2, n_dof); starts: (runs, n_dof, 8), all within the
-    limits; seeds: (n, n_dof); q_out: (n, n_dof); info: (n, N_INFO) of search_layout. What is not solved leaves the best configuration met.
+    """Solve for each target of shape (n, 4, 4); what is not solved leaves the best configuration met.
+
+    limits: lower, upper (2, n_dof); starts: (runs, n_dof, 8), all within the limits; seeds and q_out: (n, n_dof);
+    info: (n, N_INFO) of search_layout.
     """
     n_dof, n_axes = limits.shape[1], 6 * chain.shape[0]
     q_rows, done_rows, error_rows = np.zeros((max(1, n_dof), WIDTH)), np.empty((1, WIDTH)), np.empty((2, WIDTH))

@@ -14,10 +14,7 @@ def forward_kinematics(tree: Tree, q: ArrayLike, link: str) -> NDArray[np.float6
     chain = tree.chain(link)
     q = as_positions(q, tree)
     T = np.empty((*q.shape[:-1], 4, 4))
-    if q.ndim == 1:
-        good = forward_one(chain, for_kernel(q), T)
-    else:
-        good = forward_batch(chain, flat(q), T.reshape(-1, 4, 4))
+    good = forward_one(chain, for_kernel(q), T) if q.ndim == 1 else forward_batch(chain, flat(q), T.reshape(-1, 4, 4))
     if not good:
         refuse_out_of_range(q)
     return T

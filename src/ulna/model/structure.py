@@ -87,7 +87,8 @@ def drive_of(joint: Joint, joints: dict[str, Joint], columns: dict[str, slice], 
         ratio, offset = ratio * joint.mimic.multiplier, ratio * joint.mimic.offset + offset
         leader = joints.get(joint.mimic.joint)
         if leader is None:
-            message = f"joint {joint.name!r} mimics {joint.mimic.joint!r}, which is not defined{did_you_mean(joint.mimic.joint, joints)}"
+            followed = joint.mimic.joint
+            message = f"joint {joint.name!r} mimics {followed!r}, which is not defined{did_you_mean(followed, joints)}"
             raise DescriptionError(message, source, joint.line)
         if leader.name in seen:
             raise DescriptionError(f"joints {' -> '.join([*seen, leader.name])} mimic each other in a circle", source, joint.line)

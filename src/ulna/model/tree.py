@@ -22,14 +22,18 @@ _MOTIONS = {
     JointType.CONTINUOUS: [(REVOLUTE, None, 0)],
     JointType.PRISMATIC: [(PRISMATIC, None, 0)],
     JointType.PLANAR: [(PRISMATIC, X, 0), (PRISMATIC, Y, 1), (REVOLUTE, Z, 2)],
-    JointType.FLOATING: [(PRISMATIC, X, 0), (PRISMATIC, Y, 1), (PRISMATIC, Z, 2), (REVOLUTE, Z, 5), (REVOLUTE, Y, 4), (REVOLUTE, X, 3)],
+    JointType.FLOATING: [
+        (PRISMATIC, X, 0), (PRISMATIC, Y, 1), (PRISMATIC, Z, 2), (REVOLUTE, Z, 5), (REVOLUTE, Y, 4), (REVOLUTE, X, 3),
+    ],
 }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """A robot as arrays. ``joints`` is the table of moving joints; each link hangs on a row of it (``link_row``, -1: the
-    base) at ``link_offset``, T_row_link.
+    """A robot as arrays.
+
+    ``joints`` is the table of moving joints; each link hangs on a row of it (``link_row``, or BASE) at ``link_offset``,
+    T_row_link.
     """
 
     root: str

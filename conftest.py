@@ -1,0 +1,21 @@
+"""With ULNA_NO_SKIPS=1, as in CI, a test that is skipped has failed: nothing is left out in silence."""
+
+import os
+
+import pytest
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item, call):
+    """Turn a skipped test into a failed one."""
+    outcome = yield
+    report = outcome.get_result()
+    if report.skipped and not hasattr(report, "wasxfail") and os.environ.get("ULNA_NO_SKIPS"):
+        report.outcome = "failed"
+        report.longrepr = f"{item.nodeid}: skipped, but ULNA_NO_SKIPS is set: {call.excinfo.value if call.excinfo else ''}"
+
+
+def pytest_collectreport(report):
+    """Turn a skipped module into a failed one."""
+    if report.skipped and os.environ.get("ULNA_NO_SKIPS"):
+        report.outcome = "failed"

@@ -1,0 +1,18 @@
+"""Forward kinematics twice, from a URDF and from a Denavit-Hartenberg table, and why they must agree."""
+
+import numpy as np
+
+import ulna
+from ulna.robots.panda import DH_JOINT_TYPES, DH_LINKS, DH_ROWS
+
+robot = ulna.load("panda")
+dh_robot = ulna.Robot.from_dh(DH_ROWS, convention="modified", joint_types=DH_JOINT_TYPES)
+
+# The URDF places each joint by xyz and rpy, the table by a, d, alpha and theta: two ways to write the same seven axes.
+q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (1000, robot.n_dof))
+T_urdf = robot.link_poses(q)[:, [robot.link_names.index(name) for name in DH_LINKS]]
+T_dh = dh_robot.link_poses(q)[:, 1:]  # all but the base
+
+difference = np.abs(T_urdf - T_dh).max()
+print(f"nine frames, 1000 configurations: the largest difference is {difference:.1e}")
+assert difference < 1e-12

@@ -1,0 +1,20 @@
+"""Inverse kinematics: the assignment's Jacobian transpose beside Levenberg-Marquardt, and a target out of reach."""
+
+import ulna
+
+robot = ulna.load("panda")
+target = robot.forward_kinematics(robot.home)
+target[1, 3] += 0.01  # from home, one centimetre along y
+
+for method in ("jacobian_transpose", "levenberg_marquardt"):
+    found = robot.inverse_kinematics(target, robot.home, method=method, position_tolerance=1e-10, rotation_tolerance=1e-10)
+    print(f"{method}: {found}")
+    assert found.success
+    assert abs(robot.forward_kinematics(found.q) - target).max() < 1e-9
+
+target[0, 3] = 2.0  # two metres away: the arm is shorter
+found = robot.inverse_kinematics(target)
+print(f"out of reach: {found}")
+assert not found.success
+assert (robot.lower <= found.q).all()
+assert (found.q <= robot.upper).all()

@@ -1,0 +1,25 @@
+"""Which of the arm's boxes touch an obstacle, and for how many of a hundred thousand configurations any does."""
+
+import numpy as np
+
+import ulna
+
+robot = ulna.load("panda")
+world = ulna.World()
+world.add("crate", ulna.Box(extents=(0.15, 0.09, 0.126)), ulna.pose(xyz=(0.3, 0.0, 0.5)))
+
+report = robot.check_collision(robot.home, world)
+print(report)
+for pair in report.pairs:
+    print(f"  {pair.name_a} is {-pair.signed_distance * 1e3:.1f} mm inside {pair.name_b}, along {pair.normal.round(3)}")
+assert report.touching == ("box 12",)
+
+# Moving out along the normal by the depth parts the deepest pair.
+deepest = report.pairs[0]
+world.move("crate", ulna.pose(xyz=np.array([0.3, 0.0, 0.5]) + deepest.normal * (1e-6 - deepest.signed_distance)))
+assert deepest.name_a not in robot.check_collision(robot.home, world).touching
+
+q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (100_000, robot.n_dof))
+share = robot.in_collision(q, world).mean()
+print(f"{share:.1%} of random configurations touch the crate")
+assert 0.02 < share < 0.2

@@ -1,0 +1,163 @@
+"""The probes of the kernels: each loads numbers from rows, calls one kernel, and stores what it gives. See ``kernel_modes``."""
+
+from ulna.kernels.box_box import boxes_overlap, widest_gap
+from ulna.kernels.chain import chain_pose
+from ulna.kernels.damped_step import release_pressed, solve_damped
+from ulna.kernels.elementary import first_quadrant_angle, maximum, minimum, sincos
+from ulna.kernels.jacobian import chain_jacobian
+from ulna.kernels.jacobian_transpose import step_length
+from ulna.kernels.lanes import any_lane, load, logical_not, rint, splat, sqrt, store, where
+from ulna.kernels.levenberg_marquardt import step
+from ulna.kernels.se3 import compose, constant_pose, load_pose, slide_along_z, store_pose, turn_about_z
+from ulna.kernels.so3 import rotation_between, rotation_vector
+from ulna.kernels.tree import frame_pose, tree_poses
+
+
+def arithmetic(x, out):
+    """Every operator between two numbers, and between a number and a plain float or integer on either side."""
+    a, b = load(x, 0), load(x, 1)
+    results = (a + b, a - b, a * b, a / b, -a, abs(a), a + 2.5, a - 2.5, a * 2.5, a / 2.5, 2.5 + a, 2.5 - a, 2.5 * a, 2.5 / a, a * 3, 3 - a)  # fmt: skip
+    for k in range(16):
+        store(out, k, results[k])
+
+
+def comparisons(x, out):
+    """1.0 where each comparison holds: two numbers, then a number and a plain float on either side."""
+    a, b = load(x, 0), load(x, 1)
+    masks = (a < b, a <= b, a > b, a >= b, a < 0.5, a <= 0.5, a > 0.5, a >= 0.5, 0.5 < a, 0.5 <= a, 0.5 > a, 0.5 >= a)  # noqa: SIM300
+    for k in range(12):
+        store(out, k, where(masks[k], 1.0, 0.0))
+
+
+def logic(x, out):
+    a, b = load(x, 0) > 0.0, load(x, 1) > 0.0
+    masks = (a & b, a | b, logical_not(a), (a | logical_not(b)) & b)
+    for k in range(4):
+        store(out, k, where(masks[k], 1.0, 0.0))
+
+
+def choices(x, out):
+    """``where`` over two numbers, a number and a plain one, and two plain ones; ``splat``; ``rint``; ``sqrt``."""
+    a, b = load(x, 0), load(x, 1)
+    store(out, 0, where(a > b, a, b))
+    store(out, 1, where(a > b, a, -7.0))
+    store(out, 2, where(a > b, 3, b))
+    store(out, 3, where(a > b, 1, 2))
+    store(out, 4, splat(2.5, a))
+    store(out, 5, rint(a))
+    store(out, 6, sqrt(a))
+    store(out, 7, minimum(a, b))
+    store(out, 8, maximum(a, b))
+
+
+def any_of(x, out):
+    """1.0 in every lane if any lane is positive."""
+    a = load(x, 0)
+    store(out, 0, splat(1.0 if any_lane(a > 0.0) else 0.0, a))
+
+
+def load_and_store(x, out):
+    """Swap two rows by way of numbers: a load that gave a view would spoil it."""
+    store(out, 0, load(x, 0))
+    store(out, 1, load(x, 1))
+    a, b = load(out, 0), load(out, 1)
+    store(out, 0, b)
+    store(out, 1, a)
+    store(out, 2, 4.0)
+    store(out, 3, 5)
+
+
+def sine_and_cosine(x, out):
+    s, c = sincos(load(x, 0))
+    store(out, 0, s)
+    store(out, 1, c)
+
+
+def angle_in_first_quadrant(x, out):
+    store(out, 0, first_quadrant_angle(load(x, 0), load(x, 1)))
+
+
+def vector_of_rotation(x, out):
+    v = rotation_vector(load(x, 0), load(x, 1), load(x, 2), load(x, 3), load(x, 4), load(x, 5), load(x, 6), load(x, 7), load(x, 8))  # fmt: skip
+    for k in range(3):
+        store(out, k, v[k])
+
+
+def vector_between(x, out):
+    v = rotation_between(load_pose(x, 0), load_pose(x, 1))
+    for k in range(3):
+        store(out, k, v[k])
+
+
+def product(x, out):
+    store_pose(out, 0, compose(load_pose(x, 0), load_pose(x, 1)))
+
+
+def turn_and_slide(x, out):
+    store_pose(out, 0, turn_about_z(load_pose(x, 0), load(x, 12)))
+    store_pose(out, 1, slide_along_z(load_pose(x, 0), load(x, 12)))
+
+
+def constant(table, x, out):
+    store_pose(out, 0, constant_pose(table, 1, load(x, 0)))
+
+
+def end_of_chain(chain, q, out):
+    store_pose(out, 0, chain_pose(chain, q))
+
+
+def frames_of_tree(joints, frames, q, out):
+    """Twelve rows a joint of the table, then twelve a frame."""
+    tree_poses(joints, q, out)
+    for k in range(frames.shape[0]):
+        store_pose(out, joints.shape[0] + k, frame_pose(frames, k, out, load(q, 0)))
+
+
+def jacobian_of_chain(chain, expressed_in, n_dof, q, out):
+    """Six rows an entry of q, the twelve of the end's pose, and scratch of six a row of the chain."""
+    n = 6 * n_dof
+    end = chain_jacobian(chain, q, expressed_in, out[n + 12 :], out[:n])
+    for k in range(12):
+        store(out, n + k, end[k])
+
+
+def damped_system(n_dof, x, out):
+    """J, six rows an entry of q; the damping; e. The solution y is in the rows 21 to 26."""
+    n = 6 * n_dof
+    e = load(x, n + 1), load(x, n + 2), load(x, n + 3), load(x, n + 4), load(x, n + 5), load(x, n + 6)
+    solve_damped(x, n_dof, load(x, n), e, out)
+
+
+def damped_step(chain, limits, posture, with_posture, x, out):
+    """J, the damping, e and q give q after one step, the largest change of a joint, and scratch: J and the system."""
+    n_dof = limits.shape[1]
+    n = 6 * n_dof
+    e = load(x, n + 1), load(x, n + 2), load(x, n + 3), load(x, n + 4), load(x, n + 5), load(x, n + 6)
+    for j in range(n_dof):
+        store(out, j, load(x, n + 7 + j))
+    jacobian_rows, system_rows = out[n_dof + 1 : n_dof + 1 + n], out[n_dof + 1 + n :]
+    for k in range(n):
+        store(jacobian_rows, k, load(x, k))
+    scratch = (system_rows, jacobian_rows, system_rows)
+    store(out, n_dof, step(chain, limits, posture, with_posture, e, load(x, n), out[:n_dof], scratch))
+
+
+def length_of_step(limits, x, out):
+    """J and e give the step length of steepest descent; J and e and q then the columns of J that limits leave."""
+    n_dof = limits.shape[1]
+    n = 6 * n_dof
+    e = load(x, n), load(x, n + 1), load(x, n + 2), load(x, n + 3), load(x, n + 4), load(x, n + 5)
+    for k in range(n):
+        store(out, k, load(x, k))
+    release_pressed(limits, x[n + 6 :], e, out[:n])
+    store(out, n, step_length(x, n_dof, e))
+
+
+def two_boxes(x, out):
+    """Pose and half extents of two boxes: whether they overlap, the widest gap, and its axis."""
+    a, b = load_pose(x, 0), load_pose(x[15:], 0)
+    h, g = (load(x, 12), load(x, 13), load(x, 14)), (load(x, 27), load(x, 28), load(x, 29))
+    store(out, 0, where(boxes_overlap(a, h, b, g), 1.0, 0.0))
+    gap, axis = widest_gap(a, h, b, g)
+    store(out, 1, gap)
+    store(out, 2, axis)

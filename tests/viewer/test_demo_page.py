@@ -1,0 +1,117 @@
+import shutil
+import threading
+
+import numpy as np
+import pytest
+from playwright.sync_api import sync_playwright
+
+from browser import FLAGS, SIZE, around, count, pixels, project, wait_for
+from ulna.demo import BOX_START, LIGHT_POSITION, Demo
+from ulna.viewer.app import DemoApp
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.fixture(scope="module")
+def app():
+    app = DemoApp(Demo(), port=0)
+    yield app
+    app.stop()
+
+
+@pytest.fixture(scope="module")
+def page(app):
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on this machine: on Debian, apt-get install chromium")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        page.addresses = []
+        page.on("request", lambda request: page.addresses.append(request.url))
+        page.goto(app.url)
+        page.get_by_text("free", exact=True).first.wait_for(timeout=60_000)
+        wait_for(lambda: bool(app.server.get_clients()), "the page's connection")
+        yield page
+        browser.close()
+
+
+@pytest.fixture
+def still(app, page):
+    """The arm at home, the box where it starts, and the camera of the one page."""
+    app.set_configuration(app.demo.robot.home)
+    page.get_by_role("button", name="Put the box back").click()
+    wait_for(lambda: np.allclose(app.scene.handles.position, BOX_START), "the box at its start")
+    camera = next(iter(app.server.get_clients().values())).camera
+    wait_for(lambda: light_is(page, camera, "green"), "a green light")
+    return camera
+
+
+def light_is(page, camera, color):
+    square = around(pixels(page), project(camera, LIGHT_POSITION), 12)
+    return count(square, color) > 200
+
+
+def test_the_arm_is_seen_where_forward_kinematics_puts_it(app, page, still):
+    page.get_by_role("checkbox", name="Boxes").uncheck()
+    wrist, hand = (app.demo.robot.forward_kinematics(app.q, link)[:3, 3] for link in ("panda_link6", "panda_link8"))
+
+    def arm_is_there(image):
+        return all(np.count_nonzero(around(image, project(still, p), 10).max(axis=-1) < 245) > 200 for p in (wrist, hand))
+
+    wait_for(lambda: arm_is_there(pixels(page)), "the arm")
+    app.set_configuration(app.demo.robot.home + np.array([2.5, 0, 0, 0, 0, 0, 0]))
+    wait_for(lambda: not arm_is_there(pixels(page)), "the arm gone from there")
+    page.get_by_role("checkbox", name="Boxes").check()
+
+
+def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, page, still):
+    app.set_configuration(app.demo.trajectory.samples[30])  # the hand stands above the box
+    image = pixels(page)
+    start = project(still, BOX_START)
+    blue = image[..., 2] - image[..., :2].max(axis=-1) > 60
+    rows, columns = np.nonzero(blue[: round(start[1]), round(start[0]) - 40 : round(start[0]) + 40])
+    tip = (round(start[0]) - 40 + int(columns[rows.argmin()]), int(rows.min()) + 12)  # the head of the arrow that points up
+
+    page.mouse.move(*tip)
+    page.mouse.down()
+    for climb in range(0, 130, 10):
+        page.mouse.move(tip[0], tip[1] - climb)
+        page.wait_for_timeout(50)
+    wait_for(lambda: light_is(page, still, "red"), "a red light")
+    assert app.scene.handles.position[2] > BOX_START[2] + 0.1
+    assert np.allclose(app.scene.handles.position[:2], BOX_START[:2], atol=1e-3)
+    words = page.get_by_role("status").inner_text()
+    report = app.demo.check(app.q)
+    assert words.strip() == f"collision: {', '.join(report.touching)}"
+    assert "box 12" in report.touching
+    assert app.scene.boxes["box 12"].color == (225, 45, 45)
+
+    for climb in range(130, -1, -10):
+        page.mouse.move(tip[0], tip[1] - climb)
+        page.wait_for_timeout(50)
+    page.mouse.up()
+    wait_for(lambda: light_is(page, still, "green"), "a green light again")
+    assert page.get_by_role("status").inner_text().strip() == "free"
+    assert app.scene.boxes["box 12"].color != (225, 45, 45)
+
+
+def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
+    page.get_by_role("checkbox", name="Play").check()
+    wait_for(lambda: not np.allclose(app.q, app.demo.robot.home, atol=0.01), "a moving arm")
+    box = page.get_by_role("textbox").nth(1)
+    box.fill("1.5")
+    box.press("Enter")
+    wait_for(lambda: not app.playing.value and app.q[0] == pytest.approx(1.5), "joint 1 where the slider is")
+    wait_for(lambda: not page.get_by_role("checkbox", name="Play").is_checked(), "the box Play unchecked")
+
+
+def test_the_page_asks_nothing_of_the_network(page):
+    assert page.addresses
+    assert all(address.startswith(("http://127.0.0.1:", "ws://127.0.0.1:", "data:", "blob:")) for address in page.addresses)
+
+
+def test_stopping_leaves_no_thread_behind():
+    before = threading.active_count()
+    app = DemoApp(Demo(), port=0)
+    app.stop()
+    wait_for(lambda: threading.active_count() <= before, "no thread left")
