@@ -158,7 +158,7 @@ class Robot:
         Returns:
             T_base_link, shape (..., 4, 4).
         """
-        return self._forward.forward_kinematics(self.tree, q, self._link(link))
+        return self._forward.forward_kinematics(self.tree, q, self._the_tip if link is None else link)
 
     def link_poses(self, q: ArrayLike) -> Array:
         """The poses of all links, in the order of ``link_names``.
@@ -184,7 +184,7 @@ class Robot:
         Returns:
             J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
         """
-        return self._jacobian.geometric_jacobian(self.tree, q, self._link(link), expressed_in)
+        return self._jacobian.geometric_jacobian(self.tree, q, self._the_tip if link is None else link, expressed_in)
 
     def analytical_jacobian(self, q: ArrayLike, link: str | None = None) -> Array:
         """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
@@ -199,7 +199,7 @@ class Robot:
         Raises:
             SingularityError: |cos(pitch)| < 1e-6 somewhere; ``rows`` lists where.
         """
-        return self._jacobian.analytical_jacobian(self.tree, q, self._link(link))
+        return self._jacobian.analytical_jacobian(self.tree, q, self._the_tip if link is None else link)
 
     def inverse_kinematics(
         self,
@@ -235,7 +235,7 @@ class Robot:
         return self._search.inverse_kinematics(
             self.tree,
             T,
-            self._link(link),
+            self._the_tip if link is None else link,
             self.home,
             q_seed=q_seed,
             method=method,
@@ -314,12 +314,12 @@ class Robot:
     def _boxes(self) -> BoxBodies:
         return self._checker.box_bodies(self.description, self.tree)
 
-    def _link(self, link: str | None) -> str:
-        name = self.tip if link is None else link
-        if name is None:
+    @cached_property
+    def _the_tip(self) -> str:
+        if self.tip is None:
             leaves = ", ".join(self.tree.leaves[:12]) + (" ..." if len(self.tree.leaves) > 12 else "")
             raise InputError("link", f"{self.name!r} has several tips; name one of {leaves}, or any other link")
-        return name
+        return self.tip
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a Robot cannot be changed: {name} = {value!r}")

@@ -24,7 +24,7 @@ N_RUNS = 100  # starts of eight before the search gives up
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Targets (n, 4, 4) of batch shape ``batch``, one seed each, posture (n_dof,) and the kernels' settings."""
+    """Targets (n, 4, 4) of batch shape ``batch``, seeds (n or 1, n_dof), posture (n_dof,) and the kernels' settings."""
 
     targets: NDArray[np.float64]
     batch: tuple[int, ...]
@@ -45,21 +45,26 @@ def make_problem(
     """Check the arguments of a search. Whether targets are rigid motions the kernels see, at no cost."""
     targets = _targets(T)
     batch = targets.shape[:-2]
-    seeds = _seeds(tree, home if q_seed is None else q_seed, batch)
-    settings = np.zeros(N_SETTINGS)
+    settings = np.empty(N_SETTINGS)
     settings[POSITION_TOLERANCE], settings[ROTATION_TOLERANCE] = _tolerance(*tolerances)
     settings[MAX_ITERATIONS] = _count("max_iterations", max_iterations)
     settings[SEEDED], settings[WITH_POSTURE] = q_seed is not None, posture is not None
-    goal = home if posture is None else _posture(tree, posture)
-    return Problem(targets.reshape(-1, 4, 4), batch, seeds, goal, settings)
+    return Problem(
+        targets=targets.reshape(-1, 4, 4),
+        batch=batch,
+        seeds=home.reshape(1, -1) if q_seed is None else _seeds(tree, q_seed, batch),
+        posture=home if posture is None else _posture(tree, posture),
+        settings=settings,
+    )
 
 
 @lru_cache(maxsize=64)
-def random_starts(lower: tuple[float, ...], upper: tuple[float, ...], seed: int) -> NDArray[np.float64]:
+def random_starts(bounds: tuple[tuple[float, ...], tuple[float, ...]], seed: int) -> NDArray[np.float64]:
     """Starts within the limits, shape (N_RUNS, n_dof, 8): the same for the same limits and seed.
 
     Where a limit is infinite they lie within a turn of the other limit, or within pi of zero.
     """
+    lower, upper = bounds
     low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)
     high = np.where(np.isinf(upper), low + 2 * np.pi, upper)
     share = np.random.default_rng(seed).random((N_RUNS, len(low), WIDTH))
@@ -79,15 +84,17 @@ def _targets(T: ArrayLike) -> NDArray[np.float64]:
 
 
 def _seeds(tree: Tree, q_seed: ArrayLike, batch: tuple[int, ...]) -> NDArray[np.float64]:
-    """One seed a target, moved into the limits."""
+    """One seed for all targets or one for each, moved into the limits."""
     seeds = as_positions(q_seed, tree, "q_seed")
     refuse_out_of_range(seeds, "q_seed")
+    seeds = np.clip(seeds, tree.lower, tree.upper)
+    if seeds.ndim == 1:
+        return seeds.reshape(1, -1)
     try:
-        seeds = np.broadcast_to(seeds, (*batch, tree.n_dof))
+        return flat(np.ascontiguousarray(np.broadcast_to(seeds, (*batch, tree.n_dof))))
     except ValueError:
         message = f"shape {seeds.shape} does not go with targets of batch shape {batch}: give one seed, or one for each target"
         raise InputError("q_seed", message) from None
-    return flat(np.ascontiguousarray(np.clip(seeds, tree.lower, tree.upper)))
 
 
 def _posture(tree: Tree, posture: ArrayLike) -> NDArray[np.float64]:

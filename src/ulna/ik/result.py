@@ -17,7 +17,9 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class IKResult:
-    """Configurations for targets of shape (..., 4, 4); every array has the batch's shape (...,) and ``q`` one axis more.
+    """Configurations for targets of shape (..., 4, 4).
+
+    For a batch every field is an array of its shape (...,), and ``q`` has one axis more; for one target plain values.
 
     Not finding a configuration is a result too: then ``success`` is False and ``q`` the best one met, within the limits.
 
@@ -32,11 +34,11 @@ class IKResult:
     """
 
     q: NDArray[np.float64]
-    success: NDArray[np.bool_]
-    status: NDArray[np.str_]
-    position_error: NDArray[np.float64]
-    rotation_error: NDArray[np.float64]
-    iterations: NDArray[np.int64]
+    success: bool | NDArray[np.bool_]
+    status: Status | NDArray[np.str_]
+    position_error: float | NDArray[np.float64]
+    rotation_error: float | NDArray[np.float64]
+    iterations: int | NDArray[np.int64]
     tolerances: tuple[float, float]
 
     def __str__(self) -> str:
@@ -44,5 +46,5 @@ class IKResult:
             off = f"{self.position_error * 1e3:.3g} mm and {np.degrees(self.rotation_error):.3g} deg from the target"
             return f"{self.status}: {off} after {self.iterations} steps"
         solved = int(np.count_nonzero(self.success))
-        worst = [f"{errors.max(initial=0.0):.3g}" for errors in (self.position_error, self.rotation_error)]
-        return f"{solved} of {self.success.size} targets solved; largest errors {worst[0]} m, {worst[1]} rad"
+        worst = [f"{np.max(errors, initial=0.0):.3g}" for errors in (self.position_error, self.rotation_error)]
+        return f"{solved} of {np.size(self.success)} targets solved; largest errors {worst[0]} m, {worst[1]} rad"

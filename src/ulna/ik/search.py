@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, did_you_mean
-from ulna.ik.problem import Problem, make_problem, random_starts
+from ulna.ik.problem import make_problem, random_starts
 from ulna.ik.result import IKResult, Status
 from ulna.kernels.jacobian_transpose import transpose_each
 from ulna.kernels.levenberg_marquardt import solve_each
@@ -24,8 +24,7 @@ from ulna.model.tree import Tree
 
 METHODS = ("levenberg_marquardt", "jacobian_transpose")
 DEFAULT_ITERATIONS = {"levenberg_marquardt": 2000, "jacobian_transpose": 10_000}
-_STATUS = np.zeros(4, dtype="<U16")
-_STATUS[[SOLVED, NOT_FOUND, STATIONARY]] = Status.SOLVED, Status.NOT_FOUND, Status.STATIONARY
+_STATUS = {SOLVED: Status.SOLVED, NOT_FOUND: Status.NOT_FOUND, STATIONARY: Status.STATIONARY}
 
 
 def inverse_kinematics(
@@ -50,26 +49,44 @@ def inverse_kinematics(
         raise InputError("T", "the robot has no moving joints, so nothing can be solved for")
     budget = DEFAULT_ITERATIONS[method] if max_iterations is None else max_iterations
     problem = make_problem(tree, T, home, q_seed, posture, tolerances, budget)
-    limits, chain = np.array([tree.lower, tree.upper]), tree.chain(link)
-    q, info = np.empty_like(problem.seeds), np.zeros((len(problem.targets), N_INFO))
+    chain, n = tree.chain(link), len(problem.targets)
+    q, info = np.empty((n, tree.n_dof)), np.empty((n, N_INFO))
     if method == "levenberg_marquardt":
-        starts = random_starts(tuple(tree.lower), tuple(tree.upper), seed)
-        solve_each(chain, limits, starts, problem.seeds, problem.posture, problem.targets, problem.settings, q, info)
+        starts = random_starts(tree.bounds, seed)
+        solve_each(chain, tree.limits, starts, problem.seeds, problem.posture, problem.targets, problem.settings, q, info)
     else:
-        transpose_each(chain, limits, problem.seeds, problem.targets, problem.settings, q, info)
-    if (info[:, STATUS] == NOT_A_POSE).any():
+        transpose_each(chain, tree.limits, problem.seeds, problem.targets, problem.settings, q, info)
+    result = _one(q, info, tolerances) if not problem.batch else _many(problem.batch, q, info, tolerances)
+    if result is None:
         as_pose(problem.targets.reshape(*problem.batch, 4, 4))
-    return _result(problem, q, info, tolerances)
+        raise AssertionError("a kernel found a target that is not a pose, and the edge did not")
+    return result
 
 
-def _result(problem: Problem, q: NDArray[np.float64], info: NDArray[np.float64], tolerances: tuple[float, float]) -> IKResult:
-    codes = info[:, STATUS].astype(np.int64)
+def _one(q: NDArray[np.float64], info: NDArray[np.float64], tolerances: tuple[float, float]) -> IKResult | None:
+    """The result for one target; None if it was not a pose."""
+    status, position_error, rotation_error, iterations = info[0].tolist()
+    if status == NOT_A_POSE:
+        return None
+    return IKResult(q[0], status == SOLVED, _STATUS[status], position_error, rotation_error, int(iterations), tolerances)
+
+
+def _many(
+    batch: tuple[int, ...], q: NDArray[np.float64], info: NDArray[np.float64], tolerances: tuple[float, float]
+) -> IKResult | None:
+    """The result for a batch; None if a target was not a pose."""
+    status = info[:, STATUS]
+    if (status == NOT_A_POSE).any():
+        return None
+    words = np.empty(len(info), dtype="<U16")
+    for code, word in _STATUS.items():
+        words[status == code] = word
     return IKResult(
-        q=q.reshape(*problem.batch, -1),
-        success=(codes == SOLVED).reshape(problem.batch)[()],
-        status=_STATUS[codes].reshape(problem.batch)[()],
-        position_error=info[:, POSITION_ERROR].reshape(problem.batch)[()],
-        rotation_error=info[:, ROTATION_ERROR].reshape(problem.batch)[()],
-        iterations=info[:, ITERATIONS].astype(np.int64).reshape(problem.batch)[()],
+        q=q.reshape(*batch, q.shape[-1]),
+        success=(status == SOLVED).reshape(batch),
+        status=words.reshape(batch),
+        position_error=info[:, POSITION_ERROR].reshape(batch),
+        rotation_error=info[:, ROTATION_ERROR].reshape(batch),
+        iterations=info[:, ITERATIONS].astype(np.int64).reshape(batch),
         tolerances=tolerances,
     )

@@ -94,8 +94,8 @@ def step_length(jacobian_rows, n_dof, e):
 
 @entry
 def transpose_each(chain, limits, seeds, targets, settings, q_out, info):
-    """Solve for each target of shape (n, 4, 4) from its seed, shape (n, n_dof): a target a lane. The rest as ``solve_each``."""
-    n, n_dof = seeds.shape
+    """Solve for each target of shape (n, 4, 4) from its seed: a target a lane. The arrays are those of ``solve_each``."""
+    n, n_dof = q_out.shape
     q_rows, trial_rows = np.zeros((max(1, n_dof), WIDTH)), np.zeros((max(1, n_dof), WIDTH))
     axis_rows, jacobian_rows = np.empty((6 * chain.shape[0], WIDTH)), np.empty((6 * n_dof, WIDTH))
     target_rows, info_rows = np.empty((12, WIDTH)), np.empty((info.shape[1], WIDTH))

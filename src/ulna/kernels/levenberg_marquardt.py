@@ -181,7 +181,7 @@ def start_run(starts, run, seed, q_rows):
 def solve_each(chain, limits, starts, seeds, posture, targets, settings, q_out, info):
     """Solve for each target of shape (n, 4, 4); what is not solved leaves the best configuration met.
 
-    limits: lower, upper (2, n_dof); starts: (runs, n_dof, 8), all within the limits; seeds and q_out: (n, n_dof);
+    limits: lower, upper (2, n_dof); starts: (runs, n_dof, 8), all within the limits; seeds: (n or 1, n_dof); q_out: (n, n_dof);
     info: (n, N_INFO) of search_layout.
     """
     n_dof, n_axes = limits.shape[1], 6 * chain.shape[0]
@@ -192,14 +192,14 @@ def solve_each(chain, limits, starts, seeds, posture, targets, settings, q_out, 
         if not rigidity_defect(targets[i]) <= LARGEST_DEFECT:
             info[i, STATUS] = NOT_A_POSE
             continue
-        target = matrix_pose(targets[i])
+        target, seed = matrix_pose(targets[i]), seeds[min(i, seeds.shape[0] - 1)]
         iterations, status, p2, r2 = 0, NOT_FOUND, np.inf, np.inf
         for run in range(starts.shape[0]):
-            start_run(starts, run, seeds[i], q_rows)
+            start_run(starts, run, seed, q_rows)
             follow_seed = run == 0 and settings[SEEDED] != 0.0
             n_steps = min(SEEDED_STEPS if follow_seed else STEPS, int(settings[MAX_ITERATIONS]) - iterations)
             lane, steps = run_lanes(
-                chain, limits, posture, target, seeds[i], settings, follow_seed, n_steps, q_rows, done_rows, error_rows, scratch
+                chain, limits, posture, target, seed, settings, follow_seed, n_steps, q_rows, done_rows, error_rows, scratch
             )
             iterations += steps
             status = NOT_FOUND if lane < 0 else SOLVED

@@ -6,6 +6,7 @@ own, turned so that z lies along that axis, and the link behind it is turned bac
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,10 +51,20 @@ class Tree:
     link_frames: NDArray[np.float64]
     _chains: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
-    @property
+    @cached_property
     def n_dof(self) -> int:
         """The number of entries of q."""
         return len(self.lower)
+
+    @cached_property
+    def limits(self) -> NDArray[np.float64]:
+        """Lower and upper limits, shape (2, n_dof)."""
+        return frozen([self.lower, self.upper], (2, self.n_dof))
+
+    @cached_property
+    def bounds(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Lower and upper limits as a key."""
+        return tuple(self.lower.tolist()), tuple(self.upper.tolist())
 
     def chain(self, link: str) -> NDArray[np.float64]:
         """The table of the joints from the base to a link, the link's own offset last; kept once made."""
