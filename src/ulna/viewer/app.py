@@ -4,6 +4,7 @@ import contextlib
 import html
 import io
 import logging
+import os
 import socket
 import threading
 import time
@@ -189,5 +190,5 @@ def _refuse_busy(host: str, port: int) -> None:
     except OverflowError:
         raise InputError("port", f"{port} is not a port; 0 to 65535 are") from None
     except OSError as error:
-        message = f"cannot listen on {host}:{port} ({error.strerror}); choose another, such as --port {port + 1}"
+        message = f"cannot listen on {host}:{port} ({os.strerror(error.errno or 0)}); choose another, such as --port {port + 1}"
         raise InputError("port", message) from None
