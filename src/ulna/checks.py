@@ -88,7 +88,7 @@ def levenberg_marquardt_round_trips(robot: Robot, dh_robot: Robot, rng: np.rando
     results = [robot.inverse_kinematics(T) for T in targets]
     mean = (time.perf_counter() - start) / N_TARGETS
     q = np.array([result.q for result in results])
-    solved = int(np.count_nonzero([result.success for result in results] & _reached(dh_robot, q, targets, 1.01e-5)))
+    solved = int(np.count_nonzero(np.array([result.success for result in results]) & _reached(dh_robot, q, targets, 1.01e-5)))
     inside = bool(((q >= robot.lower) & (q <= robot.upper)).all())
     figure = f"{solved} of {N_TARGETS} solved, {mean * 1e6:.1f} us a call"
     return Check("inverse kinematics round trips", figure, "all, to 1e-5, within the limits", solved == N_TARGETS and inside)

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from typer.core import TyperGroup
 
 import ulna
-from ulna import tables
+from ulna import answers, tables
+from ulna.answers import Entry
 from ulna.checks import run_checks
 from ulna.demo import Demo
 from ulna.errors import InputError, UlnaError
-from ulna.tables import Entry
 
 
 class _Commands(TyperGroup):
@@ -91,15 +91,15 @@ def main(*, version: Version = False) -> None:  # noqa: ARG001 -- its callback h
             stream.reconfigure(errors="backslashreplace")  # a name that the terminal cannot write is no reason to fail
 
 
-@app.command(epilog=f"JSON: {tables.INFO_KEYS}")
+@app.command(epilog=f"JSON: {answers.INFO_KEYS}")
 def info(
     robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None, as_json: Json = False
 ) -> None:
     """What a robot is: its joints with their limits, its links, its collision shapes."""
-    tables.show(tables.info_data(_load(robot, xacro_arg, package_dir)), None if as_json else tables.info_view)
+    tables.show(answers.info_data(_load(robot, xacro_arg, package_dir)), None if as_json else tables.info_view)
 
 
-@app.command(epilog=f"JSON: {tables.POSE_KEYS}")
+@app.command(epilog=f"JSON: {answers.POSE_KEYS}")
 def fk(
     robot: RobotName = "panda",
     *,
@@ -117,10 +117,10 @@ def fk(
     arm = _load(robot, xacro_arg, package_dir)
     at = _positions("--q", q, arm, degrees=degrees)
     T = arm.forward_kinematics(at, link)
-    tables.show(tables.pose_data(arm, at, link or str(arm.tip), T), None if as_json else tables.pose_view)
+    tables.show(answers.pose_data(arm, at, link or str(arm.tip), T), None if as_json else tables.pose_view)
 
 
-@app.command(epilog=f"JSON: {tables.JACOBIAN_KEYS}")
+@app.command(epilog=f"JSON: {answers.JACOBIAN_KEYS}")
 def jacobian(
     robot: RobotName = "panda",
     *,
@@ -143,10 +143,10 @@ def jacobian(
         raise InputError("--expressed-in", "goes with the geometric Jacobian, not with --analytical")
     frame = None if analytical else "base" if expressed_in is None else expressed_in
     J = arm.analytical_jacobian(at, link) if frame is None else arm.jacobian(at, link, frame)
-    tables.show(tables.jacobian_data(arm, at, link or str(arm.tip), J, frame), None if as_json else tables.jacobian_view)
+    tables.show(answers.jacobian_data(arm, at, link or str(arm.tip), J, frame), None if as_json else tables.jacobian_view)
 
 
-@app.command(epilog=f"JSON: {tables.IK_KEYS}")
+@app.command(epilog=f"JSON: {answers.IK_KEYS}")
 def ik(
     robot: RobotName = "panda",
     *,
@@ -175,11 +175,11 @@ def ik(
     T, orientation = _target(arm, link, xyz, rpy, wxyz, degrees=degrees)
     start = None if q_seed is None else _positions("--q-seed", q_seed, arm, degrees=degrees)
     result = arm.inverse_kinematics(T, start, link, method, seed)
-    tables.show(tables.ik_data(arm, link or str(arm.tip), T, orientation, method, result), None if as_json else tables.ik_view)
+    tables.show(answers.ik_data(arm, link or str(arm.tip), T, orientation, method, result), None if as_json else tables.ik_view)
     raise typer.Exit(0 if result.success else 1)
 
 
-@app.command(epilog=f"JSON: {tables.REPORT_KEYS}")
+@app.command(epilog=f"JSON: {answers.REPORT_KEYS}")
 def check(
     robot: RobotName = "panda",
     *,
@@ -206,7 +206,7 @@ def check(
         world.add(f"box {k}", ulna.Box((length, width, height)), ulna.pose(place[:3], place[3:]))
     at = _positions("--q", q, arm, degrees=degrees)
     report = arm.check_collision(at, world)
-    tables.show(tables.report_data(arm, at, report), None if as_json else tables.report_view)
+    tables.show(answers.report_data(arm, at, report), None if as_json else tables.report_view)
     raise typer.Exit(1 if report.in_collision else 0)
 
 
@@ -217,7 +217,7 @@ def urdf(robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir
     typer.echo(text.encode(), nl=False)
 
 
-@app.command(epilog=f"JSON: {tables.CHECKS_KEYS}")
+@app.command(epilog=f"JSON: {answers.CHECKS_KEYS}")
 def demo(
     *,
     check: Annotated[bool, typer.Option("--check", help="Stop after the checks.")] = False,
@@ -264,7 +264,7 @@ def _load(robot: str, xacro_arg: Sequence[str] | None, package_dir: Sequence[Pat
 def _positions(option: str, text: str | None, robot: ulna.Robot, *, degrees: bool) -> NDArray[np.float64]:
     if text is None:
         return robot.home
-    return np.array(_numbers(option, text, tables.entries_of_q(robot), degrees=degrees))
+    return np.array(_numbers(option, text, answers.entries_of_q(robot), degrees=degrees))
 
 
 def _target(

@@ -76,5 +76,7 @@ def did_you_mean(name: str, known: Iterable[str], most: int = 8) -> str:
         return f"; did you mean {near[0]!r}?"
     if not known:
         return "; there are none"
+    if len(known) == 1:
+        return f"; the only one is {known[0]!r}"
     shown = ", ".join(repr(k) for k in known[:most])
     return f"; there are {shown}" + (f" and {len(known) - most} more" if len(known) > most else "")

@@ -13,7 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.errors import InputError
 from ulna.io.dh import description_from_dh
 from ulna.io.load import load_description
+from ulna.io.write_urdf import write_urdf
 from ulna.model.description import Description
+from ulna.model.pose import as_pose
+from ulna.model.subtree import cut_out, with_tool
 from ulna.model.tree import Tree, build_tree
 
 if TYPE_CHECKING:
@@ -25,13 +28,22 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-def load(source: str | Path, *, xacro_args: Mapping[str, object] | None = None, package_dirs: Iterable[str | Path] = ()) -> Robot:
+def load(
+    source: str | Path,
+    *,
+    xacro_args: Mapping[str, object] | None = None,
+    package_dirs: Iterable[str | Path] = (),
+    base: str | None = None,
+    tip: str | None = None,
+) -> Robot:
     """The robot of a description.
 
     Args:
         source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text.
         xacro_args: Arguments of a xacro file, or of the one macro that it defines.
         package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie.
+        base: The link to begin at; the root unless given.
+        tip: The link to end at: only the chain from base to tip is kept.
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
@@ -42,7 +54,11 @@ def load(source: str | Path, *, xacro_args: Mapping[str, object] | None = None, 
         7
     """
     description, home = load_description(source, xacro_args or {}, package_dirs)
-    return Robot(description, home=home)
+    robot = Robot(description, home=home)
+    if base is None and tip is None:
+        return robot
+    part = Robot(cut_out(description, base, tip))
+    return Robot(part.description, home=[robot.home[column] for column in _columns(part, robot)])
 
 
 class Robot:
@@ -141,10 +157,21 @@ class Robot:
         return self.tree.velocity_limits
 
     def to_urdf(self) -> str:
-        """The expanded URDF text from which the robot was read."""
-        if not self.description.text:
-            raise InputError("robot", f"{self.name!r} was not read from a URDF")
-        return self.description.text
+        """URDF text: the expanded text that was read, or one that is written for a robot made in another way."""
+        return self.description.text or write_urdf(self.description)
+
+    def with_tool(self, T_flange_tool: ArrayLike, name: str = "tool") -> Robot:
+        """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.
+
+        Args:
+            T_flange_tool: The tool's pose in the frame of the tip, shape (4, 4).
+            name: The new link's name.
+
+        Example:
+            >>> load("panda").with_tool(np.eye(4), name="gripper").tip
+            'gripper'
+        """
+        return Robot(with_tool(self.description, as_pose(T_flange_tool, "T_flange_tool"), name), home=self.home)
 
     # ---- kinematics ---------------------------------------------------------------------------------------------------
 
@@ -332,6 +359,12 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
+
+
+def _columns(part: Robot, whole: Robot) -> list[int]:
+    """For each entry of the part's q, the entry of the whole's that means the same."""
+    slices = dict(zip(whole.joint_names, whole.joint_slices, strict=True))
+    return [column for name in part.joint_names for column in range(*slices[name].indices(whole.n_dof))]
 
 
 def _restore(description: Description, home: Array) -> Robot:

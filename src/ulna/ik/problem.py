@@ -47,7 +47,7 @@ def make_problem(
     batch = targets.shape[:-2]
     settings = np.empty(N_SETTINGS)
     settings[POSITION_TOLERANCE], settings[ROTATION_TOLERANCE] = _tolerance(*tolerances)
-    settings[MAX_ITERATIONS] = _count("max_iterations", max_iterations)
+    settings[MAX_ITERATIONS] = as_count("max_iterations", max_iterations)
     settings[SEEDED], settings[WITH_POSTURE] = q_seed is not None, posture is not None
     return Problem(
         targets=targets.reshape(-1, 4, 4),
@@ -112,7 +112,8 @@ def _tolerance(position: float, rotation: float) -> tuple[float, float]:
     return position, rotation
 
 
-def _count(name: str, value: int) -> int:
-    if not 0 <= value < 2**31:
+def as_count(name: str, value: int) -> int:
+    """A whole number of at least 0, or an ``InputError`` that names it."""
+    if not isinstance(value, (int, np.integer)) or not 0 <= value < 2**31:
         raise InputError(name, f"{value!r}; a whole number of at least 0 is expected")
     return int(value)

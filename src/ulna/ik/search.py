@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, did_you_mean
-from ulna.ik.problem import make_problem, random_starts
+from ulna.ik.problem import as_count, make_problem, random_starts
 from ulna.ik.result import IKResult, Status
 from ulna.kernels.jacobian_transpose import transpose_each
 from ulna.kernels.levenberg_marquardt import solve_each
@@ -52,7 +52,7 @@ def inverse_kinematics(
     chain, n = tree.chain(link), len(problem.targets)
     q, info = np.empty((n, tree.n_dof)), np.empty((n, N_INFO))
     if method == "levenberg_marquardt":
-        starts = random_starts(tree.bounds, seed)
+        starts = random_starts(tree.bounds, as_count("seed", seed))
         solve_each(chain, tree.limits, starts, problem.seeds, problem.posture, problem.targets, problem.settings, q, info)
     else:
         transpose_each(chain, tree.limits, problem.seeds, problem.targets, problem.settings, q, info)

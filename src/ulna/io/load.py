@@ -19,6 +19,7 @@ def load_description(
         raise InputError("source", f"{type(source).__name__}; a name, a path or URDF text is expected")
     if isinstance(source, str) and source in BUNDLED:
         bundled = BUNDLED[source]
+        _refuse_arguments(source, xacro_args)
         return read_urdf(bundled.text(), bundled.file), bundled.home
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         return _read(source.encode(), "URDF text", None, xacro_args, package_dirs), None
@@ -32,9 +33,14 @@ def _read(
     if is_xacro(parse(text, source)):
         text = expand_xacro(text, source, folder, {k: str(v) for k, v in xacro_args.items()}, package_dirs)
         source = f"{source} (expanded)"
-    elif xacro_args:
-        raise InputError("xacro_args", f"{source} is not a xacro file, so it takes no arguments")
+    else:
+        _refuse_arguments(source, xacro_args)
     return read_urdf(text, source)
+
+
+def _refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
+    if xacro_args:
+        raise InputError("xacro_args", f"{source} is not a xacro file, so it takes no arguments")
 
 
 def _bytes(path: Path) -> bytes:

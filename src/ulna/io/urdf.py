@@ -1,6 +1,7 @@
 """URDF in, description out. The format: wiki.ros.org/urdf/XML; what cannot be understood is refused with file and line."""
 
 import math
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,7 +18,9 @@ from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 def read_urdf(text: bytes, source: str) -> Description:
     """The description in a URDF document. ``source`` names it in messages."""
     root = parse(text, source)
-    return _Reader(source).robot(root, text.decode(root.getroottree().docinfo.encoding or "utf-8"))
+    decoded = text.decode(root.getroottree().docinfo.encoding or "utf-8")
+    without_encoding = re.sub(r"^\s*<\?xml[^>]*\?>", '<?xml version="1.0"?>', decoded.lstrip("\ufeff"), count=1)
+    return _Reader(source).robot(root, without_encoding)
 
 
 class _Reader:
@@ -70,14 +73,14 @@ class _Reader:
 
     def shape(self, element: etree._Element, link_name: str) -> Shape:
         if element.tag == "box":
-            return Box(self.vector(element, "size", 3, low=0.0))
+            return Box(self.triple(element, "size", low=0.0))
         if element.tag == "sphere":
             return Sphere(self.number(element, "radius", low=0.0))
         if element.tag in ("cylinder", "capsule"):
             kind = Cylinder if element.tag == "cylinder" else Capsule
             return kind(self.number(element, "radius", low=0.0), self.number(element, "length", low=0.0))
         if element.tag == "mesh":
-            scale = self.vector(element, "scale", 3) if "scale" in element.attrib else (1.0, 1.0, 1.0)
+            scale = self.triple(element, "scale") if "scale" in element.attrib else (1.0, 1.0, 1.0)
             return Mesh(self.attribute(element, "filename"), scale)
         raise self.fail(
             element, f"link {link_name!r}: geometry <{element.tag}> is not known; box, sphere, cylinder, capsule and mesh are"
@@ -87,7 +90,8 @@ class _Reader:
         element = material.find("color")
         if element is None:
             return self.materials.get(material.get("name", ""))
-        return self.vector(element, "rgba", 4)
+        red, green, blue, alpha = self.vector(element, "rgba", 4)
+        return red, green, blue, alpha
 
     def joint(self, element: etree._Element) -> Joint:
         name, kind = self.attribute(element, "name"), self.joint_type(element)
@@ -172,6 +176,10 @@ class _Reader:
         if default is not None and key not in element.attrib:
             return default
         return self.vector(element, key, 1, low)[0]
+
+    def triple(self, element: etree._Element, key: str, low: float = -math.inf) -> tuple[float, float, float]:
+        x, y, z = self.vector(element, key, 3, low)
+        return x, y, z
 
     def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
         text = self.attribute(element, key)

@@ -21,7 +21,7 @@ def is_xacro(root: etree._Element) -> bool:
     if any(isinstance(e.tag, str) and etree.QName(e).namespace in NAMESPACES for e in root.iter()):
         return True
     declared = any(uri in NAMESPACES for uri in root.nsmap.values())
-    return declared and any("${" in v or "$(" in v for e in root.iter() for v in e.attrib.values())
+    return declared and any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
 
 
 def expand_xacro(

@@ -4,6 +4,7 @@ import json
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 
 def main() -> None:
@@ -47,7 +48,7 @@ def _expand(request: dict) -> str:
     substitution_args._eval_find = find  # noqa: SLF001 - xacro asks ament, which only ROS 2 has
     if folder is not None:
         os.chdir(folder)
-    document = xacro.parse(request["text"])
+    document: Any = xacro.parse(request["text"])
     xacro.process_doc(document, mappings=request["arguments"])
     return document.toprettyxml(indent="  ")
 

@@ -20,6 +20,6 @@ def parse(text: bytes, source: str) -> etree._Element:
         line = getattr(error, "lineno", None)
         raise DescriptionError(f"not XML: {getattr(error, 'msg', error)}", source, line) from None
     dtd = root.getroottree().docinfo.internalDTD
-    if dtd is not None and dtd.entities():
+    if dtd is not None and dtd.entities():  # pyright: ignore[reportAttributeAccessIssue]
         raise DescriptionError("declares XML entities, which a robot description does not need; they are refused", source)
     return root

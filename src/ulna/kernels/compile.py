@@ -11,10 +11,13 @@ import hashlib
 import os
 import sys
 import time
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
-from numba import config, njit
+from numba import njit
+from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 # 'nnan' and 'ninf' are left out on purpose: NaN in must give NaN out, and then an error, never a plausible number.
@@ -39,10 +42,10 @@ def exact_kernel(function):
     return njit(forceinline=True, **_EXACT_FLAGS)(function)
 
 
-def entry(function):
+def entry(function: Callable) -> Any:
     """Compile a function that Python calls, and keep its machine code on disk."""
-    dispatcher = njit(**_FLAGS)(function)
-    if not config.DISABLE_JIT and cache_folder() is not None:
+    dispatcher: Any = njit(**_FLAGS)(function)
+    if not config.DISABLE_JIT and cache_folder() is not None:  # pyright: ignore[reportAttributeAccessIssue]
         dispatcher._cache = _KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
     return dispatcher
 
@@ -96,10 +99,10 @@ class _KernelLocator(_CacheLocator):
     def __init__(self, function):
         self._function = function
 
-    def get_cache_path(self):
+    def get_cache_path(self) -> Any:
         return str(cache_folder())
 
-    def get_source_stamp(self):
+    def get_source_stamp(self) -> Any:
         return source_hash()
 
     def get_disambiguator(self):

@@ -104,7 +104,7 @@ def store(rows, i, x):
 def _primitive(function, typing, emit):
     """Register ``function`` with a typing rule over argument types and one lowering for every signature it allows."""
 
-    @infer_global(function)
+    @infer_global(function)  # pyright: ignore[reportOptionalCall]
     class _Typing(AbstractTemplate):
         def generic(self, args, kws):
             result = None if kws else typing(*args)
@@ -222,7 +222,7 @@ _primitive(store, _store_type, _emit_store)
 def _operator(op, emit, accepts, result):
     """Teach Numba an operator for arguments of which at least one is of lanes."""
 
-    @infer_global(op)
+    @infer_global(op)  # pyright: ignore[reportOptionalCall]
     class _Typing(AbstractTemplate):
         def generic(self, args, kws):
             return signature(result, *args) if accepts(*args) else None

@@ -27,4 +27,4 @@ FRAME_WIDTH = 14
 HALF_EXTENTS = FRAME_WIDTH
 BOX_WIDTH = FRAME_WIDTH + 3
 
-LARGEST = 1e6  # of a joint position: beyond it the range reduction of sincos, and the caller's own number, lose digits
+LARGEST = 1e6  # of a joint position or a coordinate: beyond it sincos' range reduction, and the caller's own number, lose digits

@@ -26,6 +26,7 @@ from ulna.kernels.damped_step import (
 from ulna.kernels.elementary import maximum
 from ulna.kernels.jacobian import BASE, chain_jacobian
 from ulna.kernels.lanes import WIDTH, any_lane, load, splat, store, where
+from ulna.kernels.layout import COLUMN, FIXED, KIND
 from ulna.kernels.se3 import matrix_pose, rigidity_defect
 from ulna.kernels.search_layout import (
     ITERATIONS,
@@ -169,12 +170,20 @@ def copy(values, out):
 
 
 @kernel
-def start_run(starts, run, seed, q_rows):
-    """Put the table's next eight starts into the lanes; the first time, the seed into lane 0."""
+def start_run(chain, starts, run, seed, q_rows):
+    """Put the table's next eight starts into the lanes, the first time the seed into lane 0.
+
+    Joints that do not carry the link stay at the seed.
+    """
     for j in range(seed.shape[0]):
-        store(q_rows, j, load(starts[run], j))
-        if run == 0:
-            q_rows[j, 0] = seed[j]
+        for lane in range(WIDTH):
+            q_rows[j, lane] = seed[j]
+    for i in range(chain.shape[0]):
+        if int(chain[i, KIND]) != FIXED:
+            j = int(chain[i, COLUMN])
+            store(q_rows, j, load(starts[run], j))
+            if run == 0:
+                q_rows[j, 0] = seed[j]
 
 
 @entry
@@ -195,7 +204,7 @@ def solve_each(chain, limits, starts, seeds, posture, targets, settings, q_out, 
         target, seed = matrix_pose(targets[i]), seeds[min(i, seeds.shape[0] - 1)]
         iterations, status, p2, r2 = 0, NOT_FOUND, np.inf, np.inf
         for run in range(starts.shape[0]):
-            start_run(starts, run, seed, q_rows)
+            start_run(chain, starts, run, seed, q_rows)
             follow_seed = run == 0 and settings[SEEDED] != 0.0
             n_steps = min(SEEDED_STEPS if follow_seed else STEPS, int(settings[MAX_ITERATIONS]) - iterations)
             lane, steps = run_lanes(

@@ -1,8 +1,11 @@
 """Poses as twelve numbers: products and the two motions of a joint. See the package for the words used."""
 
+import numpy as np
+
 from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import sincos
 from ulna.kernels.lanes import load, splat, store
+from ulna.kernels.layout import LARGEST
 
 
 @kernel
@@ -87,11 +90,12 @@ def matrix_pose(matrix):
 def rigidity_defect(matrix):
     """How far a 4x4 matrix is from a rigid motion: the largest entry of R R' - I, of det R - 1 and of the last row's fault.
 
-    NaN or infinity anywhere gives NaN or infinity.
+    NaN or infinity anywhere gives NaN or infinity, and so does a position beyond LARGEST.
     """
     defect = abs(matrix[3, 0]) + abs(matrix[3, 1]) + abs(matrix[3, 2]) + abs(matrix[3, 3] - 1.0)
     for r in range(3):
-        defect += 0.0 * matrix[r, 3]
+        if not abs(matrix[r, 3]) <= LARGEST:
+            defect = np.inf
         for c in range(r + 1):
             dot = matrix[r, 0] * matrix[c, 0] + matrix[r, 1] * matrix[c, 1] + matrix[r, 2] * matrix[c, 2]
             fault = abs(dot - (1.0 if r == c else 0.0))

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError
+from ulna.kernels.layout import LARGEST
 
 _LARGEST_DEFECT = 1e-6
 
@@ -110,6 +111,7 @@ def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     R = T[..., :3, :3]
     faults = {
         "has an entry that is not finite": ~np.isfinite(T).all(axis=(-2, -1)),
+        f"has a position beyond {LARGEST:g} m": np.abs(T[..., :3, 3]).max(axis=-1) > LARGEST,
         "has a last row that is not (0, 0, 0, 1)": np.abs(T[..., 3, :] - [0, 0, 0, 1]).max(axis=-1) > _LARGEST_DEFECT,
     }
     with np.errstate(invalid="ignore", over="ignore"):

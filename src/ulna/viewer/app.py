@@ -57,7 +57,7 @@ class DemoApp:
         self.demo = demo
         with _quiet():
             self.server = viser.ViserServer(host=host, port=port, label="Ulna", verbose=False)
-        self.server.request_share_url = lambda **_: None  # a page must not open a tunnel to the world
+        self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
         self.url = f"http://{'127.0.0.1' if host in ('0.0.0.0', '') else host}:{self.server.get_port()}"  # noqa: S104
         self.q = demo.robot.home
         self.time = 0.0

@@ -6,6 +6,9 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from trimesh.geometry import align_vectors
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import PBRMaterial
 
 from ulna.io.packages import resolve_uri
 from ulna.model.description import Body, Joint, JointType
@@ -62,7 +65,7 @@ def _housing(carrier: Joint | None, radius: float) -> list[trimesh.Trimesh]:
         return [_painted(trimesh.creation.cylinder(1.5 * radius, 0.4 * radius, sections=64), HOUSING)]
     if not _moves(carrier):
         return []
-    turn = trimesh.geometry.align_vectors([0, 0, 1], carrier.axis)
+    turn = align_vectors([0, 0, 1], carrier.axis)
     return [
         _painted(trimesh.creation.cylinder(1.15 * radius, 2.2 * radius, sections=64, transform=turn), SHELL),
         _painted(trimesh.creation.cylinder(0.95 * radius, 2.45 * radius, sections=64, transform=turn), HOUSING),
@@ -86,7 +89,7 @@ def _tube(end: NDArray, radius: float) -> Iterator[trimesh.Trimesh]:
 def _visuals(visuals: tuple[Body, ...], package_dirs: Iterable[str | Path]) -> Iterator[trimesh.Trimesh | trimesh.Scene]:
     for body in visuals:
         mesh = _triangles(body, package_dirs)
-        if body.color is not None and not isinstance(body.shape, Mesh):
+        if body.color is not None and isinstance(mesh, trimesh.Trimesh):
             _painted(mesh, tuple(round(255 * c) for c in body.color))
         mesh.apply_transform(body.pose)
         yield mesh
@@ -109,7 +112,6 @@ def _triangles(body: Body, package_dirs: Iterable[str | Path]) -> trimesh.Trimes
             scene = trimesh.load_scene(path)
             scene.apply_transform(np.diag([*scale, 1.0]))
             return scene
-    raise AssertionError(body.shape)
 
 
 def _down(distance: float) -> NDArray:
@@ -118,9 +120,8 @@ def _down(distance: float) -> NDArray:
     return T
 
 
-def _painted(mesh: trimesh.Trimesh | trimesh.Scene, rgba: tuple[int, ...]) -> trimesh.Trimesh:
-    material = trimesh.visual.material.PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.55)
-    mesh.visual = trimesh.visual.TextureVisuals(material=material)
+def _painted(mesh: trimesh.Trimesh, rgba: tuple[int, ...]) -> trimesh.Trimesh:
+    mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.55))
     return mesh
 
 

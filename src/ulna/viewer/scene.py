@@ -3,6 +3,7 @@
 import numpy as np
 import viser
 from numpy.typing import NDArray
+from trimesh.exchange.gltf import export_glb
 
 from ulna.collision.report import Report
 from ulna.demo import BOX, BOX_NAME, GREEN, LIGHT, LIGHT_POSITION, Demo, light_color
@@ -81,7 +82,7 @@ def _add_links(scene: viser.SceneApi, robot: Robot) -> dict[int, viser.FrameHand
         if name in meshes or name in carriers:
             frames[k] = scene.add_frame(f"/arm/{name}", show_axes=False)
         if name in meshes:
-            scene.add_glb(f"/arm/{name}/body", bytes(meshes[name].export(file_type="glb")))
+            scene.add_glb(f"/arm/{name}/body", export_glb(meshes[name]))
     return frames
 
 

@@ -1,0 +1,91 @@
+"""``ulna check``."""
+
+import re
+
+import pytest
+
+FAR = "5,0,0,0,0,0,1,1,1"
+NEAR = "1.4,0,0,0,0,0,1,1,1"  # of the cube at q: overlaps by q - 0.4
+
+
+def test_free_is_exit_status_0(ask, run, slider):
+    answer = ask("check", slider, "--box", FAR)
+    assert (answer.exit_code, answer.in_collision, answer.touching, answer.pairs) == (0, False, [], [])
+    result = run("check", slider, "--box", FAR)
+    assert result.exit_code == 0
+    assert result.stdout.splitlines()[-1] == "free"
+
+
+def test_collision_is_exit_status_1_with_the_depth(ask, slider):
+    answer = ask("check", slider, "--q", "0.5", "--box", NEAR)
+    assert (answer.exit_code, answer.in_collision, answer.touching) == (1, True, ["cube"])
+    (pair,) = answer.pairs
+    assert (pair["name_a"], pair["name_b"], pair["link"]) == ("cube", "box 1", "cube")
+    assert pair["signed_distance"] == pytest.approx(-0.1, abs=1e-12)
+    assert pair["normal"] == pytest.approx([1, 0, 0], abs=1e-12)
+
+
+def test_people_see_millimetres(run, slider):
+    result = run("check", slider, "--q", "0.5", "--box", NEAR)
+    assert result.exit_code == 1
+    assert re.search(r"cube +cube +box 1 +100\.000 +1\.000 +0\.000 +0\.000", result.stdout)
+    assert result.stdout.splitlines()[-1] == "collision"
+
+
+def test_boxes_are_numbered_and_the_deepest_comes_first(ask, slider):
+    answer = ask("check", slider, "--box", "0.9,0,0,0,0,0,1,1,1", "--box", FAR, "--box", "0,0.7,0,0,0,0,1,1,1")
+    assert [(pair["name_b"], round(pair["signed_distance"], 9)) for pair in answer.pairs] == [("box 3", -0.3), ("box 1", -0.1)]
+
+
+@pytest.mark.parametrize(("edge", "hit"), [(1.1999, False), (1.2001, True)])
+def test_the_order_is_length_width_height(ask, slider, edge, hit):
+    for axis in range(3):
+        place, extents = [0.0] * 3, [0.1] * 3
+        place[axis], extents[axis] = 1.1, edge
+        assert ask("check", slider, "--box", " ".join(map(str, [*place, 0, 0, 0, *extents]))).in_collision is hit
+
+
+def test_angles_of_a_box_may_be_degrees(ask, slider):
+    for yaw, degrees in (("pi/4", ()), ("45", ("--degrees",))):  # the corner reaches 0.5 * sqrt(2) to the left
+        assert ask("check", slider, "--box", f"1.2 0 0 0 0 {yaw} 1 1 1", *degrees).in_collision
+        assert not ask("check", slider, "--box", f"1.21 0 0 0 0 {yaw} 1 1 1", *degrees).in_collision
+
+
+def test_the_box_of_the_demo_is_free_at_home(run):
+    assert run("check", "--box", "0.5,0,0.21,0,0,0,0.15,0.09,0.126").exit_code == 0
+
+
+def test_a_box_around_the_hand_touches_the_hand(ask):
+    answer = ask("check", "--box", "0.306891,0,0.55,0,0,0,0.05,0.05,0.05")
+    assert answer.exit_code == 1
+    assert "box 12" in answer.touching
+
+
+def test_a_box_that_holds_the_whole_arm_touches_all_of_it(ask):
+    assert ask("check", "--box", "0,0,0,0,0,0,9,9,9").touching == [f"box {k}" for k in range(1, 13)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "start"),
+    [
+        (["--box", "1,2,3"], "--box: 3 numbers, but 9 are expected: x, y, z, roll, pitch, yaw, length, width, height"),
+        (["--box", "0,0,0,0,0,0,1,1,-1"], "extents: "),
+        (["--box", FAR, "--q", "one"], "--q: 1 number, but 7 are expected"),
+    ],
+)
+def test_check_refuses_what_it_cannot_take(refusal, arguments, start):
+    assert refusal("check", *arguments).startswith(start)
+
+
+def test_a_robot_whose_shapes_cannot_be_checked_is_an_error(refusal, odd):
+    assert "is a cylinder" in refusal("check", odd, "--box", FAR)
+
+
+def test_a_robot_without_shapes_is_an_error_not_free(refusal, xacro):
+    assert "has no collision shapes" in refusal("check", xacro, "--xacro-arg", "length:=1", "--box", FAR)
+
+
+def test_check_without_a_box_is_a_usage_error(run):
+    result = run("check")
+    assert result.exit_code == 2
+    assert "--box" in result.stderr

@@ -1,0 +1,170 @@
+"""The command as a whole: help, version, exit statuses, and its life among other processes."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import ulna
+
+COMMANDS = ["info", "fk", "jacobian", "ik", "check", "urdf", "demo"]
+FAR = "5,0,0,0,0,0,1,1,1"
+ANSWERS = [
+    ["info"],
+    ["fk"],
+    ["fk", "--q", "0 0 0 0 0 0 3"],
+    ["jacobian"],
+    ["jacobian", "--analytical", "--q", "-2.8 -1.7 -2.8 -3.0 -2.8 3.7 -2.8"],
+    ["ik", "--xyz", "-0.4,-0.1,0.5"],
+    ["check", "--box", "0,0,0,0,0,0,9,9,9"],
+]
+SPOILT = """
+import ulna.robots.panda as panda
+rows = [list(row) for row in panda.DH_ROWS]
+rows[4][1] += 1e-4
+panda.DH_ROWS = rows  # before ulna.checks is imported, whose default it becomes
+from ulna.cli import app
+app(["demo", "--check"], prog_name="ulna")
+"""
+ENDLESS = """
+import time
+import ulna.cli
+from ulna.checks import Check
+
+def checks():
+    yield Check("first", "0", "1", True)
+    time.sleep(60)
+
+ulna.cli.run_checks = checks
+ulna.cli.app(["demo", "--check"], prog_name="ulna")
+"""
+
+
+def command(*arguments):
+    return [sys.executable, "-m", "ulna", *arguments]
+
+
+def spawn(arguments, **options):
+    return subprocess.run(arguments, capture_output=True, text=True, timeout=120, check=False, **options)
+
+
+@pytest.mark.parametrize("width", [80, 100, 60])
+@pytest.mark.parametrize("arguments", ANSWERS, ids=" ".join)
+def test_no_line_is_wider_than_80_or_the_terminal_and_no_digit_is_cut(run, arguments, width):
+    shown = run(*arguments, COLUMNS=str(width)).stdout
+    assert max(map(len, shown.splitlines())) <= max(width, 80)
+    assert "…" not in shown
+
+
+def test_colours_are_for_terminals(run):
+    assert "\x1b[" in run("fk", FORCE_COLOR="1").stdout
+    assert "\x1b[" not in run("fk").stdout
+
+
+@pytest.mark.parametrize("arguments", ANSWERS, ids=" ".join)
+def test_help_documents_every_key_of_the_json(run, arguments):
+    answer = json.loads(run(*arguments, "--json").stdout)
+    documented = re.findall(r"\w+", run(arguments[0], "--help").stdout.partition("JSON: ")[2])
+    assert [key for key in answer if key not in documented] == []
+
+
+def test_help_lists_the_commands(run):
+    result = run("--help")
+    assert result.exit_code == 0
+    assert re.findall(r"^│ (\w+)  ", result.stdout, flags=re.MULTILINE) == COMMANDS
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help(run, name):
+    result = run(name, "--help")
+    assert result.exit_code == 0
+    assert f"Usage: ulna {name}" in result.stdout
+
+
+def test_version(run):
+    assert run("--version").stdout == f"ulna {ulna.__version__}\n"
+
+
+@pytest.mark.parametrize("arguments", [["nonsense"], ["fk", "--nonsense"], ["info", "panda", "more"]])
+def test_usage_errors_are_exit_status_2(run, arguments):
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+
+
+def test_python_m_ulna_is_the_command():
+    result = spawn(command("fk", "--json"))
+    assert (result.returncode, result.stderr) == (0, "")
+    assert json.loads(result.stdout)["position"] == pytest.approx([0.306891, 0, 0.486882], abs=5e-7)
+
+
+def test_python_m_ulna_passes_the_exit_status_on():
+    assert spawn(command("check", "--box", FAR)).returncode == 0
+    assert spawn(command("check", "--box", "0,0,0,0,0,0,9,9,9")).returncode == 1
+    refused = spawn(command("fk", "--q", "1"))
+    assert refused.returncode == 2
+    assert refused.stdout == ""
+    assert refused.stderr.startswith("ulna: --q: ")
+
+
+def test_a_spoilt_table_fails_in_the_real_command():
+    result = spawn([sys.executable, "-c", SPOILT])
+    assert (result.returncode, result.stderr) == (1, "")
+    assert "FAILED  forward kinematics, URDF against DH" in result.stdout
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
+@pytest.mark.parametrize("arguments", [["info"], ["info", "--json"], ["urdf"], ["demo", "--check"]], ids=" ".join)
+def test_a_closed_pipe_is_quiet(arguments):
+    reading, writing = os.pipe()
+    os.close(reading)
+    result = subprocess.run(command(*arguments), stdout=writing, stderr=subprocess.PIPE, text=True, timeout=120, check=False)
+    os.close(writing)
+    assert (result.returncode, result.stderr) == (141, "")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")  # noqa: PTH110
+def test_a_full_disk_is_one_line():
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        result = subprocess.run(command("info"), stdout=full, stderr=subprocess.PIPE, text=True, timeout=120, check=False)
+    assert (result.returncode, result.stderr) == (2, "ulna: No space left on device\n")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_is_quiet():
+    with subprocess.Popen([sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline().startswith("passed  first")
+        time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+    assert (process.returncode, out, err) == (130, "", "")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
+def test_no_name_is_too_strange_for_the_terminal(odd, encoding):
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
+    result = subprocess.run(
+        command("ik", str(odd), "--link", "bäll", "--xyz", "0 0 0.5"),
+        capture_output=True,
+        env=environment,
+        timeout=120,
+        check=False,
+    )
+    assert (result.returncode, result.stderr) == (0, b"")
+    assert b"solved" in result.stdout
+
+
+def test_importing_the_command_loads_neither_compiler_nor_viewer():
+    code = "import sys, ulna.cli; print([m for m in ('numba', 'llvmlite', 'viser', 'trimesh') if m in sys.modules])"
+    assert spawn([sys.executable, "-c", code]).stdout == "[]\n"
+
+
+def test_help_and_info_do_not_load_the_compiler():
+    for arguments in (["--help"], ["info"], ["urdf"]):
+        code = f"import sys, ulna.cli; ulna.cli.app({arguments}, standalone_mode=False); sys.exit('numba' in sys.modules)"
+        assert spawn([sys.executable, "-c", code]).returncode == 0

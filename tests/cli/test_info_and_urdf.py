@@ -1,0 +1,133 @@
+"""``ulna info`` and ``ulna urdf``."""
+
+import re
+
+import pytest
+
+# The assignment's table: lower, upper, velocity.
+LIMITS = [
+    (-2.8973, 2.8973, 2.1750),
+    (-1.7628, 1.7628, 2.1750),
+    (-2.8973, 2.8973, 2.1750),
+    (-3.0718, -0.0698, 2.1750),
+    (-2.8973, 2.8973, 2.6100),
+    (-0.0175, 3.7525, 2.6100),
+    (-2.8973, 2.8973, 2.6100),
+]
+
+
+def test_info_gives_the_limits_of_the_assignment(ask):
+    answer = ask("info")
+    assert answer.exit_code == 0
+    assert (answer.name, answer.base, answer.tip, answer.n_dof) == ("panda", "panda_link0", "panda_ee", 7)
+    assert [joint["name"] for joint in answer.joints] == [f"panda_joint{k}" for k in range(1, 8)]
+    assert [(joint["lower"], joint["upper"], joint["velocity_limit"]) for joint in answer.joints] == LIMITS
+    assert {(joint["type"], joint["unit"]) for joint in answer.joints} == {("revolute", "rad")}
+    assert answer.fixed_joints == ["panda_joint8", "panda_ee_joint"]
+
+
+def test_info_gives_the_boxes_of_the_assignment(ask):
+    shapes = ask("info").collision_shapes
+    assert [shape["name"] for shape in shapes] == [f"box {k}" for k in range(1, 13)]
+    assert shapes[0] == {"name": "box 1", "link": "panda_link1", "kind": "box", "extents": [0.23, 0.2, 0.1]}
+    assert shapes[11]["extents"] == [0.08, 0.22, 0.17]
+
+
+def test_info_shows_people_one_line_for_each_joint(run):
+    shown = run("info").stdout
+    assert "panda: 7 dof, panda_link0 to panda_ee" in shown
+    for k, limits in enumerate(LIMITS, start=1):
+        line = next(line for line in shown.splitlines() if f"panda_joint{k} " in line)
+        assert [float(word) for word in re.findall(r"-?\d+\.\d{4}", line)][:2] == list(limits[:2])
+    assert re.search(r"box 12 +panda_link7 +box +0\.08 x 0\.22 x 0\.17", shown)
+
+
+def test_every_kind_of_joint_has_its_entries_and_units(ask, odd):
+    answer = ask("info", odd)
+    assert [(joint["name"], joint["unit"]) for joint in answer.joints] == [
+        ("base.x", "m"),
+        ("base.y", "m"),
+        ("base.theta", "rad"),
+        ("lift", "m"),
+        ("grip", "m"),
+        ("turn", "rad"),
+    ]
+    assert answer.mimic_joints == [{"name": "grip_too", "joint": "grip", "multiplier": 2.0, "offset": 0.01}]
+
+
+def test_no_limit_is_null_for_programs_and_none_for_people(ask, run, odd):
+    turn = ask("info", odd).joints[-1]
+    assert (turn["lower"], turn["upper"], turn["velocity_limit"]) == (None, None, None)
+    assert re.search(r"turn +continuous +none +none", run("info", odd).stdout)
+
+
+def test_several_tips_are_listed(ask, run, odd):
+    answer = ask("info", odd)
+    assert answer.tip is None
+    assert answer.leaves == ["finger", "thumb", "bäll"]
+    assert "world to 3 tips" in run("info", odd).stdout
+
+
+def test_other_shapes_show_their_own_measures(ask, run, odd):
+    cylinder, mesh = ask("info", odd).collision_shapes
+    assert (cylinder["kind"], cylinder["radius"], cylinder["length"]) == ("cylinder", 0.2, 0.3)
+    assert (mesh["kind"], mesh["uri"], mesh["scale"]) == ("mesh", "mast.stl", [1.0, 1.0, 2.0])
+    assert "radius 0.2, length 0.3" in run("info", odd).stdout
+
+
+def test_names_are_shown_as_they_are_not_as_markup(run, odd):
+    assert run("info", odd).stdout.startswith("odd [bold]robot: 6 dof")
+
+
+def test_a_robot_without_shapes_is_told_so(run, xacro):
+    assert "no collision shapes" in run("info", xacro, "--xacro-arg", "length:=0.5").stdout
+
+
+def test_urdf_prints_the_file_and_nothing_else(run, odd):
+    result = run("urdf", odd)
+    assert result.exit_code == 0
+    assert result.stdout_bytes == odd.read_bytes()
+
+
+def test_urdf_of_a_xacro_file_is_what_it_expands_to(run, ask, xacro, tmp_path):
+    result = run("urdf", xacro, "--xacro-arg", "length:=0.5", "--xacro-arg", "arm_id:=two")
+    assert "xacro" not in re.sub(r"<!--.*?-->", "", result.stdout, flags=re.DOTALL)
+    expanded = tmp_path / "expanded.urdf"
+    expanded.write_bytes(result.stdout_bytes)
+    answer = ask("fk", expanded)
+    assert (answer.link, answer.position) == ("two_hand", [0.5, 0.0, 0.0])
+
+
+def test_packages_are_found_in_the_given_folders(ask, tmp_path):
+    package = tmp_path / "packages" / "parts"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>parts</name></package>")
+    (package / "hand.xacro").write_text('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="hand"/></robot>')
+    main = tmp_path / "main.xacro"
+    main.write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="$(find parts)/hand.xacro"/></robot>'
+    )
+    assert ask("info", main, "--package-dir", tmp_path / "packages").links == ["hand"]
+
+
+def test_a_missing_xacro_argument_is_named(refusal, xacro):
+    assert "give length" in refusal("info", xacro)
+
+
+def test_a_xacro_argument_without_its_sign_is_refused(refusal, xacro):
+    assert refusal("info", xacro, "--xacro-arg", "length=1") == "--xacro-arg: 'length=1'; key:=value is expected"
+
+
+@pytest.mark.parametrize("command", ["info", "fk", "jacobian", "urdf"])
+def test_an_unknown_robot_is_refused_with_a_suggestion(refusal, command):
+    assert "did you mean 'panda'" in refusal(command, "pandaa")
+
+
+def test_a_missing_file_is_named(refusal):
+    assert refusal("info", "nowhere/arm.urdf") == "nowhere/arm.urdf: no such file"
+
+
+def test_a_broken_file_is_refused_with_its_line(refusal, tmp_path):
+    path = tmp_path / "broken.urdf"
+    path.write_text('<robot name="r">\n<link name="a"/>\n<joint name="j" type="hinge"/></robot>')
+    assert refusal("info", path).startswith("broken.urdf:3: joint 'j': type 'hinge' is not known")

@@ -1,0 +1,73 @@
+"""How numbers are written on the command line."""
+
+import math
+
+import pytest
+
+from ulna.answers import Entry
+from ulna.cli import _numbers
+
+PI = math.pi
+HOME = [0, -PI / 4, 0, -3 * PI / 4, 0, PI / 2, PI / 4]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0", 0.0),
+        ("-0.5", -0.5),
+        ("+.25", 0.25),
+        ("3.", 3.0),
+        ("1e-3", 1e-3),
+        ("2.5E+2", 250.0),
+        ("pi", PI),
+        ("-pi", -PI),
+        ("pi/2", PI / 2),
+        ("-3pi/4", -3 * PI / 4),
+        ("-3*pi/4", -3 * PI / 4),
+        ("0.5pi", PI / 2),
+        ("+pi/1.5", PI / 1.5),
+    ],
+)
+def test_a_number_is_what_it_says(text, value):
+    assert _numbers("--q", text, [Entry("a", "rad")]) == [value]
+
+
+def test_commas_and_blanks_separate():
+    abcd = [Entry(name, "m") for name in "abcd"]
+    for text in ("0,-pi/4,0.5 1e-3", " 0 , -pi/4\t0.5,1e-3 ", "0 -pi/4 0.5 1e-3"):
+        assert _numbers("--q", text, abcd) == [0, -PI / 4, 0.5, 1e-3]
+
+
+def test_home_as_the_assignment_writes_it_is_home_to_the_last_bit():
+    assert _numbers("--q", "0,-pi/4,0,-3pi/4,0,pi/2,pi/4", [Entry(name, "rad") for name in "abcdefg"]) == HOME
+
+
+def test_degrees_are_of_angles_only():
+    entries = [Entry("turn", "rad"), Entry("slide", "m"), Entry("w", "")]
+    assert _numbers("--q", "180 180 180", entries, degrees=True) == [PI, 180, 180]
+
+
+@pytest.mark.parametrize(
+    "word", ["one", "nan", "inf", "1e999", "1_0", "0x1", "pi/0", "2**3", "pi*2", "3/4", "--1", "1;2", "pipi", "()"]
+)
+def test_what_is_no_number_is_refused(refusal, word):
+    message = refusal("fk", "--q", f"0,0,0,{word},0,0,0")
+    assert message == f"--q: {word!r} is not a number; numbers are written as 0.5, 1e-3, pi/2 or -3pi/4"
+
+
+@pytest.mark.parametrize(("text", "count"), [("", "0 numbers"), ("1", "1 number"), ("1,2,3,4,5,6,7,8", "8 numbers")])
+def test_a_wrong_count_names_the_joints(refusal, text, count):
+    assert refusal("fk", "--q", text).startswith(f"--q: {count}, but 7 are expected: panda_joint1, panda_joint2")
+
+
+def test_an_empty_place_is_not_skipped(refusal):
+    assert "'' is not a number" in refusal("fk", "--q", "0,,0,0,0,0,0")
+
+
+def test_pi_is_no_number_of_degrees(refusal):
+    assert refusal("fk", "--degrees", "--q", "0,0,0,0,0,0,pi/4") == "--q: 'pi/4' is in radians, but --degrees is given"
+
+
+def test_a_number_too_large_is_refused(refusal):
+    assert refusal("fk", "--q", "0,0,0,0,0,0,1e20").startswith("q[6]: ")
