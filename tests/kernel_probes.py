@@ -16,9 +16,12 @@ from ulna.kernels.tree import frame_pose, tree_poses
 def arithmetic(x, out):
     """Every operator between two numbers, and between a number and a plain float or integer on either side."""
     a, b = load(x, 0), load(x, 1)
-    results = (a + b, a - b, a * b, a / b, -a, abs(a), a + 2.5, a - 2.5, a * 2.5, a / 2.5, 2.5 + a, 2.5 - a, 2.5 * a, 2.5 / a, a * 3, 3 - a)  # fmt: skip
-    for k in range(16):
-        store(out, k, results[k])
+    two = (a + b, a - b, a * b, a / b, -a, abs(a))
+    mixed = (a + 2.5, a - 2.5, a * 2.5, a / 2.5, 2.5 + a, 2.5 - a, 2.5 * a, 2.5 / a, a * 3, 3 - a)
+    for k in range(6):
+        store(out, k, two[k])
+    for k in range(10):
+        store(out, 6 + k, mixed[k])
 
 
 def comparisons(x, out):
@@ -78,7 +81,8 @@ def angle_in_first_quadrant(x, out):
 
 
 def vector_of_rotation(x, out):
-    v = rotation_vector(load(x, 0), load(x, 1), load(x, 2), load(x, 3), load(x, 4), load(x, 5), load(x, 6), load(x, 7), load(x, 8))  # fmt: skip
+    R = load(x, 0), load(x, 1), load(x, 2), load(x, 3), load(x, 4), load(x, 5), load(x, 6), load(x, 7), load(x, 8)
+    v = rotation_vector(*R)
     for k in range(3):
         store(out, k, v[k])
 
@@ -128,7 +132,7 @@ def damped_system(n_dof, x, out):
     solve_damped(x, n_dof, load(x, n), e, out)
 
 
-def damped_step(chain, limits, posture, with_posture, x, out):
+def damped_step(limits, posture, with_posture, x, out):
     """J, the damping, e and q give q after one step, the largest change of a joint, and scratch: J and the system."""
     n_dof = limits.shape[1]
     n = 6 * n_dof
@@ -139,7 +143,7 @@ def damped_step(chain, limits, posture, with_posture, x, out):
     for k in range(n):
         store(jacobian_rows, k, load(x, k))
     scratch = (system_rows, jacobian_rows, system_rows)
-    store(out, n_dof, step(chain, limits, posture, with_posture, e, load(x, n), out[:n_dof], scratch))
+    store(out, n_dof, step(limits, posture, with_posture, e, load(x, n), out[:n_dof], scratch))
 
 
 def length_of_step(limits, x, out):

@@ -1,7 +1,8 @@
 """Robots for tests, as plain descriptions: one with every kind of joint there is, and small ones of one kind."""
 
-import naive
 import numpy as np
+
+import naive
 from ulna.model.description import Description, Joint, JointType, Limits, Link, Mimic
 
 X, Y, Z = np.eye(3)

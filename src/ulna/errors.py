@@ -70,8 +70,8 @@ class SingularityError(UlnaError, ValueError):
 
 def did_you_mean(name: str, known: Iterable[str], most: int = 8) -> str:
     """The end of a sentence that suggests the nearest known name, or lists a few."""
-    known = list(known)
-    near = difflib.get_close_matches(name, known, n=1)
+    known = [str(k) for k in known]
+    near = difflib.get_close_matches(str(name), known, n=1)
     if near:
         return f"; did you mean {near[0]!r}?"
     if not known:

@@ -14,6 +14,7 @@ from ulna.errors import InputError
 from ulna.io.dh import description_from_dh
 from ulna.io.load import load_description
 from ulna.io.write_urdf import write_urdf
+from ulna.model.arrays import as_floats
 from ulna.model.description import Description
 from ulna.model.pose import as_pose
 from ulna.model.subtree import cut_out, with_tool
@@ -69,7 +70,7 @@ class Robot:
 
     def __init__(self, description: Description, *, home: ArrayLike | None = None) -> None:
         tree = build_tree(description)
-        start = np.clip(np.zeros(tree.n_dof) if home is None else np.array(home, dtype=np.float64), tree.lower, tree.upper)
+        start = np.clip(np.zeros(tree.n_dof) if home is None else _one_configuration(tree, home), tree.lower, tree.upper)
         start.setflags(write=False)
         self.__dict__.update(description=description, tree=tree, home=start)
 
@@ -359,6 +360,13 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
+
+
+def _one_configuration(tree: Tree, home: ArrayLike) -> Array:
+    q = as_floats("home", home)
+    if q.shape != (tree.n_dof,) or not np.isfinite(q).all():
+        raise InputError("home", f"shape {q.shape}; {tree.n_dof} finite numbers are expected, one for each entry of q")
+    return q
 
 
 def _columns(part: Robot, whole: Robot) -> list[int]:

@@ -17,9 +17,11 @@ from ulna.kernels.search_layout import (
     WITH_POSTURE,
 )
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
 N_RUNS = 100  # starts of eight before the search gives up
+_NO_LIMIT = 1e3  # descriptions write 1e16 where they mean none; starts scattered over that would be of no use
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +64,9 @@ def make_problem(
 def random_starts(bounds: tuple[tuple[float, ...], tuple[float, ...]], seed: int) -> NDArray[np.float64]:
     """Starts within the limits, shape (N_RUNS, n_dof, 8): the same for the same limits and seed.
 
-    Where a limit is infinite they lie within a turn of the other limit, or within pi of zero.
+    Where a limit is infinite, or as good as, they lie within a turn of the other limit, or within pi of zero.
     """
-    lower, upper = bounds
+    lower, upper = (np.where(np.abs(side) > _NO_LIMIT, np.copysign(np.inf, side), side) for side in bounds)
     low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)
     high = np.where(np.isinf(upper), low + 2 * np.pi, upper)
     share = np.random.default_rng(seed).random((N_RUNS, len(low), WIDTH))
@@ -74,10 +76,7 @@ def random_starts(bounds: tuple[tuple[float, ...], tuple[float, ...]], seed: int
 
 
 def _targets(T: ArrayLike) -> NDArray[np.float64]:
-    try:
-        targets = np.asarray(T, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError("T", f"not an array of numbers ({error})") from None
+    targets = as_floats("T", T)
     if targets.shape[-2:] != (4, 4):
         raise InputError("T", f"shape {targets.shape}, but targets have shape (..., 4, 4); ulna.pose(xyz, rpy) makes one")
     return targets
@@ -107,7 +106,7 @@ def _posture(tree: Tree, posture: ArrayLike) -> NDArray[np.float64]:
 
 def _tolerance(position: float, rotation: float) -> tuple[float, float]:
     for name, value in (("position_tolerance", position), ("rotation_tolerance", rotation)):
-        if not 0 < value < np.inf:
+        if not isinstance(value, (int, float, np.integer, np.floating)) or not 0 < value < np.inf:
             raise InputError(name, f"{value!r}; a number above 0 is expected")
     return position, rotation
 

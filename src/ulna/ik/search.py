@@ -59,7 +59,7 @@ def inverse_kinematics(
     result = _one(q, info, tolerances) if not problem.batch else _many(problem.batch, q, info, tolerances)
     if result is None:
         as_pose(problem.targets.reshape(*problem.batch, 4, 4))
-        raise AssertionError("a kernel found a target that is not a pose, and the edge did not")
+        raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
     return result
 
 

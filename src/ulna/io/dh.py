@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, did_you_mean
+from ulna.model.arrays import as_floats
 from ulna.model.description import Description, Joint, JointType, Limits, Link
 from ulna.model.pose import pose
 
@@ -37,7 +38,7 @@ def description_from_dh(
     table = _table(rows)
     types = _joint_types(joint_types, len(table))
     if convention not in ("modified", "standard"):
-        raise InputError("convention", f"{convention!r} is not known{did_you_mean(convention, ('modified', 'standard'))}")
+        raise InputError("convention", f"{convention!r} is not known{did_you_mean(str(convention), ('modified', 'standard'))}")
     bounds = _bounds(limits, types)
     links, joints = [Link("base")], []
     for k, (row, kind) in enumerate(zip(table, types, strict=True), start=1):
@@ -65,10 +66,7 @@ def _around_the_motion(row: NDArray, convention: str) -> tuple[NDArray, NDArray]
 
 
 def _table(rows: ArrayLike) -> NDArray[np.float64]:
-    try:
-        table = np.array(rows, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("rows", f"not a table of numbers ({error})") from None
+    table = as_floats("rows", rows)
     if table.ndim != 2 or table.shape[1] != 4 or len(table) == 0:
         raise InputError("rows", f"shape {table.shape}, but (n, 4) is expected: a, d, alpha, theta_offset")
     if not np.isfinite(table).all():
@@ -77,7 +75,10 @@ def _table(rows: ArrayLike) -> NDArray[np.float64]:
 
 
 def _joint_types(joint_types: Sequence[str] | None, n: int) -> list[JointType]:
-    names = ["revolute"] * n if joint_types is None else list(joint_types)
+    try:
+        names = ["revolute"] * n if joint_types is None else list(joint_types)
+    except TypeError:
+        raise InputError("joint_types", f"{joint_types!r} is not a list of joint types") from None
     if len(names) != n:
         raise InputError("joint_types", f"{len(names)} for {n} rows")
     for name in names:
@@ -90,7 +91,7 @@ def _bounds(limits: ArrayLike | None, types: list[JointType]):
     n_moving = sum(kind != JointType.FIXED for kind in types)
     if limits is None:
         return iter([Limits()] * n_moving)
-    table = np.asarray(limits, dtype=np.float64)
+    table = as_floats("limits", limits)
     if table.shape != (n_moving, 2) or np.isnan(table).any() or (table[:, 0] > table[:, 1]).any():
         raise InputError(
             "limits", f"shape {table.shape}; {n_moving} pairs of lower <= upper are expected, one for each moving joint"

@@ -1,5 +1,6 @@
 """From whatever names a robot to its description: a bundled name, a path, or the text itself."""
 
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -17,12 +18,18 @@ def load_description(
     """The description, and for a bundled robot its home configuration."""
     if not isinstance(source, (str, Path)):
         raise InputError("source", f"{type(source).__name__}; a name, a path or URDF text is expected")
+    if isinstance(source, str) and not source.strip():
+        raise InputError("source", "an empty string; a name, a path or URDF text is expected")
+    if isinstance(package_dirs, (str, Path)) or not isinstance(package_dirs, Iterable):
+        raise InputError("package_dirs", f"{package_dirs!r}; a list of folders is expected")
+    if not isinstance(xacro_args, Mapping):
+        raise InputError("xacro_args", f"{xacro_args!r}; a dict of names and values is expected")
     if isinstance(source, str) and source in BUNDLED:
         bundled = BUNDLED[source]
         _refuse_arguments(source, xacro_args)
         return read_urdf(bundled.text(), bundled.file), bundled.home
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        return _read(source.encode(), "URDF text", None, xacro_args, package_dirs), None
+        return _read(_encoded(source), "URDF text", None, xacro_args, package_dirs), None
     path = Path(source)
     return _read(_bytes(path), path.name, path.parent, xacro_args, package_dirs), None
 
@@ -36,6 +43,17 @@ def _read(
     else:
         _refuse_arguments(source, xacro_args)
     return read_urdf(text, source)
+
+
+def _encoded(source: str) -> bytes:
+    """URDF text as UTF-8, without an encoding that it may declare, and without what stands before an XML declaration."""
+    text = source.lstrip("\ufeff")
+    if text.lstrip().startswith("<?xml"):
+        text = re.sub(r"""\s+encoding=(["'])[^"']*\1""", "", text.lstrip(), count=1)
+    try:
+        return text.encode()
+    except UnicodeEncodeError as error:
+        raise InputError("source", f"text that is not Unicode ({error})") from None
 
 
 def _refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:

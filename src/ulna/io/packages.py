@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from urllib.parse import unquote, urlparse
+from urllib.parse import unquote
 
 _LEVELS_ABOVE = 6  # folders above the description in which its package may lie
 
@@ -41,13 +41,15 @@ def resolve_uri(
 
     A path that climbs out of its package with ``..`` is not followed.
     """
-    parts = urlparse(uri)
-    if parts.scheme == "package":
-        inside = unquote(parts.path).lstrip("/")
-        roots = dict.fromkeys(package_folders(parts.netloc, description_folder, package_dirs))
-        candidates = [folder / inside for folder in roots if (folder / inside).resolve().is_relative_to(folder.resolve())]
-    elif parts.scheme == "file":
-        candidates = [Path(unquote(parts.path))]
+    scheme, _, rest = uri.partition("://")
+    if scheme == "package":
+        name, _, inside = rest.partition("/")
+        inside = os.path.normpath(unquote(inside).lstrip("/"))
+        if name in ("", ".", "..") or inside.startswith(".."):
+            return None, []
+        candidates = [folder / inside for folder in dict.fromkeys(package_folders(name, description_folder, package_dirs))]
+    elif scheme == "file":
+        candidates = [Path(unquote(rest))]
     else:
         candidates = [Path(uri) if description_folder is None else description_folder / uri]
     return next((path for path in candidates if path.is_file()), None), candidates

@@ -18,9 +18,19 @@ from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 def read_urdf(text: bytes, source: str) -> Description:
     """The description in a URDF document. ``source`` names it in messages."""
     root = parse(text, source)
-    decoded = text.decode(root.getroottree().docinfo.encoding or "utf-8")
+    decoded = _decoded(root, text, source)
     without_encoding = re.sub(r"^\s*<\?xml[^>]*\?>", '<?xml version="1.0"?>', decoded.lstrip("\ufeff"), count=1)
     return _Reader(source).robot(root, without_encoding)
+
+
+def _decoded(root: etree._Element, text: bytes, source: str) -> str:
+    declared = root.getroottree().docinfo.encoding or "utf-8"
+    marks = {b"\xff\xfe\0\0": "utf-32", b"\0\0\xfe\xff": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+    encoding = next((name for mark, name in marks.items() if text.startswith(mark)), declared)
+    try:
+        return text.decode(encoding)
+    except (LookupError, UnicodeDecodeError):
+        raise DescriptionError(f"is written in {encoding}, which Python does not read; save it as UTF-8", source) from None
 
 
 class _Reader:
@@ -120,6 +130,7 @@ class _Reader:
         axis = np.array([1.0, 0.0, 0.0] if child is None else self.vector(child, "xyz", 3))
         if kind == JointType.FLOATING:
             return np.array([0.0, 0.0, 1.0])
+        axis = axis / (np.abs(axis).max() or 1.0)
         length = float(np.linalg.norm(axis))
         if kind == JointType.FIXED:
             return axis if length == 0 else axis / length
@@ -135,7 +146,7 @@ class _Reader:
                 hint = "; a joint without limits is of type 'continuous'" if kind == JointType.REVOLUTE else ""
                 raise self.fail(element, f"joint {name!r}: a {kind} joint needs a <limit>{hint}")
             return Limits()
-        effort, velocity = (self.number(child, key, math.inf) for key in ("effort", "velocity"))
+        effort, velocity = (self.number(child, key, math.inf, 0.0) for key in ("effort", "velocity"))
         if not bounded:
             return Limits(velocity=velocity, effort=effort)
         lower, upper = (self.number(child, key, 0.0) for key in ("lower", "upper"))
@@ -184,6 +195,8 @@ class _Reader:
     def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
         text = self.attribute(element, key)
         try:
+            if "_" in text or not text.isascii():
+                raise ValueError  # noqa: TRY301
             values = tuple(float(word) for word in text.split())
         except ValueError:
             hint = " (an expression: is this a xacro file without its xmlns:xacro?)" if "${" in text else ""

@@ -6,6 +6,7 @@ import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
 
+from ulna.errors import DescriptionError
 from ulna.model.description import Body, Description, Joint, JointType, Link
 from ulna.model.pose import rpy_from_matrix
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
@@ -52,9 +53,7 @@ def _shape(shape: Shape) -> etree._Element:
 
 
 def _joint(joint: Joint) -> etree._Element:
-    # URDF has no revolute joint without limits: such a one is continuous.
-    free = joint.type == JointType.REVOLUTE and math.isinf(joint.limits.upper - joint.limits.lower)
-    element = etree.Element("joint", name=joint.name, type=JointType.CONTINUOUS if free else joint.type)
+    element = etree.Element("joint", name=joint.name, type=_type(joint))
     etree.SubElement(element, "parent", link=joint.parent)
     etree.SubElement(element, "child", link=joint.child)
     element.append(_origin(joint.origin))
@@ -73,6 +72,16 @@ def _joint(joint: Joint) -> etree._Element:
             element, "mimic", joint=mimic.joint, multiplier=_words([mimic.multiplier]), offset=_words([mimic.offset])
         )
     return element
+
+
+def _type(joint: Joint) -> JointType:
+    """The joint's type in URDF, which has no revolute joint without limits: such a one is continuous."""
+    infinite = [math.isinf(limit) for limit in (joint.limits.lower, joint.limits.upper)]
+    if joint.type == JointType.REVOLUTE and all(infinite) and joint.mimic is None:
+        return JointType.CONTINUOUS
+    if joint.type in (JointType.REVOLUTE, JointType.PRISMATIC) and any(infinite) and joint.mimic is None:
+        raise DescriptionError(f"joint {joint.name!r} has no finite limits, and URDF cannot say so of a {joint.type} joint")
+    return joint.type
 
 
 def _limits(joint: Joint) -> tuple[float, float, float, float]:

@@ -1,6 +1,7 @@
 """xacro in, URDF text out. A xacro file is a program, so it runs in a child process, with limits of time and memory."""
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping
@@ -47,10 +48,11 @@ def expand_xacro(
         "memory": MEMORY_LIMIT_BYTES,
         "seconds": TIME_LIMIT_S,
     }
-    command = [sys.executable, "-m", "ulna.io.xacro_child"]
+    command = [sys.executable, "-P", "-m", "ulna.io.xacro_child"]  # -P: nothing of the working folder is imported
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     try:
         child = subprocess.run(  # noqa: S603 - this Python, our own module
-            command, input=json.dumps(request).encode(), capture_output=True, timeout=TIME_LIMIT_S, check=False
+            command, input=json.dumps(request).encode(), capture_output=True, env=environment, timeout=TIME_LIMIT_S, check=False
         )
     except subprocess.TimeoutExpired:
         raise DescriptionError(f"xacro: no end within {TIME_LIMIT_S:g} s; expansion stopped", source) from None
@@ -82,15 +84,27 @@ def _call_the_macro(root: etree._Element, source: str, arguments: dict[str, str]
     if len(macros) != 1:
         message = f"xacro: defines the macros {', '.join(names)} and calls none; add a call such as <xacro:{names[0]}/>"
         raise DescriptionError(message, source, macros[0].sourceline)
-    parameters = [word for word in macros[0].get("params", "").split() if not word.startswith("*")]
-    given = {key: arguments.pop(key) for key in list(arguments) if key in {p.split(":=")[0].split("=")[0] for p in parameters}}
-    missing = [p for p in parameters if "=" not in p and p not in given]
+    has_default = _parameters(macros[0].get("params", ""))
+    given = {key: arguments.pop(key) for key in list(arguments) if key in has_default}
+    missing = [name for name, default in has_default.items() if not default and name not in given]
     if missing:
         message = f"xacro: only defines the macro {names[0]!r}; to call it, give {', '.join(missing)} in xacro_args"
         raise DescriptionError(message, source, macros[0].sourceline)
     if arguments and not any(etree.QName(e).localname == "arg" for e in root if isinstance(e.tag, str)):
         unknown = next(iter(arguments))
-        known = [p.split(":=")[0] for p in parameters]
-        raise DescriptionError(f"xacro: macro {names[0]!r} has no parameter {unknown!r}{did_you_mean(unknown, known)}", source)
+        message = f"xacro: macro {names[0]!r} has no parameter {unknown!r}{did_you_mean(unknown, has_default)}"
+        raise DescriptionError(message, source)
     macro_namespace = etree.QName(macros[0]).namespace
     root.append(root.makeelement(f"{{{macro_namespace}}}{names[0]}", given))
+
+
+def _parameters(text: str) -> dict[str, bool]:
+    """The parameters of a macro, and for each whether it has a default; blocks (``*name``) are left out."""
+    from xacro import parse_macro_arg
+
+    has_default = {}
+    while text.strip():
+        name, default, text = parse_macro_arg(text)
+        if not name.startswith("*"):
+            has_default[name] = default is not None
+    return has_default

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,22 @@ def main() -> None:
     except MemoryError:
         answer = {"error": "out of memory"}
     except Exception as error:  # xacro raises whatever the document's expressions raise
-        answer = {"error": " ".join(str(error).split()) or type(error).__name__}
+        answer = {"error": _sentence(error)}
     json.dump(answer, sys.stdout)
+
+
+def _sentence(error: BaseException) -> str:
+    """What went wrong, once, in one line."""
+    inner: BaseException | None = error
+    while inner is not None:
+        if isinstance(inner, MemoryError):
+            return "out of memory " + " ".join(str(error).split())
+        inner = getattr(inner, "exc", None) or inner.__cause__ or inner.__context__
+    text = re.sub(r"<class '[\w.]+'>: ", "", " ".join(str(error).split()))
+    half = len(text) // 2
+    if len(text) % 2 == 1 and text[:half] == text[half + 1 :]:
+        text = text[:half]
+    return re.sub(r" \[Errno \d+\].*", "", text) or type(error).__name__
 
 
 def _limit(memory: int, seconds: float) -> None:

@@ -66,22 +66,25 @@ def cache_folder() -> Path | None:
     ``NUMBA_CACHE_DIR`` is honoured; otherwise it lies in the user's own cache folder. Folders of other versions that
     nobody has used for a month are removed.
     """
-    if os.environ.get("NUMBA_CACHE_DIR"):
-        base = Path(os.environ["NUMBA_CACHE_DIR"]) / "ulna"
-    elif sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "ulna" / "cache"
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches" / "ulna"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ulna"
-    folder = base / f"kernels-{source_hash()}"
     try:
+        base = _base_folder()
+        folder = base / f"kernels-{source_hash()}"
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
         _remove_unused(base)
-    except OSError:
+    except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
         return None
     return folder if os.access(folder, os.W_OK) else None
+
+
+def _base_folder() -> Path:
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(os.environ["NUMBA_CACHE_DIR"]) / "ulna"
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "ulna" / "cache"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "ulna"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ulna"
 
 
 def _remove_unused(base: Path) -> None:
@@ -121,7 +124,12 @@ class _KernelCache(FunctionCache):
     _impl_class = _KernelCacheImpl
 
     def load_overload(self, sig, target_context):
-        loaded = super().load_overload(sig, target_context)
+        try:
+            loaded = super().load_overload(sig, target_context)
+        except Exception:  # noqa: BLE001 - a damaged file costs a compilation, and is replaced
+            loaded = None
+            with contextlib.suppress(OSError):
+                self.flush()
         if loaded is None and sys.stderr is not None and sys.stderr.isatty():
             print(f"ulna: compiling {self._py_func.__name__} for this machine (once)", file=sys.stderr)  # noqa: T201
         return loaded

@@ -43,6 +43,8 @@ def descend(chain, limits, target_rows, settings, q_rows, trial_rows, axis_rows,
     """Steps 1 to 4 for every lane, until all have ended. The columns of the information are rows here."""
     target = load_pose(target_rows, 0)
     scale = splat(1.0, load(q_rows, 0))
+    p2, r2 = error_squares(pose_error(chain_pose(chain, q_rows), target))
+    least = p2 + r2  # carried along: evaluated again at the same q in another way, it would round differently
     iterations, steps, moving = splat(0.0, scale), 0, True
     while moving:
         e = pose_error(chain_jacobian(chain, q_rows, BASE, axis_rows, jacobian_rows), target)
@@ -61,9 +63,10 @@ def descend(chain, limits, target_rows, settings, q_rows, trial_rows, axis_rows,
                 moved = load(q_rows, j) + scale * length * gradient(jacobian_rows, j, e)
                 store(trial_rows, j, within_limits(moved, limits, j))
             new_p2, new_r2 = error_squares(pose_error(chain_pose(chain, trial_rows), target))
-            better = (new_p2 + new_r2 < p2 + r2) & (active > 0.0)
+            better = (new_p2 + new_r2 < least) & (active > 0.0)
             for j in range(limits.shape[1]):
                 store(q_rows, j, where(better, load(trial_rows, j), load(q_rows, j)))
+            least = where(better, new_p2 + new_r2, least)
             scale = where(better, 1.0, 0.5 * scale)
             iterations = iterations + active
             steps += 1

@@ -88,22 +88,31 @@ def matrix_pose(matrix):
 
 @kernel
 def rigidity_defect(matrix):
-    """How far a 4x4 matrix is from a rigid motion: the largest entry of R R' - I, of det R - 1 and of the last row's fault.
+    """How far a 4x4 matrix is from a rigid motion: the largest fault in R R' - I and the last row.
 
-    NaN or infinity anywhere gives NaN or infinity, and so does a position beyond LARGEST.
+    For a reflection about 2; infinite if an entry is not finite, or a position beyond LARGEST.
     """
-    defect = abs(matrix[3, 0]) + abs(matrix[3, 1]) + abs(matrix[3, 2]) + abs(matrix[3, 3] - 1.0)
+    defect = 0.0
     for r in range(3):
         if not abs(matrix[r, 3]) <= LARGEST:
             defect = np.inf
+        defect = worse(defect, matrix[3, r])
         for c in range(r + 1):
             dot = matrix[r, 0] * matrix[c, 0] + matrix[r, 1] * matrix[c, 1] + matrix[r, 2] * matrix[c, 2]
-            fault = abs(dot - (1.0 if r == c else 0.0))
-            defect = max(defect, fault)
+            defect = worse(defect, dot - (1.0 if r == c else 0.0))
     determinant = (
         matrix[0, 0] * (matrix[1, 1] * matrix[2, 2] - matrix[1, 2] * matrix[2, 1])
         - matrix[0, 1] * (matrix[1, 0] * matrix[2, 2] - matrix[1, 2] * matrix[2, 0])
         + matrix[0, 2] * (matrix[1, 0] * matrix[2, 1] - matrix[1, 1] * matrix[2, 0])
     )
-    fault = abs(determinant - 1.0)
-    return max(defect, fault)
+    if determinant < 0.0:
+        defect = worse(defect, determinant - 1.0)
+    return worse(defect, matrix[3, 3] - 1.0)
+
+
+@kernel
+def worse(defect, fault):
+    """The larger of a defect and the size of a fault; infinity if the fault is NaN, so that nothing later hides it."""
+    if not abs(fault) <= LARGEST:
+        return np.inf
+    return max(defect, abs(fault))

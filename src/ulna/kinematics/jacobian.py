@@ -25,7 +25,8 @@ def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str) -
     if q.ndim == 1:
         good = jacobian_one(chain, frame, for_kernel(q), J)
     else:
-        good = jacobian_batch(chain, frame, flat(q), J.reshape(-1, 6, tree.n_dof))
+        rows = flat(q)
+        good = jacobian_batch(chain, frame, rows, J.reshape(len(rows), 6, tree.n_dof))
     if not good:
         refuse_out_of_range(q)
     return J

@@ -5,15 +5,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError
 from ulna.kernels.layout import LARGEST
+from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
 
 def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float64]:
     """q as a C-contiguous float64 array of shape (..., n_dof); an ``InputError`` if it has another shape."""
-    try:
-        q = np.asarray(q, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError(name, f"not an array of numbers ({error})") from None
+    q = as_floats(name, q)
     if q.ndim == 0 or q.shape[-1] != tree.n_dof:
         raise InputError(name, f"shape {q.shape}, but shape (..., {tree.n_dof}) is expected: {_joints(tree)}")
     return q

@@ -1,6 +1,6 @@
 """A robot as a description file gives it: links joined by joints, as frozen data."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from math import inf
 
@@ -75,6 +75,9 @@ class Joint:
         object.__setattr__(self, "origin", frozen(self.origin, (4, 4)))
         object.__setattr__(self, "axis", frozen(self.axis, (3,)))
 
+    def __reduce__(self):
+        return _remake, (type(self), _contents(self))
+
 
 @dataclass(frozen=True, eq=False)
 class Body:
@@ -88,6 +91,9 @@ class Body:
     def __post_init__(self) -> None:
         object.__setattr__(self, "pose", frozen(self.pose, (4, 4)))
 
+    def __reduce__(self):
+        return _remake, (type(self), _contents(self))
+
 
 @dataclass(frozen=True)
 class Link:
@@ -97,6 +103,15 @@ class Link:
     visuals: tuple[Body, ...] = ()
     collisions: tuple[Body, ...] = ()
     line: int | None = None
+
+
+def _contents(value) -> tuple:
+    return tuple(getattr(value, f.name) for f in fields(value))
+
+
+def _remake(kind: type, contents: tuple):
+    """A copy through the constructor, which freezes its arrays: pickle and deepcopy would leave them writable."""
+    return kind(*contents)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError
 from ulna.kernels.layout import LARGEST
+from ulna.model.arrays import as_floats
 
 _LARGEST_DEFECT = 1e-6
 
@@ -31,7 +32,12 @@ def pose(xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike | None = None, *, wxyz
     if rpy is not None and wxyz is not None:
         raise InputError("rpy, wxyz", "give one of them, not both")
     rotation = matrix_from_quaternion(wxyz) if wxyz is not None else matrix_from_rpy((0, 0, 0) if rpy is None else rpy)
-    T = np.zeros((*np.broadcast_shapes(xyz.shape[:-1], rotation.shape[:-2]), 4, 4))
+    try:
+        batch = np.broadcast_shapes(xyz.shape[:-1], rotation.shape[:-2])
+    except ValueError:
+        message = f"{xyz.shape[:-1]} positions do not go with {rotation.shape[:-2]} orientations"
+        raise InputError("xyz", message) from None
+    T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = rotation, xyz, 1.0
     return T
 
@@ -67,10 +73,11 @@ def rpy_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 def matrix_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
     """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalised here."""
     wxyz = _finite("wxyz", wxyz, 4)
-    length = np.linalg.norm(wxyz, axis=-1, keepdims=True)
-    if np.any(length < 1e-12):
+    largest = np.abs(wxyz).max(axis=-1, keepdims=True)
+    if np.any(largest < 1e-12):
         raise InputError("wxyz", "a quaternion of length zero is no rotation")
-    w, x, y, z = np.moveaxis(wxyz / length, -1, 0)
+    scaled = wxyz / largest  # so that no square overflows
+    w, x, y, z = np.moveaxis(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True), -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -102,10 +109,7 @@ def quaternion_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     """T as an array of shape (..., 4, 4); an ``InputError`` that says what is wrong if it is no rigid motion (to 1e-6)."""
-    try:
-        T = np.asarray(T, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(name, f"not an array of numbers ({error})") from None
+    T = as_floats(name, T)
     if T.shape[-2:] != (4, 4):
         raise InputError(name, f"shape {T.shape}, but poses have shape (..., 4, 4)")
     R = T[..., :3, :3]
@@ -137,10 +141,7 @@ def inverse(T: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _finite(name: str, values: ArrayLike, width: int) -> NDArray[np.float64]:
-    try:
-        values = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(name, f"not an array of numbers ({error})") from None
+    values = as_floats(name, values)
     if values.shape[-1:] != (width,):
         raise InputError(name, f"shape {values.shape}, but shape (..., {width}) is expected")
     if not np.isfinite(values).all():

@@ -83,6 +83,8 @@ def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:
 def drive_of(joint: Joint, joints: dict[str, Joint], columns: dict[str, slice], source: str) -> Drive:
     """What moves a joint, mimics followed to the independent joint or to the fixed one at their end."""
     ratio, offset, seen = 1.0, 0.0, [joint.name]
+    if joint.mimic is not None and N_POSITIONS[joint.type] > 1:
+        raise DescriptionError(f"joint {joint.name!r}: a {joint.type} joint cannot mimic another", source, joint.line)
     while joint.mimic is not None:
         ratio, offset = ratio * joint.mimic.multiplier, ratio * joint.mimic.offset + offset
         leader = joints.get(joint.mimic.joint)

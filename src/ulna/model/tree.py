@@ -5,7 +5,7 @@ own, turned so that z lies along that axis, and the link behind it is turned bac
 (x, y, theta) and a floating one six (x, y, z, then yaw, pitch, roll): so the kernels know two kinds of motion only.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ulna.errors import UnknownNameError
 from ulna.kernels.layout import BASE, FIXED, FRAME_WIDTH, PARENT, PRISMATIC, REVOLUTE, TABLE_WIDTH
 from ulna.model.description import Description, Joint, JointType, frozen
+from ulna.model.pose import pose
 from ulna.model.structure import Drive, columns_of_q, drive_of, joints_from_root, leaf_links, limits_of_q, root_link
 
 X, Y, Z = np.eye(3)
@@ -86,7 +87,7 @@ class Tree:
             row = int(self.joints[row][PARENT])
         rows.reverse()
         if not rows or not np.array_equal(self.link_offset[link], np.eye(4)):
-            rows.append(_joint_row(self.link_offset[link], FIXED, Drive(None, 0.0, 0.0), BASE))
+            rows.append(_joint_row(self.link_offset[link], FIXED, Drive(0), BASE))
         chain = np.array(rows)
         chain[:, PARENT] = np.arange(len(chain)) - 1
         chain.setflags(write=False)
@@ -101,9 +102,13 @@ def build_tree(description: Description) -> Tree:
     for joint in ordered:
         drive = drive_of(joint, by_name, columns, description.source)
         row, offset = link_row[joint.parent], link_offset[joint.parent] @ joint.origin
-        for joint_row, offset_behind in _motion_rows(joint, drive, row, offset, len(table)):
-            table.append(joint_row)
-            row, offset = len(table) - 1, offset_behind
+        if joint.type != JointType.FIXED and drive.column is None:  # a mimic of a fixed joint
+            turn = _turn_z_onto(joint.axis)
+            offset = offset @ turn @ _held_at(_MOTIONS[joint.type][0][0], drive.offset) @ turn.T
+        elif joint.type != JointType.FIXED:
+            for joint_row, offset_behind in _motion_rows(joint, drive, row, offset, len(table)):
+                table.append(joint_row)
+                row, offset = len(table) - 1, offset_behind
         link_row[joint.child], link_offset[joint.child] = row, offset
     names = tuple(link.name for link in description.links)
     lower, upper, velocity = limits_of_q(ordered)
@@ -125,20 +130,16 @@ def build_tree(description: Description) -> Tree:
 
 def _motion_rows(joint: Joint, drive: Drive, parent: int, T_parent_joint: NDArray, first_row: int):
     """The table rows of a joint, each with the offset that turns its frame back to the joint's own axes."""
-    to_axis = _turn_z_onto(joint.axis)
-    for k, (kind, axis, entry) in enumerate(_MOTIONS.get(joint.type, [])):
+    to_axis = np.eye(4) if joint.type == JointType.FLOATING else _turn_z_onto(joint.axis)
+    for k, (kind, axis, entry) in enumerate(_MOTIONS[joint.type]):
         turn = to_axis if axis is None else to_axis @ _turn_z_onto(axis)
-        column = drive.column if drive.column is None else drive.column + entry
-        yield (
-            _joint_row(T_parent_joint @ turn, kind, Drive(column, drive.ratio, drive.offset), parent),
-            turn.T,
-        )
+        row = _joint_row(T_parent_joint @ turn, kind, replace(drive, column=drive.column + entry), parent)
+        yield row, turn.T
         parent, T_parent_joint = first_row + k, turn.T
 
 
 def _joint_row(T_parent_joint: NDArray, kind: int, drive: Drive, parent: int) -> NDArray[np.float64]:
-    column = 0 if drive.column is None else drive.column
-    return np.array([*T_parent_joint[:3].ravel(), kind, column, drive.ratio, drive.offset, parent])
+    return np.array([*T_parent_joint[:3].ravel(), kind, drive.column, drive.ratio, drive.offset, parent])
 
 
 def _frame_row(joint_row: int, T_joint_frame: NDArray) -> NDArray[np.float64]:
@@ -149,12 +150,19 @@ def _turn_z_onto(axis: NDArray) -> NDArray[np.float64]:
     """A pose whose z axis lies along a unit vector, turned from z by the shortest way; the identity for z itself."""
     T = np.eye(4)
     x, y, z = axis
-    if z < -1 + 1e-12:
-        T[:3, :3] = np.diag([1.0, -1.0, -1.0])
-    elif x != 0 or y != 0:
-        T[:3, :3] = [
-            [1 - x * x / (1 + z), -x * y / (1 + z), x],
-            [-x * y / (1 + z), 1 - y * y / (1 + z), y],
-            [-x, -y, z],
-        ]
+    square = x * x + y * y
+    if square == 0:
+        T[:3, :3] = np.diag([1.0, np.sign(z), np.sign(z)])
+        return T
+    share = (1 - z) / square if z < 0 else 1 / (1 + z)  # 1 / (1 + z), without the cancellation near z = -1
+    T[:3, :3] = [
+        [1 - x * x * share, -x * y * share, x],
+        [-x * y * share, 1 - y * y * share, y],
+        [-x, -y, z],
+    ]
     return T
+
+
+def _held_at(kind: int, position: float) -> NDArray[np.float64]:
+    """The motion of a joint about or along z that stands still at a position."""
+    return pose(rpy=(0.0, 0.0, position)) if kind == REVOLUTE else pose((0.0, 0.0, position))

@@ -1,0 +1,31 @@
+"""Arrays of numbers as they come in from outside."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.errors import InputError
+
+_FLOAT64 = np.dtype(np.float64)
+
+
+def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """The values as a C-contiguous float64 array, itself where it is one already.
+
+    Raises:
+        InputError: They are no numbers, or complex ones, whose imaginary part would be lost.
+    """
+    if isinstance(values, np.ndarray) and values.dtype is _FLOAT64:
+        return values if values.flags.c_contiguous else values.copy()
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "biuf":
+            raise InputError(name, f"not an array of numbers (it holds {_what(array)})")
+        return np.asarray(array, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(name, f"not an array of numbers ({error})") from None
+
+
+def _what(array: NDArray) -> str:
+    return {"c": "complex numbers", "U": "text", "S": "text", "O": "objects"}.get(array.dtype.kind, str(array.dtype))

@@ -1,0 +1,70 @@
+"""The same inputs for every probe, so that the modes can be compared: run as a program, it writes this process's answers.
+
+NUMBA_DISABLE_JIT=1 python kernel_cases.py answers.npz
+"""
+
+import sys
+
+import numpy as np
+
+import kernel_modes
+import kernel_probes as probes
+import naive
+import zoo
+from ulna.model.tree import build_tree
+
+N = 24
+TREE = build_tree(zoo.every_joint())
+CHAIN = TREE.chain("fingertip")
+N_DOF, N_JOINTS, N_LINKS = TREE.n_dof, len(TREE.joints), len(TREE.link_names)
+LIMITS = np.array([np.full(N_DOF, -1.0), np.full(N_DOF, 1.0)])
+
+
+def cases():
+    """(probe, inputs, number of outputs, tables) by name."""
+    rng = np.random.default_rng(7)
+    plain, angles = rng.normal(size=(2, N)), rng.uniform(-20, 20, (1, N))
+    poses = np.array([random_pose(rng) for _ in range(2 * N)]).reshape(N, 24).T
+    rotations = poses.reshape(2, 3, 4, N)[0, :, :3].reshape(9, N)
+    q = rng.uniform(-1.5, 1.5, (N_DOF, N))
+    J, e = rng.normal(size=(6 * N_DOF, N)), rng.normal(size=(6, N))
+    system = np.vstack([J, np.full(N, 0.1), e])
+    halves = rng.uniform(0.3, 1.5, (6, N))
+    return {
+        "arithmetic": (probes.arithmetic, plain, 16, ()),
+        "comparisons": (probes.comparisons, plain, 12, ()),
+        "logic": (probes.logic, plain, 4, ()),
+        "choices": (probes.choices, abs(plain), 9, ()),
+        "sine and cosine": (probes.sine_and_cosine, angles, 2, ()),
+        "angle in the first quadrant": (probes.angle_in_first_quadrant, abs(plain), 1, ()),
+        "vector of a rotation": (probes.vector_of_rotation, rotations, 3, ()),
+        "vector between": (probes.vector_between, poses, 3, ()),
+        "product": (probes.product, poses, 12, ()),
+        "turn and slide": (probes.turn_and_slide, np.vstack([poses[:12], angles]), 24, ()),
+        "constant": (probes.constant, plain[:1], 12, (CHAIN,)),
+        "end of a chain": (probes.end_of_chain, q, 12, (CHAIN,)),
+        "frames of a tree": (probes.frames_of_tree, q, 12 * (N_JOINTS + N_LINKS), (TREE.joints, TREE.link_frames)),
+        "jacobian": (probes.jacobian_of_chain, q, 6 * N_DOF + 12 + 6 * len(CHAIN), (CHAIN, 1, N_DOF)),
+        "damped system": (probes.damped_system, system, 27, (N_DOF,)),
+        "damped step": (probes.damped_step, np.vstack([system, q]), 7 * N_DOF + 28, (LIMITS, np.zeros(N_DOF), False)),
+        "posture step": (probes.damped_step, np.vstack([system, q]), 7 * N_DOF + 28, (LIMITS, np.zeros(N_DOF), True)),
+        "length of a step": (probes.length_of_step, np.vstack([J, e, q]), 6 * N_DOF + 1, (LIMITS,)),
+        "two boxes": (probes.two_boxes, np.vstack([poses[:12], halves[:3], poses[12:], halves[3:]]), 3, ()),
+    }
+
+
+def random_pose(rng):
+    return naive.transform(naive.rotation(rng.normal(size=3), rng.uniform(-3, 3)), rng.normal(size=3))[:3].ravel()
+
+
+def answers():
+    """The outputs of every case in every mode of this process, by "case/mode"."""
+    return {
+        f"{name}/{mode}": kernel_modes.run(mode, probe, inputs, n_outputs, *tables)
+        for name, (probe, inputs, n_outputs, tables) in cases().items()
+        for mode in kernel_modes.MODES
+    }
+
+
+if __name__ == "__main__":
+    np.savez(sys.argv[1], **answers())

@@ -1,0 +1,103 @@
+"""What names a robot: a bundled name, a path, or the text itself; and what names none."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna import FileError, InputError, UlnaError
+
+ARM = """<robot name="arm">
+  <link name="base"/>
+  <link name="hand"/>
+  <joint name="wrist" type="continuous"><parent link="base"/><child link="hand"/></joint>
+</robot>
+"""
+XACRO = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="$(find parts)/part.xacro"/></robot>'
+
+
+def test_a_path_a_string_of_it_and_the_text_give_the_same_robot(tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_text(ARM)
+    robots = [ulna.load(source) for source in (file, str(file), ARM, "\n  " + ARM, "\ufeff" + ARM)]
+    for robot in robots:
+        assert (robot.name, robot.link_names, robot.joint_names) == ("arm", ("base", "hand"), ("wrist",))
+        assert np.array_equal(robot.link_poses([0.3]), robots[0].link_poses([0.3]))
+
+
+def test_text_with_an_xml_declaration_may_begin_with_a_blank_line():
+    assert ulna.load('\n<?xml version="1.0"?>\n' + ARM).name == "arm"
+
+
+def test_the_text_that_a_robot_gives_back_is_the_text_it_was_read_from(tmp_path):
+    (tmp_path / "arm.urdf").write_text(ARM)
+    assert ulna.load(tmp_path / "arm.urdf").to_urdf() == ARM
+    assert ulna.load(ARM).to_urdf() == ARM
+
+
+def test_a_bundled_name_comes_before_a_file_of_that_name(tmp_path, monkeypatch):
+    (tmp_path / "panda").write_text(ARM)
+    monkeypatch.chdir(tmp_path)
+    assert ulna.load("panda").n_dof == 7
+    assert ulna.load(Path("panda")).name == "arm"
+
+
+@pytest.mark.parametrize("source", [None, 3, b"<robot/>", ["panda"], object()], ids=lambda s: type(s).__name__)
+def test_a_source_of_the_wrong_type_is_refused_by_its_type(source):
+    with pytest.raises(InputError, match=f"source: {type(source).__name__}; a name, a path or URDF text is expected"):
+        ulna.load(source)
+
+
+def test_a_folder_is_not_a_description(tmp_path):
+    with pytest.raises(FileError, match="Is a directory") as caught:
+        ulna.load(tmp_path)
+    assert caught.value.path == str(tmp_path)
+    assert isinstance(caught.value, OSError)
+
+
+@pytest.mark.parametrize("source", ["", "  \n"], ids=["empty", "blank"])
+def test_an_empty_string_is_called_empty_and_not_a_folder(source):
+    with pytest.raises(UlnaError, match="empty"):
+        ulna.load(source)
+
+
+def test_a_missing_file_is_named_and_a_mistyped_robot_is_suggested():
+    with pytest.raises(FileError, match=r"^no/such\.urdf: no such file$"):
+        ulna.load("no/such.urdf")
+    with pytest.raises(FileError, match=r"^pandas: no such file; nor is it a bundled robot; did you mean 'panda'\?$"):
+        ulna.load("pandas")
+    with pytest.raises(FileError, match=r"^iiwa: no such file; nor is it a bundled robot; the only one is 'panda'"):
+        ulna.load("iiwa")
+
+
+@pytest.mark.parametrize(
+    "source", ["a\0b.urdf", "a" * 5000, "\udcff.urdf", '<robot name="\udcff"/>'], ids=lambda s: ascii(s[:20])
+)
+def test_text_that_nothing_can_read_is_refused_as_an_ulna_error(source):
+    with pytest.raises(UlnaError):
+        ulna.load(source)
+
+
+@pytest.mark.parametrize("source", [ARM, "panda"], ids=["a plain URDF", "a bundled robot"])
+def test_arguments_for_something_that_takes_none_are_refused(source):
+    with pytest.raises(InputError, match=r"xacro_args: .* takes no arguments"):
+        ulna.load(source, xacro_args={"hand": "true"})
+
+
+def test_xacro_arguments_that_are_no_mapping_are_refused():
+    with pytest.raises(InputError, match="xacro_args"):
+        ulna.load(XACRO, xacro_args="hand:=true")
+
+
+@pytest.mark.parametrize("package_dirs", ["/srv/robots", 3], ids=["one bare string", "a number"])
+def test_package_folders_that_are_no_list_are_refused(package_dirs):
+    with pytest.raises(InputError, match="package_dirs"):
+        ulna.load(XACRO, package_dirs=package_dirs)
+
+
+def test_the_description_keeps_where_it_came_from(tmp_path):
+    (tmp_path / "arm.urdf").write_text(ARM)
+    assert ulna.load(tmp_path / "arm.urdf").description.source == "arm.urdf"
+    assert ulna.load(ARM).description.source == "URDF text"
+    assert [link.line for link in ulna.load(ARM).description.links] == [2, 3]

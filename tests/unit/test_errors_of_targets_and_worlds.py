@@ -1,0 +1,217 @@
+"""What inverse kinematics refuses of a target and of its options, and what a world refuses of its objects."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import ulna
+import zoo
+from ulna import Box, DescriptionError, FileError, GeometryError, InputError, Robot, Sphere, UlnaError, UnknownNameError, World
+from ulna.errors import SingularityError
+
+METHODS = ["levenberg_marquardt", "jacobian_transpose"]
+TARGET = ulna.pose((0.4, 0.1, 0.5), (3.0, 0.1, 0.2))
+
+
+def spoilt(*changes):
+    """The target with entries ((row, column), value) put in."""
+    T = TARGET.copy()
+    for entry, value in changes:
+        T[entry] = value
+    return T
+
+
+def mirrored():
+    return TARGET @ np.diag([1.0, 1, -1, 1])
+
+
+NOT_POSES = {
+    "nan in the rotation": (spoilt(((0, 0), np.nan)), "has an entry that is not finite"),
+    "nan in the position": (spoilt(((1, 3), np.nan)), "has an entry that is not finite"),
+    "infinite position": (spoilt(((2, 3), np.inf)), "has an entry that is not finite"),
+    "infinite rotation": (spoilt(((2, 1), -np.inf)), "has an entry that is not finite"),
+    "nan in the last row": (spoilt(((3, 0), np.nan)), "has an entry that is not finite"),
+    "huge rotation": (spoilt(((0, 0), 1e9)), "has a rotation part whose columns are not orthonormal"),
+    "overflowing rotation": (spoilt(((0, 0), 1e300)), "has a rotation part whose columns are not orthonormal"),
+    "scaled": (TARGET * [[2], [2], [2], [1]], "has a rotation part whose columns are not orthonormal"),
+    "zeros": (np.zeros((4, 4)), "has a last row that is not (0, 0, 0, 1)"),
+    "last row": (spoilt(((3, 3), 1.1)), "has a last row that is not (0, 0, 0, 1)"),
+    "reflection": (mirrored(), "is a reflection: its determinant is negative"),
+}
+
+
+def refused(kind, call, *arguments, **named):
+    with pytest.raises(kind) as caught:
+        call(*arguments, **named)
+    assert type(caught.value) is kind
+    assert isinstance(caught.value, UlnaError)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("case", NOT_POSES)
+def test_a_target_that_is_no_pose_is_refused_by_its_fault(panda, method, case):
+    T, fault = NOT_POSES[case]
+    assert refused(InputError, panda.inverse_kinematics, T, method=method) == f"T: {fault}, so it is not a pose"
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_in_a_batch_of_targets_the_faulty_one_is_named(panda, method):
+    T = np.tile(TARGET, (2, 9, 1, 1))
+    T[1, 8] = mirrored()
+    assert refused(InputError, panda.inverse_kinematics, T, method=method).startswith("T[1, 8]: is a reflection")
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("fault", [2e-7, 4e-7, 6e-7, 9e-7, 1.2e-6, 3e-6])
+@pytest.mark.parametrize("kind", ["scaled", "last row", "sheared"])
+def test_a_target_at_the_border_of_rigid_is_either_searched_for_or_refused(panda, method, kind, fault):
+    """A matrix counts as a pose to 1e-6: whoever decides, kernel or error message, must not leave an answer that is neither."""
+    T = panda.forward_kinematics(panda.home)
+    if kind == "scaled":
+        T[:3, :3] *= 1 + fault
+    elif kind == "last row":
+        T[3, :2] = fault
+    else:
+        T[0, :3] += fault * T[1, :3]
+    try:
+        s = panda.inverse_kinematics(T, q_seed=panda.home, method=method)
+    except InputError:
+        return
+    assert s.status == "solved"
+    assert abs(s.q - panda.home).max() < 1e-2
+    assert s.position_error <= 1e-5
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("far", [1e6, 1e9, 1e153, 1e155, 1e200, 1e308])
+def test_a_target_however_far_is_not_found_within_the_limits(panda, method, far):
+    try:
+        s = panda.inverse_kinematics(spoilt(((0, 3), far)), method=method, max_iterations=60)
+    except InputError:
+        return
+    assert not s.success
+    assert s.status in ("not found", "stationary")
+    assert ((s.q >= panda.lower) & (s.q <= panda.upper)).all()
+    assert s.position_error > 0.5 * far
+
+
+def test_targets_of_another_shape_are_refused(panda):
+    for shape in [(), (4,), (3, 4), (16,), (2, 3, 3), (7,)]:
+        message = refused(InputError, panda.inverse_kinematics, np.zeros(shape))
+        assert message == f"T: shape {shape}, but targets have shape (..., 4, 4); ulna.pose(xyz, rpy) makes one"
+    assert refused(InputError, panda.inverse_kinematics, "home").startswith("T: not an array of numbers")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"method": "levenberg"}, "method: 'levenberg' is not a method; did you mean 'levenberg_marquardt'?"),
+        ({"method": 3}, "method: 3 is not a method; there are 'levenberg_marquardt', 'jacobian_transpose'"),
+        ({"method": "jacobian_transpose", "posture": np.zeros(7)}, "posture: the method 'jacobian_transpose' takes none"),
+        ({"position_tolerance": 0}, "position_tolerance: 0; a number above 0 is expected"),
+        ({"position_tolerance": -1e-5}, "position_tolerance: -1e-05; a number above 0 is expected"),
+        ({"rotation_tolerance": np.nan}, "rotation_tolerance: nan; a number above 0 is expected"),
+        ({"rotation_tolerance": np.inf}, "rotation_tolerance: inf; a number above 0 is expected"),
+        ({"max_iterations": -1}, "max_iterations: -1; a whole number of at least 0 is expected"),
+        ({"max_iterations": np.nan}, "max_iterations: nan; a whole number of at least 0 is expected"),
+        ({"max_iterations": 2.5}, "max_iterations: 2.5; a whole number of at least 0 is expected"),
+        ({"posture": np.zeros((2, 7))}, "posture: shape (2, 7), but one posture, shape (7,), serves all targets"),
+    ],
+)
+def test_an_option_out_of_its_range_is_refused_by_name(panda, options, message):
+    assert refused(InputError, panda.inverse_kinematics, TARGET, **options) == message
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, None])
+def test_a_seed_that_is_no_whole_number_is_refused(panda, seed):
+    """None would be another seed each time, and the result would depend on more than its arguments."""
+    assert refused(InputError, panda.inverse_kinematics, TARGET, seed=seed).startswith("seed: ")
+
+
+def test_seeds_must_go_with_the_targets(panda):
+    T = np.tile(TARGET, (3, 1, 1))
+    for shape in [(2, 7), (4, 7), (3, 1, 7)]:
+        message = refused(InputError, panda.inverse_kinematics, T, q_seed=np.zeros(shape))
+        assert message.startswith(f"q_seed: shape {shape} does not go with targets of batch shape (3,)")
+
+
+def test_a_robot_without_joints_has_nothing_to_solve_for():
+    message = refused(InputError, Robot(zoo.two_links("fixed", zoo.Z)).inverse_kinematics, np.eye(4))
+    assert message == "T: the robot has no moving joints, so nothing can be solved for"
+
+
+# ---- worlds -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def world():
+    world = World()
+    world.add("crate", Box((0.1, 0.2, 0.3)), TARGET)
+    return world
+
+
+@pytest.mark.parametrize("case", NOT_POSES)
+def test_a_world_refuses_what_is_no_pose_and_stays_as_it_was(world, case):
+    T, fault = NOT_POSES[case]
+    for call in (lambda: world.add("lid", Box((1, 1, 1)), T), lambda: world.move("crate", T)):
+        assert refused(InputError, call) == f"pose: {fault}, so it is not a pose"
+    assert world.names == ("crate",)
+    assert np.array_equal(world.pose("crate"), TARGET)
+
+
+def test_an_object_has_one_pose(world):
+    message = refused(InputError, world.move, "crate", np.tile(TARGET, (2, 1, 1)))
+    assert message == "pose: shape (2, 4, 4), but one pose has shape (4, 4)"
+    assert refused(InputError, world.move, "crate", np.eye(3)).startswith("pose: shape (3, 3), but poses have shape")
+    assert refused(InputError, world.move, "crate", "there").startswith("pose: not an array of numbers")
+
+
+@pytest.mark.parametrize("call", ["move", "remove", "shape", "pose"])
+def test_an_object_that_is_not_there_is_refused_with_the_nearest_name(world, call):
+    arguments = (TARGET,) if call == "move" else ()
+    message = refused(UnknownNameError, getattr(world, call), "crat", *arguments)
+    assert message == "no object of the world is called 'crat'; did you mean 'crate'?"
+    world.remove("crate")
+    assert refused(UnknownNameError, getattr(world, call), "crate", *arguments).endswith("; there are none")
+
+
+def test_a_name_stands_for_one_object(world):
+    message = refused(InputError, world.add, "crate", Box((1, 1, 1)))
+    assert message == "name: the world already has an object 'crate'; move() moves it"
+    assert world.shape("crate") == Box((0.1, 0.2, 0.3))
+
+
+def test_a_shape_that_cannot_be_checked_is_refused(world):
+    assert refused(GeometryError, world.add, "ball", Sphere(0.1)) == "object 'ball' is a Sphere; this version checks boxes only"
+    assert refused(GeometryError, world.add, "ball", (1, 1, 1)).startswith("object 'ball' is a tuple")
+    assert world.names == ("crate",)
+
+
+@pytest.mark.parametrize("extents", [(1, 1), (1, 1, -1), (1, np.nan, 1), (np.inf, 1, 1), "abc", 1.0, None])
+def test_a_box_has_three_lengths(extents):
+    assert refused(InputError, Box, extents).startswith("extents: ")
+
+
+@pytest.mark.parametrize("home", [np.zeros(6), np.zeros((2, 7)), np.full(7, np.nan), ["a"] * 7])
+def test_a_home_that_is_no_configuration_is_refused(panda, home):
+    assert refused(InputError, Robot, panda.description, home=home).startswith("home")
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        DescriptionError("no links", "arm.urdf", 3),
+        InputError("q", "shape"),
+        UnknownNameError("link", "b", ("a",)),
+        FileError("arm.urdf", "is not there"),
+        GeometryError("no shapes"),
+        SingularityError("locked", ((0,),)),
+    ],
+)
+def test_errors_survive_the_way_between_processes(error):
+    back = pickle.loads(pickle.dumps(error))  # noqa: S301
+    assert type(back) is type(error)
+    assert str(back) == str(error)
+    assert vars(back) == vars(error)

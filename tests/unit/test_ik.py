@@ -1,0 +1,171 @@
+"""Inverse kinematics, judged by Pinocchio: where the answer really puts the link, and whether the result says so truly."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import ulna
+from ulna import InputError
+
+SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
+ARMS = {
+    "ur_description/urdf/ur5_robot.urdf": "tool0",
+    "kinova_description/robots/kinova.urdf": "j2s6s200_end_effector",  # continuous joints
+    "xarm_description/urdf/xarm7.urdf": "link_eef",
+    "panda_description/urdf/panda.urdf": "panda_rightfinger",  # a prismatic joint, and one that mimics it
+    "tiago_description/robots/tiago_no_hand.urdf": "arm_tool_link",  # a prismatic torso before the arm
+}
+# The DH table of a UR5: Universal Robots, "Parameters for calculations of kinematics and dynamics".
+UR5 = [
+    (0, 0.089159, np.pi / 2, 0),
+    (-0.425, 0, 0, 0),
+    (-0.39225, 0, 0, 0),
+    (0, 0.10915, np.pi / 2, 0),
+    (0, 0.09465, -np.pi / 2, 0),
+    (0, 0.0823, 0, 0),
+]
+METHODS = ("levenberg_marquardt", "jacobian_transpose")
+
+
+def random_positions(robot, n: int, seed: int = 4) -> np.ndarray:
+    lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    return np.random.default_rng(seed).uniform(lower, upper, (n, robot.n_dof))
+
+
+class Judge:
+    """Distance and angle from a target, by Pinocchio."""
+
+    def __init__(self, robot) -> None:
+        self.model = pin.buildModelFromXML(robot.to_urdf())
+        self.data = self.model.createData()
+
+    def pose(self, q, link="panda_ee") -> np.ndarray:
+        pin.framesForwardKinematics(self.model, self.data, np.asarray(q, dtype=float))
+        return self.data.oMf[self.model.getFrameId(link)].homogeneous.copy()
+
+    def errors(self, q, target) -> tuple[float, float]:
+        T = self.pose(q)
+        return float(np.linalg.norm(target[:3, 3] - T[:3, 3])), float(np.linalg.norm(pin.log3(T[:3, :3].T @ target[:3, :3])))
+
+
+@pytest.fixture(scope="module")
+def judge(panda):
+    return Judge(panda)
+
+
+def shifted(T: np.ndarray, xyz) -> np.ndarray:
+    T = T.copy()
+    T[..., :3, 3] += xyz
+    return T
+
+
+def assert_within_limits(robot, q) -> None:
+    assert np.isfinite(q).all()
+    assert (q >= robot.lower).all()
+    assert (q <= robot.upper).all()
+
+
+def test_two_thousand_random_targets_are_all_reached_within_limits_and_tolerance(panda, judge):
+    targets = np.array([judge.pose(q) for q in random_positions(panda, 2000)])
+    result = panda.inverse_kinematics(targets)
+    assert result.success.all()
+    assert (result.status == "solved").all()
+    assert_within_limits(panda, result.q)
+    errors = np.array([judge.errors(q, T) for q, T in zip(result.q, targets, strict=True)])
+    assert errors.max() <= 1e-5 + 1e-12
+    np.testing.assert_allclose(result.position_error, errors[:, 0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(result.rotation_error, errors[:, 1], rtol=0, atol=1e-8)
+
+
+def test_a_finer_tolerance_is_kept(panda, judge):
+    targets = panda.forward_kinematics(random_positions(panda, 200))
+    result = panda.inverse_kinematics(targets, position_tolerance=1e-9, rotation_tolerance=1e-8)
+    assert result.success.all()
+    assert result.tolerances == (1e-9, 1e-8)
+    for q, T in zip(result.q, targets, strict=True):
+        position, rotation = judge.errors(q, T)
+        assert position <= 1e-9 + 1e-13
+        assert rotation <= 1e-8 + 1e-9
+
+
+@pytest.mark.parametrize("path", ARMS, ids=lambda path: Path(path).stem)
+def test_other_arms_reach_their_targets_too(path):
+    folder = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
+    robot = ulna.load(folder / path)
+    targets = robot.forward_kinematics(random_positions(robot, 200), link=ARMS[path])
+    result = robot.inverse_kinematics(targets, link=ARMS[path])
+    assert result.success.all()
+    assert_within_limits(robot, result.q)
+    np.testing.assert_allclose(robot.forward_kinematics(result.q, link=ARMS[path]), targets, rtol=0, atol=3e-5)
+
+
+@pytest.mark.parametrize("end", ["lower", "upper"])
+def test_a_target_in_the_corner_of_all_limits_is_reached(panda, judge, end):
+    target = judge.pose(getattr(panda, end))
+    result = panda.inverse_kinematics(target)
+    assert result.success
+    assert_within_limits(panda, result.q)
+    assert max(judge.errors(result.q, target)) <= 1e-5
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("away", [(3.0, 0, 0), (0, 0, -50.0), (1e5, -1e5, 1e5)], ids=["3 m", "50 m", "100 km"])
+def test_a_target_out_of_reach_is_a_result_that_tells_its_true_errors(panda, judge, method, away):
+    target = shifted(judge.pose(panda.home), away)
+    result = panda.inverse_kinematics(target, method=method)
+    assert not result.success
+    assert result.status in {"not found", "stationary"}
+    assert_within_limits(panda, result.q)
+    position, rotation = judge.errors(result.q, target)
+    assert position > 1.0
+    assert result.position_error == pytest.approx(position, rel=1e-12)
+    assert result.rotation_error == pytest.approx(rotation, abs=1e-7)
+    assert str(result).startswith(f"{result.status}: ")
+
+
+def test_a_target_too_far_to_compute_with_is_refused(panda):
+    for far in (1e7, 1e200):
+        with pytest.raises(InputError, match=r"^T: has a position beyond 1e\+06 m"):
+            panda.inverse_kinematics(shifted(panda.forward_kinematics(panda.home), far))
+
+
+def test_in_a_batch_each_target_ends_on_its_own(panda):
+    good = panda.forward_kinematics(panda.home)
+    result = panda.inverse_kinematics([good, shifted(good, (0, 3, 0)), good])
+    assert result.success.tolist() == [True, False, True]
+    assert result.status.tolist() == ["solved", "not found", "solved"]
+    assert str(result).startswith("2 of 3 targets solved")
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("batch", [(), (1,), (5,), (9,), (2, 3), (1, 1, 1), (0,), (2, 0)], ids=str)
+def test_the_axes_of_a_batch_come_back_unchanged(panda, method, batch):
+    T = panda.forward_kinematics(np.broadcast_to(panda.home + 0.01, (*batch, 7)))
+    result = panda.inverse_kinematics(T, method=method)
+    assert result.q.shape == (*batch, 7)
+    for name in ("success", "status", "position_error", "rotation_error", "iterations"):
+        assert np.shape(getattr(result, name)) == batch, name
+    assert np.all(result.success)
+    assert isinstance(str(result), str)
+
+
+def test_targets_as_nested_lists_are_as_good_as_arrays_and_are_not_changed(panda):
+    T = panda.forward_kinematics(panda.home + 0.05)
+    before = T.copy()
+    as_list = panda.inverse_kinematics(T.tolist(), q_seed=panda.home.tolist())
+    as_array = panda.inverse_kinematics(np.asfortranarray(T), q_seed=panda.home)
+    assert np.array_equal(as_list.q, as_array.q)
+    assert np.array_equal(T, before)
+
+
+@pytest.mark.parametrize("limit", [1e3, 1e9, 1e16], ids=lambda limit: f"{limit:g}")
+def test_limits_so_wide_that_they_are_none_do_not_scatter_the_search(limit):
+    """Descriptions write 1e16 for "no limit" (iris.urdf does); the answers must be angles that can be used again."""
+    arm = ulna.Robot.from_dh(UR5, convention="standard", limits=[(-limit, limit)] * 6)
+    targets = arm.forward_kinematics(np.random.default_rng(5).uniform(-3, 3, (100, 6)))
+    result = arm.inverse_kinematics(targets)
+    assert result.success.all()
+    np.testing.assert_allclose(arm.forward_kinematics(result.q), targets, rtol=0, atol=3e-5)
