@@ -8,9 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
 from ulna.errors import GeometryError, InputError
+from ulna.kernels.layout import BOX_WIDTH
 from ulna.kernels.robot_boxes import OUT_OF_RANGE, OVERLAPS, gaps_one, overlap_batch, overlap_one
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
-from ulna.model.description import Description
+from ulna.model.description import Description, frozen
 from ulna.model.shapes import Box
 from ulna.model.tree import Tree
 
@@ -39,12 +40,13 @@ def box_bodies(description: Description, tree: Tree) -> BoxBodies:
             kind = type(body.shape).__name__.lower()
             raise GeometryError(f"link {link!r}: collision shape {body.name!r} is a {kind}; this version checks boxes only")
         rows.append([*tree.frame_row(link, body.pose), *body.shape.half_extents])
-    return BoxBodies(tuple(body.name for _, body in bodies), tuple(link for link, _ in bodies), np.array(rows))
+    table = frozen(rows, (len(rows), BOX_WIDTH))
+    return BoxBodies(tuple(body.name for _, body in bodies), tuple(link for link, _ in bodies), table)
 
 
 def in_collision(tree: Tree, bodies: BoxBodies, q: ArrayLike, world: World) -> bool | NDArray[np.bool_]:
     """Whether any box overlaps any object: a bool for one q, else shape (...,)."""
-    q, (_, objects) = as_positions(q, tree), world.boxes()
+    q, (_, objects) = as_positions(q, tree), _objects(world)
     if q.ndim == 1:
         answer = overlap_one(tree.joints, bodies.table, objects, for_kernel(q))
         if answer == OUT_OF_RANGE:
@@ -58,7 +60,7 @@ def in_collision(tree: Tree, bodies: BoxBodies, q: ArrayLike, world: World) -> b
 
 def check_collision(tree: Tree, bodies: BoxBodies, q: ArrayLike, world: World) -> Report:
     """Every pair of a robot's box and an object that overlap, for one q."""
-    q, (names, objects) = as_positions(q, tree), world.boxes()
+    q, (names, objects) = as_positions(q, tree), _objects(world)
     if q.ndim != 1:
         raise InputError("q", f"shape {q.shape}: a report is of one configuration; in_collision() takes a batch")
     gaps, normals = np.empty((len(bodies.names), len(names))), np.empty((len(bodies.names), len(names), 3))
@@ -69,3 +71,9 @@ def check_collision(tree: Tree, bodies: BoxBodies, q: ArrayLike, world: World) -
         for k, w in np.argwhere(gaps <= 0.0)
     ]
     return Report(tuple(sorted(pairs, key=lambda pair: pair.signed_distance)))
+
+
+def _objects(world: World) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+    if not isinstance(world, World):
+        raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+    return world.boxes()

@@ -14,7 +14,7 @@ class Pair:
         name_a: The robot's shape.
         name_b: The object of the world.
         link: The link that carries ``name_a``.
-        signed_distance: Minus the penetration depth [m]: how far one would have to move out, exact for two boxes.
+        signed_distance: Minus the penetration depth [m]: how far one would have to move out, to 1e-8 of the boxes' size.
         normal: The unit vector from a to b along which they overlap least, in the base frame, shape (3,).
     """
 

@@ -54,8 +54,8 @@ def make_problem(
     return Problem(
         targets=targets.reshape(-1, 4, 4),
         batch=batch,
-        seeds=home.reshape(1, -1) if q_seed is None else _seeds(tree, q_seed, batch),
-        posture=home if posture is None else _posture(tree, posture),
+        seeds=home.copy().reshape(1, -1) if q_seed is None else _seeds(tree, q_seed, batch),
+        posture=home.copy() if posture is None else _posture(tree, posture),
         settings=settings,
     )
 

@@ -13,8 +13,12 @@ def forward_kinematics(tree: Tree, q: ArrayLike, link: str) -> NDArray[np.float6
     """T_base_link, shape (..., 4, 4), for q of shape (..., n_dof)."""
     chain = tree.chain(link)
     q = as_positions(q, tree)
-    T = np.empty((*q.shape[:-1], 4, 4))
-    good = forward_one(chain, for_kernel(q), T) if q.ndim == 1 else forward_batch(chain, flat(q), T.reshape(-1, 4, 4))
+    if q.ndim == 1:
+        T = np.empty((4, 4))
+        good = forward_one(chain, for_kernel(q), T)
+    else:
+        T = np.empty((*q.shape[:-1], 4, 4))
+        good = forward_batch(chain, flat(q), T.reshape(-1, 4, 4))
     if not good:
         refuse_out_of_range(q)
     return T

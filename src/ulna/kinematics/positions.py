@@ -12,7 +12,7 @@ from ulna.model.tree import Tree
 def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float64]:
     """q as a C-contiguous float64 array of shape (..., n_dof); an ``InputError`` if it has another shape."""
     q = as_floats(name, q)
-    if q.ndim == 0 or q.shape[-1] != tree.n_dof:
+    if q.shape[-1:] != tree.q_shape:
         raise InputError(name, f"shape {q.shape}, but shape (..., {tree.n_dof}) is expected: {_joints(tree)}")
     return q
 

@@ -9,13 +9,15 @@ _FLOAT64 = np.dtype(np.float64)
 
 
 def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """The values as a C-contiguous float64 array, itself where it is one already.
+    """The values as a C-contiguous, writable float64 array, itself where it is one already.
+
+    A read-only array is copied: kernels write to no argument of theirs, but Numba compiles them again for each such kind.
 
     Raises:
         InputError: They are no numbers, or complex ones, whose imaginary part would be lost.
     """
     if isinstance(values, np.ndarray) and values.dtype is _FLOAT64:
-        return values if values.flags.c_contiguous else values.copy()
+        return values if values.flags.carray else values.copy()
     try:
         array = np.asarray(values)
         if array.dtype.kind not in "biuf":

@@ -58,6 +58,11 @@ class Tree:
         return len(self.lower)
 
     @cached_property
+    def q_shape(self) -> tuple[int]:
+        """The shape of one q."""
+        return (self.n_dof,)
+
+    @cached_property
     def limits(self) -> NDArray[np.float64]:
         """Lower and upper limits, shape (2, n_dof)."""
         return frozen([self.lower, self.upper], (2, self.n_dof))
