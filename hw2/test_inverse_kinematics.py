@@ -1,0 +1,11 @@
+"""Prints True when the joints found for a pose bring the end-effector there."""
+
+import numpy as np
+from panda import HOME, make_robot
+
+if __name__ == "__main__":
+    robot = make_robot()
+    desired = robot.ee(HOME)
+    desired[1] += 0.01
+    joints = robot.inverse_kinematics(desired, HOME)
+    print(np.allclose(robot.ee(joints), desired))

@@ -1,0 +1,119 @@
+"""The assignment's own files, used as a course script would: the numbers are those of the assignment's tables."""
+
+import subprocess
+import sys
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+HW2 = Path(__file__).parents[2] / "hw2"
+DH = [
+    (0, 0.333, 0, 0),
+    (0, 0, -pi / 2, 0),
+    (0, 0.316, pi / 2, 0),
+    (0.0825, 0, pi / 2, 0),
+    (-0.0825, 0.384, -pi / 2, 0),
+    (0, 0, pi / 2, 0),
+    (0.088, 0, pi / 2, 0),
+    (0, 0.107, 0, 0),
+    (0, 0.1034, 0, 0),
+]
+ORIGIN = [
+    (0, 0, 0.333, 0, 0, 0),
+    (0, 0, 0, -pi / 2, 0, 0),
+    (0, -0.316, 0, pi / 2, 0, 0),
+    (0.0825, 0, 0, pi / 2, 0, 0),
+    (-0.0825, 0.384, 0, -pi / 2, 0, 0),
+    (0, 0, 0, pi / 2, 0, 0),
+    (0.088, 0, 0, pi / 2, 0, 0),
+    (0, 0, 0.107, 0, 0, 0),
+    (0, 0, 0.1034, 0, 0, 0),
+]
+HOME = [0, -pi / 4, 0, -3 * pi / 4, 0, pi / 2, pi / 4]
+
+
+@pytest.fixture(scope="module")
+def course():
+    sys.path.insert(0, str(HW2))
+    try:
+        import franka_robot
+    finally:
+        sys.path.remove(str(HW2))
+    return franka_robot
+
+
+@pytest.fixture(scope="module")
+def robot(course):
+    return course.FrankaRobot(str(HW2 / "franka_robot.urdf"), np.array(DH), 7)
+
+
+@pytest.mark.parametrize("script", ["test_forward_kinematics.py", "test_jacobian.py", "test_inverse_kinematics.py"])
+def test_the_script_prints_true(script):
+    run = subprocess.run([sys.executable, script], cwd=HW2, capture_output=True, text=True, check=True)
+    assert run.stdout == "True\n"
+
+
+def test_parse_urdf_gives_the_tables_rows(course):
+    parsed = course.parse_urdf(str(HW2 / "franka_robot.urdf"))
+    np.testing.assert_allclose(parsed["origin"], ORIGIN, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(parsed["axis"], [(0, 0, 1)] * 7 + [(0, 0, 0)] * 2)
+
+
+def test_both_forward_kinematics_are_the_product_of_the_tables_transforms(robot):
+    joints, T, frames = np.linspace(-1, 1, 7), np.eye(4), []
+    for (a, d, alpha, _), theta in zip(DH, [*joints, 0, 0], strict=True):
+        ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
+        rotate_x = np.array([[1, 0, 0, 0], [0, ca, -sa, 0], [0, sa, ca, 0], [0, 0, 0, 1]])
+        rotate_z = np.array([[ct, -st, 0, 0], [st, ct, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+        shift = np.eye(4)
+        shift[0, 3], shift[2, 3] = a, d
+        T = T @ rotate_x @ shift @ rotate_z
+        frames.append(T)
+    for found in (robot.forward_kinematics_urdf(joints), robot.forward_kinematics_dh(joints)):
+        assert found.shape == (9, 4, 4)
+        np.testing.assert_allclose(found, frames, rtol=0, atol=1e-12)
+
+
+def test_the_end_effector_at_home_has_roll_plus_pi(robot):
+    x, y, z, roll, pitch, yaw = robot.ee(HOME)
+    # Home by hand: the upper arm and the elbow's offset lean 45 degrees, the fore arm is level, the wrist hangs down.
+    lean = np.sqrt(0.5)
+    by_hand = [0.384 + 0.088 - 0.316 * lean + 0.0825 * lean, 0, 0.333 + 0.316 * lean + 0.0825 * lean + 0.0825 - 0.107 - 0.1034]
+    np.testing.assert_allclose([x, y, z, pitch], [*by_hand, 0], rtol=0, atol=1e-12)
+    assert roll == pytest.approx(pi, abs=1e-12)
+    assert yaw == pytest.approx(-pi / 4, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", [list, tuple, np.array])
+def test_fingers_may_follow_and_joints_are_never_changed(robot, kind):
+    joints = kind([*HOME, 0.02, 0.02])
+    before = np.array(joints)
+    np.testing.assert_array_equal(robot.ee(joints), robot.ee(HOME))
+    np.testing.assert_array_equal(robot.jacobian(joints), robot.jacobian(HOME))
+    desired = robot.ee(joints)
+    desired[1] += 0.01
+    found = robot.inverse_kinematics(desired, joints)
+    assert found.shape == (9,)
+    np.testing.assert_array_equal(found[7:], [0.02, 0.02])
+    assert np.allclose(robot.ee(found), desired)
+    np.testing.assert_array_equal(np.array(joints), before)
+
+
+def test_a_pose_out_of_reach_is_told(robot):
+    with pytest.warns(UserWarning, match="inverse kinematics: stationary: .* from the target"):
+        found = robot.inverse_kinematics([3, 0, 0.5, pi, 0, 0], HOME)
+    assert np.isfinite(found).all()
+
+
+@pytest.mark.parametrize(
+    ("place", "touches"),
+    [((0.5, 0, 0.21), False), ((0.3, 0, 0.5), True), ((0, 0, 0.1), True), ((0, 0.8, 0.1), False)],
+)
+def test_a_box_touches_the_arm_or_not(robot, place, touches):
+    assert robot.check_box_collision(HOME, [*place, 0, 0, 0, 0.15, 0.09, 0.126]) is touches
+
+
+def test_a_box_wholly_inside_the_arm_touches_it(robot):
+    assert robot.check_box_collision(HOME, [-0.04, 0, 0.05, 0.3, 0.2, 0.1, 0.01, 0.01, 0.01]) is True
