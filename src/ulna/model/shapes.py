@@ -33,27 +33,21 @@ class Sphere:
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class _Round:
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", _lengths("radius", (self.radius,), 1)[0])
+        object.__setattr__(self, "length", _lengths("length", (self.length,), 1)[0])
+
+
+class Cylinder(_Round):
     """A cylinder along z, centred at its frame's origin. ``radius`` and ``length`` [m]."""
 
-    radius: float
-    length: float
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", _lengths("radius", (self.radius,), 1)[0])
-        object.__setattr__(self, "length", _lengths("length", (self.length,), 1)[0])
-
-
-@dataclass(frozen=True)
-class Capsule:
+class Capsule(_Round):
     """A cylinder along z with a half sphere on each end. ``length`` [m] is the cylinder's, without the ends."""
-
-    radius: float
-    length: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", _lengths("radius", (self.radius,), 1)[0])
-        object.__setattr__(self, "length", _lengths("length", (self.length,), 1)[0])
 
 
 @dataclass(frozen=True)
