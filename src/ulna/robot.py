@@ -16,7 +16,7 @@ from ulna.io.load import load_description
 from ulna.io.write_urdf import write_urdf
 from ulna.model.arrays import as_floats
 from ulna.model.description import Description
-from ulna.model.pose import as_pose
+from ulna.model.pose import as_one_pose
 from ulna.model.subtree import cut_out, with_tool
 from ulna.model.tree import Tree, build_tree
 
@@ -172,7 +172,7 @@ class Robot:
             >>> load("panda").with_tool(np.eye(4), name="gripper").tip
             'gripper'
         """
-        return Robot(with_tool(self.description, as_pose(T_flange_tool, "T_flange_tool"), name), home=self.home)
+        return Robot(with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name), home=self.home)
 
     # ---- kinematics ---------------------------------------------------------------------------------------------------
 
@@ -252,7 +252,8 @@ class Robot:
             method: ``"levenberg_marquardt"``: eight searches at once, with restarts; ``"jacobian_transpose"``: steepest
                 descent from the seed alone, for teaching.
             seed: Chooses the random configurations; the result depends on nothing else.
-            posture: Of all solutions near the seed, the one nearest to this configuration, shape (n_dof,).
+            posture: Of all solutions near the seed, the one nearest to this configuration, shape (n_dof,). The pose comes
+                first: where limits stand in the way or the steps run out, the posture is met less well, or not.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
             max_iterations: Steps before giving up; 2000 and 10000 for the two methods unless given.

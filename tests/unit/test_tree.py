@@ -85,6 +85,6 @@ def test_mimics_are_no_entries_of_q_and_follow_through_each_other():
 def test_limits_stand_where_their_joints_do():
     robot = ulna.Robot(zoo.every_joint())
     assert list(robot.lower[[0, 4, 12]]) == [-2.0, -0.2, -2.0]
-    assert list(robot.upper[[0, 4, 12]]) == [2.5, 0.4, 2.5]
+    assert list(robot.upper[[0, 4, 12]]) == [1.8, 0.4, 2.5]  # wrist = -0.5 shoulder + 0.3, its finger stands at -0.2 at least
     assert np.isinf(np.delete(robot.lower, [0, 4, 12])).all()
     assert list(robot.velocity_limits[[0, 4, 5]]) == [1.5, 0.3, np.inf]

@@ -80,6 +80,7 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     wait_for(lambda: light_is(page, still, "red"), "a red light")
     assert app.scene.handles.position[2] > BOX_START[2] + 0.1
     assert np.allclose(app.scene.handles.position[:2], BOX_START[:2], atol=1e-3)
+    assert app.answer_time > 0.0
     words = page.get_by_role("status").inner_text()
     report = app.demo.check(app.q)
     assert words.strip() == f"collision: {', '.join(report.touching)}"
@@ -99,9 +100,13 @@ def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
     page.get_by_role("checkbox", name="Play").check()
     wait_for(lambda: not np.allclose(app.q, app.demo.robot.home, atol=0.01), "a moving arm")
     box = page.get_by_role("textbox").nth(1)
-    box.fill("1.5")
+    box.click()
+    box.press("Control+a")
+    box.press_sequentially("1.5", delay=150)  # as slowly as a person: the arm plays on meanwhile
     box.press("Enter")
     wait_for(lambda: not app.playing.value and app.q[0] == pytest.approx(1.5), "joint 1 where the slider is")
+    page.wait_for_timeout(1000)
+    assert app.q[0] == pytest.approx(1.5)
     wait_for(lambda: not page.get_by_role("checkbox", name="Play").is_checked(), "the box Play unchecked")
 
 

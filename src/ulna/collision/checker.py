@@ -11,7 +11,7 @@ from ulna.errors import GeometryError, InputError
 from ulna.kernels.layout import BOX_WIDTH
 from ulna.kernels.robot_boxes import OUT_OF_RANGE, OVERLAPS, gaps_one, overlap_batch, overlap_one
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
-from ulna.model.description import Description, frozen
+from ulna.model.description import Body, Description, frozen
 from ulna.model.shapes import Box
 from ulna.model.tree import Tree
 
@@ -41,7 +41,14 @@ def box_bodies(description: Description, tree: Tree) -> BoxBodies:
             raise GeometryError(f"link {link!r}: collision shape {body.name!r} is a {kind}; this version checks boxes only")
         rows.append([*tree.frame_row(link, body.pose), *body.shape.half_extents])
     table = frozen(rows, (len(rows), BOX_WIDTH))
-    return BoxBodies(tuple(body.name for _, body in bodies), tuple(link for link, _ in bodies), table)
+    return BoxBodies(_distinct_names(bodies), tuple(link for link, _ in bodies), table)
+
+
+def _distinct_names(bodies: list[tuple[str, Body]]) -> tuple[str, ...]:
+    """The shapes' names; one that stands twice gets its link before it, and a number behind it if need be."""
+    plain = [body.name for _, body in bodies]
+    long = [f"{link}/{body.name}" if plain.count(body.name) > 1 else body.name for link, body in bodies]
+    return tuple(f"{name} ({long[: k + 1].count(name)})" if long.count(name) > 1 else name for k, name in enumerate(long))
 
 
 def in_collision(tree: Tree, bodies: BoxBodies, q: ArrayLike, world: World) -> bool | NDArray[np.bool_]:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import GeometryError, InputError, UnknownNameError
 from ulna.kernels.layout import BASE, BOX_WIDTH
-from ulna.model.pose import as_pose
+from ulna.model.pose import as_one_pose
 from ulna.model.shapes import Box
 
 
@@ -43,7 +43,9 @@ class World:
         """
         if not isinstance(shape, Box):
             raise GeometryError(f"object {name!r} is a {type(shape).__name__}; this version checks boxes only")
-        T = _one_pose(np.eye(4) if pose is None else pose)
+        if not isinstance(name, str):
+            raise InputError("name", f"{name!r} is not text")
+        T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")
@@ -51,7 +53,7 @@ class World:
 
     def move(self, name: str, pose: ArrayLike) -> None:
         """Put an object at another pose T_base_object, shape (4, 4)."""
-        T = _one_pose(pose)
+        T = as_one_pose(pose, "pose")
         with self._lock:
             self._known(name)
             self._poses[name], self._table = T, None
@@ -65,13 +67,15 @@ class World:
 
     def shape(self, name: str) -> Box:
         """The shape of an object."""
-        self._known(name)
-        return self._shapes[name]
+        with self._lock:
+            self._known(name)
+            return self._shapes[name]
 
     def pose(self, name: str) -> NDArray[np.float64]:
         """T_base_object, shape (4, 4)."""
-        self._known(name)
-        return self._poses[name].copy()
+        with self._lock:
+            self._known(name)
+            return self._poses[name].copy()
 
     def boxes(self) -> tuple[tuple[str, ...], NDArray[np.float64]]:
         """The names and the table of boxes that the kernels read (``kernels.layout``), of one moment."""
@@ -92,10 +96,3 @@ class World:
     def __setstate__(self, state: dict) -> None:
         self.__init__()
         self.__dict__.update(state)
-
-
-def _one_pose(pose: ArrayLike) -> NDArray[np.float64]:
-    T = as_pose(pose, "pose")
-    if T.shape != (4, 4):
-        raise InputError("pose", f"shape {T.shape}, but one pose has shape (4, 4)")
-    return T.copy()

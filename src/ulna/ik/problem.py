@@ -106,13 +106,13 @@ def _posture(tree: Tree, posture: ArrayLike) -> NDArray[np.float64]:
 
 def _tolerance(position: float, rotation: float) -> tuple[float, float]:
     for name, value in (("position_tolerance", position), ("rotation_tolerance", rotation)):
-        if not isinstance(value, (int, float, np.integer, np.floating)) or not 0 < value < np.inf:
+        if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)) or not 0 < value < np.inf:
             raise InputError(name, f"{value!r}; a number above 0 is expected")
     return position, rotation
 
 
 def as_count(name: str, value: int) -> int:
     """A whole number of at least 0, or an ``InputError`` that names it."""
-    if not isinstance(value, (int, np.integer)) or not 0 <= value < 2**31:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2**31:
         raise InputError(name, f"{value!r}; a whole number of at least 0 is expected")
     return int(value)

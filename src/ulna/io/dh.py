@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, did_you_mean
+from ulna.kernels.layout import LARGEST
 from ulna.model.arrays import as_floats
 from ulna.model.description import Description, Joint, JointType, Limits, Link
 from ulna.model.pose import pose
@@ -71,6 +72,8 @@ def _table(rows: ArrayLike) -> NDArray[np.float64]:
         raise InputError("rows", f"shape {table.shape}, but (n, 4) is expected: a, d, alpha, theta_offset")
     if not np.isfinite(table).all():
         raise InputError("rows", "has an entry that is not finite")
+    if np.abs(table).max() > LARGEST:
+        raise InputError("rows", f"has an entry beyond {LARGEST:g}")
     return table
 
 
@@ -92,7 +95,10 @@ def _bounds(limits: ArrayLike | None, types: list[JointType]):
     if limits is None:
         return iter([Limits()] * n_moving)
     table = as_floats("limits", limits)
-    if table.shape != (n_moving, 2) or np.isnan(table).any() or (table[:, 0] > table[:, 1]).any():
+    if (
+        table.shape != (n_moving, 2)
+        or not ((table[:, 0] <= table[:, 1]) & (table[:, 0] < np.inf) & (table[:, 1] > -np.inf)).all()
+    ):
         raise InputError(
             "limits", f"shape {table.shape}; {n_moving} pairs of lower <= upper are expected, one for each moving joint"
         )

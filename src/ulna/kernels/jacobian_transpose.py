@@ -19,10 +19,10 @@ from ulna.kernels.compile import entry, kernel
 from ulna.kernels.damped_step import error_squares, gradient, pose_error, release_pressed, within_limits
 from ulna.kernels.jacobian import BASE, chain_jacobian
 from ulna.kernels.lanes import WIDTH, any_lane, load, splat, store, where
+from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.se3 import load_pose, rigidity_defect
 from ulna.kernels.search_layout import (
     ITERATIONS,
-    LARGEST_DEFECT,
     MAX_ITERATIONS,
     NOT_A_POSE,
     NOT_FOUND,

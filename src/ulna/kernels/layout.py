@@ -27,4 +27,5 @@ FRAME_WIDTH = 14
 HALF_EXTENTS = FRAME_WIDTH
 BOX_WIDTH = FRAME_WIDTH + 3
 
+LARGEST_DEFECT = 1e-6  # of a pose that comes in from a rigid motion
 LARGEST = 1e6  # of a joint position or a coordinate: beyond it sincos' range reduction, and the caller's own number, lose digits

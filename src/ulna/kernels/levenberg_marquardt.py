@@ -7,8 +7,10 @@
 4. As soon as a lane meets the tolerances it wins, and a few undamped steps polish it. If the caller gave a seed, lane 0 is
    given its whole first run before another lane may win, so that a path that is followed keeps its branch; then the
    nearest to the seed wins.
-5. With a posture, the part of (posture - q) that leaves the pose alone is added to each step, and a lane is done only when
-   that part is used up (Liegeois 1977): dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q.
+5. With a posture, in the first run, the part of (posture - q) that leaves the pose alone is added to each step, and a lane is
+   done only when that part is used up (Liegeois 1977): dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q.
+   The pose comes first: a run that ends at the pose with the posture not used up has succeeded, and where limits make both
+   impossible the search begins again from the seed without a posture.
 """
 
 import numpy as np
@@ -26,11 +28,10 @@ from ulna.kernels.damped_step import (
 from ulna.kernels.elementary import maximum
 from ulna.kernels.jacobian import BASE, chain_jacobian
 from ulna.kernels.lanes import WIDTH, any_lane, load, splat, store, where
-from ulna.kernels.layout import COLUMN, FIXED, KIND
+from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT
 from ulna.kernels.se3 import matrix_pose, rigidity_defect
 from ulna.kernels.search_layout import (
     ITERATIONS,
-    LARGEST_DEFECT,
     MAX_ITERATIONS,
     NOT_A_POSE,
     NOT_FOUND,
@@ -48,6 +49,7 @@ STEPS, SEEDED_STEPS = 20, 60
 _DAMPING = 0.05
 _LEAST_DAMPING = 1e-12
 _POSTURE_SETTLED = 1e-8  # largest joint change of a step that has used up the posture
+_POSTURE_STEP = 1.0  # rad: shorter ones settle too slowly, longer ones run in circles
 _POLISHING_STEPS = 3
 
 
@@ -56,15 +58,17 @@ def step(limits, posture, with_posture, e, damping, q_rows, scratch):
     """Move q by one damped step and return the largest change of a joint. J stands in the scratch, and is spoilt."""
     _, jacobian_rows, system_rows = scratch
     release_pressed(limits, q_rows, e, jacobian_rows)
+    share = splat(0.0, damping)
     if with_posture:
-        e = without_posture(posture, q_rows, jacobian_rows, e)
+        share = posture_share(posture, q_rows)
+        e = without_posture(posture, share, q_rows, jacobian_rows, e)
     solve_damped(jacobian_rows, limits.shape[1], damping, e, system_rows)
     largest = splat(0.0, damping)
     for j in range(limits.shape[1]):
         q = load(q_rows, j)
         moved = q + back_to_joints(jacobian_rows, j, system_rows)
         if with_posture:
-            moved = moved + (posture[j] - q)
+            moved = moved + share * (posture[j] - q)
         moved = within_limits(moved, limits, j)
         largest = maximum(largest, abs(moved - q))
         store(q_rows, j, moved)
@@ -72,10 +76,19 @@ def step(limits, posture, with_posture, e, damping, q_rows, scratch):
 
 
 @kernel
-def without_posture(posture, q_rows, jacobian_rows, e):
-    """e - J d: what of the error remains once the joints have gone to the posture, d = posture - q."""
+def posture_share(posture, q_rows):
+    """The share of the way to the posture that moves no joint by more than _POSTURE_STEP: the arm is not linear beyond."""
+    largest = splat(_POSTURE_STEP, load(q_rows, 0))
     for j in range(posture.shape[0]):
-        d = posture[j] - load(q_rows, j)
+        largest = maximum(largest, abs(posture[j] - load(q_rows, j)))
+    return _POSTURE_STEP / largest
+
+
+@kernel
+def without_posture(posture, share, q_rows, jacobian_rows, e):
+    """e - J d: what of the error remains once the joints have gone that share of the way to the posture."""
+    for j in range(posture.shape[0]):
+        d = share * (posture[j] - load(q_rows, j))
         e = (
             e[0] - load(jacobian_rows, 6 * j) * d,
             e[1] - load(jacobian_rows, 6 * j + 1) * d,
@@ -97,18 +110,21 @@ def evaluate(chain, target, q_rows, scratch):
 
 
 @routine
-def run_lanes(chain, limits, posture, target, seed, settings, follow_seed, n_steps, q_rows, done_rows, error_rows, scratch):
+def run_lanes(
+    chain, limits, posture, with_posture, target, seed, settings, follow_seed, n_steps, q_rows, done_rows, error_rows, scratch
+):
     """Steps 2 to 4 for eight starts in q_rows. Returns the lane that won, or -1, and the number of steps.
 
     The lanes end in q_rows, their squared errors in error_rows.
     """
-    with_posture = settings[WITH_POSTURE] != 0.0
     change = splat(np.inf if with_posture else 0.0, load(q_rows, 0))
     lane, k = -1, 0
     while True:
         e, p2, r2 = evaluate(chain, target, q_rows, scratch)
         near = (p2 <= settings[POSITION_TOLERANCE] ** 2) & (r2 <= settings[ROTATION_TOLERANCE] ** 2)
         done = near & (change <= _POSTURE_SETTLED)
+        if k == n_steps:
+            done = near  # the pose comes first: limits may keep the posture from being used up
         if any_lane(done) or k == n_steps:
             store(done_rows, 0, where(done, 1.0, 0.0))
             store(error_rows, 0, p2)
@@ -170,8 +186,8 @@ def copy(values, out):
 
 
 @kernel
-def start_run(chain, starts, run, seed, q_rows):
-    """Put the table's next eight starts into the lanes, the first time the seed into lane 0.
+def start_run(chain, starts, run, seed, from_seed, q_rows):
+    """Put the table's next eight starts into the lanes, or the seed into lane 0.
 
     Joints that do not carry the link stay at the seed.
     """
@@ -182,7 +198,7 @@ def start_run(chain, starts, run, seed, q_rows):
         if int(chain[i, KIND]) != FIXED:
             j = int(chain[i, COLUMN])
             store(q_rows, j, load(starts[run], j))
-            if run == 0:
+            if from_seed:
                 q_rows[j, 0] = seed[j]
 
 
@@ -203,13 +219,17 @@ def solve_each(chain, limits, starts, seeds, posture, targets, settings, q_out, 
             continue
         target, seed = matrix_pose(targets[i]), seeds[min(i, seeds.shape[0] - 1)]
         iterations, status, p2, r2 = 0, NOT_FOUND, np.inf, np.inf
+        plain_run = 1 if settings[WITH_POSTURE] != 0.0 else 0  # the first without a posture
         for run in range(starts.shape[0]):
-            start_run(chain, starts, run, seed, q_rows)
-            follow_seed = run == 0 and settings[SEEDED] != 0.0
-            n_steps = min(SEEDED_STEPS if follow_seed else STEPS, int(settings[MAX_ITERATIONS]) - iterations)
+            from_seed = run <= plain_run
+            start_run(chain, starts, run, seed, from_seed, q_rows)
+            follow_seed = from_seed and settings[SEEDED] != 0.0
+            patient = follow_seed or run < plain_run
+            n_steps = min(SEEDED_STEPS if patient else STEPS, int(settings[MAX_ITERATIONS]) - iterations)
             lane, steps = run_lanes(
-                chain, limits, posture, target, seed, settings, follow_seed, n_steps, q_rows, done_rows, error_rows, scratch
-            )
+                chain, limits, posture, run < plain_run, target, seed, settings, follow_seed, n_steps,
+                q_rows, done_rows, error_rows, scratch,
+            )  # fmt: skip
             iterations += steps
             status = NOT_FOUND if lane < 0 else SOLVED
             if status == NOT_FOUND:

@@ -9,5 +9,3 @@ N_SETTINGS = 5
 # Columns of the information, a row a target. The errors are of the configuration returned [m and rad].
 STATUS, POSITION_ERROR, ROTATION_ERROR, ITERATIONS = 0, 1, 2, 3
 N_INFO = 4
-
-LARGEST_DEFECT = 1e-6  # of a target from a rigid motion (se3.rigidity_defect)

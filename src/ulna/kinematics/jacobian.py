@@ -16,7 +16,7 @@ LEAST_COS_PITCH = 1e-6
 
 def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str) -> NDArray[np.float64]:
     """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
-    frame = EXPRESSED_IN.get(expressed_in)
+    frame = EXPRESSED_IN.get(expressed_in) if isinstance(expressed_in, str) else None
     if frame is None:
         raise InputError("expressed_in", f"{expressed_in!r} is not a frame{did_you_mean(str(expressed_in), EXPRESSED_IN)}")
     chain = tree.chain(link)

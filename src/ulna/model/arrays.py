@@ -16,8 +16,10 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
     Raises:
         InputError: They are no numbers, or complex ones, whose imaginary part would be lost.
     """
-    if isinstance(values, np.ndarray) and values.dtype is _FLOAT64:
+    if type(values) is np.ndarray and values.dtype is _FLOAT64:
         return values if values.flags.carray else values.copy()
+    if isinstance(values, np.ma.MaskedArray):
+        raise InputError(name, "a masked array, whose mask would be lost")
     try:
         array = np.asarray(values)
         if array.dtype.kind not in "biuf":

@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.model.pose import as_one_pose
 from ulna.model.shapes import Shape
 
 
@@ -72,7 +73,7 @@ class Joint:
     line: int | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", frozen(self.origin, (4, 4)))
+        object.__setattr__(self, "origin", frozen(as_one_pose(self.origin, "origin"), (4, 4)))
         object.__setattr__(self, "axis", frozen(self.axis, (3,)))
 
     def __reduce__(self):
@@ -89,7 +90,7 @@ class Body:
     color: tuple[float, float, float, float] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pose", frozen(self.pose, (4, 4)))
+        object.__setattr__(self, "pose", frozen(as_one_pose(self.pose, "pose"), (4, 4)))
 
     def __reduce__(self):
         return _remake, (type(self), _contents(self))

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError
-from ulna.kernels.layout import LARGEST
+from ulna.kernels.layout import LARGEST, LARGEST_DEFECT
 from ulna.model.arrays import as_floats
 
-_LARGEST_DEFECT = 1e-6
+_ROUNDING = 1e-14
 
 
 def pose(xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike | None = None, *, wxyz: ArrayLike | None = None) -> NDArray[np.float64]:
@@ -116,17 +116,39 @@ def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     faults = {
         "has an entry that is not finite": ~np.isfinite(T).all(axis=(-2, -1)),
         f"has a position beyond {LARGEST:g} m": np.abs(T[..., :3, 3]).max(axis=-1) > LARGEST,
-        "has a last row that is not (0, 0, 0, 1)": np.abs(T[..., 3, :] - [0, 0, 0, 1]).max(axis=-1) > _LARGEST_DEFECT,
+        "has a last row that is not (0, 0, 0, 1)": np.abs(T[..., 3, :] - [0, 0, 0, 1]).max(axis=-1) > LARGEST_DEFECT,
     }
     with np.errstate(invalid="ignore", over="ignore"):
         faults["has a rotation part whose columns are not orthonormal"] = (
-            np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1)) > _LARGEST_DEFECT
+            np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1)) > LARGEST_DEFECT
         )
         faults["is a reflection: its determinant is negative"] = np.linalg.det(R) < 0
     for fault, where in faults.items():
         if np.any(where):
             row = f"[{', '.join(str(int(k)) for k in np.argwhere(where)[0])}]" if T.ndim > 2 else ""
             raise InputError(f"{name}{row}", f"{fault}, so it is not a pose")
+    return T
+
+
+def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
+    """One pose to keep, shape (4, 4): a copy, made orthonormal to the last digits.
+
+    A matrix that was rounded is accepted to 1e-6, but what is computed with it, such as the axes that separate two boxes, needs
+    a rotation that is one.
+    """
+    T = as_pose(T, name)
+    if T.shape != (4, 4):
+        raise InputError(name, f"shape {T.shape}, but one pose has shape (4, 4)")
+    return orthonormal(T)
+
+
+def orthonormal(T: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A copy of one pose, its rotation replaced by the nearby one of its quaternion unless it is exact to rounding already."""
+    T = T.copy()
+    R = T[:3, :3]
+    if np.abs(R @ R.T - np.eye(3)).max() > _ROUNDING:
+        T[:3, :3] = matrix_from_quaternion(quaternion_from_matrix(R))
+    T[3] = (0.0, 0.0, 0.0, 1.0)
     return T
 
 

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from ulna.errors import InputError
+from ulna.kernels.layout import LARGEST
+from ulna.model.arrays import as_floats
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,8 @@ Shape = Box | Sphere | Cylinder | Capsule | Mesh
 
 
 def _lengths(name: str, values: object, count: int) -> tuple[float, ...]:
-    try:
-        lengths = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(name, f"{values!r} is not {count} numbers") from None
-    if lengths.shape != (count,) or not np.isfinite(lengths).all() or (lengths < 0).any():
-        raise InputError(name, f"{values!r}; {count} finite length{'s' * (count > 1)} of at least 0 m are expected")
-    return tuple(float(v) for v in lengths)
+    lengths = as_floats(name, values)  # type: ignore[arg-type]
+    if lengths.shape != (count,) or not ((lengths >= 0) & (lengths <= LARGEST)).all():
+        expected = f"{count} finite length{'s' * (count > 1)} of at least 0 and at most {LARGEST:g} m"
+        raise InputError(name, f"{values!r}; {expected} {'are' if count > 1 else 'is'} expected")
+    return tuple(lengths.tolist())

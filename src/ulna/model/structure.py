@@ -8,6 +8,8 @@ import numpy as np
 from ulna.errors import DescriptionError, did_you_mean
 from ulna.model.description import N_POSITIONS, Description, Joint, JointType
 
+_BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
+
 
 @dataclass(frozen=True)
 class Drive:
@@ -104,15 +106,26 @@ def drive_of(joint: Joint, joints: dict[str, Joint], columns: dict[str, slice], 
     return Drive(columns[joint.name].start, ratio, offset)
 
 
-def limits_of_q(joints: tuple[Joint, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lower, upper and velocity limits of q: infinite for continuous, planar and floating joints where none are given."""
+def limits_of_q(joints: tuple[Joint, ...], drives: dict[str, Drive]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lower, upper and velocity limits of q: infinite for continuous, planar and floating joints where none are given.
+
+    The limits of a joint that mimics another narrow the other's. Where they would leave it no room at all they are passed over:
+    such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its writers meant it to move.
+    """
     lower, upper, velocity = [], [], []
     for joint in joints:
         width = N_POSITIONS[joint.type] if joint.mimic is None else 0
-        bounded = joint.type in (JointType.REVOLUTE, JointType.PRISMATIC)
+        bounded = joint.type in _BOUNDED
         lower += [joint.limits.lower if bounded else -np.inf] * width
         upper += [joint.limits.upper if bounded else np.inf] * width
         velocity += [joint.limits.velocity] * width
+    for joint in joints:
+        drive = drives[joint.name]
+        if joint.mimic is not None and joint.type in _BOUNDED and drive.column is not None and drive.ratio != 0:
+            low, high = sorted((limit - drive.offset) / drive.ratio for limit in (joint.limits.lower, joint.limits.upper))
+            low, high = max(low, lower[drive.column]), min(high, upper[drive.column])
+            if low < high:
+                lower[drive.column], upper[drive.column] = low, high
     return np.array(lower), np.array(upper), np.array(velocity)
 
 

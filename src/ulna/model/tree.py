@@ -103,9 +103,10 @@ def build_tree(description: Description) -> Tree:
     """Check a description and lay it out as arrays."""
     root, ordered = root_link(description), joints_from_root(description)
     columns, by_name = columns_of_q(ordered), {joint.name: joint for joint in ordered}
+    drives = {joint.name: drive_of(joint, by_name, columns, description.source) for joint in ordered}
     link_row, link_offset, table = {root: BASE}, {root: np.eye(4)}, []
     for joint in ordered:
-        drive = drive_of(joint, by_name, columns, description.source)
+        drive = drives[joint.name]
         row, offset = link_row[joint.parent], link_offset[joint.parent] @ joint.origin
         if joint.type != JointType.FIXED and drive.column is None:  # a mimic of a fixed joint
             turn = _turn_z_onto(joint.axis)
@@ -116,7 +117,7 @@ def build_tree(description: Description) -> Tree:
                 row, offset = len(table) - 1, offset_behind
         link_row[joint.child], link_offset[joint.child] = row, offset
     names = tuple(link.name for link in description.links)
-    lower, upper, velocity = limits_of_q(ordered)
+    lower, upper, velocity = limits_of_q(ordered, drives)
     return Tree(
         root=root,
         leaves=leaf_links(description),

@@ -1,11 +1,13 @@
 """The demo's loop and widgets: plays the trajectory, answers the handles, and serves the page on this machine."""
 
 import contextlib
+import errno
 import html
 import io
 import logging
 import os
 import socket
+import sys
 import threading
 import time
 import webbrowser
@@ -22,7 +24,6 @@ from ulna.model.pose import pose
 from ulna.viewer.scene import DemoScene
 
 FRAMES_PER_SECOND = 30.0
-SLIDERS_PER_SECOND = 5.0
 STOP_WITHIN_S = 2.0
 
 
@@ -40,9 +41,9 @@ def serve(demo: Demo, host: str = "127.0.0.1", port: int = 8080, *, open_browser
     """
     app = DemoApp(demo, host, port)
     print(f"The Panda is at {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201 - the address is the result
-    if open_browser:
-        webbrowser.open(app.url)
     try:
+        if open_browser and _has_display():
+            webbrowser.open(app.url)
         app.run_until_interrupted()
     finally:
         app.stop()
@@ -91,7 +92,8 @@ class DemoApp:
         with self._lock:
             self.playing.value = False
             self.q = q
-            self._draw(sliders=True)
+            self._draw()
+            self._show_joints()
 
     # ---- widgets ------------------------------------------------------------------------------------------------------
 
@@ -100,6 +102,7 @@ class DemoApp:
         gui.configure_theme(control_layout="floating", control_width="medium", show_logo=False, show_share_button=False)
         self.verdict = gui.add_html("")
         self.playing = gui.add_checkbox("Play", initial_value=True, hint="The arm repeats its trajectory")
+        self.playing.on_update(lambda _: self._show_joints())
         self.speed = gui.add_slider("Speed", min=0.0, max=3.0, step=0.1, initial_value=1.0, hint="1 is real time")
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
         self.show_boxes.on_update(lambda _: self.scene.show_boxes(self.show_boxes.value))
@@ -123,10 +126,11 @@ class DemoApp:
             slider.on_update(partial(self._slider_moved, j))
 
     def _slider_moved(self, j: int, event: viser.GuiEvent) -> None:
-        if event.client is not None:  # a person's hand, not the loop's
-            q = self.q.copy()
-            q[j] = self.sliders[j].value
-            self.set_configuration(q)
+        if event.client is not None:  # a person's hand, not ``_show_joints``
+            with self._lock:
+                q = self.q.copy()
+                q[j] = self.sliders[j].value
+                self.set_configuration(q)
 
     def _put_box_back(self) -> None:
         self.scene.put_handles(pose(BOX_START))
@@ -143,22 +147,25 @@ class DemoApp:
             self.answer_time = time.perf_counter() - start
 
     def _play(self) -> None:
-        last, slid = time.perf_counter(), 0.0
+        last = time.perf_counter()
         while not self._stopping.wait(1.0 / FRAMES_PER_SECOND):
             now = time.perf_counter()
             with self._lock:
                 if self.playing.value and self.speed.value > 0.0:
                     self.time += (now - last) * self.speed.value
                     self.q = self.demo.trajectory.at(self.time)
-                    self._draw(sliders=now - slid > 1.0 / SLIDERS_PER_SECOND)
-                    slid = now if now - slid > 1.0 / SLIDERS_PER_SECOND else slid
+                    self._draw()
             last = now
 
-    def _draw(self, *, sliders: bool = False) -> None:
+    def _draw(self) -> None:
         with self.server.atomic():
             self.scene.draw_arm(self.q)
             self._draw_verdict()
-            if sliders:
+
+    def _show_joints(self) -> None:
+        """Set the sliders to where the arm stands. Not while it moves: that would take a number out of the hands that type it."""
+        with self._lock:
+            if not self.playing.value:
                 for slider, value in zip(self.sliders, self.q, strict=True):
                     slider.value = round(float(value), 3)
 
@@ -182,13 +189,21 @@ def _quiet() -> contextlib.AbstractContextManager:
     return contextlib.redirect_stdout(io.StringIO())
 
 
+def _has_display() -> bool:
+    """Whether a browser would get a window; without one a text browser would take the terminal."""
+    return sys.platform in ("win32", "darwin") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
 def _refuse_busy(host: str, port: int) -> None:
     """Raise in one sentence if the port cannot be had; viser would quietly take the next one."""
     try:
-        with socket.create_server((host, port)):
+        family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
+        with socket.create_server((host, port), family=family):
             pass
     except OverflowError:
         raise InputError("port", f"{port} is not a port; 0 to 65535 are") from None
     except OSError as error:
-        message = f"cannot listen on {host}:{port} ({os.strerror(error.errno or 0)}); choose another, such as --port {port + 1}"
-        raise InputError("port", message) from None
+        reason = (error.strerror or str(error)).split(" (while")[0]
+        if error.errno == errno.EADDRINUSE:
+            raise InputError("port", f"{port} is in use on {host} ({reason}); choose another with --port") from None
+        raise InputError("host", f"cannot listen on {host}, port {port} ({reason})") from None

@@ -6,8 +6,8 @@ import pytest
 import kernel_probes as probes
 import naive
 from close import assert_close
+from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.se3 import matrix_pose, rigidity_defect
-from ulna.kernels.search_layout import LARGEST_DEFECT
 
 
 def random_poses(rng, n):
