@@ -59,6 +59,7 @@ def naive_step(J, e, damping, q, limits, posture=None):
     pressed = ((q <= limits[0]) & (push < 0)) | ((q >= limits[1]) & (push > 0))
     J = np.where(pressed, 0.0, J)
     d = np.zeros(len(q)) if posture is None else posture - q
+    d = d / max(1.0, np.abs(d).max())  # at most a radian a step
     return np.clip(q + d + J.T @ naive.damped_solution(J, e - J @ d, damping), *limits)
 
 
