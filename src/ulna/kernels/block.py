@@ -28,6 +28,14 @@ def all_in_range(rows):
 
 
 @kernel
+def write_matrix(pose, out):
+    """Write a pose of plain numbers as a homogeneous 4x4 matrix."""
+    for k in range(12):
+        out[k // 4, k % 4] = pose[k]
+    out[3, 0], out[3, 1], out[3, 2], out[3, 3] = 0.0, 0.0, 0.0, 1.0
+
+
+@kernel
 def scatter_matrix(pose_rows, i, lane, out):
     """Write one lane of pose i of rows as a homogeneous 4x4 matrix."""
     for k in range(12):

@@ -10,7 +10,6 @@ from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import maximum
 from ulna.kernels.lanes import splat, sqrt, where
 
-N_AXES = 15
 # Two edges within 1e-8 rad of parallel give no axis of their own: the product of unit vectors so close carries no
 # direction, and the face normals already separate as well as that axis would, to 1e-8 of the boxes' size.
 _PARALLEL = 1e-16  # the square of the sine of that angle

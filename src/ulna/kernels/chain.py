@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.kernels.block import all_in_range, gather, scatter_matrix
+from ulna.kernels.block import all_in_range, gather, scatter_matrix, write_matrix
 from ulna.kernels.compile import entry, kernel
 from ulna.kernels.joint import joint_pose
 from ulna.kernels.lanes import WIDTH
@@ -21,10 +21,7 @@ def chain_pose(chain, q_rows):
 @entry
 def forward_one(chain, q, out):
     """Write the 4x4 matrix of the chain's end to out for one q. False if an entry of q is out of range."""
-    pose = chain_pose(chain, q)
-    for k in range(12):
-        out[k // 4, k % 4] = pose[k]
-    out[3, 0], out[3, 1], out[3, 2], out[3, 3] = 0.0, 0.0, 0.0, 1.0
+    write_matrix(chain_pose(chain, q), out)
     return all_in_range(q)
 
 

@@ -35,6 +35,19 @@ def gradient(jacobian_rows, j, e):
 
 
 @kernel
+def add_column(v, jacobian_rows, j, rate):
+    """The six numbers v + J_j rate: what entry j of q adds at a rate."""
+    return (
+        v[0] + load(jacobian_rows, 6 * j) * rate,
+        v[1] + load(jacobian_rows, 6 * j + 1) * rate,
+        v[2] + load(jacobian_rows, 6 * j + 2) * rate,
+        v[3] + load(jacobian_rows, 6 * j + 3) * rate,
+        v[4] + load(jacobian_rows, 6 * j + 4) * rate,
+        v[5] + load(jacobian_rows, 6 * j + 5) * rate,
+    )
+
+
+@kernel
 def release_pressed(limits, q_rows, e, jacobian_rows):
     """Zero the column of every joint that stands at a limit and that the error would push beyond it."""
     for j in range(limits.shape[1]):

@@ -16,7 +16,7 @@ import numpy as np
 from ulna.kernels.block import gather
 from ulna.kernels.chain import chain_pose
 from ulna.kernels.compile import entry, kernel
-from ulna.kernels.damped_step import error_squares, gradient, pose_error, release_pressed, within_limits
+from ulna.kernels.damped_step import add_column, error_squares, gradient, pose_error, release_pressed, within_limits
 from ulna.kernels.jacobian import BASE, chain_jacobian
 from ulna.kernels.lanes import WIDTH, any_lane, load, splat, store, where
 from ulna.kernels.layout import LARGEST_DEFECT
@@ -77,21 +77,11 @@ def descend(chain, limits, target_rows, settings, q_rows, trial_rows, axis_rows,
 def step_length(jacobian_rows, n_dof, e):
     """<e, J g> / <J g, J g> for g = J' e; 0 where g is."""
     zero = splat(0.0, e[0])
-    v0, v1, v2, v3, v4, v5 = zero, zero, zero, zero, zero, zero
+    v = zero, zero, zero, zero, zero, zero
     for j in range(n_dof):
-        g = gradient(jacobian_rows, j, e)
-        v0, v1, v2 = (
-            v0 + load(jacobian_rows, 6 * j) * g,
-            v1 + load(jacobian_rows, 6 * j + 1) * g,
-            v2 + load(jacobian_rows, 6 * j + 2) * g,
-        )
-        v3, v4, v5 = (
-            v3 + load(jacobian_rows, 6 * j + 3) * g,
-            v4 + load(jacobian_rows, 6 * j + 4) * g,
-            v5 + load(jacobian_rows, 6 * j + 5) * g,
-        )
-    along = e[0] * v0 + e[1] * v1 + e[2] * v2 + e[3] * v3 + e[4] * v4 + e[5] * v5
-    square = v0 * v0 + v1 * v1 + v2 * v2 + v3 * v3 + v4 * v4 + v5 * v5
+        v = add_column(v, jacobian_rows, j, gradient(jacobian_rows, j, e))
+    along = e[0] * v[0] + e[1] * v[1] + e[2] * v[2] + e[3] * v[3] + e[4] * v[4] + e[5] * v[5]
+    square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3] + v[4] * v[4] + v[5] * v[5]
     return where(square > 0.0, along / where(square > 0.0, square, 1.0), 0.0)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from ulna.kernels.compile import entry, kernel, routine
 from ulna.kernels.damped_step import (
     N_SYSTEM,
+    add_column,
     back_to_joints,
     error_squares,
     pose_error,
@@ -88,15 +89,7 @@ def posture_share(posture, q_rows):
 def without_posture(posture, share, q_rows, jacobian_rows, e):
     """e - J d: what of the error remains once the joints have gone that share of the way to the posture."""
     for j in range(posture.shape[0]):
-        d = share * (posture[j] - load(q_rows, j))
-        e = (
-            e[0] - load(jacobian_rows, 6 * j) * d,
-            e[1] - load(jacobian_rows, 6 * j + 1) * d,
-            e[2] - load(jacobian_rows, 6 * j + 2) * d,
-            e[3] - load(jacobian_rows, 6 * j + 3) * d,
-            e[4] - load(jacobian_rows, 6 * j + 4) * d,
-            e[5] - load(jacobian_rows, 6 * j + 5) * d,
-        )
+        e = add_column(e, jacobian_rows, j, share * (load(q_rows, j) - posture[j]))
     return e
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.kernels.block import all_in_range, gather, scatter_matrix
+from ulna.kernels.block import all_in_range, gather, scatter_matrix, write_matrix
 from ulna.kernels.compile import entry, kernel
 from ulna.kernels.joint import joint_pose
 from ulna.kernels.lanes import WIDTH, load
@@ -39,10 +39,7 @@ def frames_one(joints, frames, q, out):
     joint_rows = np.empty(12 * joints.shape[0])
     tree_poses(joints, q, joint_rows)
     for k in range(frames.shape[0]):
-        pose = frame_pose(frames, k, joint_rows, load(q, 0))
-        for e in range(12):
-            out[k, e // 4, e % 4] = pose[e]
-        out[k, 3, 0], out[k, 3, 1], out[k, 3, 2], out[k, 3, 3] = 0.0, 0.0, 0.0, 1.0
+        write_matrix(frame_pose(frames, k, joint_rows, load(q, 0)), out[k])
     return all_in_range(q)
 
 

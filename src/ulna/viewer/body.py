@@ -19,8 +19,8 @@ SHELL, HOUSING = (236, 238, 241, 255), (74, 82, 94, 255)  # the colours of the p
 _NARROWEST = 0.6  # of the plain body's radius at the tip, against the base
 
 
-def link_meshes(robot: Robot, package_dirs: Iterable[str | Path] = ()) -> tuple[dict[str, trimesh.Scene], bool]:
-    """For each link that shows anything its triangles, in the link's frame; and whether they are the description's own.
+def link_meshes(robot: Robot, package_dirs: Iterable[str | Path] = ()) -> dict[str, trimesh.Scene]:
+    """For each link that shows anything its triangles, in the link's frame.
 
     If the description has no visuals, or a mesh of it is not on this machine, the whole robot gets a plain body.
     """
@@ -28,7 +28,7 @@ def link_meshes(robot: Robot, package_dirs: Iterable[str | Path] = ()) -> tuple[
         own = {link.name: _scene(_visuals(link.visuals, package_dirs)) for link in robot.description.links if link.visuals}
     except FileNotFoundError:
         own = {}
-    return (own, True) if own else (plain_body(robot), False)
+    return own or plain_body(robot)
 
 
 def plain_body(robot: Robot) -> dict[str, trimesh.Scene]:

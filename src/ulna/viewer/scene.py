@@ -75,7 +75,7 @@ class DemoScene:
 
 def _add_links(scene: viser.SceneApi, robot: Robot) -> dict[int, viser.FrameHandle]:
     """A frame for each link that shows anything or carries a box, by its place in ``link_names``."""
-    meshes, _ = link_meshes(robot)
+    meshes = link_meshes(robot)
     carriers = {link.name for link in robot.description.links if link.collisions}
     frames = {}
     for k, name in enumerate(robot.link_names):
