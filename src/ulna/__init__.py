@@ -11,7 +11,8 @@ from ulna.errors import (
     UlnaError,
     UnknownNameError,
 )
-from ulna.ik.result import IKResult
+from ulna.ik.result import IKResult, Status
+from ulna.ik.task import Task
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from ulna.robot import Robot, load
@@ -33,6 +34,8 @@ __all__ = [
     "Robot",
     "SingularityError",
     "Sphere",
+    "Status",
+    "Task",
     "UlnaError",
     "UnknownNameError",
     "World",

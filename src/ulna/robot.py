@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from ulna.collision.report import Report
     from ulna.collision.world import World
     from ulna.ik.result import IKResult
+    from ulna.ik.task import Task
 
 Array = NDArray[np.float64]
+_MOST_KEPT = 64  # searches made ready
 
 
 def load(
@@ -237,30 +239,64 @@ class Robot:
         method: str = "levenberg_marquardt",
         seed: int = 0,
         *,
-        posture: ArrayLike | None = None,
+        task: Task | str = "pose",
+        world: World | None = None,
+        rank: str | None = None,
+        posture: ArrayLike | str | None = None,
+        held: Iterable[str] = (),
+        max_step: float | None = None,
         position_tolerance: float = 1e-5,
         rotation_tolerance: float = 1e-5,
         max_iterations: int | None = None,
+        time_limit: float | None = None,
+        threads: int | None = None,
+        trace: bool = False,
     ) -> IKResult:
         """Joint positions that bring a link to a pose, within the joint limits.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
             q_seed: Where to start [rad or m], shape (..., n_dof) or (n_dof,). If given, its branch is followed as long as it
-                leads to the target; otherwise the search starts from ``home`` and random configurations.
+                leads to the target, and after that the solution nearest to it is taken; otherwise the search starts from
+                ``home`` and random configurations.
             link: The link's name; the tip unless given.
-            method: ``"levenberg_marquardt"``: eight searches at once, with restarts; ``"jacobian_transpose"``: steepest
-                descent from the seed alone, for teaching.
-            seed: Chooses the random configurations; the result depends on nothing else.
-            posture: Of all solutions near the seed, the one nearest to this configuration, shape (n_dof,). The pose comes
-                first: where limits stand in the way or the steps run out, the posture is met less well, or not.
+            method: ``"levenberg_marquardt"``: many searches at once, with restarts; or, from the seed alone and for teaching,
+                ``"jacobian_transpose"``, ``"pseudo_inverse"``, ``"damped_least_squares"``.
+            seed: Chooses the random configurations; without ``time_limit`` the result depends on nothing else.
+            task: ``"pose"``; ``"position"``: any orientation; ``"pointing"``: position and the direction of the link's z axis;
+                or an ``ulna.Task`` (another axis, slack by component).
+            world: Configurations that collide with it are rejected, and the search goes on.
+            rank: Which of several solutions: ``"nearest"`` to the seed (largest joint change), ``"manipulability"``,
+                ``"clearance"`` from the world, ``"mid_range"`` of the joints. It chooses among what sixteen starts find.
+            posture: Of all solutions near the seed, the one nearest to this configuration, shape (n_dof,), or to
+                ``"mid_range"``. The pose comes first: where limits stand in the way or the steps run out, the posture is met
+                less well, or not.
+            held: Names of joints that stay at the seed.
+            max_step: The most that any entry of q may differ from ``q_seed`` [rad or m]: refused rather than passed.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
-            max_iterations: Steps before giving up; 2000 and 10000 for the two methods unless given.
+            max_iterations: Steps from all starts together before giving up; 16 000 (800 starts), or 10 000 for the others.
+            time_limit: Seconds before giving up, looked at between rounds.
+            threads: For large batches; all cores unless given. The result is the same bit for bit.
+            trace: For one target: keep errors, step and damping of every step (``result.trace``).
 
         Returns:
-            An ``IKResult``: q, success, status, errors and iterations. A target that is not reached is a result too.
+            An ``IKResult``: q, success, status, errors, iterations, and the reasons. A target that is not reached is a result
+            too.
+
+        Example:
+            >>> panda = load("panda")
+            >>> print(panda.inverse_kinematics(panda.forward_kinematics(panda.home) + 0.0).status)
+            solved
         """
+        plain = task == "pose" and world is None and rank is None and posture is None and max_step is None and not held
+        plain = plain and type(position_tolerance) is type(rotation_tolerance) is float and type(seed) is int and not trace
+        if plain and max_iterations is None and time_limit is None and method == "levenberg_marquardt":
+            key = link, position_tolerance, rotation_tolerance, seed
+            quick = self._quick.get(key) or self._quick_search(key)
+            result = quick.solve(T, q_seed)
+            if result is not None:
+                return result
         return self._search.inverse_kinematics(
             self.tree,
             T,
@@ -269,9 +305,17 @@ class Robot:
             q_seed=q_seed,
             method=method,
             seed=seed,
+            task=task,
+            rank=rank,
             posture=posture,
+            held=held,
+            max_step=max_step,
             tolerances=(position_tolerance, rotation_tolerance),
             max_iterations=max_iterations,
+            time_limit=time_limit,
+            threads=threads,
+            trace=trace,
+            obstacles=None if world is None else self._obstacles(self, world),
         )
 
     # ---- collision ----------------------------------------------------------------------------------------------------
@@ -332,6 +376,26 @@ class Robot:
         from ulna.ik import search
 
         return search
+
+    @cached_property
+    def _obstacles(self):
+        from ulna.ik.obstacles import Obstacles
+
+        return Obstacles
+
+    @cached_property
+    def _quick(self) -> dict:
+        return {}
+
+    def _quick_search(self, key: tuple[str | None, float, float, int]):
+        """What stays the same from call to call of ``inverse_kinematics``, kept for the next."""
+        from ulna.ik.quick import QuickSearch
+
+        link, *tolerances, seed = key
+        if len(self._quick) >= _MOST_KEPT:
+            self._quick.clear()
+        quick = QuickSearch(self.tree, self._the_tip if link is None else link, self.home, tuple(tolerances), seed)
+        return self._quick.setdefault(key, quick)
 
     @cached_property
     def _checker(self):

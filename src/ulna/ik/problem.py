@@ -1,88 +1,149 @@
 """What is asked of a search: targets, seeds, tolerances and budget, checked and in the shapes that the kernels take."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.errors import InputError
-from ulna.kernels.lanes import WIDTH
-from ulna.kernels.search_layout import (
-    MAX_ITERATIONS,
-    N_SETTINGS,
-    POSITION_TOLERANCE,
-    ROTATION_TOLERANCE,
-    SEEDED,
-    WITH_POSTURE,
-)
+from ulna.errors import InputError, UnknownNameError
+from ulna.ik.bounds import bounds_of
+from ulna.ik.task import Task
+from ulna.kernels import search_layout as layout
+from ulna.kernels.layout import FIXED, KIND, PARENT
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
 from ulna.model.arrays import as_floats
+from ulna.model.pose import as_pose
 from ulna.model.tree import Tree
 
-N_RUNS = 100  # starts of eight before the search gives up
-_NO_LIMIT = 1e3  # descriptions write 1e16 where they mean none; starts scattered over that would be of no use
+Array = NDArray[np.float64]
+
+STEPS, SEEDED_STEPS = 20, 60  # from one start before the next; from the caller's own
+DEFAULT_BUDGET = 16_000  # steps: 800 starts
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Targets (n, 4, 4) of batch shape ``batch``, seeds (n or 1, n_dof), posture (n_dof,) and the kernels' settings."""
+    """A search for each of ``targets`` (n, 4, 4), of batch shape ``batch``.
 
-    targets: NDArray[np.float64]
+    ``chain`` ends in the task's frame, ``targets`` are of that frame; seeds (n or 1, n_dof); bounds (n or 1, 4, n_dof) as in
+    ``ik.bounds``; posture (n_dof,), read if the kernels' ``settings`` say so.
+    """
+
+    tree: Tree
+    chain: Array
+    link: str
+    targets: Array
     batch: tuple[int, ...]
-    seeds: NDArray[np.float64]
-    posture: NDArray[np.float64]
-    settings: NDArray[np.float64]
+    task: Task
+    seeds: Array
+    seeded: bool
+    bounds: Array
+    posture: Array
+    settings: Array
+    tolerances: tuple[float, float]
+    seed: int
+    budget: int
+    time_limit: float
+    threads: int
 
 
 def make_problem(
     tree: Tree,
     T: ArrayLike,
-    home: NDArray[np.float64],
+    link: str,
+    home: Array,
+    *,
     q_seed: ArrayLike | None,
-    posture: ArrayLike | None,
+    task: Task,
+    posture: ArrayLike | str | None,
+    held: Iterable[str],
+    max_step: float | None,
     tolerances: tuple[float, float],
-    max_iterations: int,
+    seed: int,
+    budget: int,
+    time_limit: float | None,
+    threads: int,
 ) -> Problem:
     """Check the arguments of a search. Whether targets are rigid motions the kernels see, at no cost."""
+    refuse_immovable(tree)
     targets = _targets(T)
     batch = targets.shape[:-2]
-    settings = np.empty(N_SETTINGS)
-    settings[POSITION_TOLERANCE], settings[ROTATION_TOLERANCE] = _tolerance(*tolerances)
-    settings[MAX_ITERATIONS] = as_count("max_iterations", max_iterations)
-    settings[SEEDED], settings[WITH_POSTURE] = q_seed is not None, posture is not None
+    seeds = home.copy().reshape(1, -1) if q_seed is None else _seeds(tree, q_seed, batch)
+    settings = np.zeros(layout.N_SETTINGS)
+    settings[layout.POSITION_TOLERANCE], settings[layout.ROTATION_TOLERANCE] = (
+        positive("position_tolerance", tolerances[0]),
+        positive("rotation_tolerance", tolerances[1]),
+    )
+    settings[layout.STEPS], settings[layout.TASK] = STEPS, task.kind
+    settings[layout.SLACK : layout.SLACK + 6] = task.slack
+    settings[layout.WITH_POSTURE] = posture is not None
+    if max_step is not None and q_seed is None:
+        raise InputError("max_step", "bounds the way from q_seed, so q_seed is needed too")
+    chain, targets = _in_task_frame(tree.chain(link), targets.reshape(-1, 4, 4), task.turn)
     return Problem(
-        targets=targets.reshape(-1, 4, 4),
+        tree=tree,
+        chain=chain,
+        link=link,
+        targets=targets,
         batch=batch,
-        seeds=home.copy().reshape(1, -1) if q_seed is None else _seeds(tree, q_seed, batch),
+        task=task,
+        seeds=seeds,
+        seeded=q_seed is not None,
+        bounds=bounds_of(tree, seeds, _columns(tree, held), None if max_step is None else positive("max_step", max_step)),
         posture=home.copy() if posture is None else _posture(tree, posture),
         settings=settings,
+        tolerances=tolerances,
+        seed=as_count("seed", seed),
+        budget=as_count("max_iterations", budget),
+        time_limit=np.inf if time_limit is None else _at_least_zero("time_limit", time_limit),
+        threads=as_count("threads", threads),
     )
 
 
-@lru_cache(maxsize=64)
-def random_starts(bounds: tuple[tuple[float, ...], tuple[float, ...]], seed: int) -> NDArray[np.float64]:
-    """Starts within the limits, shape (N_RUNS, n_dof, 8): the same for the same limits and seed.
-
-    Where a limit is infinite, or as good as, they lie within a turn of the other limit, or within pi of zero.
-    """
-    lower, upper = (np.where(np.abs(side) > _NO_LIMIT, np.copysign(np.inf, side), side) for side in bounds)
-    low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)
-    high = np.where(np.isinf(upper), low + 2 * np.pi, upper)
-    share = np.random.default_rng(seed).random((N_RUNS, len(low), WIDTH))
-    starts = np.clip(low[:, None] + share * (high - low)[:, None], low[:, None], high[:, None])
-    starts.setflags(write=False)
-    return starts
+def refuse_immovable(tree: Tree) -> None:
+    """An ``InputError`` for a robot without joints."""
+    if not tree.n_dof:
+        raise InputError("T", "the robot has no moving joints, so nothing can be solved for")
 
 
-def _targets(T: ArrayLike) -> NDArray[np.float64]:
+def _targets(T: ArrayLike) -> Array:
     targets = as_floats("T", T)
     if targets.shape[-2:] != (4, 4):
         raise InputError("T", f"shape {targets.shape}, but targets have shape (..., 4, 4); ulna.pose(xyz, rpy) makes one")
     return targets
 
 
-def _seeds(tree: Tree, q_seed: ArrayLike, batch: tuple[int, ...]) -> NDArray[np.float64]:
+def refuse_what_is_no_pose(T: ArrayLike) -> None:
+    """Raise the ``InputError`` that says which target is no rigid motion."""
+    as_pose(as_floats("T", T))
+    raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
+
+
+def _in_task_frame(chain: Array, targets: Array, turn: Array | None) -> tuple[Array, Array]:
+    """The chain and its targets with the end's axes turned: R_end_task = turn."""
+    if turn is None:
+        return chain, targets
+    T_end_task = np.eye(4)
+    T_end_task[:3, :3] = turn
+    row = np.zeros((1, chain.shape[1]))
+    row[0, :12], row[0, KIND], row[0, PARENT] = T_end_task[:3].ravel(), FIXED, len(chain) - 1
+    turned = np.vstack([chain, row])
+    turned.setflags(write=False)
+    return turned, targets @ T_end_task
+
+
+def _columns(tree: Tree, held: Iterable[str]) -> tuple[int, ...]:
+    """The entries of q that belong to the joints that are held."""
+    columns: list[int] = []
+    for name in [held] if isinstance(held, str) else held:
+        if name not in tree.joint_names:
+            raise UnknownNameError("joint", str(name), tree.joint_names)
+        columns += range(tree.n_dof)[tree.joint_slices[tree.joint_names.index(name)]]
+    return tuple(columns)
+
+
+def _seeds(tree: Tree, q_seed: ArrayLike, batch: tuple[int, ...]) -> Array:
     """One seed for all targets or one for each, moved into the limits."""
     seeds = as_positions(q_seed, tree, "q_seed")
     refuse_out_of_range(seeds, "q_seed")
@@ -96,7 +157,19 @@ def _seeds(tree: Tree, q_seed: ArrayLike, batch: tuple[int, ...]) -> NDArray[np.
         raise InputError("q_seed", message) from None
 
 
-def _posture(tree: Tree, posture: ArrayLike) -> NDArray[np.float64]:
+def mid_range(tree: Tree) -> Array:
+    """The middle of every joint's range; 0, or the nearest to it, where there is none."""
+    bounded = np.isfinite(tree.lower) & np.isfinite(tree.upper)
+    with np.errstate(invalid="ignore"):
+        middle = np.where(bounded, (tree.lower + tree.upper) / 2, 0.0)
+    return np.clip(middle, tree.lower, tree.upper)
+
+
+def _posture(tree: Tree, posture: ArrayLike | str) -> Array:
+    if isinstance(posture, str):
+        if posture != "mid_range":
+            raise InputError("posture", f"{posture!r}; a configuration or 'mid_range' is expected")
+        return mid_range(tree)
     goal = as_positions(posture, tree, "posture")
     if goal.ndim != 1:
         raise InputError("posture", f"shape {goal.shape}, but one posture, shape ({tree.n_dof},), serves all targets")
@@ -104,11 +177,21 @@ def _posture(tree: Tree, posture: ArrayLike) -> NDArray[np.float64]:
     return np.clip(goal, tree.lower, tree.upper)
 
 
-def _tolerance(position: float, rotation: float) -> tuple[float, float]:
-    for name, value in (("position_tolerance", position), ("rotation_tolerance", rotation)):
-        if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)) or not 0 < value < np.inf:
-            raise InputError(name, f"{value!r}; a number above 0 is expected")
-    return position, rotation
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+
+
+def positive(name: str, value: float) -> float:
+    """A finite number above 0, or an ``InputError`` that names it."""
+    if not _is_number(value) or not 0 < value < np.inf:
+        raise InputError(name, f"{value!r}; a number above 0 is expected")
+    return float(value)
+
+
+def _at_least_zero(name: str, value: float) -> float:
+    if not _is_number(value) or not value >= 0:
+        raise InputError(name, f"{value!r}; a number of at least 0 is expected")
+    return float(value)
 
 
 def as_count(name: str, value: int) -> int:

@@ -1,50 +1,201 @@
-"""What a search for a configuration found, or how near it came."""
+"""What a search for a configuration found, or how near it came, and why it came no nearer."""
 
-from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ulna.kernels import search_layout as layout
+
+Array = NDArray[np.float64]
 
 
 class Status(StrEnum):
     """How a search ended."""
 
     SOLVED = "solved"
-    NOT_FOUND = "not found"
+    UNREACHABLE = "unreachable"
+    JOINT_LIMITS = "joint limits"
+    BEYOND_MAX_STEP = "beyond max_step"
+    IN_COLLISION = "in collision"
+    SINGULAR = "singular"
     STATIONARY = "stationary"
+    BUDGET_SPENT = "budget spent"
+    NOT_FOUND = "not found"
 
 
-@dataclass(frozen=True, eq=False)
+# The kernels' codes, then those that only an explanation gives.
+CODES = {
+    Status.SOLVED: layout.SOLVED,
+    Status.NOT_FOUND: layout.NOT_FOUND,
+    Status.STATIONARY: layout.STATIONARY,
+    Status.UNREACHABLE: 10,
+    Status.JOINT_LIMITS: 11,
+    Status.BEYOND_MAX_STEP: 12,
+    Status.IN_COLLISION: 13,
+    Status.SINGULAR: 14,
+    Status.BUDGET_SPENT: 15,
+}
+_OF_CODE = {float(code): status for status, code in CODES.items()}
+
+
 class IKResult:
     """Configurations for targets of shape (..., 4, 4).
 
-    For a batch every field is an array of its shape (...,), and ``q`` has one axis more; for one target plain values.
+    For a batch every attribute is an array of its shape (...,), and ``q`` has one axis more; for one target plain values. Not
+    finding a configuration is a result too: then ``success`` is False and ``q`` the best one met, within the limits: the one
+    with the least |displacement|^2 [m^2] + |rotation|^2 [rad^2] of what the task asks for.
 
-    Not finding a configuration is a result too: then ``success`` is False and ``q`` the best one met, within the limits.
-
-    Attributes:
-        q: Joint positions [rad or m], shape (..., n_dof), always within the limits.
-        success: Whether both errors are within the tolerances.
-        status: "solved"; "not found" (the budget is spent); "stationary" (steepest descent came to rest short of the target).
-        position_error: Distance of the link's origin from the target's [m], by forward kinematics of ``q``.
-        rotation_error: Angle of the rotation that is left [rad].
-        iterations: Steps taken.
-        tolerances: Those asked for [m, rad].
+    ========================= ========================================================================================
+    ``solved``                The errors that the task counts are within the tolerances.
+    ``unreachable``           A certificate: the target lies outside the arm's reach, by at least ``reach_excess``.
+    ``joint limits``          Solved if the limits were ignored; ``limit_excess`` tells which joints, by how much.
+    ``beyond max_step``       Solved only by a larger step than ``max_step``; ``limit_excess`` tells by how much.
+    ``in collision``          Every configuration found collides; ``collisions`` names the pairs.
+    ``singular``              The arm cannot move at all in the direction that is missing, whatever its limits.
+    ``stationary``            Steepest descent came to rest short of the target.
+    ``budget spent``          ``max_iterations`` or ``time_limit`` ran out before the search had tried what it tries by default.
+    ``not found``             None of these: the best pose met is told.
+    ========================= ========================================================================================
     """
 
-    q: NDArray[np.float64]
-    success: bool | NDArray[np.bool_]
-    status: Status | NDArray[np.str_]
-    position_error: float | NDArray[np.float64]
-    rotation_error: float | NDArray[np.float64]
-    iterations: int | NDArray[np.int64]
+    __slots__ = ("_batch", "_info", "_notes", "q", "tolerances")
+
+    q: Array
+    """Joint positions [rad or m], shape (..., n_dof), always within the limits."""
     tolerances: tuple[float, float]
+    """Those asked for [m, rad]."""
+
+    def __init__(self, q: Array, info: Array, batch: tuple[int, ...], tolerances: tuple[float, float], notes: dict | None = None):
+        put = object.__setattr__
+        put(self, "q", q)
+        put(self, "_info", info)
+        put(self, "_batch", batch)
+        put(self, "tolerances", tolerances)
+        put(self, "_notes", notes or {})
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"an IKResult cannot be changed: {name} = {value!r}")
+
+    def __reduce__(self):
+        return IKResult, (self.q, self._info, self._batch, self.tolerances, self._notes)
+
+    @property
+    def success(self) -> bool | NDArray[np.bool_]:
+        """Whether the errors that the task counts are within the tolerances."""
+        found = self._info[:, layout.STATUS] == layout.SOLVED
+        return found.reshape(self._batch) if self._batch else bool(found[0])
+
+    @property
+    def status(self) -> Status | NDArray[np.str_]:
+        """How the search ended; see above."""
+        if not self._batch:
+            return _OF_CODE[self._info[0, layout.STATUS]]
+        words = np.empty(len(self._info), dtype="<U16")
+        for code, word in _OF_CODE.items():
+            words[self._info[:, layout.STATUS] == code] = word
+        return words.reshape(self._batch)
+
+    @property
+    def position_error(self) -> float | Array:
+        """Distance of the link's origin from the target's [m], by forward kinematics of ``q``, whatever the task."""
+        return self._column(layout.POSITION_ERROR)
+
+    @property
+    def rotation_error(self) -> float | Array:
+        """Angle of the rotation that is left [rad], whatever the task: what a task frees is told here."""
+        return self._column(layout.ROTATION_ERROR)
+
+    @property
+    def residual(self) -> Array:
+        """The pose error by component, shape (..., 6): x, y, z [m], rotation vector [rad], in the target's axes."""
+        rows = self._info[:, layout.RESIDUAL : layout.RESIDUAL + 6]
+        turn = self._notes.get("turn")
+        if turn is not None:
+            rows = np.hstack([rows[:, :3] @ turn.T, rows[:, 3:] @ turn.T])
+        return rows.reshape(*self._batch, 6).copy()
+
+    @property
+    def iterations(self) -> int | NDArray[np.int64]:
+        """Steps taken from the start that led to ``q``."""
+        steps = self._info[:, layout.ITERATIONS].astype(np.int64)
+        return steps.reshape(self._batch) if self._batch else int(steps[0])
+
+    @property
+    def starts(self) -> int | NDArray[np.int64]:
+        """The number of the start that led to ``q``: 1 is the seed, the others are random."""
+        starts = self._info[:, layout.START].astype(np.int64) + 1
+        return starts.reshape(self._batch) if self._batch else int(starts[0])
+
+    @property
+    def reach_excess(self) -> float | Array:
+        """By how much the target lies beyond the arm's reach [m], at least; 0 where that is not proved."""
+        return self._note("reach_excess", ())
+
+    @property
+    def limit_excess(self) -> Array:
+        """How far beyond its limit, or ``max_step``, each joint would have to go [rad or m], (..., n_dof); 0 unless told."""
+        return self._note("limit_excess", self.q.shape[-1:])
+
+    @property
+    def collisions(self) -> tuple:
+        """The pairs (name_a, name_b) that collide at the best configuration found; for a batch one tuple for each target."""
+        pairs = self._notes.get("collisions", {})
+        return tuple(pairs.get(i, ()) for i in range(len(self._info))) if self._batch else pairs.get(0, ())
+
+    @property
+    def trace(self) -> Array:
+        """With ``trace=True``, a row a step: position error [m], rotation error [rad], largest joint step [rad or m], damping."""
+        if "trace" not in self._notes:
+            raise AttributeError("there is no trace: ask for one by inverse_kinematics(..., trace=True)")
+        return self._notes["trace"]
 
     def __str__(self) -> str:
-        if np.ndim(self.success) == 0:
-            off = f"{self.position_error * 1e3:.3g} mm and {np.degrees(self.rotation_error):.3g} deg from the target"
-            return f"{self.status}: {off} after {self.iterations} steps"
-        solved = int(np.count_nonzero(self.success))
-        worst = [f"{np.max(errors, initial=0.0):.3g}" for errors in (self.position_error, self.rotation_error)]
-        return f"{solved} of {np.size(self.success)} targets solved; largest errors {worst[0]} m, {worst[1]} rad"
+        return many_as_text(self) if self._batch else one_as_text(self, self._notes)
+
+    def __repr__(self) -> str:
+        return f"<IKResult: {self}>"
+
+    def _column(self, column: int) -> Any:
+        return self._info[:, column].reshape(self._batch).copy() if self._batch else float(self._info[0, column])
+
+    def _note(self, name: str, shape: tuple[int, ...]) -> Any:
+        values = np.zeros((len(self._info), *shape))
+        for i, value in self._notes.get(name, {}).items():
+            values[i] = value
+        return values.reshape(*self._batch, *shape) if self._batch or shape else float(values[0])
+
+
+def one_as_text(result: IKResult, notes: dict) -> str:
+    """A sentence about one target."""
+    off = f"{result.position_error * 1e3:.3g} mm and {np.degrees(result.rotation_error):.3g} deg from the target"
+    steps = f"after {result.iterations} step{'s' * (result.iterations != 1)}"
+    if result.success:
+        return f"solved: {off} {steps}"
+    reason = _reason(result, notes)
+    return f"{result.status}: {reason + '; ' if reason else ''}the best is {off}"
+
+
+def _reason(result: IKResult, notes: dict) -> str:
+    status = result.status
+    if status == Status.UNREACHABLE:
+        return f"{notes['bound']}, {result.reach_excess * 1e3:.3g} mm are missing"
+    if status in (Status.JOINT_LIMITS, Status.BEYOND_MAX_STEP):
+        beyond = [f"{name} by {x:.3g}" for name, x in zip(notes["entries"], result.limit_excess, strict=True) if x > 0]
+        return f"only beyond {'the limits' if status == Status.JOINT_LIMITS else 'max_step'}: {', '.join(beyond)}"
+    if status == Status.IN_COLLISION:
+        return ", ".join(f"{a} hits {b}" for a, b in result.collisions[:4])
+    if status == Status.SINGULAR:
+        return "the arm cannot move in the direction that is missing"
+    return {Status.STATIONARY: "no direction leads nearer", Status.BUDGET_SPENT: "the budget ran out"}.get(status, "")
+
+
+def many_as_text(result: IKResult) -> str:
+    """A sentence about a batch."""
+    status = np.ravel(result.status)
+    solved = int(np.count_nonzero(status == Status.SOLVED))
+    worst = [f"{np.max(errors, initial=0.0):.3g}" for errors in (result.position_error, result.rotation_error)]
+    others = [f"{np.count_nonzero(status == word)} {word}" for word in Status if word != Status.SOLVED and word in status]
+    told = f" ({', '.join(others)})" if others else ""
+    return f"{solved} of {status.size} targets solved{told}; largest errors {worst[0]} m, {worst[1]} rad"

@@ -1,92 +1,103 @@
-"""The search itself: the method by its name, the kernel below, the result above."""
+"""The search itself: the method by its name, the rounds below, the reasons behind what was not found, the result above."""
+
+import os
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, did_you_mean
-from ulna.ik.problem import as_count, make_problem, random_starts
-from ulna.ik.result import IKResult, Status
-from ulna.kernels.jacobian_transpose import transpose_each
-from ulna.kernels.levenberg_marquardt import solve_each
-from ulna.kernels.search_layout import (
-    ITERATIONS,
-    N_INFO,
-    NOT_A_POSE,
-    NOT_FOUND,
-    POSITION_ERROR,
-    ROTATION_ERROR,
-    SOLVED,
-    STATIONARY,
-    STATUS,
-)
-from ulna.model.pose import as_pose
+from ulna.ik.choice import price_of
+from ulna.ik.explain import Reasons, close_unreachable, explain_open, reach_in_words, settle_open
+from ulna.ik.obstacles import Obstacles
+from ulna.ik.problem import DEFAULT_BUDGET, Problem, make_problem, refuse_what_is_no_pose
+from ulna.ik.result import CODES, IKResult, Status
+from ulna.ik.rounds import Search, search_in_rounds
+from ulna.ik.task import Task, as_task
+from ulna.ik.textbook import TEXTBOOK, follow
+from ulna.ik.trace import convergence
+from ulna.kernels import search_layout as layout
 from ulna.model.tree import Tree
 
-METHODS = ("levenberg_marquardt", "jacobian_transpose")
-DEFAULT_ITERATIONS = {"levenberg_marquardt": 2000, "jacobian_transpose": 10_000}
-_STATUS = {SOLVED: Status.SOLVED, NOT_FOUND: Status.NOT_FOUND, STATIONARY: Status.STATIONARY}
+Array = NDArray[np.float64]
+METHODS = ("levenberg_marquardt", *TEXTBOOK)
+TEXTBOOK_BUDGET = 10_000
+_FEW, _MANY = 2, 16  # random starts in the first round: where any solution will do, and where the best is to be chosen
 
 
 def inverse_kinematics(
     tree: Tree,
     T: ArrayLike,
     link: str,
-    home: NDArray[np.float64],
+    home: Array,
     *,
     q_seed: ArrayLike | None,
     method: str,
     seed: int,
-    posture: ArrayLike | None,
+    task: Task | str,
+    rank: str | None,
+    posture: ArrayLike | str | None,
+    held: Iterable[str],
+    max_step: float | None,
     tolerances: tuple[float, float],
     max_iterations: int | None,
+    time_limit: float | None,
+    threads: int | None,
+    trace: bool,
+    obstacles: Obstacles | None,
 ) -> IKResult:
     """Configurations at which ``link`` stands at T; see ``Robot.inverse_kinematics``."""
     if method not in METHODS:
         raise InputError("method", f"{method!r} is not a method{did_you_mean(str(method), METHODS)}")
-    if posture is not None and method != "levenberg_marquardt":
-        raise InputError("posture", f"the method {method!r} takes none")
-    if not tree.n_dof:
-        raise InputError("T", "the robot has no moving joints, so nothing can be solved for")
-    budget = DEFAULT_ITERATIONS[method] if max_iterations is None else max_iterations
-    problem = make_problem(tree, T, home, q_seed, posture, tolerances, budget)
-    chain, n = tree.chain(link), len(problem.targets)
-    q, info = np.empty((n, tree.n_dof)), np.empty((n, N_INFO))
-    if method == "levenberg_marquardt":
-        starts = random_starts(tree.bounds, as_count("seed", seed))
-        solve_each(chain, tree.limits, starts, problem.seeds, problem.posture, problem.targets, problem.settings, q, info)
-    else:
-        transpose_each(chain, tree.limits, problem.seeds, problem.targets, problem.settings, q, info)
-    result = _one(q, info, tolerances) if not problem.batch else _many(problem.batch, q, info, tolerances)
-    if result is None:
-        as_pose(problem.targets.reshape(*problem.batch, 4, 4))
-        raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
-    return result
+    budget = DEFAULT_BUDGET if method == "levenberg_marquardt" else TEXTBOOK_BUDGET
+    problem = make_problem(
+        tree, T, link, home, q_seed=q_seed, task=as_task(task), posture=posture, held=held, max_step=max_step,
+        tolerances=tolerances, seed=seed, budget=budget if max_iterations is None else max_iterations, time_limit=time_limit,
+        threads=_cores() if threads is None else threads,
+    )  # fmt: skip
+    if trace and problem.batch:
+        raise InputError("trace", "a trace is of one target, shape (4, 4)")
+    if method in TEXTBOOK:
+        for name, given in (("posture", posture), ("rank", rank), ("world", obstacles), ("time_limit", time_limit)):
+            if given is not None:
+                raise InputError(name, f"the method {method!r} takes none: it goes from the seed alone, wherever that leads")
+        return _as_result(problem, *follow(problem, method, trace=trace), T)
+    price = price_of(problem, rank, obstacles)
+    search, reasons = _search(problem, price, many=_FEW if rank is None and obstacles is None else _MANY)
+    notes = {"reach_excess": reasons.reach_excess, "limit_excess": reasons.limit_excess, "turn": problem.task.turn}
+    if not problem.batch and reasons.reach_excess:
+        notes["bound"] = reach_in_words(problem, 0)
+    if reasons.limit_excess:
+        notes["entries"] = entry_names(tree)
+    if obstacles is not None:
+        hit = np.flatnonzero(search.info[:, layout.STATUS] == CODES[Status.IN_COLLISION])
+        notes["collisions"] = {int(i): obstacles.pairs(search.q[i]) for i in hit}
+    if trace:
+        notes["trace"] = convergence(problem, search)
+    return _as_result(problem, search.q, search.info, notes, T)
 
 
-def _one(q: NDArray[np.float64], info: NDArray[np.float64], tolerances: tuple[float, float]) -> IKResult | None:
-    """The result for one target; None if it was not a pose."""
-    status, position_error, rotation_error, iterations = info[0].tolist()
-    if status == NOT_A_POSE:
-        return None
-    return IKResult(q[0], status == SOLVED, _STATUS[status], position_error, rotation_error, int(iterations), tolerances)
+def _search(problem: Problem, price, many: int) -> tuple[Search, Reasons]:
+    reasons = Reasons()
+    search, out_of_time = search_in_rounds(problem, price, many, lambda search: close_unreachable(search, reasons))
+    if not (search.info[:, layout.STATUS] == layout.SOLVED).all():
+        settle_open(search, out_of_time=out_of_time)
+        explain_open(search, reasons, out_of_time=out_of_time)
+    return search, reasons
 
 
-def _many(
-    batch: tuple[int, ...], q: NDArray[np.float64], info: NDArray[np.float64], tolerances: tuple[float, float]
-) -> IKResult | None:
-    """The result for a batch; None if a target was not a pose."""
-    status = info[:, STATUS]
-    if (status == NOT_A_POSE).any():
-        return None
-    words = np.empty(len(info), dtype="<U16")
-    for code, word in _STATUS.items():
-        words[status == code] = word
-    return IKResult(
-        q=q.reshape(*batch, q.shape[-1]),
-        success=(status == SOLVED).reshape(batch),
-        status=words.reshape(batch),
-        position_error=info[:, POSITION_ERROR].reshape(batch),
-        rotation_error=info[:, ROTATION_ERROR].reshape(batch),
-        iterations=info[:, ITERATIONS].astype(np.int64).reshape(batch),
-        tolerances=tolerances,
-    )
+def _as_result(problem: Problem, q: Array, info: Array, notes: dict, T: ArrayLike) -> IKResult:
+    if (info[:, layout.STATUS] == layout.NOT_A_POSE).any():
+        refuse_what_is_no_pose(T)
+    q = q.reshape(*problem.batch, q.shape[-1])
+    return IKResult(q, info, problem.batch, problem.tolerances, notes)
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def entry_names(tree: Tree) -> list[str]:
+    """A name for every entry of q: the joint's, with a number behind it where a joint has several."""
+    parts = [(name, range(tree.n_dof)[cut]) for name, cut in zip(tree.joint_names, tree.joint_slices, strict=True)]
+    return [f"{name}[{k}]" if len(cut) > 1 else name for name, cut in parts for k in range(len(cut))]

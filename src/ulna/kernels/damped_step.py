@@ -6,7 +6,7 @@ the error is Sugihara's (IEEE Trans. Robotics 2011).
 
 from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import maximum, minimum
-from ulna.kernels.lanes import load, splat, sqrt, store, where
+from ulna.kernels.lanes import load, sqrt, store, where
 from ulna.kernels.so3 import rotation_between
 
 N_SYSTEM = 27  # rows of scratch: the lower triangle of a 6x6 matrix, then a vector of six
@@ -48,11 +48,15 @@ def add_column(v, jacobian_rows, j, rate):
 
 
 @kernel
-def release_pressed(limits, q_rows, e, jacobian_rows):
-    """Zero the column of every joint that stands at a limit and that the error would push beyond it."""
-    for j in range(limits.shape[1]):
+def release_pressed(bound_rows, q_rows, e, jacobian_rows):
+    """Zero the column of every joint that stands at a bound and that the error would push beyond it.
+
+    bound_rows: the lower bounds of all entries of q, then the upper ones.
+    """
+    n_dof = bound_rows.shape[0] // 2
+    for j in range(n_dof):
         q, push = load(q_rows, j), gradient(jacobian_rows, j, e)
-        pressed = ((q <= limits[0, j]) & (push < 0.0)) | ((q >= limits[1, j]) & (push > 0.0))
+        pressed = ((q <= load(bound_rows, j)) & (push < 0.0)) | ((q >= load(bound_rows, n_dof + j)) & (push > 0.0))
         for k in range(6):
             store(jacobian_rows, 6 * j + k, where(pressed, 0.0, load(jacobian_rows, 6 * j + k)))
 
@@ -116,6 +120,6 @@ def back_to_joints(jacobian_rows, j, system_rows):
 
 
 @kernel
-def within_limits(x, limits, j):
-    """x, or the limit of entry j of q (limits: lower, upper) that it passes."""
-    return minimum(maximum(x, splat(limits[0, j], x)), splat(limits[1, j], x))
+def within_bounds(x, bound_rows, j):
+    """x, or the bound of entry j of q that it passes."""
+    return minimum(maximum(x, load(bound_rows, j)), load(bound_rows, bound_rows.shape[0] // 2 + j))

@@ -2,10 +2,16 @@
 
 SOLVED, NOT_FOUND, NOT_A_POSE, STATIONARY = 0, 1, 2, 3
 
-# Entries of the settings.
-POSITION_TOLERANCE, ROTATION_TOLERANCE, MAX_ITERATIONS, SEEDED, WITH_POSTURE = 0, 1, 2, 3, 4
-N_SETTINGS = 5
+# What a task asks of the six components of the pose error, in the target's axes.
+WHOLE_POSE, WITH_SLACK, POINTING = 0, 1, 2
 
-# Columns of the information, a row a target. The errors are of the configuration returned [m and rad].
-STATUS, POSITION_ERROR, ROTATION_ERROR, ITERATIONS = 0, 1, 2, 3
-N_INFO = 4
+# Entries of the settings. STEPS: the most from one start; BUDGET: the most from all starts of a target. SLACK: six entries, by
+# how much each component may be off at no cost [m, rad], read unless the task is the WHOLE_POSE.
+POSITION_TOLERANCE, ROTATION_TOLERANCE, STEPS, BUDGET, FIRST_WINS, WITH_POSTURE, TASK, SLACK = 0, 1, 2, 3, 4, 5, 6, 7
+N_SETTINGS = SLACK + 6
+
+# Columns of the information, a row an answer. ITERATIONS: steps from the START that is answered; DAMPING: the last step's.
+# The errors are those of the configuration answered [m and rad]; from RESIDUAL on, their components in the target's axes;
+# MISSED: the squares of what the task asks for and is not met [m^2 + rad^2].
+STATUS, POSITION_ERROR, ROTATION_ERROR, ITERATIONS, START, DAMPING, MISSED, RESIDUAL = 0, 1, 2, 3, 4, 5, 6, 7
+N_INFO = RESIDUAL + 6

@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.jacobian import BASE, LINK, SPATIAL, jacobian_batch, jacobian_one
+from ulna.kernels.layout import COLUMN, FIXED, KIND
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.model.pose import rpy_from_matrix
@@ -50,6 +51,19 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str) -> NDArray[np.float
     along = cos_yaw * wx + sin_yaw * wy
     rates = np.stack([along / cos_pitch, cos_yaw * wy - sin_yaw * wx, wz + tan_pitch * along], axis=-2)
     return np.concatenate([J[..., :3, :], rates], axis=-2)
+
+
+def manipulability(tree: Tree, q: ArrayLike, link: str) -> NDArray[np.float64]:
+    """sqrt(det(J J')), or of J' J for fewer than six entries of q that move the link: shape (...,).
+
+    Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
+    """
+    J = geometric_jacobian(tree, q, link, "base")
+    chain = tree.chain(link)
+    moving = np.unique(chain[chain[:, KIND] != FIXED, COLUMN].astype(int))
+    J = J[..., moving]
+    Jt = np.swapaxes(J, -1, -2)
+    return np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0))
 
 
 def _locked_message(locked: NDArray[np.bool_]) -> str:

@@ -1,0 +1,54 @@
+"""Where a search may go and where it starts: the joint limits, narrowed for one call, and shares of the way across them."""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.model.tree import Tree
+
+Array = NDArray[np.float64]
+_NO_LIMIT = 1e3  # descriptions write 1e16 where they mean none; starts scattered over that would be of no use
+_TABLE = 1024  # shares that are kept
+
+
+@lru_cache(maxsize=64)
+def limit_bounds(limits: tuple[tuple[float, ...], tuple[float, ...]]) -> Array:
+    """Lower and upper limits, and the range from which starts are taken: shape (1, 4, n_dof).
+
+    Where a limit is infinite, or as good as, starts lie within a turn of the other limit, or within pi of zero.
+    """
+    lower, upper = (np.where(np.abs(side) > _NO_LIMIT, np.copysign(np.inf, side), side) for side in limits)
+    low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)
+    high = np.where(np.isinf(upper), low + 2 * np.pi, upper)
+    return np.array([[*limits, low, high]])
+
+
+def bounds_of(tree: Tree, seeds: Array, held: tuple[int, ...], max_step: float | None) -> Array:
+    """The bounds of a search, shape (1 or n_seeds, 4, n_dof): the limits, less what is held or too far from the seed."""
+    bounds = limit_bounds(tree.bounds)
+    if not held and max_step is None:
+        return bounds
+    reach = np.full(tree.n_dof, np.inf if max_step is None else max_step)
+    reach[list(held)] = 0.0
+    lower, upper = np.maximum(bounds[:, 0], seeds - reach), np.minimum(bounds[:, 1], seeds + reach)
+    low, high = np.clip(bounds[:, 2], lower, upper), np.clip(bounds[:, 3], lower, upper)
+    return np.stack([lower, upper, low, high], axis=1)
+
+
+def seed_share(n_dof: int) -> Array:
+    """The one start that is the seed itself, shape (1, n_dof)."""
+    return np.full((1, n_dof), np.nan)
+
+
+def shares(n_dof: int, seed: int, first: int, count: int) -> Array:
+    """The random starts ``first`` to ``first + count``: shape (count, n_dof), in [0, 1)."""
+    blocks = range(first // _TABLE, (first + count - 1) // _TABLE + 1)
+    rows = np.concatenate([_block(n_dof, seed, block) for block in blocks])
+    start = first - blocks[0] * _TABLE
+    return rows[start : start + count].copy()
+
+
+@lru_cache(maxsize=64)
+def _block(n_dof: int, seed: int, block: int) -> Array:
+    return np.random.default_rng([seed, block]).random((_TABLE, n_dof))

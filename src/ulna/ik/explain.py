@@ -1,0 +1,173 @@
+"""Why a target was not reached: a certificate, the limits in the way, what was hit, or how the arm stands."""
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.bounds import limit_bounds
+from ulna.ik.problem import DEFAULT_BUDGET, STEPS, Problem
+from ulna.ik.reach import Reach, reach_of
+from ulna.ik.result import CODES, Status
+from ulna.ik.rounds import Round, Search, jobs
+from ulna.kernels import search_layout as layout
+from ulna.kernels.layout import COLUMN, FIXED, KIND, REVOLUTE
+from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.model.tree import Tree
+
+Array = NDArray[np.float64]
+_STARTS = 64  # tried without limits before the limits are not to blame
+_SETTLING_STEPS = 200
+_SINGULAR = 1e-3  # of the largest singular value times the error's size
+
+
+@dataclass(eq=False)
+class Reasons:
+    """Numbers behind the statuses, by the target's number."""
+
+    reach_excess: dict[int, float] = field(default_factory=dict)
+    limit_excess: dict[int, Array] = field(default_factory=dict)
+
+
+def close_unreachable(search: Search, reasons: Reasons) -> None:
+    """Give up the targets that are provably out of reach."""
+    problem = search.problem
+    reach = _reach(problem.tree, problem.link)
+    slack = np.linalg.norm(problem.task.slack[:3])
+    if reach is None or not np.isfinite(slack):
+        return
+    order = np.flatnonzero(search.open)
+    excess = reach.excess(_link_targets(problem, order), position_only=problem.task.kind != layout.WHOLE_POSE)
+    beyond = excess > slack + problem.tolerances[0] + (reach.most + 1.0) * _turned(problem)
+    for i, value in zip(order[beyond], excess[beyond], strict=True):
+        reasons.reach_excess[int(i)] = float(value - slack)
+    search.info[order[beyond], layout.STATUS] = CODES[Status.UNREACHABLE]
+    search.open[order[beyond]] = False
+
+
+def _turned(problem: Problem) -> float:
+    """How much the tolerance of the rotation may move a point of the end's frame, as a share of its distance."""
+    return problem.tolerances[1] if problem.task.kind == layout.WHOLE_POSE else 0.0
+
+
+@lru_cache(maxsize=64)
+def _reach(tree: Tree, link: str) -> Reach | None:
+    return reach_of(tree.chain(link), tree.lower, tree.upper)
+
+
+def reach_in_words(problem: Problem, i: int) -> str:
+    """What the certificate of unreachable target i says."""
+    reach = _reach(problem.tree, problem.link)
+    if reach is None:
+        return ""
+    distance, least, most = reach.distance(_link_targets(problem, [i]), position_only=problem.task.kind != layout.WHOLE_POSE)
+    what = "the link" if problem.task.kind != layout.WHOLE_POSE else "the last axis"
+    return f"{what} would be {distance[0]:.4g} m from the first axis, and the arm spans {least:.4g} to {most:.4g} m"
+
+
+def _link_targets(problem: Problem, order: NDArray[np.int64] | list[int]) -> Array:
+    """The targets of the link itself, not of the task's frame."""
+    targets, turn = problem.targets[order].copy(), problem.task.turn
+    if turn is not None:
+        targets[:, :3, :3] = targets[:, :3, :3] @ turn.T
+    return targets
+
+
+def explain_open(search: Search, reasons: Reasons, *, out_of_time: bool) -> None:
+    """Give every target that is still open the status that says why."""
+    problem = search.problem
+    close_unreachable(search, reasons)
+    open_ = np.flatnonzero(search.open)
+    collided = ~np.isnan(search.rejected[open_]).any(axis=1)
+    _set(search, open_[collided], Status.IN_COLLISION)
+    search.q[open_[collided]] = search.rejected[open_[collided]]
+    open_ = open_[~collided]
+    if out_of_time or problem.budget < DEFAULT_BUDGET:
+        _set(search, open_, Status.BUDGET_SPENT)
+        return
+    plain = limit_bounds(problem.tree.bounds)
+    if len(open_) and not np.array_equal(np.broadcast_to(plain, problem.bounds.shape), problem.bounds):
+        solved = _blame(search, reasons, open_, plain, Status.BEYOND_MAX_STEP)
+        open_ = open_[~solved]
+    if len(open_):
+        solved = _blame(search, reasons, open_, _without_limits(problem), Status.JOINT_LIMITS)
+        open_ = open_[~solved]
+    for i in open_:
+        if _is_singular(problem, i, search.q[i], search.info[i]):
+            _set(search, np.array([i]), Status.SINGULAR)
+
+
+def _set(search: Search, targets: NDArray[np.int64], status: Status) -> None:
+    search.info[targets, layout.STATUS] = CODES[status]
+
+
+def _blame(search: Search, reasons: Reasons, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.bool_]:
+    """Search within other bounds; where that solves, tell by how much the problem's own bounds are passed, at least."""
+    problem = replace(search.problem, bounds=bounds)
+    q, info = jobs(problem, order, Round(0, _STARTS, 3 * STEPS))
+    own = search.problem.bounds[np.minimum(order, len(search.problem.bounds) - 1)][:, None]
+    if status == Status.JOINT_LIMITS:
+        q = _turned_towards(problem, q, own[:, :, 0], own[:, :, 1])
+    excess = np.maximum(np.maximum(own[:, :, 0] - q, q - own[:, :, 1]), 0.0)
+    cost = np.where(info[:, :, layout.STATUS] == layout.SOLVED, excess.max(axis=-1), np.inf)
+    solved = np.isfinite(cost).any(axis=1)
+    for row in np.flatnonzero(solved):
+        reasons.limit_excess[int(order[row])] = excess[row, cost[row].argmin()]
+    _set(search, order[solved], status)
+    return solved
+
+
+def _without_limits(problem: Problem) -> Array:
+    """Bounds that let every joint of the chain go anywhere; slides start within their length of their range."""
+    bounds = limit_bounds(problem.tree.bounds).copy()
+    width = np.maximum(bounds[0, 3] - bounds[0, 2], 1e-3)
+    for row in problem.chain:
+        if int(row[KIND]) != FIXED:
+            j = int(row[COLUMN])
+            bounds[0, :2, j] = -np.inf, np.inf
+            is_slide = int(row[KIND]) != REVOLUTE
+            bounds[0, 2:, j] = (bounds[0, 2, j] - width[j], bounds[0, 3, j] + width[j]) if is_slide else (-np.pi, np.pi)
+    return bounds
+
+
+def _turned_towards(problem: Problem, q: Array, lower: Array, upper: Array) -> Array:
+    """q with whole turns taken from the joints that only turn, so that each lies as near to its range as it can."""
+    turning = turning_columns(problem.chain, problem.tree.n_dof)
+    with np.errstate(invalid="ignore"):
+        middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
+    return np.where(turning, q - 2 * np.pi * np.rint((q - middle) / (2 * np.pi)), q)
+
+
+def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
+    """The entries of q that drive revolute joints at ratio 1 or -1 alone: a whole turn of one changes nothing."""
+    turning = np.ones(n_dof, dtype=bool)
+    for row in chain:
+        if int(row[KIND]) != FIXED and (int(row[KIND]) != REVOLUTE or abs(row[14]) != 1.0):
+            turning[int(row[COLUMN])] = False
+    return turning
+
+
+def settle_open(search: Search, *, out_of_time: bool) -> None:
+    """Let the best configurations of what is not solved come to rest: the best pose that can be met from there."""
+    problem = search.problem
+    rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
+    if out_of_time or problem.budget < DEFAULT_BUDGET or not len(rest):
+        return
+    here = replace(problem, seeds=search.q)
+    q, info = jobs(here, rest, Round(0, 1, _SETTLING_STEPS, from_seed=True))
+    better = info[:, 0, layout.MISSED] < search.info[rest, layout.MISSED]
+    kept = [layout.STATUS, layout.START, layout.ITERATIONS]
+    info[:, 0, kept] = search.info[rest][:, kept]
+    search.q[rest[better]], search.info[rest[better]] = q[better, 0], info[better, 0]
+
+
+def _is_singular(problem: Problem, i: int, q: Array, info: Array) -> bool:
+    """Whether no joint, free of its limits, can lessen what is missing: J' e = 0, for an arm of six joints or more."""
+    if problem.task.kind != layout.WHOLE_POSE:
+        return False
+    J = geometric_jacobian(problem.tree, q, problem.link, "base")
+    R = problem.targets[i, :3, :3]
+    e = np.concatenate([R @ info[layout.RESIDUAL : layout.RESIDUAL + 3], R @ info[layout.RESIDUAL + 3 : layout.RESIDUAL + 6]])
+    moves = (np.abs(J).max(axis=0) > 0).sum() >= 6
+    return bool(moves and np.linalg.norm(J.T @ e) < _SINGULAR * np.linalg.norm(e) * np.linalg.norm(J, 2))

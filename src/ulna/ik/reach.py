@@ -1,0 +1,149 @@
+"""How far an arm can reach: bounds that no configuration breaks, so that a target which breaks them is proved out of reach.
+
+1. On each revolute axis choose a point. A joint turns about its axis, so the distance between the points of two consecutive
+   axes is the same in every configuration; a prismatic joint between them makes it the largest over its range.
+2. The way from the first point to the last along these segments is never shorter than the straight line between them, so
+   |p_last - p_first| <= their sum, and >= the longest less all others. The points are chosen to make the sum small: each in turn
+   where the way over its axis is shortest (the axis unfolded, as a ray at a mirror).
+3. The first point stands still in the base. The last stands still in the end's frame, so a target pose tells where it must be;
+   if only the position is asked for, one more segment leads from it to the end's origin.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.kernels.layout import COLUMN, KIND, OFFSET, PRISMATIC, RATIO, REVOLUTE
+
+Array = NDArray[np.float64]
+_SWEEPS = 60
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """The point ``end_point`` of the end's frame stays at least ``least`` and at most ``most`` [m] from ``base_point``.
+
+    The origin of the end's frame stays at most ``most_of_origin`` and at least ``least_of_origin`` from it.
+    """
+
+    base_point: Array
+    end_point: Array
+    least: float
+    most: float
+    least_of_origin: float
+    most_of_origin: float
+
+    def distance(self, targets: Array, *, position_only: bool) -> tuple[Array, float, float]:
+        """How far the point would be from ``base_point`` at each target (n, 4, 4) [m], and the least and most it can be."""
+        if position_only:
+            points, least, most = targets[:, :3, 3], self.least_of_origin, self.most_of_origin
+        else:
+            points, least, most = targets[:, :3, :3] @ self.end_point + targets[:, :3, 3], self.least, self.most
+        return np.linalg.norm(points - self.base_point, axis=-1), least, most
+
+    def excess(self, targets: Array, *, position_only: bool) -> Array:
+        """By how much each target (n, 4, 4) lies beyond the reach, or within its hole [m]; 0 where neither is proved."""
+        distance, least, most = self.distance(targets, position_only=position_only)
+        beyond = np.maximum(distance - most, least - distance)
+        return np.where(beyond > _ROUNDING * (1.0 + distance), beyond, 0.0)
+
+
+def reach_of(chain: Array, lower: Array, upper: Array) -> Reach | None:
+    """The reach of a chain within the limits; None for one without a revolute joint or with a slide that never ends."""
+    links = _links(chain, lower, upper)
+    if links is None:
+        return None
+    s = np.zeros(len(links) - 1)  # the point of axis k, along it
+    for _ in range(_SWEEPS):
+        for k in range(1, len(s) - 1):
+            s[k] = _shortest_over_axis(links[k].near(s[k - 1]), links[k + 1].far(s[k + 1]))
+        if len(s) > 1:
+            s[0], s[-1] = links[1].foot_of_far(s[1]), links[-2].foot_of_near(s[-2])
+    segments = [links[k].lengths(s[k - 1], s[k]) for k in range(1, len(s))]
+    base, end = links[0], links[-1]
+    least, most = _range([*segments, (0.0, base.spread), (0.0, end.spread)])
+    base_point = base.middle + s[0] * base.axis
+    end_point = -(end.turn.T @ (end.middle - s[-1] * np.array([0.0, 0.0, 1.0])))
+    tail = (float(np.linalg.norm(end_point)) - end.spread, float(np.linalg.norm(end_point)) + end.spread)
+    least_of_origin, most_of_origin = _range([*segments, (0.0, base.spread), (max(0.0, tail[0]), tail[1])])
+    return Reach(base_point, end_point, least, most, least_of_origin, most_of_origin)
+
+
+@dataclass(frozen=True, eq=False)
+class _Link:
+    """From one axis (z of its frame) to the next: ``middle`` its origin, ``turn`` its axes, with slides at mid-range.
+
+    corners: the origin at every extreme of the slides, (m, 3); spread: how far the slides lead from the middle, at most.
+    """
+
+    middle: Array
+    turn: Array
+    corners: Array
+    spread: float
+
+    @property
+    def axis(self) -> Array:
+        return self.turn[:, 2]
+
+    def near(self, s: float) -> tuple[float, float]:
+        """Where the point s of the first axis stands, seen from the second: along it, and away from it."""
+        p = self.turn.T @ (np.array([0.0, 0.0, s]) - self.middle)
+        return p[2], float(np.hypot(p[0], p[1]))
+
+    def far(self, s: float) -> tuple[float, float]:
+        """Where the point s of the second axis stands, seen from the first."""
+        p = self.middle + s * self.axis
+        return p[2], float(np.hypot(p[0], p[1]))
+
+    def foot_of_far(self, s: float) -> float:
+        return self.far(s)[0]
+
+    def foot_of_near(self, s: float) -> float:
+        return self.near(s)[0]
+
+    def lengths(self, s_near: float, s_far: float) -> tuple[float, float]:
+        """The least and the largest distance between a point of the first axis and one of the second."""
+        at = self.corners + s_far * self.axis - np.array([0.0, 0.0, s_near])
+        largest = float(np.linalg.norm(at, axis=1).max())
+        middle = float(np.linalg.norm(self.middle + s_far * self.axis - np.array([0.0, 0.0, s_near])))
+        return (max(0.0, middle - self.spread), largest)
+
+
+def _shortest_over_axis(p: tuple[float, float], q: tuple[float, float]) -> float:
+    """Where on an axis the way from p to q over it is shortest; each is given along the axis and away from it."""
+    away = p[1] + q[1]
+    return (p[0] + q[0]) / 2 if away < 1e-12 else (p[0] * q[1] + q[0] * p[1]) / away
+
+
+def _range(segments: list[tuple[float, float]]) -> tuple[float, float]:
+    """The least and the largest distance between the ends of a way of segments, each of a length between two."""
+    most = sum(largest for _, largest in segments)
+    least = max(least - (most - largest) for least, largest in segments)
+    return max(0.0, least), most
+
+
+def _links(chain: Array, lower: Array, upper: Array) -> list[_Link] | None:
+    """The way from the base to the first revolute axis, from each to the next, and from the last to the end."""
+    links, T, slides = [], np.eye(4), []
+    for row in chain:
+        T = T @ np.vstack([row[:12].reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+        if int(row[KIND]) == PRISMATIC:
+            column = int(row[COLUMN])
+            ends = np.array([lower[column], upper[column]]) * row[RATIO] + row[OFFSET]
+            if not np.isfinite(ends).all():
+                return None
+            slides.append(np.outer(ends, T[:3, 2]))
+        elif int(row[KIND]) == REVOLUTE:
+            links.append(_link(T, slides))
+            T, slides = np.eye(4), []
+    return [*links, _link(T, slides)] if links else None
+
+
+def _link(T: Array, slides: list[Array]) -> _Link:
+    corners = T[None, :3, 3]
+    for ends in slides:
+        corners = (corners[:, None] + ends[None]).reshape(-1, 3)
+    middle = corners.mean(axis=0)
+    return _Link(middle, T[:3, :3], corners, float(np.linalg.norm(corners - middle, axis=1).max()))

@@ -1,0 +1,135 @@
+"""The search in rounds: every target gets one start, those that are left get more and more, until the budget is spent.
+
+The answer for a target depends on nothing but the target, its seed, its bounds and the random seed: not on what else is in the
+batch, nor on how the batch is cut for the threads.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.bounds import seed_share, shares
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
+from ulna.kernels import search_layout as layout
+from ulna.kernels.levenberg_marquardt import search_jobs
+
+Array = NDArray[np.float64]
+# The price of every job that has solved its target, shape (m, n_starts); infinite: not acceptable. Called with the numbers of the
+# targets (m,) and the configurations (m, n_starts, n_dof).
+Price = Callable[[NDArray[np.int64], Array], Array]
+
+_JOBS_A_THREAD = 1024
+_MOST_STARTS = 128  # of a target in one round
+
+
+@dataclass(frozen=True)
+class Round:
+    """Starts ``first`` to ``first + count``: from the seed if ``count`` is one and ``from_seed``, else random."""
+
+    first: int
+    count: int
+    steps: int
+    from_seed: bool = False
+    with_posture: bool = False
+
+
+def rounds_of(problem: Problem, many: int) -> Iterator[Round]:
+    """The seed first, then ``many`` random starts a target, twice as many, and so on; the steps of all are within the budget."""
+    left, first = problem.budget, 0
+    if problem.settings[layout.WITH_POSTURE]:
+        yield Round(0, 1, min(SEEDED_STEPS, left), from_seed=True, with_posture=True)
+        left -= SEEDED_STEPS
+    steps = SEEDED_STEPS if problem.seeded else STEPS
+    if left > 0 or left == problem.budget:
+        yield Round(0, 1, min(steps, left), from_seed=True)
+        left -= steps
+    while left > 0:
+        count = min(many, -(-left // STEPS))
+        yield Round(first, count, min(STEPS, left))
+        left, first, many = left - count * STEPS, first + count, min(2 * many, _MOST_STARTS)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The best answers so far: q (n, n_dof), info (n, N_INFO); a target is open until it is solved or given up."""
+
+    problem: Problem
+    q: Array
+    info: Array
+    open: NDArray[np.bool_]
+    rejected: Array
+    """Of configurations that solve the target and have no price (they collide), one each, NaN where there is none."""
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Search":
+        """A search that has not begun."""
+        n, n_dof = len(problem.targets), problem.tree.n_dof
+        info = np.zeros((n, layout.N_INFO))
+        info[:, layout.STATUS], info[:, layout.MISSED] = layout.NOT_FOUND, np.inf
+        return cls(problem, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), np.full((n, n_dof), np.nan))
+
+    def run(self, part: Round, price: Price | None) -> None:
+        """Give every open target the starts of a round, and keep what is better than before."""
+        order = np.flatnonzero(self.open)
+        q, info = jobs(self.problem, order, part)
+        solved = info[:, :, layout.STATUS] == layout.SOLVED
+        costs = np.where(solved, 0.0 if price is None else price(order, q), np.inf)
+        self._note_rejected(order, q, solved, costs)
+        chosen = np.where(np.isfinite(costs).any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
+        row = np.arange(len(order))
+        q, info, accepted = q[row, chosen], info[row, chosen], np.isfinite(costs[row, chosen])
+        info[~accepted & (info[:, layout.STATUS] == layout.SOLVED), layout.STATUS] = layout.NOT_FOUND
+        info[:, layout.START] += part.first + (not part.from_seed)
+        better = accepted | ~(info[:, layout.MISSED] >= self.info[order, layout.MISSED])
+        self.q[order[better]], self.info[order[better]] = q[better], info[better]
+        self.open[order[accepted | (info[:, layout.STATUS] == layout.NOT_A_POSE)]] = False
+
+    def _note_rejected(self, order: NDArray, q: Array, solved: NDArray, costs: Array) -> None:
+        refused = solved & np.isinf(costs)
+        some = refused.any(axis=1)
+        self.rejected[order[some]] = q[some, refused[some].argmax(axis=1)]
+
+
+def search_in_rounds(problem: Problem, price: Price | None, many: int, give_up: Callable[[Search], None]) -> tuple[Search, bool]:
+    """All rounds until no target is open, the budget is spent or time is up; True if time was up.
+
+    After the first random starts ``give_up`` closes targets that are hopeless.
+    """
+    search, end = Search.of(problem), time.monotonic() + problem.time_limit
+    for number, part in enumerate(rounds_of(problem, many)):
+        if number and time.monotonic() >= end:
+            return search, bool(search.open.any())
+        search.run(part, price)
+        if search.open.any() and not part.from_seed and part.first == 0:
+            give_up(search)
+        if not search.open.any():
+            break
+    return search, False
+
+
+def jobs(problem: Problem, order: NDArray[np.int64], part: Round) -> tuple[Array, Array]:
+    """The answers of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
+    n_dof = problem.tree.n_dof
+    starts = seed_share(n_dof) if part.from_seed else shares(n_dof, problem.seed, part.first, part.count)
+    settings = problem.settings.copy()
+    settings[layout.STEPS], settings[layout.BUDGET] = part.steps, part.steps * part.count
+    settings[layout.WITH_POSTURE] = part.with_posture
+    q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
+
+    def piece(begin: int, end: int) -> None:
+        search_jobs(
+            problem.chain, problem.targets, order[begin:end], problem.seeds, problem.bounds, starts, problem.posture, settings,
+            q[begin:end].reshape(-1, n_dof), info[begin:end].reshape(-1, layout.N_INFO),
+        )  # fmt: skip
+
+    size = max(1, _JOBS_A_THREAD // len(starts))
+    if problem.threads < 2 or len(order) <= size:
+        piece(0, len(order))
+    else:
+        with ThreadPoolExecutor(problem.threads) as pool:
+            list(pool.map(piece, range(0, len(order), size), range(size, len(order) + size, size)))
+    return q, info

@@ -1,0 +1,93 @@
+"""What of a pose a search has to meet: all of it, a position, a position and a direction, or all but some slack."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.errors import InputError, did_you_mean
+from ulna.kernels.search_layout import POINTING, WHOLE_POSE, WITH_SLACK
+from ulna.model.arrays import as_floats
+
+_FREE = float("inf")
+
+
+@dataclass(frozen=True)
+class Task:
+    """How much of a target pose has to be met.
+
+    The error that is left of a pose has six components: the displacement x, y, z [m] and the rotation vector about x, y, z
+    [rad], in the target's axes. A component that is off by no more than its slack costs nothing; infinity frees it.
+
+    Attributes:
+        slack: Six numbers of at least 0, in the target's axes turned so that z lies along ``axis``. The rotation may be free
+            about none, about z alone (then the link's ``axis`` is brought onto the target's by the shortest turn), or about all.
+        axis: A direction in the link's own axes, shape (3,).
+
+    Example:
+        >>> Task.pointing(axis=(0, 0, 1)).slack
+        (0.0, 0.0, 0.0, 0.0, 0.0, inf)
+    """
+
+    slack: tuple[float, ...] = (0.0,) * 6
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        slack = as_floats("slack", self.slack)
+        if slack.shape != (6,) or not (slack >= 0).all():
+            raise InputError("slack", f"{self.slack!r}; six numbers of at least 0 are expected: x, y, z [m], rx, ry, rz [rad]")
+        if tuple(np.isinf(slack[3:])) not in {(False, False, False), (False, False, True), (True, True, True)}:
+            raise InputError("slack", "the rotation may be free about z or altogether; axis= chooses what z is")
+        if np.isinf(slack).all():
+            raise InputError("slack", "every component is free, so there is nothing to search for")
+        axis = as_floats("axis", self.axis)
+        length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
+        if not 1e-9 < length < _FREE:
+            raise InputError("axis", f"{self.axis!r}; a direction of three numbers is expected")
+        object.__setattr__(self, "slack", tuple(slack.tolist()))
+        object.__setattr__(self, "axis", tuple((axis / length).tolist()))
+
+    @classmethod
+    def pose(cls) -> "Task":
+        """Position and orientation."""
+        return cls()
+
+    @classmethod
+    def position(cls) -> "Task":
+        """The position of the link's origin; any orientation."""
+        return cls((0.0, 0.0, 0.0, _FREE, _FREE, _FREE))
+
+    @classmethod
+    def pointing(cls, axis: ArrayLike = (0.0, 0.0, 1.0)) -> "Task":
+        """The position, and the direction of one axis of the link; the turn about it is free (drilling, pouring, five joints)."""
+        return cls((0.0, 0.0, 0.0, 0.0, 0.0, _FREE), axis)  # type: ignore[arg-type]
+
+    @property
+    def kind(self) -> int:
+        """How the kernels name it."""
+        if not any(self.slack):
+            return WHOLE_POSE
+        return POINTING if np.isinf(self.slack[3:]).tolist() == [False, False, True] else WITH_SLACK
+
+    @property
+    def turn(self) -> NDArray[np.float64] | None:
+        """The rotation (3, 3) that brings z onto ``axis``; None where they are the same."""
+        if self.axis == (0.0, 0.0, 1.0):
+            return None
+        helper = np.eye(3)[np.argmin(np.abs(self.axis))]
+        x = np.cross(helper, self.axis)
+        x /= np.linalg.norm(x)
+        return np.column_stack([x, np.cross(self.axis, x), self.axis])
+
+
+_NAMED = {"pose": Task.pose(), "position": Task.position(), "pointing": Task.pointing()}
+
+
+def as_task(task: "Task | str") -> Task:
+    """A task, given itself or by its name."""
+    if isinstance(task, Task):
+        return task
+    named = _NAMED.get(task) if isinstance(task, str) else None
+    if named is None:
+        raise InputError("task", f"{task!r} is not a task{did_you_mean(str(task), _NAMED)}; or give an ulna.Task")
+    return named

@@ -1,0 +1,29 @@
+"""The textbook methods by name: from the seed alone, wherever that leads."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.problem import Problem
+from ulna.kernels import search_layout as layout
+from ulna.kernels.from_the_seed import DAMPED_LEAST_SQUARES, JACOBIAN_TRANSPOSE, PSEUDO_INVERSE, follow_each
+
+Array = NDArray[np.float64]
+TEXTBOOK = {
+    "jacobian_transpose": JACOBIAN_TRANSPOSE,
+    "damped_least_squares": DAMPED_LEAST_SQUARES,
+    "pseudo_inverse": PSEUDO_INVERSE,
+}
+
+
+def follow(problem: Problem, method: str, *, trace: bool) -> tuple[Array, Array, dict]:
+    """q (n, n_dof), info (n, N_INFO) and the notes of the result."""
+    n = len(problem.targets)
+    q, info = np.empty((n, problem.tree.n_dof)), np.zeros((n, layout.N_INFO))
+    settings = problem.settings.copy()
+    settings[layout.STEPS] = problem.budget
+    history = np.zeros((problem.budget + 1 if trace else 0, 4))
+    follow_each(TEXTBOOK[method], problem.chain, problem.targets, problem.seeds, problem.bounds, settings, q, info, history)
+    notes: dict = {"turn": problem.task.turn}
+    if trace:
+        notes["trace"] = history[: int(info[0, layout.ITERATIONS]) + 1]
+    return q, info, notes
