@@ -11,13 +11,18 @@ import kernel_modes
 import kernel_probes as probes
 import naive
 import zoo
+from ulna.kernels.damped_step import N_SYSTEM
+from ulna.kernels.lane_search import N_STATE
+from ulna.kernels.search_layout import N_SETTINGS, POINTING, SLACK, TASK, WHOLE_POSE, WITH_POSTURE, WITH_SLACK
 from ulna.model.tree import build_tree
 
 N = 24
 TREE = build_tree(zoo.every_joint())
 CHAIN = TREE.chain("fingertip")
 N_DOF, N_JOINTS, N_LINKS = TREE.n_dof, len(TREE.joints), len(TREE.link_names)
-LIMITS = np.array([np.full(N_DOF, -1.0), np.full(N_DOF, 1.0)])
+BOUNDS = np.concatenate([np.full(N_DOF, -1.0), np.full(N_DOF, 1.0)])[:, None].repeat(N, axis=1)
+HALVES = np.full(N_DOF, 0.5)
+N_ADVANCE = 2 * N_DOF + N_STATE + 6 * len(CHAIN) + 6 * N_DOF + N_SYSTEM
 
 
 def cases():
@@ -46,11 +51,22 @@ def cases():
         "frames of a tree": (probes.frames_of_tree, q, 12 * (N_JOINTS + N_LINKS), (TREE.joints, TREE.link_frames)),
         "jacobian": (probes.jacobian_of_chain, q, 6 * N_DOF + 12 + 6 * len(CHAIN), (CHAIN, 1, N_DOF)),
         "damped system": (probes.damped_system, system, 27, (N_DOF,)),
-        "damped step": (probes.damped_step, np.vstack([system, q]), 7 * N_DOF + 28, (LIMITS, np.zeros(N_DOF), False)),
-        "posture step": (probes.damped_step, np.vstack([system, q]), 7 * N_DOF + 28, (LIMITS, np.zeros(N_DOF), True)),
-        "length of a step": (probes.length_of_step, np.vstack([J, e, q]), 6 * N_DOF + 1, (LIMITS,)),
+        "advance": (probes.one_advance, np.vstack([q, poses[:12], BOUNDS]), N_ADVANCE, (CHAIN, np.zeros(N_DOF), settings())),
+        "posture": (probes.one_advance, np.vstack([q, poses[:12], BOUNDS]), N_ADVANCE, (CHAIN, HALVES, settings(posture=1.0))),
+        "textbook steps": (probes.textbook_steps, np.vstack([J, e]), 8 * N_DOF + 6, (N_DOF,)),
+        "free columns": (probes.columns_that_are_free, np.vstack([J, e, q, BOUNDS]), 6 * N_DOF, (N_DOF,)),
+        "slack": (probes.error_of_task, np.vstack([poses, e, J]), 6 + 6 * N_DOF, (settings(WITH_SLACK, 0.5), N_DOF)),
+        "pointing": (probes.error_of_task, np.vstack([poses, e, J]), 6 + 6 * N_DOF, (settings(POINTING, np.inf), N_DOF)),
+        "swing": (probes.swing_of_axes, poses, 3, ()),
         "two boxes": (probes.two_boxes, np.vstack([poses[:12], halves[:3], poses[12:], halves[3:]]), 3, ()),
     }
+
+
+def settings(task=WHOLE_POSE, about_z=0.0, posture=0.0):
+    """Of a search whose target is never met."""
+    numbers = np.zeros(N_SETTINGS)
+    numbers[TASK], numbers[SLACK + 5], numbers[WITH_POSTURE] = task, about_z, posture
+    return numbers
 
 
 def random_pose(rng):

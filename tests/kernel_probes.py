@@ -1,15 +1,21 @@
 """The probes of the kernels: each loads numbers from rows, calls one kernel, and stores what it gives. See ``kernel_modes``."""
 
+import numpy as np
+
 from ulna.kernels.box_box import boxes_overlap, widest_gap
 from ulna.kernels.chain import chain_pose
+from ulna.kernels.compile import kernel
 from ulna.kernels.damped_step import release_pressed, solve_damped
 from ulna.kernels.elementary import first_quadrant_angle, maximum, minimum, sincos
 from ulna.kernels.jacobian import chain_jacobian
-from ulna.kernels.jacobian_transpose import step_length
+from ulna.kernels.jacobian_transpose import transpose_step
+from ulna.kernels.lane_search import ALLOWED, CHANGE, LEAST, N_STATE, advance
 from ulna.kernels.lanes import any_lane, load, logical_not, rint, splat, sqrt, store, where
-from ulna.kernels.levenberg_marquardt import step
+from ulna.kernels.pseudo_inverse import pseudo_inverse_step
 from ulna.kernels.se3 import compose, constant_pose, load_pose, slide_along_z, store_pose, turn_about_z
+from ulna.kernels.search_layout import WITH_POSTURE
 from ulna.kernels.so3 import rotation_between, rotation_vector
+from ulna.kernels.task import swing, task_error
 from ulna.kernels.tree import frame_pose, tree_poses
 
 
@@ -125,36 +131,69 @@ def jacobian_of_chain(chain, expressed_in, n_dof, q, out):
         store(out, n + k, end[k])
 
 
+@kernel
+def _six(x, k):
+    """Six numbers from row k on."""
+    return load(x, k), load(x, k + 1), load(x, k + 2), load(x, k + 3), load(x, k + 4), load(x, k + 5)
+
+
 def damped_system(n_dof, x, out):
     """J, six rows an entry of q; the damping; e. The solution y is in the rows 21 to 26."""
     n = 6 * n_dof
-    e = load(x, n + 1), load(x, n + 2), load(x, n + 3), load(x, n + 4), load(x, n + 5), load(x, n + 6)
-    solve_damped(x, n_dof, load(x, n), e, out)
+    solve_damped(x, n_dof, load(x, n), _six(x, n + 1), out)
 
 
-def damped_step(limits, posture, with_posture, x, out):
-    """J, the damping, e and q give q after one step, the largest change of a joint, and scratch: J and the system."""
-    n_dof = limits.shape[1]
+def one_advance(chain, posture, settings, x, out):
+    """q, the target and the bounds give q after one step of a search, the q of its answer, the state, and scratch."""
+    n = posture.shape[0]
+    for j in range(n):
+        store(out, j, load(x, j))
+    q_rows, last_rows, state_rows = out[:n], out[n : 2 * n], out[2 * n : 2 * n + N_STATE]
+    scratch = out[2 * n + N_STATE :]
+    zero = splat(0.0, load(x, 0))
+    for k in range(N_STATE):
+        store(state_rows, k, zero)
+    store(state_rows, LEAST, zero + np.inf)
+    store(state_rows, ALLOWED, zero + 20.0)
+    store(state_rows, CHANGE, zero + (np.inf if settings[WITH_POSTURE] != 0.0 else 0.0))
+    rows = (q_rows, last_rows, x[n : n + 12], x[n + 12 :], state_rows)
+    m = 6 * chain.shape[0]
+    advance(chain, posture, settings, rows, (scratch[:m], scratch[m : m + 6 * n], scratch[m + 6 * n :]))
+
+
+def textbook_steps(n_dof, x, out):
+    """J and e give the steps of the transpose and of the pseudo-inverse, and scratch: J and e, spoilt."""
     n = 6 * n_dof
-    e = load(x, n + 1), load(x, n + 2), load(x, n + 3), load(x, n + 4), load(x, n + 5), load(x, n + 6)
-    for j in range(n_dof):
-        store(out, j, load(x, n + 7 + j))
-    jacobian_rows, system_rows = out[n_dof + 1 : n_dof + 1 + n], out[n_dof + 1 + n :]
+    jacobian_rows, error_rows = out[2 * n_dof : 2 * n_dof + n], out[2 * n_dof + n :]
     for k in range(n):
         store(jacobian_rows, k, load(x, k))
-    scratch = (system_rows, jacobian_rows, system_rows)
-    store(out, n_dof, step(limits, posture, with_posture, e, load(x, n), out[:n_dof], scratch))
+    for k in range(6):
+        store(error_rows, k, load(x, n + k))
+    transpose_step(jacobian_rows, n_dof, _six(x, n), out[:n_dof])
+    pseudo_inverse_step(jacobian_rows, n_dof, error_rows, out[n_dof : 2 * n_dof])
 
 
-def length_of_step(limits, x, out):
-    """J and e give the step length of steepest descent; J and e and q then the columns of J that limits leave."""
-    n_dof = limits.shape[1]
+def columns_that_are_free(n_dof, x, out):
+    """J, e, q and the bounds give the columns of J that the bounds leave."""
     n = 6 * n_dof
-    e = load(x, n), load(x, n + 1), load(x, n + 2), load(x, n + 3), load(x, n + 4), load(x, n + 5)
     for k in range(n):
         store(out, k, load(x, k))
-    release_pressed(limits, x[n + 6 :], e, out[:n])
-    store(out, n, step_length(x, n_dof, e))
+    release_pressed(x[n + 6 + n_dof :], x[n + 6 : n + 6 + n_dof], _six(x, n), out[:n])
+
+
+def error_of_task(settings, n_dof, x, out):
+    """Pose, target, e and J give the error that a task counts and the rows of J, in the target's axes."""
+    for k in range(6 * n_dof):
+        store(out, 6 + k, load(x, 30 + k))
+    e = task_error(settings, load_pose(x, 0), load_pose(x, 1), _six(x, 24), out[6 : 6 + 6 * n_dof])
+    for k in range(6):
+        store(out, k, e[k])
+
+
+def swing_of_axes(x, out):
+    v = swing(load_pose(x, 0), load_pose(x, 1))
+    for k in range(3):
+        store(out, k, v[k])
 
 
 def two_boxes(x, out):

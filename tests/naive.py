@@ -123,6 +123,12 @@ def jacobian(description, q, link, expressed_in="base"):
     return J
 
 
+def pose_error(description, q, link, target):
+    """Displacement and rotation vector from the link to a target, in the base's axes; for rotations well below pi."""
+    T = link_pose(description, q, link)
+    return np.concatenate([target[:3, 3] - T[:3, 3], logarithm(target[:3, :3] @ T[:3, :3].T)])
+
+
 def damped_solution(J, e, damping):
     """y of (J J' + damping I) y = e."""
     return np.linalg.solve(J @ J.T + damping * np.eye(6), e)

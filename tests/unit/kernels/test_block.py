@@ -43,7 +43,25 @@ def test_one_bad_number_anywhere_is_out_of_range(bad):
 def test_the_settings_and_the_information_have_a_place_for_each_name():
     from ulna.kernels import search_layout as layout
 
-    settings = (layout.POSITION_TOLERANCE, layout.ROTATION_TOLERANCE, layout.MAX_ITERATIONS, layout.SEEDED, layout.WITH_POSTURE)
-    information = (layout.STATUS, layout.POSITION_ERROR, layout.ROTATION_ERROR, layout.ITERATIONS)
+    settings = (
+        layout.POSITION_TOLERANCE,
+        layout.ROTATION_TOLERANCE,
+        layout.STEPS,
+        layout.BUDGET,
+        layout.FIRST_WINS,
+        layout.WITH_POSTURE,
+        layout.TASK,
+        *range(layout.SLACK, layout.SLACK + 6),
+    )
+    information = (
+        layout.STATUS,
+        layout.POSITION_ERROR,
+        layout.ROTATION_ERROR,
+        layout.ITERATIONS,
+        layout.START,
+        layout.DAMPING,
+        layout.MISSED,
+        *range(layout.RESIDUAL, layout.RESIDUAL + 6),
+    )
     assert sorted(settings) == list(range(N_SETTINGS))
     assert sorted(information) == list(range(N_INFO))

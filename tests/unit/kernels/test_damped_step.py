@@ -1,4 +1,4 @@
-"""A step of damped least squares against ``numpy.linalg.solve``, and at the limits against its own words."""
+"""A step of damped least squares against ``numpy.linalg.solve``, and at the bounds against its own words."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,12 @@ import pytest
 import kernel_probes as probes
 import naive
 from close import assert_close
+from ulna.kernels.damped_step import N_SYSTEM
+from ulna.kernels.lane_search import CHANGE, LAMBDA, LEAST, N_STATE, P2, R2
+from ulna.kernels.search_layout import N_SETTINGS, POSITION_TOLERANCE, ROTATION_TOLERANCE, WITH_POSTURE
 
 N = 16
+LINK = "panda_ee"
 
 
 def problems(rng, n_dof, damping):
@@ -46,74 +50,93 @@ def test_at_a_singularity_damping_keeps_the_step_finite(run):
     assert_close(J.T @ y, np.full(7, 1 / (7 + damping)), rtol=1e-9)
 
 
-def stepped(run, rows, q, limits, posture=None):
-    """q after one step and the largest change, of columns of problems."""
-    n_dof = len(q)
-    goal = np.zeros(n_dof) if posture is None else posture
-    out = run(probes.damped_step, np.vstack([rows, q]), 7 * n_dof + 1 + 27, limits, goal, posture is not None)
-    return out[:n_dof].T, out[n_dof]
-
-
-def naive_step(J, e, damping, q, limits, posture=None):
-    push = J.T @ e
-    pressed = ((q <= limits[0]) & (push < 0)) | ((q >= limits[1]) & (push > 0))
-    J = np.where(pressed, 0.0, J)
-    d = np.zeros(len(q)) if posture is None else posture - q
-    d = d / max(1.0, np.abs(d).max())  # at most a radian a step
-    return np.clip(q + d + J.T @ naive.damped_solution(J, e - J @ d, damping), *limits)
-
-
-def test_a_step_is_the_damped_pseudo_inverse(run, rng):
-    J, e, rows = problems(rng, 7, 0.05)
-    q, limits = rng.normal(size=(7, N)), np.array([[-np.inf] * 7, [np.inf] * 7])
-    moved, largest = stepped(run, rows, q, limits)
-    expected = [naive_step(J[k], e[k], 0.05, q[:, k], limits) for k in range(N)]
-    assert_close(moved, expected, atol=1e-12)
-    assert_close(largest, abs(expected - q.T).max(axis=1), atol=1e-12)
-
-
-def test_a_step_stays_within_the_limits_and_frees_what_presses_against_them(run, rng):
-    J, e, rows = problems(rng, 7, 0.05)
-    limits = np.array([np.full(7, -0.3), np.full(7, 0.4)])
-    q = rng.choice([-0.3, 0.4, 0.0, 0.1, np.nextafter(-0.3, 0), np.nextafter(0.4, 0)], size=(7, N))
-    moved, _ = stepped(run, rows, q, limits)
-    assert_close(moved, [naive_step(J[k], e[k], 0.05, q[:, k], limits) for k in range(N)], atol=1e-12)
-    assert (moved >= limits[0]).all()
-    assert (moved <= limits[1]).all()
-
-
-def test_a_posture_uses_the_freedom_that_the_error_leaves(run, rng):
-    J, e, rows = problems(rng, 8, 1e-8)
-    q, limits, posture = rng.normal(size=(8, N)), np.array([[-np.inf] * 8, [np.inf] * 8]), rng.normal(size=8)
-    moved, _ = stepped(run, rows, q, limits, posture)
-    assert_close(moved, [naive_step(J[k], e[k], 1e-8, q[:, k], limits, posture) for k in range(N)], atol=1e-7)
-    assert_close(np.einsum("nij,nj->ni", J, moved - q.T), e, atol=1e-5)  # to first order the error is met
-
-
-def test_the_length_of_a_descent_is_where_a_linear_arm_is_nearest(run, rng):
+def test_columns_that_press_against_a_bound_are_released(run, rng):
     J, e, _ = problems(rng, 7, 0.0)
-    limits, q = np.array([[-np.inf] * 7, [np.inf] * 7]), np.zeros((7, N))
-    rows = np.vstack([J.transpose(2, 1, 0).reshape(42, N), e.T, q])
-    length = run(probes.length_of_step, rows, 43, limits)[42]
-    for k in range(N):
-        v = J[k] @ J[k].T @ e[k]
-        assert abs((e[k] - length[k] * v) @ v) < 1e-9 * (v @ v)  # what is left is square to what was moved
-        left = [np.linalg.norm(e[k] - s * length[k] * v) for s in (0.99, 1, 1.01)]
-        assert left[1] == min(left)
-
-
-def test_without_an_error_there_is_no_length(run, rng):
-    rows = np.vstack([rng.normal(size=(42, 3)), np.zeros((6, 3)), np.zeros((7, 3))])
-    assert not run(probes.length_of_step, rows, 43, np.array([[-1.0] * 7, [1.0] * 7]))[42].any()
-
-
-def test_columns_that_press_against_a_limit_are_released(run, rng):
-    J, e, _ = problems(rng, 7, 0.0)
-    limits = np.array([np.full(7, -1.0), np.full(7, 1.0)])
-    q = rng.choice([-1.0, 0.0, 1.0], size=(7, N))
-    rows = np.vstack([J.transpose(2, 1, 0).reshape(42, N), e.T, q])
-    left = run(probes.length_of_step, rows, 43, limits)[:42].T.reshape(N, 7, 6)
+    q = rng.choice([-1.0, 0.0, 1.0, np.nextafter(-1, 0), np.nextafter(1, 0)], size=(7, N))
+    bounds = np.repeat([-1.0, 1.0], 7)[:, None].repeat(N, axis=1)
+    rows = np.vstack([J.transpose(2, 1, 0).reshape(42, N), e.T, q, bounds])
+    left = run(probes.columns_that_are_free, rows, 42, 7).T.reshape(N, 7, 6)
     push = np.einsum("nij,ni->nj", J, e)
     pressed = ((q.T == -1) & (push < 0)) | ((q.T == 1) & (push > 0))
     assert pressed.any()
     assert np.array_equal(left, np.where(pressed[..., None], 0.0, J.transpose(0, 2, 1)))
+
+
+# ---- a step of a search
+
+
+class Advance:
+    """One step of a search for the Panda's end, by the kernel and by the twin."""
+
+    def __init__(self, run, panda, q, targets, bounds, posture=None, tolerance=0.0):
+        self.panda, self.q, self.targets, self.bounds, self.posture = panda, q, targets, bounds, posture
+        settings, chain = np.zeros(N_SETTINGS), panda.tree.chain(LINK)
+        settings[POSITION_TOLERANCE] = settings[ROTATION_TOLERANCE] = tolerance
+        settings[WITH_POSTURE] = posture is not None
+        rows = np.vstack([q.T, targets[:, :3].reshape(-1, 12).T, bounds.reshape(-1, 14).T])
+        goal = np.zeros(7) if posture is None else posture
+        out = run(probes.one_advance, rows, 14 + N_STATE + 6 * len(chain) + 42 + N_SYSTEM, chain, goal, settings)
+        self.moved, self.answer, self.state = out[:7].T, out[7:14].T, out[14:]
+
+    def error(self, k):
+        T, target = naive.link_pose(self.panda.description, self.q[k], LINK), self.targets[k]
+        return np.concatenate([target[:3, 3] - T[:3, 3], naive.logarithm(target[:3, :3] @ T[:3, :3].T)])
+
+    def twin(self, k):
+        q, e, (lower, upper) = self.q[k], self.error(k), self.bounds[k]
+        J = naive.jacobian(self.panda.description, q, LINK)
+        push = J.T @ e
+        J = np.where(((q <= lower) & (push < 0)) | ((q >= upper) & (push > 0)), 0.0, J)
+        d = np.zeros(7) if self.posture is None else self.posture - q
+        d = d / max(1.0, np.abs(d).max())  # at most a radian a step
+        return np.clip(q + d + J.T @ naive.damped_solution(J, e - J @ d, 0.05 * e @ e + 1e-12), lower, upper)
+
+
+@pytest.fixture
+def there(panda, rng):
+    """Configurations, and targets about half a radian away in every joint."""
+    q = rng.uniform(panda.lower, panda.upper, (N, 7))
+    goals = q + rng.uniform(-0.5, 0.5, (N, 7))
+    return q, np.array([naive.link_pose(panda.description, x, LINK) for x in goals])
+
+
+def everywhere(n, width):
+    return np.tile(np.array([np.full(7, -width), np.full(7, width)]), (n, 1, 1))
+
+
+def test_a_step_is_the_damped_pseudo_inverse(run, panda, there):
+    step = Advance(run, panda, *there, everywhere(N, np.inf))
+    assert_close(step.moved, [step.twin(k) for k in range(N)], atol=1e-9)
+    e = np.array([step.error(k) for k in range(N)])
+    assert np.array_equal(step.answer, step.q)
+    assert_close(step.state[LAMBDA], 0.05 * np.einsum("ni,ni->n", e, e) + 1e-12, atol=1e-13)
+    assert_close(step.state[[P2, R2]], [(e[:, :3] ** 2).sum(axis=1), (e[:, 3:] ** 2).sum(axis=1)], atol=1e-12)
+
+
+def test_every_lane_stays_within_bounds_of_its_own_and_frees_what_presses_against_them(run, panda, there, rng):
+    q, targets = there
+    bounds = np.stack([q - rng.choice([0.0, 0.02, 0.3], q.shape), q + rng.choice([0.0, 0.02, 0.3], q.shape)], axis=1)
+    step = Advance(run, panda, q, targets, bounds)
+    assert_close(step.moved, [step.twin(k) for k in range(N)], atol=1e-9)
+    assert (step.moved >= bounds[:, 0]).all()
+    assert (step.moved <= bounds[:, 1]).all()
+    assert (step.moved == bounds[:, 0]).any()
+
+
+def test_a_posture_uses_the_freedom_that_the_error_leaves(run, panda, there, rng):
+    posture = rng.uniform(panda.lower, panda.upper)
+    step = Advance(run, panda, *there, everywhere(N, np.inf), posture)
+    expected = np.array([step.twin(k) for k in range(N)])
+    assert_close(step.moved, expected, atol=1e-8)
+    assert_close(step.state[CHANGE], abs(expected - step.q).max(axis=1), atol=1e-8)
+
+
+def test_what_is_near_is_noted_and_what_is_not_is_not(run, panda, there):
+    q, targets = there
+    T = np.array([naive.link_pose(panda.description, x, LINK) for x in q])
+    near = T.copy()
+    near[::2, 0, 3] += 0.9e-3
+    near[1::2, 0, 3] += 1.1e-3
+    step = Advance(run, panda, q, near, everywhere(N, np.inf), tolerance=1e-3)
+    assert_close(step.state[LEAST, ::2], np.full(N // 2, 0.81e-6), atol=1e-12)
+    assert np.isinf(step.state[LEAST, 1::2]).all()

@@ -1,4 +1,4 @@
-"""Eight searches at once: what they return is a solution by the twin's forward kinematics, and the lane that should win does."""
+"""Jobs of a search in eight lanes: what they answer is a solution by the twin's forward kinematics, whatever stands beside it."""
 
 import numpy as np
 import pytest
@@ -8,45 +8,52 @@ import zoo
 from close import assert_close
 from ulna.kernels import search_layout as layout
 from ulna.kernels.layout import LARGEST
-from ulna.kernels.levenberg_marquardt import SEEDED_STEPS, STEPS, solve_each
+from ulna.kernels.levenberg_marquardt import search_jobs
 from ulna.kernels.search_layout import NOT_A_POSE, NOT_FOUND, SOLVED
-from ulna.model.description import frozen
 from ulna.model.tree import build_tree
 
-N = 12
+N, STARTS, STEPS = 5, 6, 20
 NO_TARGET = naive.transform(p=(5.0, 0.0, 0.0))  # five metres away
 
 
 class Search:
-    """``solve_each`` with everything that it needs but the question."""
+    """``search_jobs`` with everything that it needs but the question; answers in the shape (targets, starts, ...)."""
 
-    def __init__(self, tree, link, starts):
-        self.tree, self.chain, self.starts = tree, tree.chain(link), frozen(starts, starts.shape)
-        self.limits = frozen([tree.lower, tree.upper], (2, tree.n_dof))
+    def __init__(self, tree, link, shares):
+        self.tree, self.chain, self.shares = tree, tree.chain(link), shares
+        self.bounds = np.array([[tree.lower, tree.upper, np.maximum(tree.lower, -np.pi), np.minimum(tree.upper, np.pi)]])
 
-    def __call__(self, targets, seeds, *, seeded=False, posture=None, tolerance=1e-5, max_iterations=2000):
+    def __call__(self, targets, seeds, *, order=None, posture=None, tolerance=1e-5, steps=STEPS, first_wins=False):
+        n_dof, n_starts = self.tree.n_dof, len(self.shares)
+        order = np.arange(len(targets)) if order is None else np.asarray(order)
         settings = np.zeros(layout.N_SETTINGS)
         settings[layout.POSITION_TOLERANCE] = settings[layout.ROTATION_TOLERANCE] = tolerance
-        settings[layout.MAX_ITERATIONS] = max_iterations
-        settings[layout.SEEDED], settings[layout.WITH_POSTURE] = seeded, posture is not None
-        goal = frozen(np.zeros(self.tree.n_dof) if posture is None else posture, (self.tree.n_dof,))
-        q, info = np.full(seeds.shape, np.nan), np.full((len(targets), layout.N_INFO), np.nan)
+        settings[layout.STEPS], settings[layout.BUDGET] = steps, np.inf
+        settings[layout.FIRST_WINS], settings[layout.WITH_POSTURE] = first_wins, posture is not None
+        goal = np.zeros(n_dof) if posture is None else np.array(posture)
+        rows = len(order) * (1 if first_wins else n_starts)
+        q, info = np.full((rows, n_dof), np.nan), np.full((rows, layout.N_INFO), np.nan)
         with np.errstate(all="ignore"):
-            solve_each(self.chain, self.limits, self.starts, seeds, goal, targets, settings, q, info)
-        return q, info
+            search_jobs(self.chain, targets, order, np.array(seeds), self.bounds, self.shares, goal, settings, q, info)
+        return q.reshape(len(order), -1, n_dof), info.reshape(len(order), -1, layout.N_INFO)
 
 
-def errors(description, q, link, targets):
-    """Distance and angle of the link from each target, by the twin."""
+def errors(description, q, link, target):
+    """Distance and angle of the link from a target at each configuration, by the twin."""
     poses = [naive.link_pose(description, x, link) for x in q]
-    angles = [np.linalg.norm(naive.logarithm(T[:3, :3] @ P[:3, :3].T)) for T, P in zip(targets, poses, strict=True)]
-    return np.array([np.linalg.norm(T[:3, 3] - P[:3, 3]) for T, P in zip(targets, poses, strict=True)]), np.array(angles)
+    angles = [np.linalg.norm(naive.logarithm(target[:3, :3] @ P[:3, :3].T)) for P in poses]
+    return np.array([np.linalg.norm(target[:3, 3] - P[:3, 3]) for P in poses]), np.array(angles)
 
 
 @pytest.fixture
 def search(panda, rng):
-    share = rng.random((100, 7, 8))
-    return Search(panda.tree, "panda_ee", panda.lower[:, None] + share * (panda.upper - panda.lower)[:, None])
+    """From the seed, and from random starts."""
+    return Search(panda.tree, "panda_ee", np.vstack([np.full((1, 7), np.nan), rng.random((STARTS - 1, 7))]))
+
+
+@pytest.fixture
+def from_seed(panda):
+    return Search(panda.tree, "panda_ee", np.full((1, 7), np.nan))
 
 
 @pytest.fixture
@@ -57,120 +64,141 @@ def goals(panda, rng):
     return q, np.array([naive.link_pose(panda.description, x, "panda_ee") for x in q])
 
 
-def test_every_solution_is_one_and_lies_within_the_limits(panda, search, goals):
+def test_every_answer_tells_its_true_errors_and_lies_within_the_bounds(panda, search, goals):
     _, targets = goals
-    q, info = search(targets, np.tile(panda.home, (N, 1)))
-    assert set(info[:, layout.STATUS]) == {SOLVED}
-    position, rotation = errors(panda.description, q, "panda_ee", targets)
-    assert position.max() < 1e-9, "the polish leaves far less than the tolerance"
-    assert rotation.max() < 1e-9
-    assert (q >= panda.lower).all()
-    assert (q <= panda.upper).all()
-    assert_close(info[:, layout.POSITION_ERROR], position, atol=1e-13)
-    assert_close(info[:, layout.ROTATION_ERROR], rotation, atol=1e-13)
+    q, info = search(targets, panda.home[None])
+    assert ((q >= panda.lower) & (q <= panda.upper)).all()
+    for k in range(N):
+        position, rotation = errors(panda.description, q[k], "panda_ee", targets[k])
+        assert_close(info[k, :, layout.POSITION_ERROR], position, atol=1e-13)
+        assert_close(info[k, :, layout.ROTATION_ERROR], rotation, atol=1e-7)
+        solved = info[k, :, layout.STATUS] == SOLVED
+        assert np.array_equal(solved, (position <= 1e-5) & (rotation <= 1e-5))
+        assert_close(info[k, :, layout.MISSED], position**2 + rotation**2, rtol=1e-6, atol=1e-13)
+        assert list(info[k, :, layout.START]) == list(range(STARTS))
+    assert (info[:, :, layout.STATUS] == SOLVED).mean() > 0.5
+    assert (info[:, :, layout.STATUS] == NOT_FOUND).any()
+    failed = info[:, :, layout.STATUS] == NOT_FOUND
+    assert set(info[failed][:, layout.ITERATIONS]) == {STEPS}
 
 
-def test_a_seed_that_solves_is_kept_where_it_is(search, goals):
-    seeds, targets = goals
-    q, info = search(targets, seeds, seeded=True)
-    assert not info[:, layout.ITERATIONS].any()
-    assert_close(q, seeds, atol=1e-6)  # the polish may move it by what is left of the error
+def test_the_residual_is_the_error_in_the_targets_axes(panda, from_seed, goals):
+    _, targets = goals
+    q, info = from_seed(targets, panda.home[None], steps=2)
+    for x, T, residual in zip(q[:, 0], targets, info[:, 0, layout.RESIDUAL :], strict=True):
+        pose = naive.link_pose(panda.description, x, "panda_ee")
+        expected = [*T[:3, :3].T @ (T[:3, 3] - pose[:3, 3]), *T[:3, :3].T @ naive.logarithm(T[:3, :3] @ pose[:3, :3].T)]
+        assert_close(residual, expected, atol=1e-8)
 
 
-def test_a_seed_near_a_solution_is_followed_to_it(panda, search, goals, rng):
+def test_a_job_is_answered_alike_in_any_company_and_in_any_lane(panda, search, goals):
+    _, targets = goals
+    q, info = search(targets, panda.home[None])
+    for order in ([0], [N - 1], [3, 1], [2, 2, 0, 2], list(range(N))[::-1]):
+        q_part, info_part = search(targets, panda.home[None], order=order)
+        assert np.array_equal(q_part, q[order])
+        assert np.array_equal(info_part, info[order])
+    search.shares = search.shares[[0, 4]]
+    fewer, info_fewer = search(targets, panda.home[None])
+    assert np.array_equal(fewer, q[:, [0, 4]])
+    assert np.array_equal(info_fewer[:, :, layout.RESIDUAL :], info[:, [0, 4], layout.RESIDUAL :])
+
+
+def test_every_target_has_a_seed_and_bounds_of_its_own(panda, from_seed, goals, rng):
     near, targets = goals
     seeds = np.clip(near + rng.uniform(-0.05, 0.05, near.shape), panda.lower, panda.upper)
-    q, info = search(targets, seeds, seeded=True)
-    assert set(info[:, layout.STATUS]) == {SOLVED}
-    assert abs(q - near).max() < 0.5
+    from_seed.bounds = np.stack([seeds - 0.3, seeds + 0.3, seeds - 0.3, seeds + 0.3], axis=1)
+    from_seed.bounds[1, :2] = seeds[1]
+    q, info = from_seed(targets, seeds)
+    assert set(info[[0, 2, 3, 4], 0, layout.STATUS]) == {SOLVED}
+    assert info[1, 0, layout.STATUS] == NOT_FOUND
+    assert np.array_equal(q[1, 0], seeds[1])
+    assert (abs(q[:, 0] - seeds) <= 0.3 + 1e-15).all()
 
 
-def test_without_a_seed_the_first_lane_to_solve_wins_and_with_one_the_seeds_own_lane(search, goals):
-    """The table's first starts solve the target at once, on another branch than the one the seed leads to."""
-    near, targets = goals
-    other, _ = search(targets[:1], search.starts[99, :, 0][None])
-    assert abs(other[0] - near[0]).max() > 0.5
-    search.starts = frozen(np.broadcast_to(other[0][None, :, None], (1, 7, 8)), (1, 7, 8))
-    seed = near[:1] + 0.01
-    q, info = search(targets[:1], seed)
-    assert_close(q, other, atol=1e-6)
-    assert info[0, layout.ITERATIONS] == 0
-    q, info = search(targets[:1], seed, seeded=True)
-    assert abs(q - near[0]).max() < 0.1
-    assert info[0, layout.ITERATIONS] > 0
+def test_a_seed_that_solves_is_kept_where_it_is(from_seed, goals):
+    seeds, targets = goals
+    q, info = from_seed(targets, seeds)
+    assert set(info[:, 0, layout.STATUS]) == {SOLVED}
+    assert not info[:, 0, layout.ITERATIONS].any()
+    assert_close(q[:, 0], seeds, atol=1e-9)
 
 
-def test_when_the_seeds_own_lane_is_stuck_the_solution_nearest_to_the_seed_wins():
-    """A straight planar arm cannot be pulled back along itself: every column is square to the error."""
-    arm = zoo.of_chain(*["continuous"] * 3, "fixed", origin=naive.transform(p=(1.0, 0, 0)))
-    solution, turn = np.array([0.4, -0.8, 0.4]), np.array([2 * np.pi, 0, -2 * np.pi])
-    target = naive.transform(p=(naive.link_pose(arm, solution, "l4")[0, 3], 0, 0))
-    lanes = [np.zeros(3), solution + turn, solution - turn, solution, -solution + turn, *[solution - 2 * turn] * 3]
-    starts = np.ascontiguousarray(np.transpose(lanes)[None])
-    q, info = Search(build_tree(arm), "l4", starts)(target[None], np.zeros((1, 3)), seeded=True)
-    assert info[0, layout.STATUS] == SOLVED
-    assert info[0, layout.ITERATIONS] == SEEDED_STEPS
-    assert_close(q[0], solution, atol=1e-9)
+def test_a_start_beyond_the_bounds_begins_at_them(panda, from_seed, goals):
+    _, targets = goals
+    q, info = from_seed(targets[:1], panda.upper[None] + 1.0, steps=0)
+    assert np.array_equal(q[0, 0], panda.upper)
+    assert (info[0, 0, layout.STATUS], info[0, 0, layout.ITERATIONS]) == (NOT_FOUND, 0)
+
+
+@pytest.mark.parametrize("steps", [1, 7])
+def test_no_start_takes_more_steps_than_it_may(panda, search, steps):
+    _, info = search(NO_TARGET[None], panda.home[None], steps=steps)
+    assert set(info[0, :, layout.ITERATIONS]) == {steps}
+    assert set(info[0, :, layout.STATUS]) == {NOT_FOUND}
+
+
+def test_where_the_first_wins_one_row_holds_the_first_that_solves(panda, search, goals):
+    _, targets = goals
+    every_q, every = search(targets[:1], panda.home[None])
+    q, info = search(targets, panda.home[None], order=[0], first_wins=True)
+    solved = np.flatnonzero(every[0, :, layout.STATUS] == SOLVED)
+    first = min(solved, key=lambda k: (every[0, k, layout.ITERATIONS], k))
+    assert info[0, 0, layout.STATUS] == SOLVED
+    assert info[0, 0, layout.START] in solved
+    assert abs(every[0, int(info[0, 0, layout.START]), layout.ITERATIONS] - every[0, first, layout.ITERATIONS]) <= 1
+    assert np.array_equal(q[0, 0], every_q[0, int(info[0, 0, layout.START])])
+
+
+def test_where_the_first_wins_and_none_does_the_nearest_is_told(panda, search):
+    every_q, every = search(NO_TARGET[None], panda.home[None])
+    q, info = search(NO_TARGET[None], panda.home[None], first_wins=True)
+    nearest = every[0, :, layout.MISSED].argmin()
+    assert np.array_equal(q[0, 0], every_q[0, nearest])
+    assert np.array_equal(info[0, 0], every[0, nearest])
 
 
 @pytest.mark.parametrize("posture_from", ["home", "zero"])
-def test_with_a_posture_no_motion_that_keeps_the_pose_leads_nearer_to_it(panda, search, goals, posture_from):
+def test_with_a_posture_no_motion_that_keeps_the_pose_leads_nearer_to_it(panda, from_seed, goals, posture_from):
     near, targets = goals
     posture = panda.home if posture_from == "home" else np.clip(np.zeros(7), panda.lower, panda.upper)
-    q, info = search(targets[:6], near[:6], seeded=True, posture=posture)
-    solved = info[:, layout.STATUS] == SOLVED
-    assert solved.sum() >= 4
-    position, rotation = errors(panda.description, q, "panda_ee", targets[:6])
-    assert (position[solved] <= 1e-5).all()
-    assert (rotation[solved] <= 1e-5).all()
-    assert any(((x > panda.lower) & (x < panda.upper)).all() for x in q[solved])
+    q, info = from_seed(targets[:4], near[:4], posture=posture, steps=60)
     settled = 0
-    for x in q[solved]:
-        J = naive.jacobian(panda.description, x, "panda_ee")
-        free = np.linalg.svd(J)[2][6]
-        at_a_limit = (x == panda.lower) | (x == panda.upper)
-        settled += at_a_limit.any() or abs(free @ (posture - x)) < 1e-6
-    assert settled >= 4  # the pose comes first: now and then the steps end before the posture is used up
+    for x, T, status in zip(q[:, 0], targets, info[:, 0, layout.STATUS], strict=False):
+        if status == SOLVED:
+            assert np.max(errors(panda.description, [x], "panda_ee", T)) <= 1e-5
+            free = np.linalg.svd(naive.jacobian(panda.description, x, "panda_ee"))[2][6]
+            at_a_limit = (x == panda.lower) | (x == panda.upper)
+            settled += at_a_limit.any() or abs(free @ (posture - x)) < 1e-6
+    assert settled >= 3  # the pose comes first: now and then the steps end before the posture is used up
 
 
-def test_what_is_not_found_returns_the_best_met_after_the_whole_budget(panda, search):
-    targets = np.array([NO_TARGET, NO_TARGET])
-    q, info = search(targets, np.tile(panda.home, (2, 1)), max_iterations=3 * STEPS)
-    assert set(info[:, layout.STATUS]) == {NOT_FOUND}
-    assert set(info[:, layout.ITERATIONS]) == {3 * STEPS}
-    position, rotation = errors(panda.description, q, "panda_ee", targets)
-    assert_close(info[:, layout.POSITION_ERROR], position, atol=1e-13)
-    assert_close(info[:, layout.ROTATION_ERROR], rotation, atol=1e-12)
-    assert (position < 4.6).all()  # the arm, 1.2 m long with its end, stretches towards it
-    assert ((q >= panda.lower) & (q <= panda.upper)).all()
-
-
-def test_a_larger_budget_never_ends_with_a_larger_error(panda, search):
-    squares = []
-    for budget in (0, 1, STEPS, 2 * STEPS, 4 * STEPS):
-        _, info = search(NO_TARGET[None], panda.home[None], max_iterations=budget)
-        assert info[0, layout.ITERATIONS] == budget
-        if budget % STEPS == 0 and budget:
-            squares.append(info[0, layout.POSITION_ERROR] ** 2 + info[0, layout.ROTATION_ERROR] ** 2)
-    assert squares == sorted(squares, reverse=True)
+def test_a_straight_arm_cannot_be_pulled_back_along_itself():
+    """Every column is square to the error: the seed's own start stays where it is, and says so."""
+    arm = zoo.of_chain(*["continuous"] * 3, "fixed", origin=naive.transform(p=(1.0, 0, 0)))
+    search = Search(build_tree(arm), "l4", np.full((1, 3), np.nan))
+    q, info = search(naive.transform(p=(3.5, 0, 0))[None], np.zeros((1, 3)))
+    assert info[0, 0, layout.STATUS] == NOT_FOUND
+    assert_close(q[0, 0], np.zeros(3), atol=0)
 
 
 @pytest.mark.parametrize("far", [1e5, 1e6, 1e100, 1e160, 1e300])
-def test_a_target_however_far_is_refused_or_leaves_a_configuration_within_the_limits(panda, search, far):
-    q, info = search(naive.transform(p=(far, 0, 0))[None], panda.home[None], max_iterations=2 * STEPS)
-    assert info[0, layout.STATUS] == NOT_FOUND or (far > LARGEST and info[0, layout.STATUS] == NOT_A_POSE)
-    assert ((q >= panda.lower) & (q <= panda.upper)).all() or info[0, layout.STATUS] == NOT_A_POSE
+def test_a_target_however_far_is_refused_or_leaves_a_configuration_within_the_limits(panda, from_seed, far):
+    q, info = from_seed(naive.transform(p=(far, 0, 0))[None], panda.home[None])
+    assert info[0, 0, layout.STATUS] == (NOT_FOUND if far <= LARGEST else NOT_A_POSE)
+    assert far > LARGEST or ((q >= panda.lower) & (q <= panda.upper)).all()
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e9])
 def test_what_is_no_pose_is_told_and_spoils_no_other_target(panda, search, goals, bad):
     _, targets = goals
-    seeds = np.tile(panda.home, (4, 1))
-    q, info = search(targets[:4], seeds)
+    q, info = search(targets[:3], panda.home[None])
     for entry in [(0, 0), (2, 1), (3, 3)]:
-        spoilt = targets[:4].copy()
+        spoilt = targets[:3].copy()
         spoilt[(1, *entry)] = bad
-        q_beside, info_beside = search(spoilt, seeds)
-        assert info_beside[1, layout.STATUS] == NOT_A_POSE
-        assert np.array_equal(q_beside[[0, 2, 3]], q[[0, 2, 3]])
-        assert np.array_equal(info_beside[[0, 2, 3]], info[[0, 2, 3]])
+        q_beside, info_beside = search(spoilt, panda.home[None])
+        assert set(info_beside[1, :, layout.STATUS]) == {NOT_A_POSE}
+        assert np.array_equal(q_beside[[0, 2]], q[[0, 2]])
+        assert np.array_equal(info_beside[[0, 2]], info[[0, 2]])
+    q, info = search(spoilt, panda.home[None], order=[1], first_wins=True)
+    assert info[0, 0, layout.STATUS] == NOT_A_POSE
