@@ -117,7 +117,6 @@ def _targets(T: ArrayLike) -> Array:
 def refuse_what_is_no_pose(T: ArrayLike) -> None:
     """Raise the ``InputError`` that says which target is no rigid motion."""
     as_pose(as_floats("T", T))
-    raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
 
 
 def _in_task_frame(chain: Array, targets: Array, turn: Array | None) -> tuple[Array, Array]:
@@ -136,6 +135,8 @@ def _in_task_frame(chain: Array, targets: Array, turn: Array | None) -> tuple[Ar
 def _columns(tree: Tree, held: Iterable[str]) -> tuple[int, ...]:
     """The entries of q that belong to the joints that are held."""
     columns: list[int] = []
+    if not isinstance(held, Iterable):
+        raise InputError("held", f"{held!r}; names of joints are expected")
     for name in [held] if isinstance(held, str) else held:
         if name not in tree.joint_names:
             raise UnknownNameError("joint", str(name), tree.joint_names)

@@ -1,4 +1,4 @@
-"""Jobs of a search into the lanes and out again: targets, bounds and starts in, answers out. They branch: for one lane at a time."""
+"""Jobs of a search into the lanes and out again: targets, bounds and starts in, answers out. For one lane at a time."""
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ulna.kernels.lane_search import (
     TAKEN,
 )
 from ulna.kernels.lanes import WIDTH
+from ulna.kernels.layout import LARGEST
 from ulna.kernels.search_layout import (
     DAMPING,
     ITERATIONS,
@@ -66,6 +67,8 @@ def start_at(box, seed, shares, start, q_rows, lane):
         share = shares[start, j]
         x = box[LOW, j] + share * (box[HIGH, j] - box[LOW, j]) if share >= 0.0 else seed[j]
         q_rows[j, lane] = min(max(x, box[LOWER, j]), box[UPPER, j])
+        if not (share >= 0.0 or abs(seed[j]) <= LARGEST):
+            q_rows[j, lane] = np.nan  # it solves nothing, and the caller then looks at the seed
 
 
 @kernel
