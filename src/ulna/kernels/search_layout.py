@@ -1,5 +1,6 @@
 """What the searches for a configuration share: the settings they read, the information they write, the status codes."""
 
+# NOT_A_POSE: the target is no rigid motion, or the seed out of range: the caller looks which.
 SOLVED, NOT_FOUND, NOT_A_POSE, STATIONARY = 0, 1, 2, 3
 
 # What a task asks of the six components of the pose error, in the target's axes.

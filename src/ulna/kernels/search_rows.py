@@ -19,7 +19,6 @@ from ulna.kernels.lane_search import (
     TAKEN,
 )
 from ulna.kernels.lanes import WIDTH
-from ulna.kernels.layout import LARGEST
 from ulna.kernels.search_layout import (
     DAMPING,
     ITERATIONS,
@@ -67,8 +66,6 @@ def start_at(box, seed, shares, start, q_rows, lane):
         share = shares[start, j]
         x = box[LOW, j] + share * (box[HIGH, j] - box[LOW, j]) if share >= 0.0 else seed[j]
         q_rows[j, lane] = min(max(x, box[LOWER, j]), box[UPPER, j])
-        if not (share >= 0.0 or abs(seed[j]) <= LARGEST):
-            q_rows[j, lane] = np.nan  # it solves nothing, and the caller then looks at the seed
 
 
 @kernel
