@@ -18,7 +18,7 @@ from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
 _STARTS = 64  # tried without limits before the limits are not to blame
-_SETTLING_STEPS = 200
+_SETTLING_STEPS = 100
 _SINGULAR = 1e-3  # of the largest singular value times the error's size
 
 
@@ -85,7 +85,8 @@ def explain_open(search: Search, reasons: Reasons, *, out_of_time: bool) -> None
         return
     plain = limit_bounds(problem.tree.bounds)
     if len(open_) and not np.array_equal(np.broadcast_to(plain, problem.bounds.shape), problem.bounds):
-        solved = _blame(search, reasons, open_, plain, Status.BEYOND_MAX_STEP)
+        narrowed = Status.HELD_JOINTS if np.isinf(problem.max_step) else Status.BEYOND_MAX_STEP
+        solved = _blame(search, reasons, open_, plain, narrowed)
         open_ = open_[~solved]
     if len(open_):
         solved = _blame(search, reasons, open_, _without_limits(problem), Status.JOINT_LIMITS)
@@ -100,9 +101,9 @@ def _set(search: Search, targets: NDArray[np.int64], status: Status) -> None:
 
 
 def _blame(search: Search, reasons: Reasons, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.bool_]:
-    """Search within other bounds; where that solves, tell by how much the problem's own bounds are passed, at least."""
+    """Search within other bounds; where that solves, tell by how much the problem's own are passed: by the least of those met."""
     problem = replace(search.problem, bounds=bounds)
-    q, info = jobs(problem, order, Round(0, _STARTS, 3 * STEPS))
+    q, info = jobs(problem, order, Round(0, _STARTS, 3 * STEPS, from_seed=True))
     own = search.problem.bounds[np.minimum(order, len(search.problem.bounds) - 1)][:, None]
     if status == Status.JOINT_LIMITS:
         q = _turned_towards(problem, q, own[:, :, 0], own[:, :, 1])
@@ -151,10 +152,10 @@ def settle_open(search: Search, price: Price | None, *, out_of_time: bool) -> No
     rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
     if out_of_time or problem.budget < DEFAULT_BUDGET or not len(rest):
         return
-    part, before = Round(0, 1, _SETTLING_STEPS, from_seed=True), search.info[rest]
+    part, before = Round(0, 8, _SETTLING_STEPS, from_seed=True, calm=True), search.info[rest]
     q, info = jobs(replace(problem, seeds=search.q), rest, part)
-    info[:, 0, layout.START] = before[:, layout.START]
-    info[:, 0, layout.ITERATIONS] += before[:, layout.ITERATIONS]
+    info[:, :, layout.START] = before[:, None, layout.START]
+    info[:, :, layout.ITERATIONS] += before[:, None, layout.ITERATIONS]
     search.keep(rest, q, info, part, price)
     unsolved = search.info[rest, layout.STATUS] != layout.SOLVED
     search.info[rest[unsolved], layout.STATUS] = before[unsolved, layout.STATUS]

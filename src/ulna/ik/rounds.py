@@ -35,6 +35,7 @@ class Round:
     steps: int
     from_seed: bool = False
     with_posture: bool = False
+    calm: bool = False
 
 
 def rounds_of(problem: Problem, many: int, *, seed_alone: bool) -> Iterator[Round]:
@@ -127,8 +128,7 @@ def jobs(problem: Problem, order: NDArray[np.int64], part: Round) -> tuple[Array
     if part.count > len(starts):
         starts = np.vstack([starts, shares(n_dof, problem.seed, part.first, part.count - len(starts))])
     settings = problem.settings.copy()
-    settings[layout.STEPS], settings[layout.BUDGET] = part.steps, part.steps * part.count
-    settings[layout.WITH_POSTURE] = part.with_posture
+    settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
 
     def piece(begin: int, end: int) -> None:
