@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _MOST_KEPT = 64  # searches made ready
+_POSE, _NONE, _DEFAULT_METHOD = "pose", (), "levenberg_marquardt"  # seen to be what they are without a comparison
 
 
 def load(
@@ -236,14 +237,14 @@ class Robot:
         T: ArrayLike,
         q_seed: ArrayLike | None = None,
         link: str | None = None,
-        method: str = "levenberg_marquardt",
+        method: str = _DEFAULT_METHOD,
         seed: int = 0,
         *,
-        task: Task | str = "pose",
+        task: Task | str = _POSE,
         world: World | None = None,
         rank: str | None = None,
         posture: ArrayLike | str | None = None,
-        held: Iterable[str] = (),
+        held: Iterable[str] = _NONE,
         max_step: float | None = None,
         position_tolerance: float = 1e-5,
         rotation_tolerance: float = 1e-5,
@@ -289,9 +290,9 @@ class Robot:
             >>> print(panda.inverse_kinematics(panda.forward_kinematics(panda.home) + 0.0).status)
             solved
         """
-        plain = task == "pose" and world is None and rank is None and posture is None and max_step is None and not held
-        plain = plain and type(position_tolerance) is type(rotation_tolerance) is float and type(seed) is int and not trace
-        if plain and max_iterations is None and time_limit is None and method == "levenberg_marquardt":
+        plain = world is rank is posture is max_step is max_iterations is time_limit is threads is None and not trace
+        plain = plain and type(position_tolerance) is type(rotation_tolerance) is float and type(seed) is int
+        if plain and task is _POSE and held is _NONE and method is _DEFAULT_METHOD and (link is None or type(link) is str):
             key = link, position_tolerance, rotation_tolerance, seed
             quick = self._quick.get(key) or self._quick_search(key)
             result = quick.solve(T, q_seed)
@@ -317,6 +318,102 @@ class Robot:
             trace=trace,
             obstacles=None if world is None else self._obstacles(self, world),
         )
+
+    def inverse_kinematics_all(
+        self,
+        T: ArrayLike,
+        q_seed: ArrayLike | None = None,
+        link: str | None = None,
+        seed: int = 0,
+        *,
+        task: Task | str = "pose",
+        position_tolerance: float = 1e-5,
+        rotation_tolerance: float = 1e-5,
+        n_spread: int = 16,
+    ) -> Array:
+        """The distinct joint positions that bring a link to a pose, within the joint limits.
+
+        Args:
+            T: The pose to reach, T_base_link, shape (4, 4).
+            q_seed: The solutions come nearest to this first [rad or m], shape (n_dof,); ``home`` unless given.
+            link: The link's name; the tip unless given.
+            seed: Chooses the random starts; the result depends on nothing else.
+            task: What of the pose has to be met; see ``inverse_kinematics``.
+            position_tolerance: Largest distance that counts as reached [m].
+            rotation_tolerance: Largest angle that counts as reached [rad].
+            n_spread: How many, well apart, are taken from a continuum of solutions.
+
+        Returns:
+            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task asks components, every branch
+            that the search met, each once, whole turns aside; for others a spread set.
+
+        Example:
+            >>> planar = Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
+            >>> elbows = planar.inverse_kinematics_all(planar.forward_kinematics([0.3, 0.5]), task="position")
+            >>> len(elbows)
+            2
+        """
+        return self._search.inverse_kinematics_all(
+            self.tree,
+            T,
+            self._the_tip if link is None else link,
+            self.home,
+            q_seed=q_seed,
+            seed=seed,
+            task=task,
+            tolerances=(position_tolerance, rotation_tolerance),
+            n_spread=n_spread,
+        )
+
+    def differential_ik(
+        self,
+        q: ArrayLike,
+        twist: ArrayLike,
+        dt: float,
+        link: str | None = None,
+        expressed_in: str = "base",
+        *,
+        damping: float = 0.01,
+        out: Array | None = None,
+    ) -> Array:
+        """The joint velocities that give a link a twist for one step, as well as velocity and position limits allow.
+
+        They minimise |J qd - twist|^2 + damping^2 |qd|^2 within the limits: the only minimum, near singularities too, where the
+        damping keeps them short.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            twist: v [m/s] and w [rad/s] of the link, shape (..., 6).
+            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits.
+            link: The link's name; the tip unless given.
+            expressed_in: The frame of the twist; see ``jacobian``.
+            damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
+                the smallest singular value of J; no joint moves faster than |twist| / (2 damping).
+            out: Written to and returned if given: a float64 array of the result's shape.
+
+        Returns:
+            qd [rad/s or m/s], shape (..., n_dof).
+
+        Example:
+            >>> panda = load("panda")
+            >>> qd = panda.differential_ik(panda.home, [0.1, 0, 0, 0, 0, 0], dt=0.001)
+            >>> (panda.jacobian(panda.home) @ qd).round(3)
+            array([0.1, ...])
+        """
+        link = self._the_tip if link is None else link
+        return self._differential.differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out)
+
+    def manipulability(self, q: ArrayLike, link: str | None = None) -> Array:
+        """How well a link can be moved in all directions: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            link: The link's name; the tip unless given.
+
+        Returns:
+            Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints.
+        """
+        return self._jacobian.manipulability(self.tree, q, self._the_tip if link is None else link)
 
     # ---- collision ----------------------------------------------------------------------------------------------------
 
@@ -376,6 +473,12 @@ class Robot:
         from ulna.ik import search
 
         return search
+
+    @cached_property
+    def _differential(self):
+        from ulna.ik import differential
+
+        return differential
 
     @cached_property
     def _obstacles(self):

@@ -10,7 +10,7 @@ from ulna.ik.bounds import limit_bounds
 from ulna.ik.problem import DEFAULT_BUDGET, STEPS, Problem
 from ulna.ik.reach import Reach, reach_of
 from ulna.ik.result import CODES, Status
-from ulna.ik.rounds import Round, Search, jobs
+from ulna.ik.rounds import Price, Round, Search, jobs
 from ulna.kernels import search_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
@@ -18,7 +18,7 @@ from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
 _STARTS = 64  # tried without limits before the limits are not to blame
-_SETTLING_STEPS = 200
+_SETTLING_STEPS = 100
 _SINGULAR = 1e-3  # of the largest singular value times the error's size
 
 
@@ -39,16 +39,12 @@ def close_unreachable(search: Search, reasons: Reasons) -> None:
         return
     order = np.flatnonzero(search.open)
     excess = reach.excess(_link_targets(problem, order), position_only=problem.task.kind != layout.WHOLE_POSE)
-    beyond = excess > slack + problem.tolerances[0] + (reach.most + 1.0) * _turned(problem)
+    turned = problem.tolerances[1] if problem.task.kind == layout.WHOLE_POSE else 0.0
+    beyond = excess > slack + problem.tolerances[0] + turned * np.linalg.norm(reach.end_point)
     for i, value in zip(order[beyond], excess[beyond], strict=True):
         reasons.reach_excess[int(i)] = float(value - slack)
     search.info[order[beyond], layout.STATUS] = CODES[Status.UNREACHABLE]
     search.open[order[beyond]] = False
-
-
-def _turned(problem: Problem) -> float:
-    """How much the tolerance of the rotation may move a point of the end's frame, as a share of its distance."""
-    return problem.tolerances[1] if problem.task.kind == layout.WHOLE_POSE else 0.0
 
 
 @lru_cache(maxsize=64)
@@ -79,16 +75,18 @@ def explain_open(search: Search, reasons: Reasons, *, out_of_time: bool) -> None
     problem = search.problem
     close_unreachable(search, reasons)
     open_ = np.flatnonzero(search.open)
-    collided = ~np.isnan(search.rejected[open_]).any(axis=1)
+    collided = np.isin(open_, list(search.rejected))
+    for i in open_[collided]:
+        search.q[i], search.info[i] = search.rejected[int(i)]
     _set(search, open_[collided], Status.IN_COLLISION)
-    search.q[open_[collided]] = search.rejected[open_[collided]]
     open_ = open_[~collided]
     if out_of_time or problem.budget < DEFAULT_BUDGET:
         _set(search, open_, Status.BUDGET_SPENT)
         return
     plain = limit_bounds(problem.tree.bounds)
     if len(open_) and not np.array_equal(np.broadcast_to(plain, problem.bounds.shape), problem.bounds):
-        solved = _blame(search, reasons, open_, plain, Status.BEYOND_MAX_STEP)
+        narrowed = Status.HELD_JOINTS if np.isinf(problem.max_step) else Status.BEYOND_MAX_STEP
+        solved = _blame(search, reasons, open_, plain, narrowed)
         open_ = open_[~solved]
     if len(open_):
         solved = _blame(search, reasons, open_, _without_limits(problem), Status.JOINT_LIMITS)
@@ -103,9 +101,9 @@ def _set(search: Search, targets: NDArray[np.int64], status: Status) -> None:
 
 
 def _blame(search: Search, reasons: Reasons, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.bool_]:
-    """Search within other bounds; where that solves, tell by how much the problem's own bounds are passed, at least."""
+    """Search within other bounds; where that solves, tell by how much the problem's own are passed: by the least of those met."""
     problem = replace(search.problem, bounds=bounds)
-    q, info = jobs(problem, order, Round(0, _STARTS, 3 * STEPS))
+    q, info = jobs(problem, order, Round(0, _STARTS, 3 * STEPS, from_seed=True))
     own = search.problem.bounds[np.minimum(order, len(search.problem.bounds) - 1)][:, None]
     if status == Status.JOINT_LIMITS:
         q = _turned_towards(problem, q, own[:, :, 0], own[:, :, 1])
@@ -148,18 +146,19 @@ def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
     return turning
 
 
-def settle_open(search: Search, *, out_of_time: bool) -> None:
+def settle_open(search: Search, price: Price | None, *, out_of_time: bool) -> None:
     """Let the best configurations of what is not solved come to rest: the best pose that can be met from there."""
     problem = search.problem
     rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
     if out_of_time or problem.budget < DEFAULT_BUDGET or not len(rest):
         return
-    here = replace(problem, seeds=search.q)
-    q, info = jobs(here, rest, Round(0, 1, _SETTLING_STEPS, from_seed=True))
-    better = info[:, 0, layout.MISSED] < search.info[rest, layout.MISSED]
-    kept = [layout.STATUS, layout.START, layout.ITERATIONS]
-    info[:, 0, kept] = search.info[rest][:, kept]
-    search.q[rest[better]], search.info[rest[better]] = q[better, 0], info[better, 0]
+    part, before = Round(0, 8, _SETTLING_STEPS, from_seed=True, calm=True), search.info[rest]
+    q, info = jobs(replace(problem, seeds=search.q), rest, part)
+    info[:, :, layout.START] = before[:, None, layout.START]
+    info[:, :, layout.ITERATIONS] += before[:, None, layout.ITERATIONS]
+    search.keep(rest, q, info, part, price)
+    unsolved = search.info[rest, layout.STATUS] != layout.SOLVED
+    search.info[rest[unsolved], layout.STATUS] = before[unsolved, layout.STATUS]
 
 
 def _is_singular(problem: Problem, i: int, q: Array, info: Array) -> bool:

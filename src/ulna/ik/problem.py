@@ -43,6 +43,7 @@ class Problem:
     settings: Array
     tolerances: tuple[float, float]
     seed: int
+    max_step: float
     budget: int
     time_limit: float
     threads: int
@@ -80,6 +81,7 @@ def make_problem(
     settings[layout.WITH_POSTURE] = posture is not None
     if max_step is not None and q_seed is None:
         raise InputError("max_step", "bounds the way from q_seed, so q_seed is needed too")
+    step = np.inf if max_step is None else positive("max_step", max_step)
     chain, targets = _in_task_frame(tree.chain(link), targets.reshape(-1, 4, 4), task.turn)
     return Problem(
         tree=tree,
@@ -88,9 +90,10 @@ def make_problem(
         targets=targets,
         batch=batch,
         task=task,
-        seeds=seeds,
+        seeds=np.clip(seeds, tree.lower, tree.upper),
         seeded=q_seed is not None,
-        bounds=bounds_of(tree, seeds, _columns(tree, held), None if max_step is None else positive("max_step", max_step)),
+        bounds=bounds_of(tree, seeds, _columns(tree, held), step),
+        max_step=step,
         posture=home.copy() if posture is None else _posture(tree, posture),
         settings=settings,
         tolerances=tolerances,
@@ -117,7 +120,6 @@ def _targets(T: ArrayLike) -> Array:
 def refuse_what_is_no_pose(T: ArrayLike) -> None:
     """Raise the ``InputError`` that says which target is no rigid motion."""
     as_pose(as_floats("T", T))
-    raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
 
 
 def _in_task_frame(chain: Array, targets: Array, turn: Array | None) -> tuple[Array, Array]:
@@ -136,6 +138,8 @@ def _in_task_frame(chain: Array, targets: Array, turn: Array | None) -> tuple[Ar
 def _columns(tree: Tree, held: Iterable[str]) -> tuple[int, ...]:
     """The entries of q that belong to the joints that are held."""
     columns: list[int] = []
+    if not isinstance(held, Iterable):
+        raise InputError("held", f"{held!r}; names of joints are expected")
     for name in [held] if isinstance(held, str) else held:
         if name not in tree.joint_names:
             raise UnknownNameError("joint", str(name), tree.joint_names)
@@ -144,14 +148,13 @@ def _columns(tree: Tree, held: Iterable[str]) -> tuple[int, ...]:
 
 
 def _seeds(tree: Tree, q_seed: ArrayLike, batch: tuple[int, ...]) -> Array:
-    """One seed for all targets or one for each, moved into the limits."""
+    """One seed for all targets or one for each."""
     seeds = as_positions(q_seed, tree, "q_seed")
     refuse_out_of_range(seeds, "q_seed")
-    seeds = np.clip(seeds, tree.lower, tree.upper)
     if seeds.ndim == 1:
         return seeds.reshape(1, -1)
     try:
-        return flat(np.ascontiguousarray(np.broadcast_to(seeds, (*batch, tree.n_dof))))
+        return flat(np.array(np.broadcast_to(seeds, (*batch, tree.n_dof))))
     except ValueError:
         message = f"shape {seeds.shape} does not go with targets of batch shape {batch}: give one seed, or one for each target"
         raise InputError("q_seed", message) from None

@@ -28,8 +28,7 @@ class QuickSearch:
         settings = np.zeros(layout.N_SETTINGS)
         settings[layout.POSITION_TOLERANCE] = positive("position_tolerance", tolerances[0])
         settings[layout.ROTATION_TOLERANCE] = positive("rotation_tolerance", tolerances[1])
-        settings[layout.FIRST_WINS], settings[layout.BUDGET] = 1.0, np.inf
-        settings[layout.STEPS] = STEPS
+        settings[layout.FIRST_WINS], settings[layout.STEPS] = 1.0, STEPS
         seeded = settings.copy()
         seeded[layout.STEPS] = SEEDED_STEPS
         random = np.vstack([seed_share(tree.n_dof), shares(tree.n_dof, as_count("seed", seed), 0, _STARTS - 1)])

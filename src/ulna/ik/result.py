@@ -18,6 +18,7 @@ class Status(StrEnum):
     UNREACHABLE = "unreachable"
     JOINT_LIMITS = "joint limits"
     BEYOND_MAX_STEP = "beyond max_step"
+    HELD_JOINTS = "held joints"
     IN_COLLISION = "in collision"
     SINGULAR = "singular"
     STATIONARY = "stationary"
@@ -34,8 +35,14 @@ CODES = {
     Status.JOINT_LIMITS: 11,
     Status.BEYOND_MAX_STEP: 12,
     Status.IN_COLLISION: 13,
+    Status.HELD_JOINTS: 16,
     Status.SINGULAR: 14,
     Status.BUDGET_SPENT: 15,
+}
+_NARROWED = {
+    Status.JOINT_LIMITS: "only beyond the limits",
+    Status.BEYOND_MAX_STEP: "only beyond max_step",
+    Status.HELD_JOINTS: "only if what is held moved",
 }
 _OF_CODE = {float(code): status for status, code in CODES.items()}
 
@@ -52,6 +59,7 @@ class IKResult:
     ``unreachable``           A certificate: the target lies outside the arm's reach, by at least ``reach_excess``.
     ``joint limits``          Solved if the limits were ignored; ``limit_excess`` tells which joints, by how much.
     ``beyond max_step``       Solved only by a larger step than ``max_step``; ``limit_excess`` tells by how much.
+    ``held joints``           Solved only if the joints that are held moved; ``limit_excess`` tells by how much.
     ``in collision``          Every configuration found collides; ``collisions`` names the pairs.
     ``singular``              The arm cannot move at all in the direction that is missing, whatever its limits.
     ``stationary``            Steepest descent came to rest short of the target.
@@ -181,9 +189,9 @@ def _reason(result: IKResult, notes: dict) -> str:
     status = result.status
     if status == Status.UNREACHABLE:
         return f"{notes['bound']}, {result.reach_excess * 1e3:.3g} mm are missing"
-    if status in (Status.JOINT_LIMITS, Status.BEYOND_MAX_STEP):
+    if status in _NARROWED:
         beyond = [f"{name} by {x:.3g}" for name, x in zip(notes["entries"], result.limit_excess, strict=True) if x > 0]
-        return f"only beyond {'the limits' if status == Status.JOINT_LIMITS else 'max_step'}: {', '.join(beyond)}"
+        return f"{_NARROWED[status]}: {', '.join(beyond)}"
     if status == Status.IN_COLLISION:
         return ", ".join(f"{a} hits {b}" for a, b in result.collisions[:4])
     if status == Status.SINGULAR:

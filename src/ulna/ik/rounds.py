@@ -28,25 +28,30 @@ _MOST_STARTS = 128  # of a target in one round
 
 @dataclass(frozen=True)
 class Round:
-    """Starts ``first`` to ``first + count``: from the seed if ``count`` is one and ``from_seed``, else random."""
+    """``count`` starts for every target: random ones from number ``first`` on, after the seed itself if ``from_seed``."""
 
     first: int
     count: int
     steps: int
     from_seed: bool = False
     with_posture: bool = False
+    calm: bool = False
 
 
-def rounds_of(problem: Problem, many: int) -> Iterator[Round]:
-    """The seed first, then ``many`` random starts a target, twice as many, and so on; the steps of all are within the budget."""
+def rounds_of(problem: Problem, many: int, *, seed_alone: bool) -> Iterator[Round]:
+    """The seed first, then ``many`` random starts a target, twice as many, and so on; the steps of all are within the budget.
+
+    Unless the seed goes alone, it is one of ``many`` in the first round.
+    """
     left, first = problem.budget, 0
     if problem.settings[layout.WITH_POSTURE]:
         yield Round(0, 1, min(SEEDED_STEPS, left), from_seed=True, with_posture=True)
         left -= SEEDED_STEPS
     steps = SEEDED_STEPS if problem.seeded else STEPS
     if left > 0 or left == problem.budget:
-        yield Round(0, 1, min(steps, left), from_seed=True)
-        left -= steps
+        count = 1 if seed_alone else max(1, min(many, left // steps))
+        yield Round(0, count, min(steps, left), from_seed=True)
+        left, first = left - count * steps, count - 1
     while left > 0:
         count = min(many, -(-left // STEPS))
         yield Round(first, count, min(STEPS, left))
@@ -61,8 +66,8 @@ class Search:
     q: Array
     info: Array
     open: NDArray[np.bool_]
-    rejected: Array
-    """Of configurations that solve the target and have no price (they collide), one each, NaN where there is none."""
+    rejected: dict[int, tuple[Array, Array]]
+    """Of the configurations that solve a target and have no price (they collide) one each, with its information."""
 
     @classmethod
     def of(cls, problem: Problem) -> "Search":
@@ -70,15 +75,18 @@ class Search:
         n, n_dof = len(problem.targets), problem.tree.n_dof
         info = np.zeros((n, layout.N_INFO))
         info[:, layout.STATUS], info[:, layout.MISSED] = layout.NOT_FOUND, np.inf
-        return cls(problem, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), np.full((n, n_dof), np.nan))
+        return cls(problem, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), {})
 
     def run(self, part: Round, price: Price | None) -> None:
         """Give every open target the starts of a round, and keep what is better than before."""
         order = np.flatnonzero(self.open)
-        q, info = jobs(self.problem, order, part)
+        self.keep(order, *jobs(self.problem, order, part), part, price)
+
+    def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Round, price: Price | None) -> None:
+        """Keep what is better than before for some targets, and close those that are solved."""
         solved = info[:, :, layout.STATUS] == layout.SOLVED
         costs = np.where(solved, 0.0 if price is None else price(order, q), np.inf)
-        self._note_rejected(order, q, solved, costs)
+        self._note_rejected(order, q, info, solved & np.isinf(costs))
         chosen = np.where(np.isfinite(costs).any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
         row = np.arange(len(order))
         q, info, accepted = q[row, chosen], info[row, chosen], np.isfinite(costs[row, chosen])
@@ -88,23 +96,25 @@ class Search:
         self.q[order[better]], self.info[order[better]] = q[better], info[better]
         self.open[order[accepted | (info[:, layout.STATUS] == layout.NOT_A_POSE)]] = False
 
-    def _note_rejected(self, order: NDArray, q: Array, solved: NDArray, costs: Array) -> None:
-        refused = solved & np.isinf(costs)
-        some = refused.any(axis=1)
-        self.rejected[order[some]] = q[some, refused[some].argmax(axis=1)]
+    def _note_rejected(self, order: NDArray[np.int64], q: Array, info: Array, refused: NDArray[np.bool_]) -> None:
+        for row in np.flatnonzero(refused.any(axis=1)):
+            k = refused[row].argmax()
+            self.rejected.setdefault(int(order[row]), (q[row, k].copy(), info[row, k].copy()))
 
 
-def search_in_rounds(problem: Problem, price: Price | None, many: int, give_up: Callable[[Search], None]) -> tuple[Search, bool]:
+def search_in_rounds(
+    problem: Problem, price: Price | None, many: int, give_up: Callable[[Search], None], *, seed_alone: bool
+) -> tuple[Search, bool]:
     """All rounds until no target is open, the budget is spent or time is up; True if time was up.
 
     After the first random starts ``give_up`` closes targets that are hopeless.
     """
     search, end = Search.of(problem), time.monotonic() + problem.time_limit
-    for number, part in enumerate(rounds_of(problem, many)):
+    for number, part in enumerate(rounds_of(problem, many, seed_alone=seed_alone)):
         if number and time.monotonic() >= end:
             return search, bool(search.open.any())
         search.run(part, price)
-        if search.open.any() and not part.from_seed and part.first == 0:
+        if number == 1 and search.open.any():
             give_up(search)
         if not search.open.any():
             break
@@ -114,10 +124,11 @@ def search_in_rounds(problem: Problem, price: Price | None, many: int, give_up: 
 def jobs(problem: Problem, order: NDArray[np.int64], part: Round) -> tuple[Array, Array]:
     """The answers of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
     n_dof = problem.tree.n_dof
-    starts = seed_share(n_dof) if part.from_seed else shares(n_dof, problem.seed, part.first, part.count)
+    starts = seed_share(n_dof) if part.from_seed else np.empty((0, n_dof))
+    if part.count > len(starts):
+        starts = np.vstack([starts, shares(n_dof, problem.seed, part.first, part.count - len(starts))])
     settings = problem.settings.copy()
-    settings[layout.STEPS], settings[layout.BUDGET] = part.steps, part.steps * part.count
-    settings[layout.WITH_POSTURE] = part.with_posture
+    settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
 
     def piece(begin: int, end: int) -> None:

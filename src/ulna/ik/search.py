@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, did_you_mean
+from ulna.ik.all_solutions import all_solutions
 from ulna.ik.choice import price_of
 from ulna.ik.explain import Reasons, close_unreachable, explain_open, reach_in_words, settle_open
 from ulna.ik.obstacles import Obstacles
-from ulna.ik.problem import DEFAULT_BUDGET, Problem, make_problem, refuse_what_is_no_pose
+from ulna.ik.problem import DEFAULT_BUDGET, Problem, as_count, make_problem, refuse_what_is_no_pose
 from ulna.ik.result import CODES, IKResult, Status
-from ulna.ik.rounds import Search, search_in_rounds
+from ulna.ik.rounds import Price, Search, search_in_rounds
 from ulna.ik.task import Task, as_task
 from ulna.ik.textbook import TEXTBOOK, follow
 from ulna.ik.trace import convergence
@@ -63,7 +64,7 @@ def inverse_kinematics(
                 raise InputError(name, f"the method {method!r} takes none: it goes from the seed alone, wherever that leads")
         return _as_result(problem, *follow(problem, method, trace=trace), T)
     price = price_of(problem, rank, obstacles)
-    search, reasons = _search(problem, price, many=_FEW if rank is None and obstacles is None else _MANY)
+    search, reasons = _search(problem, price, many=_FEW if rank is None and obstacles is None else _MANY, seed_alone=rank is None)
     notes = {"reach_excess": reasons.reach_excess, "limit_excess": reasons.limit_excess, "turn": problem.task.turn}
     if not problem.batch and reasons.reach_excess:
         notes["bound"] = reach_in_words(problem, 0)
@@ -77,11 +78,36 @@ def inverse_kinematics(
     return _as_result(problem, search.q, search.info, notes, T)
 
 
-def _search(problem: Problem, price, many: int) -> tuple[Search, Reasons]:
+def inverse_kinematics_all(
+    tree: Tree,
+    T: ArrayLike,
+    link: str,
+    home: Array,
+    *,
+    q_seed: ArrayLike | None,
+    seed: int,
+    task: Task | str,
+    tolerances: tuple[float, float],
+    n_spread: int,
+) -> Array:
+    """Distinct solutions, shape (n, n_dof); see ``Robot.inverse_kinematics_all``."""
+    problem = make_problem(
+        tree, T, link, home, q_seed=q_seed, task=as_task(task), posture=None, held=(), max_step=None, tolerances=tolerances,
+        seed=seed, budget=DEFAULT_BUDGET, time_limit=None, threads=1,
+    )  # fmt: skip
+    if problem.batch or len(problem.seeds) != 1:
+        raise InputError("T", f"shape {np.shape(T)}: all solutions are found for one target and one seed at a time")
+    refuse_what_is_no_pose(T)
+    return all_solutions(problem, as_count("n_spread", n_spread))
+
+
+def _search(problem: Problem, price: Price | None, many: int, *, seed_alone: bool) -> tuple[Search, Reasons]:
     reasons = Reasons()
-    search, out_of_time = search_in_rounds(problem, price, many, lambda search: close_unreachable(search, reasons))
+    search, out_of_time = search_in_rounds(
+        problem, price, many, lambda search: close_unreachable(search, reasons), seed_alone=seed_alone
+    )
     if not (search.info[:, layout.STATUS] == layout.SOLVED).all():
-        settle_open(search, out_of_time=out_of_time)
+        settle_open(search, price, out_of_time=out_of_time)
         explain_open(search, reasons, out_of_time=out_of_time)
     return search, reasons
 
@@ -89,6 +115,7 @@ def _search(problem: Problem, price, many: int) -> tuple[Search, Reasons]:
 def _as_result(problem: Problem, q: Array, info: Array, notes: dict, T: ArrayLike) -> IKResult:
     if (info[:, layout.STATUS] == layout.NOT_A_POSE).any():
         refuse_what_is_no_pose(T)
+        raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
     q = q.reshape(*problem.batch, q.shape[-1])
     return IKResult(q, info, problem.batch, problem.tolerances, notes)
 

@@ -3,11 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.errors import InputError
 from ulna.ik.problem import Problem
 from ulna.kernels import search_layout as layout
 from ulna.kernels.from_the_seed import DAMPED_LEAST_SQUARES, JACOBIAN_TRANSPOSE, PSEUDO_INVERSE, follow_each
 
 Array = NDArray[np.float64]
+_LONGEST_TRACE = 1_000_000
 TEXTBOOK = {
     "jacobian_transpose": JACOBIAN_TRANSPOSE,
     "damped_least_squares": DAMPED_LEAST_SQUARES,
@@ -18,6 +20,8 @@ TEXTBOOK = {
 def follow(problem: Problem, method: str, *, trace: bool) -> tuple[Array, Array, dict]:
     """q (n, n_dof), info (n, N_INFO) and the notes of the result."""
     n = len(problem.targets)
+    if trace and problem.budget > _LONGEST_TRACE:
+        raise InputError("max_iterations", f"{problem.budget}; a trace keeps at most {_LONGEST_TRACE} steps")
     q, info = np.empty((n, problem.tree.n_dof)), np.zeros((n, layout.N_INFO))
     settings = problem.settings.copy()
     settings[layout.STEPS] = problem.budget

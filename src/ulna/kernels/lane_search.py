@@ -8,7 +8,8 @@ then the upper bounds (2 n_dof); the state, as numbered below.
    (the better of the last two is its answer), or when it is negligible; failed when its steps are used up before.
 3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), kept within
    its bounds (``damped_step``). What a lane that has ended does then counts no more: its answer stands in the rows of the
-   step before.
+   step before. A CALM search adds |e| to lambda: where the target cannot be met, the curvature of the arm, which J does not
+   know, is about as large, and without it the steps would overshoot for ever.
 4. With a posture, the part of (posture - q) that leaves the pose alone is added to each step, and a lane is solved only when
    that part is used up (Liegeois 1977): dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first: a lane
    whose steps are used up at the pose has solved it.
@@ -28,9 +29,9 @@ from ulna.kernels.damped_step import (
 )
 from ulna.kernels.elementary import maximum
 from ulna.kernels.jacobian import BASE, chain_jacobian
-from ulna.kernels.lanes import load, logical_not, splat, store, where
+from ulna.kernels.lanes import load, logical_not, splat, sqrt, store, where
 from ulna.kernels.se3 import load_pose
-from ulna.kernels.search_layout import POSITION_TOLERANCE, ROTATION_TOLERANCE, TASK, WHOLE_POSE, WITH_POSTURE
+from ulna.kernels.search_layout import CALM, POSITION_TOLERANCE, ROTATION_TOLERANCE, TASK, WHOLE_POSE, WITH_POSTURE
 from ulna.kernels.task import task_error
 
 # Rows of the state. ENDED: RUNNING or how it ended; LEAST: the square of the error at the step before, if that was within the
@@ -62,7 +63,7 @@ def advance(chain, posture, settings, rows, scratch):
     p2, r2 = error_squares(e)
     settle(settings, p2, r2, whole, q_rows, last_rows, state_rows)
     release_pressed(bound_rows, q_rows, e, jacobian_rows)
-    damping = (p2 + r2) * _DAMPING + _LEAST_DAMPING
+    damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * settings[CALM] + _LEAST_DAMPING
     store(state_rows, LAMBDA, damping)
     if settings[WITH_POSTURE] != 0.0:
         move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacobian_rows, system_rows)

@@ -7,13 +7,14 @@ whatever stands beside it.
 
 import numpy as np
 
+from ulna.kernels.block import all_in_range
 from ulna.kernels.compile import entry, routine
 from ulna.kernels.damped_step import N_SYSTEM
 from ulna.kernels.lane_search import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
 from ulna.kernels.lanes import WIDTH, any_lane, load
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.se3 import matrix_pose, rigidity_defect
-from ulna.kernels.search_layout import BUDGET, FIRST_WINS, NOT_A_POSE, STATUS, STEPS, WITH_POSTURE
+from ulna.kernels.search_layout import FIRST_WINS, NOT_A_POSE, STATUS, STEPS, WITH_POSTURE
 from ulna.kernels.search_rows import answer, bound, clear, place, search_rows, start_at
 
 
@@ -58,20 +59,20 @@ def search_jobs(chain, targets, order, seeds, bounds, shares, posture, settings,
 def begin(targets, order, seeds, bounds, shares, settings, job, n_jobs, lane, rows, info):
     """Put the first job from ``job`` on that can be begun into a lane. Returns it, or -1 if none is left, and the one after.
 
-    A target that is no pose, and a start that the budget leaves no step for, are told in the information and skipped.
+    A target that is no pose, or whose seed is out of range, is told in the information and skipped.
     """
     n_starts = shares.shape[0]
     while job < n_jobs:
         i, start = order[job // n_starts], job % n_starts
-        allowed = min(settings[STEPS], settings[BUDGET] - start * settings[STEPS])
-        if not rigidity_defect(targets[i]) <= LARGEST_DEFECT:
+        seed = seeds[min(i, seeds.shape[0] - 1)]
+        if not rigidity_defect(targets[i]) <= LARGEST_DEFECT or not all_in_range(seed):
             info[0 if settings[FIRST_WINS] != 0.0 else job, STATUS] = NOT_A_POSE
-        elif start == 0 or allowed > 0:
+        else:
             place(matrix_pose(targets[i]), rows[2], lane)
             box = bounds[min(i, bounds.shape[0] - 1)]
             bound(box, rows[3], lane)
-            start_at(box, seeds[min(i, seeds.shape[0] - 1)], shares, start, rows[0], lane)
-            clear(rows[4], max(allowed, 0.0), settings[WITH_POSTURE], lane)
+            start_at(box, seed, shares, start, rows[0], lane)
+            clear(rows[4], settings[STEPS], settings[WITH_POSTURE], lane)
             return job, job + 1
         job += 1
     return -1, job

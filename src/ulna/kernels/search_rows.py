@@ -1,4 +1,4 @@
-"""Jobs of a search into the lanes and out again: targets, bounds and starts in, answers out. They branch: for one lane at a time."""
+"""Jobs of a search into the lanes and out again: targets, bounds and starts in, answers out. For one lane at a time."""
 
 import numpy as np
 

@@ -17,10 +17,7 @@ LEAST_COS_PITCH = 1e-6
 
 def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str) -> NDArray[np.float64]:
     """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
-    frame = EXPRESSED_IN.get(expressed_in) if isinstance(expressed_in, str) else None
-    if frame is None:
-        raise InputError("expressed_in", f"{expressed_in!r} is not a frame{did_you_mean(str(expressed_in), EXPRESSED_IN)}")
-    chain = tree.chain(link)
+    frame, chain = as_frame(expressed_in), tree.chain(link)
     q = as_positions(q, tree)
     J = np.empty((*q.shape[:-1], 6, tree.n_dof))
     if q.ndim == 1:
@@ -31,6 +28,14 @@ def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str) -
     if not good:
         refuse_out_of_range(q)
     return J
+
+
+def as_frame(expressed_in: str) -> int:
+    """The kernels' number of a frame, or an ``InputError`` that lists the frames."""
+    frame = EXPRESSED_IN.get(expressed_in) if isinstance(expressed_in, str) else None
+    if frame is None:
+        raise InputError("expressed_in", f"{expressed_in!r} is not a frame{did_you_mean(str(expressed_in), EXPRESSED_IN)}")
+    return frame
 
 
 def analytical_jacobian(tree: Tree, q: ArrayLike, link: str) -> NDArray[np.float64]:

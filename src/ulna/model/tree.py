@@ -74,6 +74,8 @@ class Tree:
 
     def chain(self, link: str) -> NDArray[np.float64]:
         """The table of the joints from the base to a link, the link's own offset last; kept once made."""
+        if not isinstance(link, str):
+            raise UnknownNameError("link", str(link), self.link_names)
         chain = self._chains.get(link)
         if chain is None:
             chain = self._chains[link] = self._make_chain(link)

@@ -1,0 +1,43 @@
+"""Inverse kinematics further: a batch, a drill, every branch, a path with a bound on its steps, and a control loop."""
+
+import numpy as np
+
+import ulna
+
+robot = ulna.load("panda")
+rng = np.random.default_rng(0)
+
+targets = robot.forward_kinematics(rng.uniform(robot.lower, robot.upper, (1000, 7)))
+print(f"a batch: {robot.inverse_kinematics(targets)}")
+assert robot.inverse_kinematics(targets).success.all()
+
+drill = robot.inverse_kinematics(targets[0], task="pointing")
+print(f"pointing: {drill}")
+assert drill.success
+assert np.abs(drill.residual[:5]).max() < 1e-5  # all but the turn about z
+
+# A UR5e (its maker's "Parameters for calculations of kinematics and dynamics") reaches most poses in eight ways.
+rows = [
+    (0, 0.1625, np.pi / 2, 0), (-0.425, 0, 0, 0), (-0.3922, 0, 0, 0),
+    (0, 0.1333, np.pi / 2, 0), (0, 0.0997, -np.pi / 2, 0), (0, 0.0996, 0, 0),
+]  # fmt: skip
+ur5e = ulna.Robot.from_dh(rows, convention="standard", limits=[(-np.pi, np.pi)] * 6, name="ur5e")
+branches = ur5e.inverse_kinematics_all(ur5e.forward_kinematics([0.3, -1.2, 1.5, -0.7, 1.1, 0.4]))
+print(f"ur5e: {len(branches)} branches")
+assert len(branches) == 8
+
+q = robot.home
+for angle in np.linspace(0, 2 * np.pi, 100):
+    T = robot.forward_kinematics(robot.home)
+    T[1, 3] += 0.1 * np.sin(angle)
+    followed = robot.inverse_kinematics(T, q, max_step=0.1)
+    assert followed.success
+    assert np.abs(followed.q - q).max() <= 0.1
+    q = followed.q
+
+q, dt = robot.home.copy(), 0.01
+for _ in range(100):
+    q += dt * robot.differential_ik(q, [0.1, 0, 0, 0, 0, 0], dt)
+moved = robot.forward_kinematics(q)[:3, 3] - robot.forward_kinematics(robot.home)[:3, 3]
+print(f"a second at 0.1 m/s: {moved.round(4)}")
+assert np.abs(moved - [0.1, 0, 0]).max() < 1e-3
