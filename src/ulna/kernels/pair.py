@@ -48,7 +48,7 @@ def ordered_distance(a, b, scratch):
     return swept(core_distance(a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], scratch), a[2][3], b[2][3])
 
 
-@routine
+@kernel
 def core_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
     """The answer for two cores, each by the shortest way there is for its kind."""
     if kind_b == HALF_SPACE:
@@ -65,7 +65,7 @@ def core_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
     return convex_distance(kind_a, a, half_a, vertices_a, kind_b, b, half_b, vertices_b, scratch)
 
 
-@kernel
+@routine
 def convex_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
     """The answer by search: of the distance, and where the cores overlap of the depth."""
     no_reach = splat(-1.0, a[0])
