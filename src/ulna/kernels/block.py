@@ -41,26 +41,3 @@ def scatter_matrix(pose_rows, i, lane, out):
     for k in range(12):
         out[k // 4, k % 4] = pose_rows[12 * i + k, lane]
     out[3, 0], out[3, 1], out[3, 2], out[3, 3] = 0.0, 0.0, 0.0, 1.0
-
-
-@kernel
-def lane_count(rows):
-    """The number of problems that lie side by side in rows."""
-    return 1 if rows.ndim == 1 else rows.shape[1]
-
-
-@kernel
-def take(rows, i, lane):
-    """Row i of one lane, a plain number."""
-    if rows.ndim == 1:
-        return rows[i]
-    return rows[i, lane]
-
-
-@kernel
-def put(rows, i, lane, x):
-    """Write a plain number to row i of one lane."""
-    if rows.ndim == 1:
-        rows[i] = x
-    else:
-        rows[i, lane] = x

@@ -13,80 +13,54 @@ For polytopes this ends with the exact depth after finitely many steps; for cyli
 A set without volume (of two flat cores in one plane) has depth zero along its own normal.
 """
 
-from ulna.kernels.block import lane_count, put, take
 from ulna.kernels.box_box import relative_pose
 from ulna.kernels.compile import kernel, routine
 from ulna.kernels.gjk import difference, reach_of
-from ulna.kernels.lanes import load, sqrt, store
-from ulna.kernels.vectors import cross, dot, minus, place, seen_from, step, times, turn
+from ulna.kernels.lanes import lane_count, lane_of, sqrt, with_lane
+from ulna.kernels.vectors import axis, cross, dot, minus, origin, place, seen_from, step, times, turn
 
 MAX_POINTS, MAX_FACES, MAX_EDGES = 256, 520, 520
-POINT_WIDTH, FACE_WIDTH, EDGE_WIDTH = 6, 7, 2
+POINT_WIDTH, FACE_WIDTH = 6, 7
+SCRATCH = (MAX_POINTS, POINT_WIDTH), (MAX_FACES, FACE_WIDTH), (MAX_EDGES, 2)  # shapes: points, faces, edges
 _EXACT = 1e-10  # of the bodies' size: bounds that near have met
 _FLAT = 1e-13  # of the bodies' size: a set so thin has no volume
 _LEVEL = 1e-13  # of the bodies' size: a point no higher than this above a face does not see it
 
-# Rows in which the lanes wait for their turn: two poses, two half extents, where they overlap, and the answer.
-POSE_B, HALF_A, HALF_B, OVERLAPPING, ANSWER = 12, 24, 27, 30, 31
-PAIR_ROWS = 41
-
 
 @kernel
 def deepened(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, answer, inside, scratch):
-    """The answer with the depth in place of zero in the lanes where the cores overlap, one after the other."""
-    rows = scratch[0]
-    for k in range(12):
-        store(rows, k, a[k])
-        store(rows, POSE_B + k, b[k])
-    for k in range(3):
-        store(rows, HALF_A + k, h[k])
-        store(rows, HALF_B + k, g[k])
-        store(rows, ANSWER + 1 + k, answer[1][k])
-        store(rows, ANSWER + 4 + k, answer[2][k])
-        store(rows, ANSWER + 7 + k, answer[3][k])
-    store(rows, OVERLAPPING, inside)
-    store(rows, ANSWER, answer[0])
-    deepen_lanes(kind_a, vertices_a, kind_b, vertices_b, rows, scratch[1], scratch[2], scratch[3])
-    return load(rows, ANSWER), load_vector(rows, ANSWER + 1), load_vector(rows, ANSWER + 4), load_vector(rows, ANSWER + 7)
+    """The answer with the depth in place of zero in the lanes where the cores overlap, one lane after the other."""
+    distance, p, q, n = answer
+    for lane in range(lane_count(distance)):
+        if lane_of(inside, lane) != 0.0:
+            x, y = pose_of(a, lane), pose_of(b, lane)
+            depth, deepest, way = core_depth(
+                kind_a, vector_of(h, lane), vertices_a, kind_b, vector_of(g, lane), vertices_b, relative_pose(x, y),
+                seen_from(x, vector_of(p, lane)), scratch[0], scratch[1], scratch[2],
+            )  # fmt: skip
+            deepest, way = place(x, deepest), turn(x, way)
+            distance, n = with_lane(distance, lane, -depth), vector_with(n, lane, way)
+            p, q = vector_with(p, lane, deepest), vector_with(q, lane, step(deepest, -depth, way))
+    return distance, p, q, n
 
 
 @kernel
-def load_vector(rows, i):
-    """Three rows as a vector."""
-    return load(rows, i), load(rows, i + 1), load(rows, i + 2)
-
-
-@routine
-def deepen_lanes(kind_a, vertices_a, kind_b, vertices_b, rows, points, faces, edges):
-    """Work out the depth in every lane of the rows that overlaps, and write its answer."""
-    for lane in range(lane_count(rows)):
-        if take(rows, OVERLAPPING, lane) == 0.0:
-            continue
-        a, b = take_pose(rows, 0, lane), take_pose(rows, POSE_B, lane)
-        h, g, p = take_vector(rows, HALF_A, lane), take_vector(rows, HALF_B, lane), take_vector(rows, ANSWER + 1, lane)
-        depth, p, n = core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative_pose(a, b), seen_from(a, p), points, faces, edges)
-        p, n = place(a, p), turn(a, n)
-        q = step(p, -depth, n)
-        put(rows, ANSWER, lane, -depth)
-        for k in range(3):
-            put(rows, ANSWER + 1 + k, lane, p[k])
-            put(rows, ANSWER + 4 + k, lane, q[k])
-            put(rows, ANSWER + 7 + k, lane, n[k])
+def vector_of(v, lane):
+    """A vector of one lane."""
+    return lane_of(v[0], lane), lane_of(v[1], lane), lane_of(v[2], lane)
 
 
 @kernel
-def take_vector(rows, i, lane):
-    """Three rows of one lane."""
-    return take(rows, i, lane), take(rows, i + 1, lane), take(rows, i + 2, lane)
+def vector_with(v, lane, w):
+    """A vector with the vector w of plain numbers in one lane."""
+    return with_lane(v[0], lane, w[0]), with_lane(v[1], lane, w[1]), with_lane(v[2], lane, w[2])
 
 
 @kernel
-def take_pose(rows, i, lane):
-    """Twelve rows of one lane."""
-    x, y, z = take_vector(rows, i, lane), take_vector(rows, i + 4, lane), take_vector(rows, i + 8, lane)
-    return (
-        x[0], x[1], x[2], take(rows, i + 3, lane), y[0], y[1], y[2], take(rows, i + 7, lane), z[0], z[1], z[2], take(rows, i + 11, lane),
-    )  # fmt: skip
+def pose_of(a, lane):
+    """A pose of one lane."""
+    x, y, z, t = vector_of(axis(a, 0), lane), vector_of(axis(a, 1), lane), vector_of(axis(a, 2), lane), vector_of(origin(a), lane)
+    return x[0], y[0], z[0], t[0], x[1], y[1], z[1], t[1], x[2], y[2], z[2], t[2]
 
 
 @routine
@@ -119,10 +93,11 @@ def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, 
     return max(best, 0.0), deepest_point(points, faces, face), best_normal
 
 
-@kernel
+@routine
 def farthest(body, n, points, place_of_it):
     """How far the set reaches along n; its farthest point there, and that point's p, are put in a place of the points."""
-    w, p = difference(*body, (-n[0], -n[1], -n[2]))
+    kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
+    w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-n[0], -n[1], -n[2]))
     for k in range(3):
         points[place_of_it, k], points[place_of_it, 3 + k] = w[k], p[k]
     return dot(n, w)
@@ -195,7 +170,7 @@ def farther_of_two(body, n, points, i):
     return max(above, below)
 
 
-@kernel
+@routine
 def set_face(points, faces, f, i, j, k):
     """Write face f with the corners i, j, k, counter-clockwise seen from without: corners, unit normal, offset."""
     p = point(points, i)

@@ -7,7 +7,7 @@ numbers, so that lanes can be eight configurations, or eight bodies of one kind.
 An answer is (signed distance [m], witness_a, witness_b, normal): three numbers each, in the frame in which the poses are given.
 The normal is a unit vector from a to b, and witness_b - witness_a = signed distance * normal.
 
-The scratch is an entry's: (rows, points, faces, edges), of PAIR_ROWS rows of numbers, and of the shapes that ``depth`` names.
+The scratch is an entry's: three arrays of the shapes that ``depth.SCRATCH`` names.
 """
 
 from ulna.kernels.box_box import boxes_overlap
@@ -36,33 +36,27 @@ def body_of(bodies, vertices, i, pose):
 @kernel
 def pair_distance(a, b, scratch):
     """The answer for two bodies; NaN for two half-spaces, which have no distance to speak of."""
-    if a[0] <= b[0]:
-        return ordered_distance(a, b, scratch)
-    distance, p, q, n = ordered_distance(b, a, scratch)
-    return distance, q, p, times(n, -1.0)
-
-
-@kernel
-def ordered_distance(a, b, scratch):
-    """The same, the kind of a not after that of b."""
-    return swept(core_distance(a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], scratch), a[2][3], b[2][3])
-
-
-@kernel
-def core_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
-    """The answer for two cores, each by the shortest way there is for its kind."""
+    ordered = a[0] <= b[0]
+    first, second = (a, b) if ordered else (b, a)
+    kind_a, pose_a, (h0, h1, h2, radius_a), vertices_a = first
+    kind_b, pose_b, (g0, g1, g2, radius_b), vertices_b = second
+    h, g = (h0, h1, h2), (g0, g1, g2)
     if kind_b == HALF_SPACE:
-        return core_half_space(kind_a, a, h, vertices_a, b)
-    if kind_b <= CAPSULE:
-        return segment_segment(a, h[2], b, g[2])
-    if kind_a == SPHERE and kind_b == BOX:
-        return point_box(a, b, g)
-    if kind_a == SPHERE and kind_b == CYLINDER:
-        return point_cylinder(a, b, g)
-    half_a, half_b = (h[0], h[1], h[2]), (g[0], g[1], g[2])
-    if kind_b <= BOX:
-        return box_pair(a, half_a, b, half_b)
-    return convex_distance(kind_a, a, half_a, vertices_a, kind_b, b, half_b, vertices_b, scratch)
+        core = core_half_space(kind_a, pose_a, h, vertices_a, pose_b)
+    elif kind_b <= CAPSULE:
+        core = segment_segment(pose_a, h2, pose_b, g2)
+    elif kind_a == SPHERE and kind_b == BOX:
+        core = point_box(pose_a, pose_b, g)
+    elif kind_a == SPHERE and kind_b == CYLINDER:
+        core = point_cylinder(pose_a, pose_b, g)
+    elif kind_b == BOX:
+        core = box_pair(pose_a, h, pose_b, g)
+    else:
+        core = convex_distance(kind_a, pose_a, h, vertices_a, kind_b, pose_b, g, vertices_b, scratch)
+    distance, p, q, n = swept(core, radius_a, radius_b)
+    if ordered:
+        return distance, p, q, n
+    return distance, q, p, times(n, -1.0)
 
 
 @routine
@@ -85,19 +79,13 @@ def box_of(body):
 @kernel
 def pair_overlap(a, b, scratch):
     """True where two bodies share a point. Cheaper than their distance where the kinds allow it."""
-    if a[0] <= b[0]:
-        return ordered_overlap(a, b, scratch)
-    return ordered_overlap(b, a, scratch)
-
-
-@kernel
-def ordered_overlap(a, b, scratch):
-    """The same, the kind of a not after that of b."""
-    if a[0] == BOX and b[0] == BOX:
-        return boxes_overlap(a[1], box_of(a), b[1], box_of(b))
-    if b[0] == CYLINDER and a[0] != SPHERE or b[0] == HULL:
-        return cores_within(a[0], a[1], box_of(a), a[3], b[0], b[1], box_of(b), b[3], a[2][3] + b[2][3])
-    return ordered_distance(a, b, scratch)[0] <= 0.0
+    first, second = (a, b) if a[0] <= b[0] else (b, a)
+    if first[0] == BOX and second[0] == BOX:
+        return boxes_overlap(first[1], box_of(first), second[1], box_of(second))
+    if second[0] == HULL or (second[0] == CYLINDER and first[0] != SPHERE):
+        reach = first[2][3] + second[2][3]
+        return cores_within(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second), second[3], reach)
+    return pair_distance(first, second, scratch)[0] <= 0.0
 
 
 @routine
