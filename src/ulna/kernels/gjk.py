@@ -20,8 +20,10 @@ from ulna.kernels.support import support
 from ulna.kernels.vectors import chosen, cross, dot, minus, place, step, times, turn
 
 STEPS = 64
+_FAR = 1e300
+_NEEDLE = 1e-10  # the square of the sine of an angle: a triangle so thin has a normal of few digits, and of none at the square of it
 _EXACT = 1e-12  # of the bodies' size: bounds that near have met
-_TOUCHING = 1e-13  # of the bodies' size: the origin this near to the set is in it
+_TOUCHING = 1e-10  # of the bodies' size: cores this near to each other count as touching
 
 
 @routine
@@ -144,14 +146,18 @@ def edge_candidate(w, e):
 
 @kernel
 def face_candidate(w, e, f, n):
-    """The nearest point of the triangle w, w + e, w + f with the normal n = e x f, or nothing near if that is not within it."""
-    square = dot(n, n)
-    usable = square > 0.0
+    """The nearest point of the triangle w, w + e, w + f with the normal n = e x f, or nothing near if that is not within it.
+
+    A sum of corners has the digits of the corners, however near it is to the origin; a multiple of the normal has all digits of
+    its direction, but where the triangle is a needle its normal has few.
+    """
+    square, size = dot(n, n), dot(e, e) * dot(f, f)
+    usable = square > _NEEDLE * _NEEDLE * size
     scale = 1.0 / where(usable, square, 1.0)
     x, y = dot(cross(f, w), n) * scale, dot(cross(w, e), n) * scale
     within = usable & (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
-    v = times(n, dot(n, w) * scale)
-    return where(within, dot(v, v), 1e300), v, x, y
+    v = chosen(square > _NEEDLE * size, times(n, dot(n, w) * scale), step(step(w, x, e), y, f))
+    return where(within, dot(v, v), _FAR), v, x, y
 
 
 @kernel
