@@ -13,13 +13,14 @@ from ulna.kernels import compile as compiling
 from ulna.kernels.chain import forward_batch, forward_one
 from ulna.kernels.jacobian import jacobian_batch
 from ulna.kernels.jacobian_transpose import transpose_each
+from ulna.kernels.layout import BODY_WIDTH
 from ulna.kernels.levenberg_marquardt import solve_each
 from ulna.kernels.robot_boxes import overlap_batch
 from ulna.kernels.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.tree import frames_batch
 
 N, DOF, LINKS = 8, 7, 10
-CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, 17))
+CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
 Q, LIMITS, SETTINGS = np.zeros((N, DOF)), np.zeros((2, DOF)), np.zeros(N_SETTINGS)
 TARGETS, INFO, STARTS = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.zeros((1, DOF, 8))
 
