@@ -1,6 +1,7 @@
 """``EAIK``: every branch in closed form for 6R arms of known families.
 
-It knows no limits: the first branch that keeps them is taken, turned by whole turns if need be, and that is not timed.
+It knows no limits: the first branch that keeps them is taken, turned by whole turns if need be, and that is not timed. Where it has
+no solution it gives the nearest in the sense of least squares, and marks it; these are left out.
 """
 
 import tempfile
@@ -35,7 +36,8 @@ def make(robot: Robot) -> Peer:
     T_end_tip = np.linalg.inv(T_tip_end)
 
     def answer(found):
-        return next((q for q in (within_limits_by_turns(robot, Q) for Q in found.Q) if q is not None), None)
+        turned = (within_limits_by_turns(robot, q) for q, near in zip(found.Q, found.is_LS, strict=True) if not near)
+        return next((q for q in turned if q is not None), None)
 
     def solver(_: Protocol) -> Solver:
         return Solver("EAIK", lambda T, _: arm.IK(T), answer, lambda T: T @ T_tip_end)

@@ -1,6 +1,6 @@
 """TRAC-IK by ``pytracik``: two searches in two threads, the first to end wins, within 5 ms (its own default).
 
-Its tolerance is on each component of the error. The quaternion that it takes is made beforehand, and is not timed.
+Its tolerance is on each component of the error, in the axes of the tip. The quaternion that it takes is made beforehand, and is not timed.
 """
 
 import pytracik
@@ -21,7 +21,7 @@ def make(robot: Robot) -> Peer:
     plain = pytracik.TRAC_IK(robot.base, robot.tip, text, _TIMEOUT_S, 1e-5, pytracik.SolveType.Speed)
 
     def solver(protocol: Protocol) -> Solver:
-        search = pytracik.TRAC_IK(robot.base, robot.tip, text, _TIMEOUT_S, protocol.tolerances[0], pytracik.SolveType.Speed)
+        search = pytracik.TRAC_IK(robot.base, robot.tip, text, _TIMEOUT_S, protocol.component, pytracik.SolveType.Speed)
 
         def prepare(T):
             w, x, y, z = quaternion_from_matrix(T[:3, :3])
