@@ -83,8 +83,15 @@ def peer_version(name: str) -> str:
 
 
 def bare_urdf(robot: Robot) -> str:
-    """URDF text of the arm's joints and links alone: no meshes to look for, and no soft limits, which some read wrongly."""
-    return re.sub(r"<(visual|collision)\b.*?</\1>", "", write_urdf(robot.description), flags=re.DOTALL)
+    """URDF text of the arm's joints and links alone, as the peers read it.
+
+    There are no meshes to look for, no soft limits, which some read wrongly, and every limit has the effort and the velocity
+    without which some refuse it.
+    """
+    text = re.sub(r"<(visual|collision)\b.*?</\1>", "", write_urdf(robot.description), flags=re.DOTALL)
+    for attribute in ("effort", "velocity"):
+        text = re.sub(rf"<limit (?![^>]*{attribute}=)", f'<limit {attribute}="1" ', text)
+    return text
 
 
 def standing_offset(robot: Robot, forward: Callable[[Array], Array]) -> Array:

@@ -1,6 +1,7 @@
 """TRAC-IK by ``pytracik``: two searches in two threads, the first to end wins, within 5 ms (its own default).
 
-Its tolerance is on each component of the error, in the axes of the tip. The quaternion that it takes is made beforehand, and is not timed.
+Its tolerance is on each component of the error, in the axes of the tip. The quaternion that it takes is made beforehand, and is
+not timed.
 """
 
 import pytracik

@@ -8,9 +8,13 @@ from ulna.kernels.layout import LARGEST
 from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
+_FLOAT64 = np.dtype(np.float64)
+
 
 def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float64]:
     """q as a C-contiguous float64 array of shape (..., n_dof); an ``InputError`` if it has another shape."""
+    if type(q) is np.ndarray and q.dtype is _FLOAT64 and q.shape == tree.q_shape and q.flags.carray:
+        return q  # one q as it should be, the commonest case: no other function is called
     q = as_floats(name, q)
     if q.shape[-1:] != tree.q_shape:
         raise InputError(name, f"shape {q.shape}, but shape (..., {tree.n_dof}) is expected: {_joints(tree)}")
