@@ -8,11 +8,14 @@ import warnings
 from datetime import date
 from pathlib import Path
 
+from benchmarks.bounds import bound_rows
 from benchmarks.inverse import protocol_rows
 from benchmarks.kinematics import batch_rows, single_call_rows
 from benchmarks.markdown import page
 from benchmarks.peer import PEERS, Peer, make_peer, peer_version
+from benchmarks.scaling import joint_rows, size_rows
 from ulna.bench.arms import NAMES, load_arm
+from ulna.bench import first_use
 from ulna.bench.clock import time_each
 from ulna.bench.machine import machine_facts
 from ulna.bench.protocol import PROTOCOLS
@@ -39,6 +42,12 @@ def main() -> None:
         "batches": [],
         "protocols": [],
         "tracking": [],
+        "scaling_with_joints": [],
+        "scaling_with_rows": [],
+        "bounds": [],
+        "first_use": [],
+        "memory": [],
+        "size": [],
         "absent": [],
     }
     for name in options.robot or NAMES:
@@ -47,6 +56,11 @@ def main() -> None:
         except UlnaError as error:
             _say(str(error))
             data["absent"].append({"robot": name, "peer": "all", "why": str(error)})
+    if not options.peers_only:
+        _say("scaling, bounds, first use")
+        panda = load_arm("panda")
+        data.update(scaling_with_joints=joint_rows(), scaling_with_rows=size_rows(panda), bounds=bound_rows("panda", panda))
+        data.update(first_use=first_use.first_use_rows(), memory=first_use.memory_rows(), size=first_use.size_rows())
     _write(data, options.out)
 
 
@@ -126,6 +140,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--robot", action="append", choices=NAMES, help="repeatable; all of them unless given")
     parser.add_argument("--n", type=int, default=1000, help="targets of each protocol (default 1000)")
+    parser.add_argument("--peers-only", action="store_true", help="leave out scaling, bounds and first use")
     parser.add_argument("--out", type=Path, default=RESULTS, help="the folder to write to")
     return parser.parse_args()
 

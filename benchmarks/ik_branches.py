@@ -1,8 +1,8 @@
-"""All solutions of arms of six joints: does a finder miss a branch that closed forms know?
+"""All solutions of arms of six joints: whether a finder misses a branch that closed forms know.
 
-``python -m benchmarks.ik_branches`` compares ``robot.inverse_kinematics_all``, or while there is none a brute-force stand-in, with
-EAIK and ssik. A branch is a configuration up to whole turns of its joints. The oracle's branches are those of both libraries that
-reach the target by the product of the DH matrices written out here, and that whole turns can bring into the limits.
+``python -m benchmarks.ik_branches`` compares ``robot.inverse_kinematics_all``, or while there is none a brute-force stand-in,
+with EAIK and ssik. A branch is a configuration up to whole turns of its joints. The oracle's branches are those of both libraries
+that reach the target by the product of the DH matrices written out here, and that whole turns can bring into the limits.
 """
 
 import argparse
@@ -25,7 +25,7 @@ SAME = 1e-3  # rad: branches that are nearer than this in every joint are one
 REACHED = 1e-6  # m and rad, of the DH product at a branch
 
 # Rows of a [m], d [m], alpha [rad], theta_offset [rad], standard convention, and limits [rad].
-# UR5e: Universal Robots, "DH parameters for calculations of kinematics and dynamics", table of the UR5e; its joints turn +-360 degrees.
+# UR5e: Universal Robots, "DH parameters for calculations of kinematics and dynamics", table of the UR5e; +-360 degrees a joint.
 UR5E = (
     [
         (0, 0.1625, np.pi / 2, 0), (-0.425, 0, 0, 0), (-0.3922, 0, 0, 0),
@@ -69,7 +69,8 @@ def compare(robot: ulna.Robot, rows, find: Finder, oracle: Finder, targets: Arra
     total = Comparison()
     for T in targets:
         known, found = oracle(T), np.reshape(find(T), (-1, robot.n_dof))
-        good = np.array([reaches(rows, q, T) and bool(np.all((q >= robot.lower) & (q <= robot.upper))) for q in found], dtype=bool)
+        inside = np.all((found >= robot.lower) & (found <= robot.upper), axis=1)
+        good = inside & np.array([reaches(rows, q, T) for q in found], dtype=bool)
         missed = sum(not near_any(q, found[good]) for q in known)
         total.targets += 1
         total.complete += missed == 0
@@ -105,7 +106,8 @@ def brute_force(robot: ulna.Robot, starts: int = 400) -> Finder:
     seeds = np.random.default_rng(0).uniform(robot.lower, robot.upper, (starts, robot.n_dof))
 
     def find(T: Array) -> Array:
-        found = robot.inverse_kinematics(np.broadcast_to(T, (starts, 4, 4)), seeds, position_tolerance=1e-7, rotation_tolerance=1e-7)
+        targets = np.broadcast_to(T, (starts, 4, 4))
+        found = robot.inverse_kinematics(targets, seeds, position_tolerance=1e-7, rotation_tolerance=1e-7)
         return distinct(found.q[np.asarray(found.success)])
 
     return find

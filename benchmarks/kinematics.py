@@ -16,6 +16,8 @@ def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str)
         function = offers.forward if kind == "forward_kinematics" else offers.jacobian
         if function is not None:
             works[peer] = Work(function, [offers.own_q(x) for x in q])
+        if kind == "forward_kinematics" and offers.forward_kept is not None:
+            works[f"{peer}, placement kept"] = Work(offers.forward_kept, [offers.own_q(x) for x in q])
     return _rows(name, kind, time_interleaved(works, passes=41))
 
 

@@ -8,9 +8,12 @@ _TITLES = {
     "batches": "Batches",
     "protocols": "Inverse kinematics",
     "tracking": "Tracking a path",
-    "collision": "Collision",
-    "scaling": "Scaling",
+    "scaling_with_joints": "Cost against joints",
+    "scaling_with_rows": "Cost against rows and threads",
     "bounds": "Distance from the bound",
+    "first_use": "First use",
+    "memory": "Memory of a batch",
+    "size": "Size on disk",
     "absent": "Peers that are not in a table",
 }
 

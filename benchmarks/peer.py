@@ -44,12 +44,14 @@ class Peer:
         jacobian: Of one of its own q, the geometric Jacobian, shape (6, n_dof), linear rows first, in the axes of the base.
         solver: For a protocol, the solver.
         own_q: From Ulna's q, shape (n_dof,), to the library's.
+        forward_kept: As ``forward``, with what can be looked up once kept between calls, as a control loop would.
     """
 
     forward: Callable[[Array], Array] | None = None
     jacobian: Callable[[Array], Array] | None = None
     solver: Callable[[Protocol], Solver] | None = None
     own_q: Callable[[Array], Array] = lambda q: q
+    forward_kept: Callable[[Array], Array] | None = None
 
 
 def make_peer(name: str, robot: Robot) -> tuple[Peer | None, str]:

@@ -1,5 +1,7 @@
 """Joint positions at the public edge: what every function that takes q makes of it."""
 
+from math import prod
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -35,7 +37,7 @@ def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
 
 def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """The batch as one axis, shape (n, n_dof)."""
-    return q.reshape(int(np.prod(q.shape[:-1])), q.shape[-1])
+    return q.reshape(prod(q.shape[:-1]), q.shape[-1])
 
 
 def for_kernel(q: NDArray[np.float64]) -> NDArray[np.float64]:
