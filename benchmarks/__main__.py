@@ -14,8 +14,8 @@ from benchmarks.kinematics import batch_rows, single_call_rows
 from benchmarks.markdown import page
 from benchmarks.peer import PEERS, Peer, make_peer, peer_version
 from benchmarks.scaling import joint_rows, size_rows
-from ulna.bench.arms import NAMES, load_arm
 from ulna.bench import first_use
+from ulna.bench.arms import NAMES, load_arm
 from ulna.bench.clock import time_each
 from ulna.bench.machine import machine_facts
 from ulna.bench.protocol import PROTOCOLS
