@@ -41,6 +41,10 @@ REPORT_KEYS = (
     "signed_distance (negative: overlap), normal from a to b."
 )
 CHECKS_KEYS = "passed; checks: name, figure, bound, passed."
+BENCH_KEYS = (
+    "machine; fk, jacobian, ik, collision: robot, work, median_ns, lower_ns and upper_ns (quartiles) of one problem, per_second; "
+    "protocols; tracking; first_use; memory; size. Each is a list of rows."
+)
 
 
 class Entry(NamedTuple):

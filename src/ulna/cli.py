@@ -21,6 +21,8 @@ from typer.core import TyperGroup
 import ulna
 from ulna import answers, tables
 from ulna.answers import Entry
+from ulna.bench.arms import NAMES
+from ulna.bench.report import SUBJECTS, measure
 from ulna.checks import run_checks
 from ulna.demo import Demo
 from ulna.errors import InputError, UlnaError
@@ -236,6 +238,24 @@ def demo(
         raise typer.Exit(1)
     if not check:
         _serve(host, port, open_browser=not no_open)
+
+
+@app.command(epilog=f"JSON: {answers.BENCH_KEYS}")
+def bench(
+    subjects: Annotated[
+        list[str] | None, typer.Argument(metavar="SUBJECT...", help=f"{', '.join(SUBJECTS)}; all of them unless given.")
+    ] = None,
+    *,
+    robot: Annotated[list[str] | None, typer.Option(metavar="ROBOT", help=f"{', '.join(NAMES)}, or a file; repeatable.")] = None,
+    n: Annotated[int, typer.Option("--n", min=1, help="Targets of each protocol of inverse kinematics.")] = 1000,
+    as_json: Json = False,
+) -> None:
+    """Time Ulna on this machine: medians and quartiles of one call and of a batch, and the rates at which targets are solved.
+
+    As in: ulna bench ik --robot ur5 --robot jaco2 --n 10000. The protocols are told in docs/performance.md.
+    """
+    data = measure(subjects or (), robot or ("panda",), n)
+    tables.show(data, None if as_json else tables.bench_view)
 
 
 def _serve(host: str, port: int, *, open_browser: bool) -> None:

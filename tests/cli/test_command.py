@@ -12,7 +12,7 @@ import pytest
 
 import ulna
 
-COMMANDS = ["info", "fk", "jacobian", "ik", "check", "urdf", "demo"]
+COMMANDS = ["info", "fk", "jacobian", "ik", "check", "urdf", "demo", "bench"]
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
     ["info"],
