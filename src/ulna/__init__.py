@@ -12,6 +12,7 @@ from ulna.errors import (
     UnknownNameError,
 )
 from ulna.ik.result import IKResult
+from ulna.model.dh_table import DHTable
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from ulna.robot import Robot, load
@@ -22,6 +23,7 @@ __all__ = [
     "Box",
     "Capsule",
     "Cylinder",
+    "DHTable",
     "DescriptionError",
     "FileError",
     "GeometryError",
