@@ -34,13 +34,14 @@ app(["demo", "--check"], prog_name="ulna")
 ENDLESS = """
 import time
 import ulna.cli
+import ulna.commands.demo
 from ulna.checks import Check
 
 def checks():
     yield Check("first", "0", "1", True)
     time.sleep(60)
 
-ulna.cli.run_checks = checks
+ulna.commands.demo.run_checks = checks
 ulna.cli.app(["demo", "--check"], prog_name="ulna")
 """
 
