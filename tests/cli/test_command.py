@@ -12,7 +12,7 @@ import pytest
 
 import ulna
 
-COMMANDS = ["info", "fk", "jacobian", "ik", "check", "urdf", "demo"]
+COMMANDS = ["info", "fk", "jacobian", "ik", "check", "dh", "urdf", "demo"]
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
     ["info"],
@@ -22,6 +22,8 @@ ANSWERS = [
     ["jacobian", "--analytical", "--q", "-2.8 -1.7 -2.8 -3.0 -2.8 3.7 -2.8"],
     ["ik", "--xyz", "-0.4,-0.1,0.5"],
     ["check", "--box", "0,0,0,0,0,0,9,9,9"],
+    ["dh"],
+    ["dh", "--convention", "standard", "--link", "panda_link8"],
 ]
 SPOILT = """
 import ulna.robots.panda as panda

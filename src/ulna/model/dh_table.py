@@ -79,36 +79,38 @@ class DHTable:
 
 
 def _lines(table: DHTable) -> Iterator[str]:
-    yield f"{table.name}: {table.convention} DH table from {table.base} to {table.tip}; a row is {ROW_PRODUCTS[table.convention]}"
+    yield f"{table.name}: {table.convention} DH table from {table.base} to {table.tip}"
+    yield f"a row is {ROW_PRODUCTS[table.convention]}"
     yield ""
-    yield from _aligned([("", "joint", "type", "a [m]", "d [m]", "alpha [rad]", "theta [rad]"), *row_words(table)])
+    words = [
+        (str(k), name, *row_words(k, kind, row))
+        for k, (name, kind, row) in enumerate(zip(table.joint_names, table.joint_types, table.rows, strict=True), start=1)
+    ]
+    yield from _aligned([("", "joint", "a [m]", "d [m]", "alpha [rad]", "theta [rad]"), *words])
     yield ""
-    for k, mimic in enumerate(table.mimics):
+    for k, mimic in enumerate(table.mimics, start=1):
         if mimic is not None:
-            yield f"q{k + 1} = {mimic.multiplier:.9g} * q{table.joint_names.index(mimic.joint) + 1} + {mimic.offset:.9g}"
-    n = len(table.rows)
-    yield f"T_base_0  (frame 0 in {table.base}): {_place(table.T_base_0)}"
-    yield f"T_{n}_tip  ({table.tip} in frame {n}): {_place(table.T_n_tip)}"
+            yield mimic_words(k, table.joint_names.index(mimic.joint) + 1, mimic.multiplier, mimic.offset)
+    yield f"frame 0 in {table.base}: {pose_words(table.T_base_0)}"
+    yield f"{table.tip} in frame {len(table.rows)}: {pose_words(table.T_n_tip)}"
     yield from table.notes
-    yield proof_words(table)
+    yield proof_words(table.max_position_difference, table.max_rotation_difference, table.n_configurations)
 
 
-def proof_words(table: DHTable) -> str:
+def proof_words(position: float, rotation: float, n: int) -> str:
     """The proof as a sentence."""
-    return (
-        f"largest difference from the robot at {table.n_configurations} random configurations: "
-        f"{table.max_position_difference:.2g} m, {table.max_rotation_difference:.2g} rad"
-    )
+    return f"largest difference at {n} random configurations: {position:.2g} m, {rotation:.2g} rad"
 
 
-def row_words(table: DHTable) -> list[tuple[str, ...]]:
-    """Number, joint, type, a, d, alpha and theta of each row, with q where it enters."""
-    words = []
-    for k, (name, kind, row) in enumerate(zip(table.joint_names, table.joint_types, table.rows, strict=True), start=1):
-        a, d, alpha, theta = length_words(row[0]), length_words(row[1]), angle_words(row[2]), angle_words(row[3])
-        d, theta = (_with_q(k, d), theta) if kind == "prismatic" else (d, _with_q(k, theta))
-        words.append((str(k), name, kind, a, d, alpha, theta))
-    return words
+def mimic_words(k: int, leader: int, multiplier: float, offset: float) -> str:
+    """How row k follows another, as an equation."""
+    return f"q{k} = {multiplier:.9g} * q{leader} + {offset:.9g}"
+
+
+def row_words(k: int, kind: str, row: Sequence[float] | Array) -> tuple[str, str, str, str]:
+    """a, d, alpha and theta of row k, with q where it enters."""
+    a, d, alpha, theta = length_words(row[0]), length_words(row[1]), angle_words(row[2]), angle_words(row[3])
+    return (a, _with_q(k, d), alpha, theta) if kind == "prismatic" else (a, d, alpha, _with_q(k, theta))
 
 
 def _with_q(k: int, constant: str) -> str:
@@ -131,9 +133,10 @@ def angle_words(value: float) -> str:
     return length_words(value)
 
 
-def _place(T: Array) -> str:
+def pose_words(T: Array) -> str:
+    """A pose as position and roll, pitch, yaw."""
     if np.array_equal(T, np.eye(4)):
-        return "the same"
+        return "the identity"
     xyz = ", ".join(length_words(value) for value in T[:3, 3])
     rpy = ", ".join(angle_words(value) for value in rpy_from_matrix(T))
     return f"xyz = ({xyz}) m, rpy = ({rpy}) rad"
@@ -144,6 +147,6 @@ def _aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     for row in rows:
         cells = [
-            cell.ljust(width) if 0 < k < 3 else cell.rjust(width) for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+            cell.ljust(width) if k == 1 else cell.rjust(width) for k, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         yield "  ".join(cells).rstrip()
