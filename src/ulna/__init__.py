@@ -2,6 +2,8 @@
 
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
+from ulna.comparison.compare import compare
+from ulna.comparison.result import Comparison
 from ulna.errors import (
     DescriptionError,
     FileError,
@@ -22,6 +24,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Box",
     "Capsule",
+    "Comparison",
     "Cylinder",
     "DHTable",
     "DescriptionError",
@@ -38,6 +41,7 @@ __all__ = [
     "UlnaError",
     "UnknownNameError",
     "World",
+    "compare",
     "load",
     "pose",
 ]

@@ -14,10 +14,12 @@ from typer.core import TyperGroup
 
 import ulna
 from ulna.answers.collision import CHECKS_KEYS, REPORT_KEYS
+from ulna.answers.comparison import COMPARISON_KEYS
 from ulna.answers.dh import DH_KEYS
 from ulna.answers.kinematics import IK_KEYS, JACOBIAN_KEYS, POSE_KEYS
 from ulna.answers.robot import INFO_KEYS
 from ulna.commands.collision import check
+from ulna.commands.compare import compare
 from ulna.commands.demo import demo
 from ulna.commands.dh import dh
 from ulna.commands.kinematics import fk, ik, jacobian
@@ -32,6 +34,7 @@ _COMMANDS = (
     (ik, IK_KEYS),
     (check, REPORT_KEYS),
     (dh, DH_KEYS),
+    (compare, COMPARISON_KEYS),
     (urdf, None),
     (demo, CHECKS_KEYS),
 )

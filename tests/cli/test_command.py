@@ -12,7 +12,7 @@ import pytest
 
 import ulna
 
-COMMANDS = ["info", "fk", "jacobian", "ik", "check", "dh", "urdf", "demo"]
+COMMANDS = ["info", "fk", "jacobian", "ik", "check", "dh", "compare", "urdf", "demo"]
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
     ["info"],
@@ -23,6 +23,7 @@ ANSWERS = [
     ["ik", "--xyz", "-0.4,-0.1,0.5"],
     ["check", "--box", "0,0,0,0,0,0,9,9,9"],
     ["dh"],
+    ["compare", "panda", "panda"],
     ["dh", "--convention", "standard", "--link", "panda_link8"],
 ]
 SPOILT = """

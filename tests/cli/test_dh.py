@@ -11,7 +11,8 @@ LADDER = """<robot name="ladder">
   <joint name="lift" type="prismatic"><parent link="floor"/><child link="rung"/><origin xyz="0 0 0.2"/><axis xyz="0 0 1"/>
     <limit lower="0" upper="1" velocity="1" effort="1"/></joint>
   <joint name="lift_too" type="prismatic"><parent link="rung"/><child link="top"/><origin xyz="0 0 0.3" rpy="0 0 0"/>
-    <axis xyz="0 0 1"/><limit lower="0" upper="3" velocity="1" effort="1"/><mimic joint="lift" multiplier="2" offset="0.1"/></joint>
+    <axis xyz="0 0 1"/><limit lower="0" upper="3" velocity="1" effort="1"/><mimic joint="lift" multiplier="2" offset="0.1"/>
+  </joint>
 </robot>"""
 KEYS = ("a", "d", "alpha", "theta_offset")
 

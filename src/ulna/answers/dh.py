@@ -22,7 +22,9 @@ def dh_data(table: DHTable) -> Data:
         "convention": table.convention,
         "rows": [
             {"joint": name, "type": kind, **dict(zip(keys, row, strict=True)), "mimic": None if mimic is None else asdict(mimic)}
-            for name, kind, row, mimic in zip(table.joint_names, table.joint_types, table.rows.tolist(), table.mimics, strict=True)
+            for name, kind, row, mimic in zip(
+                table.joint_names, table.joint_types, table.rows.tolist(), table.mimics, strict=True
+            )
         ],
         "T_base_0": table.T_base_0,
         "T_n_tip": table.T_n_tip,

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import asin, floor, log10, sqrt
+from math import floor, log10
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.sample import random_positions
 from ulna.model.description import Description, Joint, JointType, Mimic
 from ulna.model.dh_table import DHTable, around_the_motion, checked_convention
-from ulna.model.pose import inverse
+from ulna.model.pose import angle_between, inverse
 from ulna.model.structure import moving_joints
 from ulna.model.subtree import chain_joints
 from ulna.model.tree import Tree, motion_along_z
@@ -144,7 +144,7 @@ def _table(
         T_base_0=T_base_0,
         T_n_tip=T_n_tip,
         max_position_difference=float(np.linalg.norm((T_table - T_robot)[:, :3, 3], axis=1).max()),
-        max_rotation_difference=largest_angle(T_table, T_robot),
+        max_rotation_difference=float(angle_between(T_table, T_robot).max()),
         n_configurations=len(q),
         notes=notes,
     )
@@ -157,12 +157,6 @@ def _frame_n(rows: Array, convention: str, T_base_0: Array, chain: _Chain, posit
         before, behind = around_the_motion(row, convention)
         T = T @ before @ motion_along_z(int(kind), position) @ behind
     return T
-
-
-def largest_angle(T_a: Array, T_b: Array) -> float:
-    """The largest angle [rad] between the rotations of two batches of poses: |R_a - R_b| = sqrt(8) sin(angle / 2)."""
-    defect = np.linalg.norm((T_a - T_b)[..., :3, :3], axis=(-2, -1)).max()
-    return 2 * asin(min(float(defect) / sqrt(8), 1.0))
 
 
 def _mimics(chain: _Chain) -> Iterator[Mimic | None]:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import typer
 from rich import box
-from rich.console import Console
+from rich.cells import cell_len
+from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -14,6 +15,7 @@ from ulna.answers.plain import Data, plain
 
 LEAST_WIDTH = 80
 NUMBER_WIDTH = 8
+NAME_WIDTH = 12
 ASCII = str.maketrans("─●", "-o")
 
 
@@ -30,12 +32,23 @@ def show(data: Data, view) -> None:
         write(json.dumps(plain(data), allow_nan=False) + "\n")
         return
     console, drawn = make_console(), list(view(plain(data)))
-    unbounded = console.options.update(width=1_000_000)
-    console.width = max(console.width, *(console.measure(part, options=unbounded).minimum for part in drawn))  # cut no digit
+    console.width = max(console.width, *(_least_width(console, part) for part in drawn))
     with console.capture() as capture:
         console.print(*drawn, sep="\n")
     text = "\n".join(line.rstrip() for line in capture.get().split("\n"))
     write(text.translate(ASCII) if console.options.ascii_only else text)
+
+
+def _least_width(console: Console, part: RenderableType) -> int:
+    """The width in which no number is cut and no word of a sentence broken; names in tables are, beyond ``NAME_WIDTH``."""
+    if not isinstance(part, Table):
+        return console.measure(part, options=console.options.update(width=1_000_000)).minimum
+    width = 0
+    for column in part.columns:
+        lines = [line for cell in (column.header, *column.cells) for line in str(cell).splitlines()]
+        widest = max(map(cell_len, lines), default=0)
+        width += 2 + (widest if column.no_wrap else min(widest, NAME_WIDTH))
+    return width
 
 
 def make_console() -> Console:
