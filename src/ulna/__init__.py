@@ -2,6 +2,8 @@
 
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
+from ulna.comparison.compare import compare
+from ulna.comparison.result import Comparison
 from ulna.errors import (
     DescriptionError,
     FileError,
@@ -14,6 +16,7 @@ from ulna.errors import (
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
 from ulna.model.convex_mesh import ConvexMesh
+from ulna.model.dh_table import DHTable
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
 from ulna.robot import Robot, load
@@ -23,8 +26,10 @@ __version__ = "0.1.0"
 __all__ = [
     "Box",
     "Capsule",
+    "Comparison",
     "ConvexMesh",
     "Cylinder",
+    "DHTable",
     "DescriptionError",
     "FileError",
     "GeometryError",
@@ -42,6 +47,7 @@ __all__ = [
     "UlnaError",
     "UnknownNameError",
     "World",
+    "compare",
     "load",
     "pose",
 ]

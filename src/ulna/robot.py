@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError
-from ulna.io.dh import description_from_dh
+from ulna.io.dh import description_from_dh, description_of_table
 from ulna.io.load import load_description
 from ulna.io.write_urdf import write_urdf
 from ulna.model.arrays import as_floats
 from ulna.model.description import Description
+from ulna.model.dh_table import DHTable
 from ulna.model.pose import as_one_pose
 from ulna.model.subtree import cut_out, with_tool
 from ulna.model.tree import Tree, build_tree
@@ -85,20 +86,24 @@ class Robot:
     @classmethod
     def from_dh(
         cls,
-        rows: ArrayLike,
+        rows: ArrayLike | DHTable,
         *,
         convention: str = "modified",
         joint_types: Sequence[str] | None = None,
         limits: ArrayLike | None = None,
+        T_base_0: ArrayLike | None = None,
+        T_n_tip: ArrayLike | None = None,
         name: str = "robot",
     ) -> Robot:
         """The serial arm of a Denavit-Hartenberg table; the link ``linkN`` is the frame of row N.
 
         Args:
-            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4).
+            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4). Or a ``DHTable``, which says all the rest itself.
             convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
             joint_types: ``"revolute"`` (all, unless said), ``"continuous"``, ``"prismatic"`` or ``"fixed"``, one a row.
             limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
+            T_base_0: Where the first row begins, the link ``link0``, shape (4, 4); at ``base`` unless given.
+            T_n_tip: Where the tip, the link ``tip``, is in the frame of the last row, shape (4, 4); that frame unless given.
             name: The robot's name.
 
         Example:
@@ -106,7 +111,21 @@ class Robot:
             >>> planar.forward_kinematics([0.0, np.pi / 2])[:3, 3].round(12)
             array([1., 1., 0.])
         """
-        return cls(description_from_dh(rows, convention=convention, joint_types=joint_types, limits=limits, name=name))
+        if isinstance(rows, DHTable):
+            if (convention, joint_types, limits, T_base_0, T_n_tip, name) != ("modified", None, None, None, None, "robot"):
+                raise InputError("rows", "a DHTable says all the rest itself; give its rows, table.rows, to say it otherwise")
+            return cls(description_of_table(rows))
+        return cls(
+            description_from_dh(
+                rows,
+                convention=convention,
+                joint_types=joint_types,
+                limits=limits,
+                T_base_0=T_base_0,
+                T_n_tip=T_n_tip,
+                name=name,
+            )
+        )
 
     # ---- what it is ---------------------------------------------------------------------------------------------------
 
@@ -163,6 +182,29 @@ class Robot:
     def to_urdf(self) -> str:
         """URDF text: the expanded text that was read, or one that is written for a robot made in another way."""
         return self.description.text or write_urdf(self.description)
+
+    def dh(self, convention: str = "modified", link: str | None = None, *, tolerance: float = 1e-6) -> DHTable:
+        """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
+
+        Args:
+            convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
+            link: The link's name; the tip unless given.
+            tolerance: Axes within this angle [rad] count as parallel, and parallel ones within this distance [m] as one. What
+                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``. With 0, nothing.
+
+        Returns:
+            A ``DHTable``: one row for each moving joint, and the poses of the base and the tip, to which fixed joints go.
+            ``print`` it; ``Robot.from_dh`` makes a robot of it.
+
+        Raises:
+            InputError: The chain has a planar or floating joint, or axes so nearly parallel that their common normal is out of
+                reach.
+
+        Example:
+            >>> load("panda").dh().rows[4]
+            array([-0.0825    ,  0.384     , -1.57079633,  0.        ])
+        """
+        return self._dh.dh_table(self.description, self.tree, self._the_tip if link is None else link, convention, tolerance)
 
     def with_tool(self, T_flange_tool: ArrayLike, name: str = "tool") -> Robot:
         """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.
@@ -461,6 +503,12 @@ class Robot:
         from ulna.kinematics import forward
 
         return forward
+
+    @cached_property
+    def _dh(self):
+        from ulna.kinematics import dh
+
+        return dh
 
     @cached_property
     def _jacobian(self):

@@ -1,6 +1,7 @@
 """What makes links and joints one tree: the checks, the order from the root, and which entries of q drive which joint."""
 
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,6 +105,14 @@ def drive_of(joint: Joint, joints: dict[str, Joint], columns: dict[str, slice], 
     if joint.type == JointType.FIXED:
         return Drive(None, 0.0, offset)
     return Drive(columns[joint.name].start, ratio, offset)
+
+
+def moving_joints(description: Description, joints: Iterable[Joint]) -> tuple[Joint, ...]:
+    """Those of some joints that an entry of q moves, be it through a mimic."""
+    ordered = joints_from_root(description)
+    columns, by_name = columns_of_q(ordered), {joint.name: joint for joint in ordered}
+    driven = (joint for joint in joints if joint.type != JointType.FIXED)
+    return tuple(joint for joint in driven if drive_of(joint, by_name, columns, description.source).column is not None)
 
 
 def limits_of_q(joints: tuple[Joint, ...], drives: dict[str, Drive]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

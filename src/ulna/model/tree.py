@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import UnknownNameError
 from ulna.kernels.layout import BASE, FIXED, FRAME_WIDTH, PARENT, PRISMATIC, REVOLUTE, TABLE_WIDTH
@@ -112,7 +112,7 @@ def build_tree(description: Description) -> Tree:
         row, offset = link_row[joint.parent], link_offset[joint.parent] @ joint.origin
         if joint.type != JointType.FIXED and drive.column is None:  # a mimic of a fixed joint
             turn = _turn_z_onto(joint.axis)
-            offset = offset @ turn @ _held_at(_MOTIONS[joint.type][0][0], drive.offset) @ turn.T
+            offset = offset @ turn @ motion_along_z(_MOTIONS[joint.type][0][0], drive.offset) @ turn.T
         elif joint.type != JointType.FIXED:
             for joint_row, offset_behind in _motion_rows(joint, drive, row, offset, len(table)):
                 table.append(joint_row)
@@ -171,6 +171,7 @@ def _turn_z_onto(axis: NDArray) -> NDArray[np.float64]:
     return T
 
 
-def _held_at(kind: int, position: float) -> NDArray[np.float64]:
-    """The motion of a joint about or along z that stands still at a position."""
-    return pose(rpy=(0.0, 0.0, position)) if kind == REVOLUTE else pose((0.0, 0.0, position))
+def motion_along_z(kind: int, position: ArrayLike) -> NDArray[np.float64]:
+    """The motion of a joint about or along z, shape (..., 4, 4), at positions (...)."""
+    along = np.multiply.outer(position, Z)
+    return pose(rpy=along) if kind == REVOLUTE else pose(along)
