@@ -153,6 +153,16 @@ class Robot:
         return self.tree.upper
 
     @property
+    def soft_lower(self) -> Array:
+        """Lower soft limits [rad or m], shape (n_dof,): those of the safety controllers, ``lower`` where there is none."""
+        return self.tree.soft_lower
+
+    @property
+    def soft_upper(self) -> Array:
+        """Upper soft limits [rad or m], shape (n_dof,): those of the safety controllers, ``upper`` where there is none."""
+        return self.tree.soft_upper
+
+    @property
     def velocity_limits(self) -> Array:
         """Largest speeds [rad/s or m/s], shape (n_dof,); inf where none is given."""
         return self.tree.velocity_limits

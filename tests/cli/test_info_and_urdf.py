@@ -61,6 +61,18 @@ def test_no_limit_is_null_for_programs_and_none_for_people(ask, run, odd):
     assert re.search(r"turn +continuous +none +none", run("info", odd).stdout)
 
 
+def test_soft_limits_are_shown_where_they_are_narrower(ask, run, tmp_path):
+    path = tmp_path / "soft.urdf"
+    soft = '<safety_controller k_velocity="1" soft_lower_limit="-0.5"/>'
+    limit = '<limit lower="-1" upper="2" velocity="1" effort="1"/>'
+    joint = '<joint name="j" type="revolute"><parent link="a"/><child link="b"/>{0}{1}</joint>'
+    path.write_text(f'<robot name="r"><link name="a"/><link name="b"/>{joint.format(limit, soft)}</robot>')
+    (told,) = ask("info", path).joints
+    assert (told["lower"], told["soft_lower"], told["upper"], told["soft_upper"]) == (-1, -0.5, 2, 2)
+    assert "j: soft limits -0.5000 to 2.0000 rad" in run("info", path).stdout
+    assert "soft" not in run("info").stdout
+
+
 def test_several_tips_are_listed(ask, run, odd):
     answer = ask("info", odd)
     assert answer.tip is None

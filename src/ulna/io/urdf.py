@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ulna.errors import DescriptionError, did_you_mean
 from ulna.io.xml import parse
-from ulna.model.description import Body, Description, Joint, JointType, Limits, Link, Mimic
+from ulna.model.description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
@@ -115,6 +115,7 @@ class _Reader:
             limits=self.limits(element, name, kind),
             mimic=self.mimic(element, name, kind),
             line=element.sourceline,
+            safety=self.safety(element, name),
         )
 
     def joint_type(self, element: etree._Element) -> JointType:
@@ -153,6 +154,15 @@ class _Reader:
         if lower > upper:
             raise self.fail(child, f"joint {name!r}: lower limit {lower} is above upper limit {upper}")
         return Limits(lower, upper, velocity, effort)
+
+    def safety(self, element: etree._Element, name: str) -> Safety | None:
+        child = element.find("safety_controller")
+        if child is None:
+            return None
+        lower, upper = self.number(child, "soft_lower_limit", -math.inf), self.number(child, "soft_upper_limit", math.inf)
+        if lower > upper:
+            raise self.fail(child, f"joint {name!r}: soft lower limit {lower} is above soft upper limit {upper}")
+        return Safety(self.number(child, "k_velocity"), self.number(child, "k_position", 0.0), lower, upper)
 
     def mimic(self, element: etree._Element, name: str, kind: JointType) -> Mimic | None:
         child = element.find("mimic")

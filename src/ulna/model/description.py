@@ -50,6 +50,16 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Safety:
+    """What a ``safety_controller`` holds a joint to: soft limits [rad or m], infinite where none is given, and the gains."""
+
+    k_velocity: float
+    k_position: float = 0.0
+    soft_lower: float = -inf
+    soft_upper: float = inf
+
+
+@dataclass(frozen=True)
 class Mimic:
     """A joint that follows another: position = multiplier * position of ``joint`` + offset."""
 
@@ -71,6 +81,7 @@ class Joint:
     limits: Limits = Limits()
     mimic: Mimic | None = None
     line: int | None = None
+    safety: Safety | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin", frozen(as_one_pose(self.origin, "origin"), (4, 4)))
