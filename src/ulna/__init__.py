@@ -4,6 +4,7 @@ from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
 from ulna.errors import (
     DescriptionError,
+    DescriptionWarning,
     FileError,
     GeometryError,
     InputError,
@@ -23,6 +24,7 @@ __all__ = [
     "Capsule",
     "Cylinder",
     "DescriptionError",
+    "DescriptionWarning",
     "FileError",
     "GeometryError",
     "IKResult",

@@ -23,8 +23,8 @@ ANALYTICAL_ROWS = ("x", "y", "z", "roll", "pitch", "yaw")
 
 INFO_KEYS = (
     "name; base; tip: null if there are several; leaves; n_dof; joints: one for each entry of q, with name, type, lower, upper, "
-    "soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: name, joint, multiplier, offset; links; collision_shapes: name, "
-    "link, kind, and extents, or radius and length, or uri and scale."
+    "soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: name, joint, multiplier, offset; links; "
+    "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
 )
 _Q_KEYS = "robot; q; outside_limits: joints of q beyond their limits"
 POSE_KEYS = f"{_Q_KEYS}; base; link; position; rpy; wxyz; matrix: 4x4, T_base_link."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,9 @@ from ulna.io.load import load_description
 from ulna.io.write_urdf import write_urdf
 from ulna.model.arrays import as_floats
 from ulna.model.description import Description
+from ulna.model.groups import JointGroup, configuration, joint_groups
 from ulna.model.pose import as_one_pose
+from ulna.model.srdf import EndEffector, Srdf
 from ulna.model.subtree import cut_out, with_tool
 from ulna.model.tree import Tree, build_tree
 
@@ -36,6 +39,7 @@ def load(
     package_dirs: Iterable[str | Path] = (),
     base: str | None = None,
     tip: str | None = None,
+    srdf: str | Path | None = None,
 ) -> Robot:
     """The robot of a description.
 
@@ -45,6 +49,8 @@ def load(
         package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie.
         base: The link to begin at; the root unless given.
         tip: The link to end at: only the chain from base to tip is kept.
+        srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
+            Words of it that name nothing in the robot are passed over, with a ``DescriptionWarning``.
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
@@ -54,7 +60,7 @@ def load(
         >>> load("panda").n_dof
         7
     """
-    description, home = load_description(source, xacro_args or {}, package_dirs)
+    description, home = load_description(source, xacro_args or {}, package_dirs, srdf)
     robot = Robot(description, home=home)
     if base is None and tip is None:
         return robot
@@ -166,6 +172,29 @@ class Robot:
     def velocity_limits(self) -> Array:
         """Largest speeds [rad/s or m/s], shape (n_dof,); inf where none is given."""
         return self.tree.velocity_limits
+
+    @property
+    def srdf(self) -> Srdf:
+        """The semantic description, its names checked against the robot; empty where none was given."""
+        return self.description.srdf
+
+    @cached_property
+    def groups(self) -> Mapping[str, JointGroup]:
+        """The groups of the semantic description, by name: ``robot.groups["arm"].joint_names``, ``columns``, ``link_names``."""
+        return MappingProxyType(joint_groups(self.description, self.tree))
+
+    @cached_property
+    def end_effectors(self) -> Mapping[str, EndEffector]:
+        """The end effectors of the semantic description, by name."""
+        return MappingProxyType({effector.name: effector for effector in self.srdf.end_effectors})
+
+    @cached_property
+    def named_configurations(self) -> Mapping[str, Array]:
+        """The states of the semantic description as q [rad or m], shape (n_dof,), by ``"group/state"``.
+
+        A state that does not name every joint is completed from ``home``.
+        """
+        return MappingProxyType({state.key: configuration(state, self.tree, self.home) for state in self.srdf.states})
 
     def to_urdf(self) -> str:
         """URDF text: the expanded text that was read, or one that is written for a robot made in another way."""

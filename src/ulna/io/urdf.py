@@ -9,6 +9,7 @@ from lxml import etree
 from numpy.typing import NDArray
 
 from ulna.errors import DescriptionError, did_you_mean
+from ulna.io.reader import Reader
 from ulna.io.xml import parse
 from ulna.model.description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.model.pose import pose
@@ -33,15 +34,12 @@ def _decoded(root: etree._Element, text: bytes, source: str) -> str:
         raise DescriptionError(f"is written in {encoding}, which Python does not read; save it as UTF-8", source) from None
 
 
-class _Reader:
-    """Walks one document; holds its name for messages and its named materials."""
+class _Reader(Reader):
+    """Walks one URDF document; holds its named materials."""
 
     def __init__(self, source: str) -> None:
-        self.source = source
+        super().__init__(source)
         self.materials: dict[str, tuple[float, float, float, float]] = {}
-
-    def fail(self, element: etree._Element, message: str) -> DescriptionError:
-        return DescriptionError(message, self.source, element.sourceline)
 
     def robot(self, root: etree._Element, text: str) -> Description:
         if root.tag != "robot":
@@ -180,38 +178,3 @@ class _Reader:
             return np.eye(4)
         zero = (0.0, 0.0, 0.0)
         return pose(*(self.vector(child, key, 3) if key in child.attrib else zero for key in ("xyz", "rpy")))
-
-    def child(self, element: etree._Element, tag: str) -> etree._Element:
-        child = element.find(tag)
-        if child is None:
-            raise self.fail(element, f"<{element.tag}> {element.get('name')!r} has no <{tag}>")
-        return child
-
-    def attribute(self, element: etree._Element, key: str) -> str:
-        value = element.get(key)
-        if not value:
-            raise self.fail(element, f"<{element.tag}> has no attribute {key!r}")
-        return value
-
-    def number(self, element: etree._Element, key: str, default: float | None = None, low: float = -math.inf) -> float:
-        if default is not None and key not in element.attrib:
-            return default
-        return self.vector(element, key, 1, low)[0]
-
-    def triple(self, element: etree._Element, key: str, low: float = -math.inf) -> tuple[float, float, float]:
-        x, y, z = self.vector(element, key, 3, low)
-        return x, y, z
-
-    def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
-        text = self.attribute(element, key)
-        try:
-            if "_" in text or not text.isascii():
-                raise ValueError  # noqa: TRY301
-            values = tuple(float(word) for word in text.split())
-        except ValueError:
-            hint = " (an expression: is this a xacro file without its xmlns:xacro?)" if "${" in text else ""
-            raise self.fail(element, f"<{element.tag}> {key}={text!r}: not numbers{hint}") from None
-        if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
-            expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
-            raise self.fail(element, f"<{element.tag}> {key}={text!r}: {expected} expected")
-        return values

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.model.pose import as_one_pose
 from ulna.model.shapes import Shape
+from ulna.model.srdf import Srdf
 
 
 class JointType(StrEnum):
@@ -128,10 +129,14 @@ def _remake(kind: type, contents: tuple):
 
 @dataclass(frozen=True)
 class Description:
-    """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages."""
+    """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages.
+
+    ``srdf`` is its semantic description, whose names are all the robot's; empty where none was given.
+    """
 
     name: str
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
     source: str = ""
     text: str = field(default="", repr=False)
+    srdf: Srdf = field(default=Srdf(), repr=False)

@@ -66,6 +66,15 @@ def joints_from_root(description: Description) -> tuple[Joint, ...]:
     return tuple(ordered)
 
 
+def joints_to_root(link: str, carriers: dict[str, Joint]) -> set[str]:
+    """The names of the joints between a link and the root. ``carriers`` has the joint that carries each link."""
+    names = set()
+    while link in carriers:
+        names.add(carriers[link].name)
+        link = carriers[link].parent
+    return names
+
+
 def leaf_links(description: Description) -> tuple[str, ...]:
     """The links that carry no other, in the order of the file."""
     parents = {joint.parent for joint in description.joints}

@@ -38,12 +38,12 @@ def test_soft_limits_that_are_not_said_are_none_and_the_gain_on_position_is_zero
 
 # What is said of the soft limits of a joint within -1 and 2, and what holds.
 SOFT = {
-    "within": (dict(lower=-0.5, upper=1.5), (-0.5, 1.5)),
-    "one side only": (dict(upper=1.5), (-1, 1.5)),
+    "within": ({"lower": -0.5, "upper": 1.5}, (-0.5, 1.5)),
+    "one side only": ({"upper": 1.5}, (-1, 1.5)),
     "none": ({}, (-1, 2)),
-    "wider than the limits": (dict(lower=-3, upper=9), (-1, 2)),
-    "wholly outside the limits": (dict(lower=2.5, upper=9), (-1, 2)),
-    "at the border": (dict(lower=2, upper=9), (2, 2)),
+    "wider than the limits": ({"lower": -3, "upper": 9}, (-1, 2)),
+    "wholly outside the limits": ({"lower": 2.5, "upper": 9}, (-1, 2)),
+    "at the border": ({"lower": 2, "upper": 9}, (2, 2)),
 }
 
 
