@@ -24,6 +24,7 @@ from ulna.answers import Entry
 from ulna.checks import run_checks
 from ulna.demo import Demo
 from ulna.errors import InputError, UlnaError
+from ulna.io.load import urdf_text
 
 
 class _Commands(TyperGroup):
@@ -211,10 +212,20 @@ def check(
 
 
 @app.command()
-def urdf(robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None) -> None:
-    """Print the robot's URDF: of a xacro file, what it expands to."""
-    text = _load(robot, xacro_arg, package_dir).to_urdf()
-    typer.echo(text.encode(), nl=False)
+def urdf(
+    robot: RobotName = "panda",
+    *,
+    mesh_paths: Annotated[
+        str, typer.Option(metavar="KIND", help="given: as they stand; file: absolute file:// addresses, as RViz needs.")
+    ] = "given",
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+) -> None:
+    """Print the robot's URDF: of a xacro file, what it expands to.
+
+    It is printed even where it cannot be understood, so that an error's line can be looked up.
+    """
+    typer.echo(urdf_text(robot, _arguments(xacro_arg), package_dir or (), mesh_paths).encode(), nl=False)
 
 
 @app.command(epilog=f"JSON: {answers.CHECKS_KEYS}")
@@ -252,13 +263,17 @@ def _serve(host: str, port: int, *, open_browser: bool) -> None:
 
 
 def _load(robot: str, xacro_arg: Sequence[str] | None, package_dir: Sequence[Path] | None) -> ulna.Robot:
+    return ulna.load(robot, xacro_args=_arguments(xacro_arg), package_dirs=package_dir or ())
+
+
+def _arguments(xacro_arg: Sequence[str] | None) -> dict[str, str]:
     arguments = {}
     for text in xacro_arg or ():
         key, separator, value = text.partition(":=")
         if not (separator and key):
             raise InputError("--xacro-arg", f"{text!r}; key:=value is expected")
         arguments[key] = value
-    return ulna.load(robot, xacro_args=arguments, package_dirs=package_dir or ())
+    return arguments
 
 
 def _positions(option: str, text: str | None, robot: ulna.Robot, *, degrees: bool) -> NDArray[np.float64]:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.errors import InputError
 from ulna.io.dh import description_from_dh
 from ulna.io.load import load_description
+from ulna.io.mesh_paths import with_mesh_paths
 from ulna.io.write_urdf import write_urdf
 from ulna.model.arrays import as_floats
 from ulna.model.description import Description
@@ -44,9 +45,12 @@ def load(
     """The robot of a description.
 
     Args:
-        source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text.
+        source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text. Or the
+            name of a robot of the packages example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"ur5e"``), where
+            they are installed; nothing is downloaded. A bundled name comes first, then a file, then these in their order.
         xacro_args: Arguments of a xacro file, or of the one macro that it defines.
-        package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie.
+        package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie, or such packages themselves. A
+            xacro file reads files in them, in its own folder and in its package, and nowhere else.
         base: The link to begin at; the root unless given.
         tip: The link to end at: only the chain from base to tip is kept.
         srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
@@ -54,7 +58,8 @@ def load(
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
-        FileError: There is no such file, or it cannot be read.
+        FileError: There is no such file or name, or it cannot be read.
+        InputError: A xacro file has no argument of a name in ``xacro_args``.
 
     Example:
         >>> load("panda").n_dof
@@ -196,9 +201,17 @@ class Robot:
         """
         return MappingProxyType({state.key: configuration(state, self.tree, self.home) for state in self.srdf.states})
 
-    def to_urdf(self) -> str:
-        """URDF text: the expanded text that was read, or one that is written for a robot made in another way."""
-        return self.description.text or write_urdf(self.description)
+    def to_urdf(self, *, mesh_paths: str = "given") -> str:
+        """URDF text: the expanded text that was read, or one that is written for a robot made in another way.
+
+        Args:
+            mesh_paths: ``"given"``: meshes are named as they were; ``"file"``: by absolute ``file://`` addresses, as RViz needs.
+
+        Raises:
+            FileError: With ``"file"``: a mesh is not there; the message lists every path tried.
+        """
+        text = self.description.text or write_urdf(self.description)
+        return with_mesh_paths(mesh_paths, text, self.description.folder, self.description.package_dirs)
 
     def with_tool(self, T_flange_tool: ArrayLike, name: str = "tool") -> Robot:
         """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.

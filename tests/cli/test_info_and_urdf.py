@@ -110,6 +110,22 @@ def test_urdf_of_a_xacro_file_is_what_it_expands_to(run, ask, xacro, tmp_path):
     assert (answer.link, answer.position) == ("two_hand", [0.5, 0.0, 0.0])
 
 
+def test_urdf_shows_the_text_whose_line_an_error_cites(run, refusal, tmp_path):
+    path = tmp_path / "r.xacro"
+    lines = ['<xacro:property name="n" value="a"/>', '<link name="${n}"/>', '<joint name="j" type="${n}"/>']
+    path.write_text(f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{"".join(lines)}</robot>')
+    error = refusal("info", path)
+    line = int(re.match(r"r\.xacro \(expanded; `ulna urdf` prints it\):(\d+): joint 'j': type 'a' is not known", error)[1])
+    assert run("urdf", path).stdout.splitlines()[line - 1].strip() == '<joint name="j" type="a"/>'
+
+
+def test_urdf_names_meshes_as_files_on_request(run, refusal, odd):
+    (odd.parent / "mast.stl").write_text("")
+    assert f'filename="{(odd.parent / "mast.stl").as_uri()}"' in run("urdf", odd, "--mesh-paths", "file").stdout
+    (odd.parent / "mast.stl").unlink()
+    assert refusal("urdf", odd, "--mesh-paths", "file") == f"mast.stl: no such file; tried {odd.parent / 'mast.stl'}"
+
+
 def test_packages_are_found_in_the_given_folders(ask, tmp_path):
     package = tmp_path / "packages" / "parts"
     package.mkdir(parents=True)

@@ -1,8 +1,8 @@
 """A document as it comes in: a file, or the text itself; and what it expands to where it is a xacro file."""
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ulna.errors import FileError, InputError
@@ -12,11 +12,12 @@ from ulna.io.xml import parse
 
 @dataclass(frozen=True)
 class Document:
-    """Text, what messages call it, and the folder it lies in (None for text that was given as such)."""
+    """Text, what messages call it, the folder it lies in (None for text that was given as such), and where packages lie."""
 
     text: bytes
     source: str
     folder: Path | None = None
+    package_dirs: tuple[Path, ...] = ()
 
 
 def open_document(argument: str, source: str | Path, kind: str) -> Document:
@@ -32,14 +33,13 @@ def open_document(argument: str, source: str | Path, kind: str) -> Document:
         raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
 
 
-def expanded(document: Document, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> Document:
-    """What a xacro file stands for; any other document as it is, which takes no arguments."""
+def expanded(document: Document, xacro_args: Mapping[str, object], package_dirs: tuple[Path, ...]) -> Document:
+    """What a xacro file stands for; any other document as it is, which takes no arguments. It holds the ``package_dirs``."""
     if is_xacro(parse(document.text, document.source)):
-        arguments = {str(key): str(value) for key, value in xacro_args.items()}
-        text = expand_xacro(document.text, document.source, document.folder, arguments, package_dirs)
-        return Document(text, f"{document.source} (expanded)", document.folder)
+        text = expand_xacro(document.text, document.source, document.folder, xacro_args, package_dirs)
+        return Document(text, f"{document.source} (expanded; `ulna urdf` prints it)", document.folder, package_dirs)
     refuse_arguments(document.source, xacro_args)
-    return document
+    return replace(document, package_dirs=package_dirs)
 
 
 def refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:

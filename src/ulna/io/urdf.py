@@ -19,17 +19,16 @@ from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 def read_urdf(text: bytes, source: str) -> Description:
     """The description in a URDF document. ``source`` names it in messages."""
     root = parse(text, source)
-    decoded = _decoded(root, text, source)
-    without_encoding = re.sub(r"^\s*<\?xml[^>]*\?>", '<?xml version="1.0"?>', decoded.lstrip("\ufeff"), count=1)
-    return _Reader(source).robot(root, without_encoding)
+    return _Reader(source).robot(root, decoded(root, text, source))
 
 
-def _decoded(root: etree._Element, text: bytes, source: str) -> str:
+def decoded(root: etree._Element, text: bytes, source: str) -> str:
+    """The text of an XML document, without the encoding that it declares."""
     declared = root.getroottree().docinfo.encoding or "utf-8"
     marks = {b"\xff\xfe\0\0": "utf-32", b"\0\0\xfe\xff": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
     encoding = next((name for mark, name in marks.items() if text.startswith(mark)), declared)
     try:
-        return text.decode(encoding)
+        return re.sub(r"^\s*<\?xml[^>]*\?>", '<?xml version="1.0"?>', text.decode(encoding).lstrip("\ufeff"), count=1)
     except (LookupError, UnicodeDecodeError):
         raise DescriptionError(f"is written in {encoding}, which Python does not read; save it as UTF-8", source) from None
 

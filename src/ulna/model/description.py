@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from math import inf
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,6 +132,7 @@ def _remake(kind: type, contents: tuple):
 class Description:
     """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages.
 
+    ``folder`` is where that file lies and ``package_dirs`` where its packages do, for whoever looks for its meshes.
     ``srdf`` is its semantic description, whose names are all the robot's; empty where none was given.
     """
 
@@ -139,4 +141,6 @@ class Description:
     joints: tuple[Joint, ...]
     source: str = ""
     text: str = field(default="", repr=False)
+    folder: Path | None = None
+    package_dirs: tuple[Path, ...] = ()
     srdf: Srdf = field(default=Srdf(), repr=False)
