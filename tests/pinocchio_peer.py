@@ -1,13 +1,8 @@
-"""Pinocchio (pin) as the second opinion on kinematics, and the robots that example-robot-data brings."""
-
-import sys
-from pathlib import Path
+"""Pinocchio (pin) as the second opinion on kinematics."""
 
 import numpy as np
 import pinocchio as pin
 
-SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
-ROBOTS = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
 FRAMES = {
     "base": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
     "link": pin.ReferenceFrame.LOCAL,
@@ -76,9 +71,28 @@ class Peer:
         pin.updateFramePlacements(self.model, self.data)
         indices = [self.frame(link) for link in links]
         return {
-            name: np.array([pin.getFrameJacobian(self.model, self.data, index, frame) for index in indices])
+            name: np.array([pin.getFrameJacobian(self.model, self.data, index, frame).reshape(6, -1) for index in indices])
             for name, frame in FRAMES.items()
         }
+
+
+def farthest_link(peer: Peer, n: int = 100) -> float:
+    """The largest difference in any entry of the pose of any link, over n random configurations."""
+    q = random_positions(peer.robot, n)
+    return np.abs(peer.robot.link_poses(q) - [peer.link_poses(row) for row in q]).max(initial=0.0)
+
+
+def farthest_jacobian(peer: Peer, n: int = 100) -> float:
+    """The largest difference in any entry of the Jacobian of any tip in any frame, over n random configurations."""
+    robot, rates, leaves = peer.robot, peer.rates(), peer.robot.tree.leaves
+    q = random_positions(robot, n)
+    expected, largest = [peer.jacobians(row, leaves) for row in q], 0.0
+    for frame in FRAMES:
+        theirs = np.array([jacobians[frame] for jacobians in expected]) @ rates
+        for k, link in enumerate(leaves):
+            ours = robot.jacobian(q, link=link, expressed_in=frame)
+            largest = max(largest, np.abs(ours - theirs[:, k]).max(initial=0.0))
+    return largest
 
 
 def random_positions(robot, n: int) -> np.ndarray:

@@ -8,11 +8,12 @@ import pinocchio as pin
 import pytest
 
 import ulna
-from pinocchio_peer import ROBOTS, Peer
+from pinocchio_peer import Peer
+from robot_files import example_srdfs
 from ulna import DescriptionWarning, UlnaError
 from ulna.io.srdf import read_srdf
 
-FILES = sorted(ROBOTS.rglob("*.srdf"))
+FILES = example_srdfs()
 WITHOUT_A_ROBOT = {"cassie_v2"}  # only an SDF lies beside it
 # Which of a folder's URDFs an SRDF is for, where its name does not say so. The robot of alex_psyonic_hands cannot be loaded.
 URDF_OF = {

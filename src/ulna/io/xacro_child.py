@@ -114,7 +114,8 @@ def _teach_xacro(fence: Fence, path: Path | None) -> None:
     xacro.abs_filename_spec, xacro.safe_eval = located, safe_eval
     substitution_args._eval_find = fence.find  # noqa: SLF001
     substitution_args._eval_dict["find"] = fence.find  # noqa: SLF001
-    vars(substitution_args)["eval"] = lambda text, _, names: eval(text, {"__builtins__": {}}, names)  # noqa: S307 - its own, with less
+    without_builtins = {"__builtins__": {}}
+    substitution_args.eval = lambda text, _, names: eval(text, without_builtins, names)  # noqa: S307  # pyright: ignore[reportAttributeAccessIssue]
     if path is not None:
         os.chdir(path.parent)
         xacro.init_stacks(str(path))
