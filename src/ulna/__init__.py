@@ -6,6 +6,7 @@ from ulna.comparison.compare import compare
 from ulna.comparison.result import Comparison
 from ulna.errors import (
     DescriptionError,
+    DescriptionWarning,
     FileError,
     GeometryError,
     InputError,
@@ -31,6 +32,7 @@ __all__ = [
     "Cylinder",
     "DHTable",
     "DescriptionError",
+    "DescriptionWarning",
     "FileError",
     "GeometryError",
     "HalfSpace",

@@ -9,16 +9,16 @@ from ulna.robot import Robot
 
 INFO_KEYS = (
     "name; base; tip: null if there are several; leaves; n_dof; joints: one for each entry of q, with name, type, lower, upper, "
-    "velocity_limit, home, unit; fixed_joints; mimic_joints: name, joint, multiplier, offset; links; collision_shapes: name, "
-    "link, kind, and extents, or radius and length, or uri and scale."
+    "soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: name, joint, multiplier, offset; links; "
+    "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
 )
 
 
 def info_data(robot: Robot) -> Data:
     """What a robot is; see ``INFO_KEYS``."""
     joints = robot.description.joints
-    numbers = zip(robot.lower, robot.upper, robot.velocity_limits, robot.home, strict=True)
-    keys = ("lower", "upper", "velocity_limit", "home")
+    columns = robot.lower, robot.upper, robot.soft_lower, robot.soft_upper, robot.velocity_limits, robot.home
+    keys = ("lower", "upper", "soft_lower", "soft_upper", "velocity_limit", "home")
     return {
         "name": robot.name,
         "base": robot.base,
@@ -27,7 +27,7 @@ def info_data(robot: Robot) -> Data:
         "n_dof": robot.n_dof,
         "joints": [
             {"name": entry.name, "type": entry.type, **dict(zip(keys, row, strict=True)), "unit": entry.unit}
-            for entry, row in zip(entries_of_q(robot), numbers, strict=True)
+            for entry, row in zip(entries_of_q(robot), zip(*columns, strict=True), strict=True)
         ],
         "fixed_joints": [j.name for j in joints if j.type == JointType.FIXED],
         "mimic_joints": [{"name": j.name, **asdict(j.mimic)} for j in joints if j.mimic is not None],

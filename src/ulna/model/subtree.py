@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from ulna.errors import DescriptionError, InputError, UnknownNameError
 from ulna.model.description import Description, Joint, JointType, Link
+from ulna.model.groups import with_chains_listed
+from ulna.model.references import matched
 from ulna.model.structure import leaf_links, root_link
 
 
@@ -32,7 +34,9 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
                 f"joint {joint.name!r} mimics {joint.mimic.joint!r}, which is not part of the robot from {start!r} to {tip!r}"
             )
             raise DescriptionError(message, description.source, joint.line)
-    return replace(description, links=tuple(link for link in description.links if link.name in links), joints=joints, text="")
+    part = replace(description, links=tuple(link for link in description.links if link.name in links), joints=joints, text="")
+    srdf = matched(with_chains_listed(description.srdf, description), part)
+    return replace(part, srdf=replace(srdf, warnings=description.srdf.warnings))
 
 
 def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name: str) -> Description:

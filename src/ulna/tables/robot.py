@@ -17,6 +17,9 @@ def info_view(data) -> Iterator[RenderableType]:
         lower, upper, home, velocity = (short(joint[key]) for key in ("lower", "upper", "home", "velocity_limit"))
         table.add_row(joint["name"], joint["type"], lower, upper, home, joint["unit"], velocity, f"{joint['unit']}/s")
     yield table
+    for joint in data["joints"]:
+        if (joint["soft_lower"], joint["soft_upper"]) != (joint["lower"], joint["upper"]):
+            yield f"{joint['name']}: soft limits {short(joint['soft_lower'])} to {short(joint['soft_upper'])} {joint['unit']}"
     for mimic in data["mimic_joints"]:
         yield f"{mimic['name']} = {mimic['multiplier']:g} * {mimic['joint']} + {mimic['offset']:g}"
     yield _names("fixed joints", data["fixed_joints"])
