@@ -1,10 +1,12 @@
-# make demo: set up and run the demo.  make test: set up and pass the tests.  Both may be run again and again.
+# make demo: set up and run the demo.  make test: set up and pass the tests.  make bench: measure, with the peers beside Ulna.
+# All may be run again and again.
 PYTHON ?= python3
 VENV ?= .venv
 RUN = $(VENV)/bin
+BENCH_VENV ?= .venv-bench
 ARGS ?=
 
-.PHONY: demo test clean
+.PHONY: demo test bench clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -17,6 +19,19 @@ test: $(VENV)/.dev
 	$(RUN)/python -m pytest $(ARGS)
 	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest tests/unit/kernels
 	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest tests/unit/kernels
+
+# The peers, side by side with Ulna: writes benchmarks/results/. ARGS="--robot panda --n 10000" asks for less or more.
+bench: $(BENCH_VENV)/.bench
+	$(BENCH_VENV)/bin/python -m benchmarks $(ARGS)
+
+# An environment of its own: some peers hold back the versions of packages that the tests use. One that cannot be installed is
+# named, and the rest is measured without it.
+$(BENCH_VENV)/.bench: pyproject.toml
+	$(PYTHON) -m venv $(BENCH_VENV)
+	$(BENCH_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(BENCH_VENV)/bin/python -m pip install --quiet --editable .
+	$(BENCH_VENV)/bin/python -m pip install --quiet --only-binary :all: --group bench || $(BENCH_VENV)/bin/python -m benchmarks.install
+	touch $@
 
 $(RUN)/python:
 	$(PYTHON) -m venv $(VENV)
@@ -31,4 +46,4 @@ $(VENV)/.dev: pyproject.toml | $(RUN)/python
 	touch $(VENV)/.demo $@
 
 clean:
-	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(BENCH_VENV) .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -4,6 +4,7 @@ Of Ulna they read only the plain data of a ``Description``. Nothing here is fast
 """
 
 import itertools
+from math import cos, sin
 
 import numpy as np
 
@@ -100,6 +101,43 @@ def link_poses(description, q):
 
 def link_pose(description, q, link):
     return link_poses(description, q)[[one.name for one in description.links].index(link)]
+
+
+def craig(a, d, alpha, theta):
+    """A row of a modified table. Craig, Introduction to Robotics (3rd ed., 2005), equation 3.6."""
+    return np.array(
+        [
+            [cos(theta), -sin(theta), 0, a],
+            [sin(theta) * cos(alpha), cos(theta) * cos(alpha), -sin(alpha), -sin(alpha) * d],
+            [sin(theta) * sin(alpha), cos(theta) * sin(alpha), cos(alpha), cos(alpha) * d],
+            [0, 0, 0, 1],
+        ]
+    )
+
+
+def classic(a, d, alpha, theta):
+    """A row of a standard table. Spong, Hutchinson and Vidyasagar, Robot Modeling and Control (2006), equation 3.10."""
+    return np.array(
+        [
+            [cos(theta), -sin(theta) * cos(alpha), sin(theta) * sin(alpha), a * cos(theta)],
+            [sin(theta), cos(theta) * cos(alpha), -cos(theta) * sin(alpha), a * sin(theta)],
+            [0, sin(alpha), cos(alpha), d],
+            [0, 0, 0, 1],
+        ]
+    )
+
+
+DH_FORMULAS = {"modified": craig, "standard": classic}
+
+
+def dh_poses(rows, types, q, convention):
+    """T_0_k of every row of a DH table: the running product, q entering as theta or as d."""
+    poses, T, entries = [], np.eye(4), iter(q)
+    for (a, d, alpha, theta), kind in zip(rows, types, strict=True):
+        value = 0.0 if kind == "fixed" else next(entries)
+        T = T @ DH_FORMULAS[convention](a, d + value * (kind == "prismatic"), alpha, theta + value * (kind != "prismatic"))
+        poses.append(T)
+    return poses
 
 
 def derivative(f, x, h=1e-3):

@@ -2,8 +2,11 @@
 
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
+from ulna.comparison.compare import compare
+from ulna.comparison.result import Comparison
 from ulna.errors import (
     DescriptionError,
+    DescriptionWarning,
     FileError,
     GeometryError,
     InputError,
@@ -13,8 +16,10 @@ from ulna.errors import (
 )
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
+from ulna.model.convex_mesh import ConvexMesh
+from ulna.model.dh_table import DHTable
 from ulna.model.pose import pose
-from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
 from ulna.robot import Robot, load
 
 __version__ = "0.1.0"
@@ -22,10 +27,15 @@ __version__ = "0.1.0"
 __all__ = [
     "Box",
     "Capsule",
+    "Comparison",
+    "ConvexMesh",
     "Cylinder",
+    "DHTable",
     "DescriptionError",
+    "DescriptionWarning",
     "FileError",
     "GeometryError",
+    "HalfSpace",
     "IKResult",
     "InputError",
     "Mesh",
@@ -39,6 +49,7 @@ __all__ = [
     "UlnaError",
     "UnknownNameError",
     "World",
+    "compare",
     "load",
     "pose",
 ]

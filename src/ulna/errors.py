@@ -20,6 +20,10 @@ class DescriptionError(UlnaError, ValueError):
         return type(self), (self.message, self.source, self.line)
 
 
+class DescriptionWarning(UserWarning):
+    """Parts of a description that mean nothing and are passed over, as a semantic description's words of unknown links."""
+
+
 class InputError(UlnaError, ValueError):
     """A number, an array or an option that a function cannot take. ``argument`` names it."""
 

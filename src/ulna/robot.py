@@ -5,18 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError
-from ulna.io.dh import description_from_dh
+from ulna.io.dh import description_from_dh, description_of_table
 from ulna.io.load import load_description
+from ulna.io.mesh_paths import with_mesh_paths
 from ulna.io.write_urdf import write_urdf
 from ulna.model.arrays import as_floats
 from ulna.model.description import Description
+from ulna.model.dh_table import DHTable
+from ulna.model.groups import JointGroup, configuration, joint_groups
 from ulna.model.pose import as_one_pose
+from ulna.model.srdf import EndEffector, Srdf
 from ulna.model.subtree import cut_out, with_tool
 from ulna.model.tree import Tree, build_tree
 
@@ -39,25 +44,32 @@ def load(
     package_dirs: Iterable[str | Path] = (),
     base: str | None = None,
     tip: str | None = None,
+    srdf: str | Path | None = None,
 ) -> Robot:
     """The robot of a description.
 
     Args:
-        source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text.
+        source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text. Or the
+            name of a robot of the packages example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"ur5e"``), where
+            they are installed; nothing is downloaded. A bundled name comes first, then a file, then these in their order.
         xacro_args: Arguments of a xacro file, or of the one macro that it defines.
-        package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie.
+        package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie, or such packages themselves. A
+            xacro file reads files in them, in its own folder and in its package, and nowhere else.
         base: The link to begin at; the root unless given.
         tip: The link to end at: only the chain from base to tip is kept.
+        srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
+            Words of it that name nothing in the robot are passed over, with a ``DescriptionWarning``.
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
-        FileError: There is no such file, or it cannot be read.
+        FileError: There is no such file or name, or it cannot be read.
+        InputError: A xacro file has no argument of a name in ``xacro_args``.
 
     Example:
         >>> load("panda").n_dof
         7
     """
-    description, home = load_description(source, xacro_args or {}, package_dirs)
+    description, home = load_description(source, xacro_args or {}, package_dirs, srdf)
     robot = Robot(description, home=home)
     if base is None and tip is None:
         return robot
@@ -85,20 +97,24 @@ class Robot:
     @classmethod
     def from_dh(
         cls,
-        rows: ArrayLike,
+        rows: ArrayLike | DHTable,
         *,
         convention: str = "modified",
         joint_types: Sequence[str] | None = None,
         limits: ArrayLike | None = None,
+        T_base_0: ArrayLike | None = None,
+        T_n_tip: ArrayLike | None = None,
         name: str = "robot",
     ) -> Robot:
         """The serial arm of a Denavit-Hartenberg table; the link ``linkN`` is the frame of row N.
 
         Args:
-            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4).
+            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4). Or a ``DHTable``, which says all the rest itself.
             convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
             joint_types: ``"revolute"`` (all, unless said), ``"continuous"``, ``"prismatic"`` or ``"fixed"``, one a row.
             limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
+            T_base_0: Where the first row begins, the link ``link0``, shape (4, 4); at ``base`` unless given.
+            T_n_tip: Where the tip, the link ``tip``, is in the frame of the last row, shape (4, 4); that frame unless given.
             name: The robot's name.
 
         Example:
@@ -106,7 +122,21 @@ class Robot:
             >>> planar.forward_kinematics([0.0, np.pi / 2])[:3, 3].round(12)
             array([1., 1., 0.])
         """
-        return cls(description_from_dh(rows, convention=convention, joint_types=joint_types, limits=limits, name=name))
+        if isinstance(rows, DHTable):
+            if (convention, joint_types, limits, T_base_0, T_n_tip, name) != ("modified", None, None, None, None, "robot"):
+                raise InputError("rows", "a DHTable says all the rest itself; give its rows, table.rows, to say it otherwise")
+            return cls(description_of_table(rows))
+        return cls(
+            description_from_dh(
+                rows,
+                convention=convention,
+                joint_types=joint_types,
+                limits=limits,
+                T_base_0=T_base_0,
+                T_n_tip=T_n_tip,
+                name=name,
+            )
+        )
 
     # ---- what it is ---------------------------------------------------------------------------------------------------
 
@@ -156,13 +186,77 @@ class Robot:
         return self.tree.upper
 
     @property
+    def soft_lower(self) -> Array:
+        """Lower soft limits [rad or m], shape (n_dof,): those of the safety controllers, ``lower`` where there is none."""
+        return self.tree.soft_lower
+
+    @property
+    def soft_upper(self) -> Array:
+        """Upper soft limits [rad or m], shape (n_dof,): those of the safety controllers, ``upper`` where there is none."""
+        return self.tree.soft_upper
+
+    @property
     def velocity_limits(self) -> Array:
         """Largest speeds [rad/s or m/s], shape (n_dof,); inf where none is given."""
         return self.tree.velocity_limits
 
-    def to_urdf(self) -> str:
-        """URDF text: the expanded text that was read, or one that is written for a robot made in another way."""
-        return self.description.text or write_urdf(self.description)
+    @property
+    def srdf(self) -> Srdf:
+        """The semantic description, its names checked against the robot; empty where none was given."""
+        return self.description.srdf
+
+    @cached_property
+    def groups(self) -> Mapping[str, JointGroup]:
+        """The groups of the semantic description, by name: ``robot.groups["arm"].joint_names``, ``columns``, ``link_names``."""
+        return MappingProxyType(joint_groups(self.description, self.tree))
+
+    @cached_property
+    def end_effectors(self) -> Mapping[str, EndEffector]:
+        """The end effectors of the semantic description, by name."""
+        return MappingProxyType({effector.name: effector for effector in self.srdf.end_effectors})
+
+    @cached_property
+    def named_configurations(self) -> Mapping[str, Array]:
+        """The states of the semantic description as q [rad or m], shape (n_dof,), by ``"group/state"``.
+
+        A state that does not name every joint is completed from ``home``.
+        """
+        return MappingProxyType({state.key: configuration(state, self.tree, self.home) for state in self.srdf.states})
+
+    def to_urdf(self, *, mesh_paths: str = "given") -> str:
+        """URDF text: the expanded text that was read, or one that is written for a robot made in another way.
+
+        Args:
+            mesh_paths: ``"given"``: meshes are named as they were; ``"file"``: by absolute ``file://`` addresses, as RViz needs.
+
+        Raises:
+            FileError: With ``"file"``: a mesh is not there; the message lists every path tried.
+        """
+        text = self.description.text or write_urdf(self.description)
+        return with_mesh_paths(mesh_paths, text, self.description.folder, self.description.package_dirs)
+
+    def dh(self, convention: str = "modified", link: str | None = None, *, tolerance: float = 1e-6) -> DHTable:
+        """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
+
+        Args:
+            convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
+            link: The link's name; the tip unless given.
+            tolerance: Axes within this angle [rad] count as parallel, and parallel ones within this distance [m] as one. What
+                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``. With 0, nothing.
+
+        Returns:
+            A ``DHTable``: one row for each moving joint, and the poses of the base and the tip, to which fixed joints go.
+            ``print`` it; ``Robot.from_dh`` makes a robot of it.
+
+        Raises:
+            InputError: The chain has a planar or floating joint, or axes so nearly parallel that their common normal is out of
+                reach.
+
+        Example:
+            >>> load("panda").dh().rows[4]
+            array([-0.0825    ,  0.384     , -1.57079633,  0.        ])
+        """
+        return self._dh.dh_table(self.description, self.tree, self._the_tip if link is None else link, convention, tolerance)
 
     def with_tool(self, T_flange_tool: ArrayLike, name: str = "tool") -> Robot:
         """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.
@@ -463,6 +557,12 @@ class Robot:
         return forward
 
     @cached_property
+    def _dh(self):
+        from ulna.kinematics import dh
+
+        return dh
+
+    @cached_property
     def _jacobian(self):
         from ulna.kinematics import jacobian
 
@@ -494,10 +594,10 @@ class Robot:
         """What stays the same from call to call of ``inverse_kinematics``, kept for the next."""
         from ulna.ik.quick import QuickSearch
 
-        link, *tolerances, seed = key
+        link, position, rotation, seed = key
         if len(self._quick) >= _MOST_KEPT:
             self._quick.clear()
-        quick = QuickSearch(self.tree, self._the_tip if link is None else link, self.home, tuple(tolerances), seed)
+        quick = QuickSearch(self.tree, self._the_tip if link is None else link, self.home, (position, rotation), seed)
         return self._quick.setdefault(key, quick)
 
     @cached_property

@@ -12,7 +12,7 @@ import pytest
 
 import ulna
 
-COMMANDS = ["info", "fk", "jacobian", "ik", "check", "urdf", "demo"]
+COMMANDS = ["info", "fk", "jacobian", "ik", "check", "dh", "compare", "urdf", "demo", "bench"]
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
     ["info"],
@@ -22,6 +22,9 @@ ANSWERS = [
     ["jacobian", "--analytical", "--q", "-2.8 -1.7 -2.8 -3.0 -2.8 3.7 -2.8"],
     ["ik", "--xyz", "-0.4,-0.1,0.5"],
     ["check", "--box", "0,0,0,0,0,0,9,9,9"],
+    ["dh"],
+    ["compare", "panda", "panda"],
+    ["dh", "--convention", "standard", "--link", "panda_link8"],
 ]
 SPOILT = """
 import ulna.robots.panda as panda
@@ -34,13 +37,14 @@ app(["demo", "--check"], prog_name="ulna")
 ENDLESS = """
 import time
 import ulna.cli
+import ulna.commands.demo
 from ulna.checks import Check
 
 def checks():
     yield Check("first", "0", "1", True)
     time.sleep(60)
 
-ulna.cli.run_checks = checks
+ulna.commands.demo.run_checks = checks
 ulna.cli.app(["demo", "--check"], prog_name="ulna")
 """
 

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from ulna import cli
 from ulna.checks import Check, run_checks
+from ulna.commands import demo
 from ulna.demo import Demo
 from ulna.errors import InputError
 from ulna.robots import panda
@@ -28,7 +28,7 @@ def spoilt(monkeypatch):
     """One link of the DH table a tenth of a millimetre longer than the robot's."""
     rows = [list(row) for row in panda.DH_ROWS]
     rows[4][1] += 1e-4
-    monkeypatch.setattr(cli, "run_checks", lambda: run_checks(rows))
+    monkeypatch.setattr(demo, "run_checks", lambda: run_checks(rows))
 
 
 def test_the_real_checks_pass_one_line_each(run, served):
@@ -56,7 +56,7 @@ def test_a_spoilt_table_is_told_to_programs(ask, spoilt):
 
 
 def test_one_failure_among_many_is_a_failure(run, monkeypatch):
-    monkeypatch.setattr(cli, "run_checks", lambda: iter([BAD, GOOD]))
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([BAD, GOOD]))
     result = run("demo", "--check")
     assert result.exit_code == 1
     assert result.stdout == "FAILED  a long check: 2.0; bound: 1e-12\npassed  a check: 1e-15; bound: 1e-12\n"
@@ -64,7 +64,7 @@ def test_one_failure_among_many_is_a_failure(run, monkeypatch):
 
 @pytest.mark.parametrize("width", [80, 100])
 def test_a_terminal_shows_rows_of_fixed_columns(run, monkeypatch, width):
-    monkeypatch.setattr(cli, "run_checks", lambda: iter([GOOD, BAD]))
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD, BAD]))
     result = run("demo", "--check", FORCE_COLOR="1", COLUMNS=str(width))
     lines = re.sub(r"\x1b\[[\d;]*m", "", result.stdout).splitlines()
     assert [line.split()[0] for line in lines] == ["verdict", "passed", "FAILED"]
@@ -80,14 +80,14 @@ def test_each_check_is_shown_before_the_next_one_runs(run, monkeypatch):
         seen.append(sys.stdout.buffer.getvalue())
         yield BAD
 
-    monkeypatch.setattr(cli, "run_checks", checks)
+    monkeypatch.setattr(demo, "run_checks", checks)
     for environment in ({}, {"FORCE_COLOR": "1"}):
         run("demo", "--check", **environment)
         assert b"a check" in seen.pop()
 
 
 def test_after_the_checks_the_demo_is_served(run, monkeypatch, served):
-    monkeypatch.setattr(cli, "run_checks", lambda: iter([GOOD]))
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
     assert run("demo", "--host", "0.0.0.0", "--port", "1234", "--no-open").exit_code == 0  # noqa: S104
     assert run("demo").exit_code == 0
     assert [(call["host"], call["port"], call["open_browser"]) for call in served] == [
@@ -101,7 +101,7 @@ def test_a_busy_port_is_one_line(run, monkeypatch):
     def serve(**options):
         raise InputError("port", "cannot listen")
 
-    monkeypatch.setattr(cli, "run_checks", lambda: iter([GOOD]))
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
     monkeypatch.setitem(sys.modules, "ulna.viewer.app", SimpleNamespace(serve=serve))
     result = run("demo")
     assert (result.exit_code, result.stderr) == (2, "ulna: port: cannot listen\n")
@@ -109,7 +109,7 @@ def test_a_busy_port_is_one_line(run, monkeypatch):
 
 @pytest.mark.parametrize("package", ["viser", "trimesh"])
 def test_without_the_viewer_extra_it_says_what_to_install(run, monkeypatch, package):
-    monkeypatch.setattr(cli, "run_checks", lambda: iter([GOOD]))
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
     for name in [name for name in sys.modules if name.startswith("ulna.viewer")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)

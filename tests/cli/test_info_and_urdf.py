@@ -61,6 +61,18 @@ def test_no_limit_is_null_for_programs_and_none_for_people(ask, run, odd):
     assert re.search(r"turn +continuous +none +none", run("info", odd).stdout)
 
 
+def test_soft_limits_are_shown_where_they_are_narrower(ask, run, tmp_path):
+    path = tmp_path / "soft.urdf"
+    soft = '<safety_controller k_velocity="1" soft_lower_limit="-0.5"/>'
+    limit = '<limit lower="-1" upper="2" velocity="1" effort="1"/>'
+    joint = '<joint name="j" type="revolute"><parent link="a"/><child link="b"/>{0}{1}</joint>'
+    path.write_text(f'<robot name="r"><link name="a"/><link name="b"/>{joint.format(limit, soft)}</robot>')
+    (told,) = ask("info", path).joints
+    assert (told["lower"], told["soft_lower"], told["upper"], told["soft_upper"]) == (-1, -0.5, 2, 2)
+    assert "j: soft limits -0.5000 to 2.0000 rad" in run("info", path).stdout
+    assert "soft" not in run("info").stdout
+
+
 def test_several_tips_are_listed(ask, run, odd):
     answer = ask("info", odd)
     assert answer.tip is None
@@ -96,6 +108,22 @@ def test_urdf_of_a_xacro_file_is_what_it_expands_to(run, ask, xacro, tmp_path):
     expanded.write_bytes(result.stdout_bytes)
     answer = ask("fk", expanded)
     assert (answer.link, answer.position) == ("two_hand", [0.5, 0.0, 0.0])
+
+
+def test_urdf_shows_the_text_whose_line_an_error_cites(run, refusal, tmp_path):
+    path = tmp_path / "r.xacro"
+    lines = ['<xacro:property name="n" value="a"/>', '<link name="${n}"/>', '<joint name="j" type="${n}"/>']
+    path.write_text(f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{"".join(lines)}</robot>')
+    error = refusal("info", path)
+    line = int(re.match(r"r\.xacro \(expanded; `ulna urdf` prints it\):(\d+): joint 'j': type 'a' is not known", error)[1])
+    assert run("urdf", path).stdout.splitlines()[line - 1].strip() == '<joint name="j" type="a"/>'
+
+
+def test_urdf_names_meshes_as_files_on_request(run, refusal, odd):
+    (odd.parent / "mast.stl").write_text("")
+    assert f'filename="{(odd.parent / "mast.stl").as_uri()}"' in run("urdf", odd, "--mesh-paths", "file").stdout
+    (odd.parent / "mast.stl").unlink()
+    assert refusal("urdf", odd, "--mesh-paths", "file") == f"mast.stl: no such file; tried {odd.parent / 'mast.stl'}"
 
 
 def test_packages_are_found_in_the_given_folders(ask, tmp_path):

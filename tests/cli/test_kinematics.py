@@ -200,11 +200,11 @@ def test_ik_in_degrees(ask):
 
 def test_ik_out_of_reach_says_how_near_it_came_and_exits_1(ask, run):
     answer = ask("ik", "--xyz", "0,0,3")
-    assert (answer.exit_code, answer.success, answer.status) == (1, False, "not found")
+    assert (answer.exit_code, answer.success, answer.status) == (1, False, "unreachable")
     assert answer.position_error == pytest.approx(np.linalg.norm(dh_pose(answer.q)[:3, 3] - [0, 0, 3]), abs=1e-9)
     result = run("ik", "--xyz", "0,0,3")
     assert result.exit_code == 1
-    assert re.search(r"^not found: [\d.]+ m and [\d.]+ rad from the target after \d+ steps", result.stdout, flags=re.MULTILINE)
+    assert re.search(r"^unreachable: [\d.]+ m and [\d.]+ rad from the target after \d+ steps", result.stdout, flags=re.MULTILINE)
 
 
 def test_ik_by_jacobian_transpose_from_a_seed(ask):

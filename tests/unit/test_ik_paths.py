@@ -75,7 +75,8 @@ def test_a_seed_beyond_the_limits_starts_at_the_limits(panda):
 def test_without_a_step_the_seed_comes_back_with_its_errors(panda, method):
     T = panda.forward_kinematics(panda.home)
     short = panda.inverse_kinematics(shifted(T, HUNDREDTH), q_seed=panda.home, method=method, max_iterations=0)
-    assert (bool(short.success), str(short.status), int(short.iterations)) == (False, "not found", 0)
+    status = "budget spent" if method == "levenberg_marquardt" else "not found"
+    assert (bool(short.success), str(short.status), int(short.iterations)) == (False, status, 0)
     np.testing.assert_array_equal(short.q, panda.home)
     assert short.position_error == pytest.approx(0.01, abs=1e-15)
     there = panda.inverse_kinematics(T, q_seed=panda.home, method=method, max_iterations=0)
@@ -83,10 +84,26 @@ def test_without_a_step_the_seed_comes_back_with_its_errors(panda, method):
 
 
 @pytest.mark.parametrize("method", ["levenberg_marquardt", "jacobian_transpose"])
-@pytest.mark.parametrize("budget", [1, 2, 7, 61])
-def test_a_budget_of_steps_is_not_overdrawn(panda, method, budget):
+@pytest.mark.parametrize("budget", [1, 2, 7, 60])
+def test_a_budget_of_steps_is_used_up_by_the_seeds_own_start(panda, method, budget):
     T = shifted(panda.forward_kinematics(panda.home), (3.0, 0, 0))
-    assert panda.inverse_kinematics(T, q_seed=panda.home, method=method, max_iterations=budget).iterations == budget
+    result = panda.inverse_kinematics(T, q_seed=panda.home, method=method, max_iterations=budget)
+    assert (result.iterations, result.starts) == (budget, 1)
+
+
+@pytest.mark.parametrize("budget", [0, 1, 19, 20, 21, 59, 60, 61, 79, 80, 200])
+def test_the_steps_of_all_starts_together_are_within_the_budget(panda, monkeypatch, budget):
+    """Told by what the search asks of its kernel: starts times steps."""
+    from ulna.ik import rounds
+
+    asked, jobs = [], rounds.jobs
+    monkeypatch.setattr(rounds, "jobs", lambda problem, order, part: asked.append(part.count * part.steps) or jobs(problem, order, part))
+    T = shifted(panda.forward_kinematics(panda.home), HUNDREDTH)
+    for options in ({}, {"q_seed": panda.home}, {"rank": "mid_range"}, {"posture": panda.home}):
+        asked.clear()
+        result = panda.inverse_kinematics(T, max_iterations=budget, held=panda.joint_names, **options)
+        assert result.status == "budget spent"
+        assert budget - 20 < sum(asked) <= budget, options
 
 
 # ---- steepest descent

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.cores import shape_columns
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
 from ulna.errors import GeometryError, InputError
-from ulna.kernels.layout import BOX_WIDTH
+from ulna.kernels.layout import BODY_WIDTH
 from ulna.kernels.robot_boxes import OUT_OF_RANGE, OVERLAPS, gaps_one, overlap_batch, overlap_one
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.model.description import Body, Description, frozen
@@ -39,8 +40,8 @@ def box_bodies(description: Description, tree: Tree) -> BoxBodies:
         if not isinstance(body.shape, Box):
             kind = type(body.shape).__name__.lower()
             raise GeometryError(f"link {link!r}: collision shape {body.name!r} is a {kind}; this version checks boxes only")
-        rows.append([*tree.frame_row(link, body.pose), *body.shape.half_extents])
-    table = frozen(rows, (len(rows), BOX_WIDTH))
+        rows.append([*tree.frame_row(link, body.pose), *shape_columns(body.shape)])
+    table = frozen(rows, (len(rows), BODY_WIDTH))
     return BoxBodies(_distinct_names(bodies), tuple(link for link, _ in bodies), table)
 
 

@@ -5,8 +5,9 @@ import threading
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.cores import shape_columns
 from ulna.errors import GeometryError, InputError, UnknownNameError
-from ulna.kernels.layout import BASE, BOX_WIDTH
+from ulna.kernels.layout import BASE, BODY_WIDTH
 from ulna.model.pose import as_one_pose
 from ulna.model.shapes import Box
 
@@ -81,8 +82,8 @@ class World:
         """The names and the table of boxes that the kernels read (``kernels.layout``), of one moment."""
         with self._lock:
             if self._table is None:
-                rows = [[*T[:3].ravel(), BASE, 0.0, *self._shapes[name].half_extents] for name, T in self._poses.items()]
-                self._table = self.names, np.array(rows, dtype=np.float64).reshape(len(rows), BOX_WIDTH)
+                rows = [[*T[:3].ravel(), BASE, 0.0, *shape_columns(self._shapes[name])] for name, T in self._poses.items()]
+                self._table = self.names, np.array(rows, dtype=np.float64).reshape(len(rows), BODY_WIDTH)
             return self._table
 
     def _known(self, name: str) -> None:

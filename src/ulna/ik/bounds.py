@@ -6,23 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import InputError
+from ulna.kinematics.sample import usual_range
 from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
-_NO_LIMIT = 1e3  # descriptions write 1e16 where they mean none; starts scattered over that would be of no use
 _TABLE = 1024  # shares that are kept
 
 
 @lru_cache(maxsize=64)
 def limit_bounds(limits: tuple[tuple[float, ...], tuple[float, ...]]) -> Array:
-    """Lower and upper limits, and the range from which starts are taken: shape (1, 4, n_dof).
-
-    Where a limit is infinite, or as good as, starts lie within a turn of the other limit, or within pi of zero.
-    """
-    lower, upper = (np.where(np.abs(side) > _NO_LIMIT, np.copysign(np.inf, side), side) for side in limits)
-    low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)
-    high = np.where(np.isinf(upper), low + 2 * np.pi, upper)
-    return np.array([[*limits, low, high]])
+    """Lower and upper limits, and the usual range, from which starts are taken: shape (1, 4, n_dof)."""
+    return np.array([[*limits, *usual_range(*limits)]])
 
 
 def bounds_of(tree: Tree, seeds: Array, held: tuple[int, ...], max_step: float) -> Array:

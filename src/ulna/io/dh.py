@@ -1,6 +1,7 @@
 """Denavit-Hartenberg tables in, description out."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,8 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.errors import InputError, did_you_mean
 from ulna.kernels.layout import LARGEST
 from ulna.model.arrays import as_floats
-from ulna.model.description import Description, Joint, JointType, Limits, Link
-from ulna.model.pose import pose
+from ulna.model.description import Description, Joint, JointType, Limits, Link, Mimic
+from ulna.model.dh_table import DHTable, around_the_motion, checked_convention
+from ulna.model.pose import as_one_pose
 
 _Z = (0.0, 0.0, 1.0)
 _TYPES = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, JointType.FIXED)
@@ -21,6 +23,8 @@ def description_from_dh(
     convention: str = "modified",
     joint_types: Sequence[str] | None = None,
     limits: ArrayLike | None = None,
+    T_base_0: ArrayLike | None = None,
+    T_n_tip: ArrayLike | None = None,
     name: str = "robot",
 ) -> Description:
     """The description of the serial arm in a DH table.
@@ -31,48 +35,88 @@ def description_from_dh(
             Rx(alpha).
         joint_types: ``"revolute"`` (unless said), ``"continuous"``, ``"prismatic"`` (moves d) or ``"fixed"``, one a row.
         limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
+        T_base_0: Where the first row begins, shape (4, 4); at the base unless given.
+        T_n_tip: Where the tip is in the frame of the last row, shape (4, 4); no tip of its own unless given.
         name: The robot's name.
 
     Returns:
-        Links ``base``, ``link1`` ... ``linkN``, the DH frames, and joints ``joint1`` ... ``jointN``.
+        Links ``base``, ``link1`` ... ``linkN``, the DH frames, and joints ``joint1`` ... ``jointN``. With ``T_base_0`` there is
+        a ``link0`` behind ``base``, with ``T_n_tip`` a ``tip`` behind ``linkN``.
     """
     table = _table(rows)
     types = _joint_types(joint_types, len(table))
-    if convention not in ("modified", "standard"):
-        raise InputError("convention", f"{convention!r} is not known{did_you_mean(str(convention), ('modified', 'standard'))}")
     bounds = _bounds(limits, types)
-    links, joints = [Link("base")], []
-    for k, (row, kind) in enumerate(zip(table, types, strict=True), start=1):
-        parent, child = links[-1].name, f"link{k}"
-        before, behind = _around_the_motion(row, convention)
-        if kind == JointType.FIXED:
-            before, behind = before @ behind, np.eye(4)
-        carrier = child if np.array_equal(behind, np.eye(4)) else f"link{k}_carrier"
-        joints.append(
-            Joint(f"joint{k}", kind, parent, carrier, before, np.array(_Z), next(bounds) if kind != JointType.FIXED else Limits())
-        )
-        links.append(Link(carrier))
-        if carrier != child:
-            joints.append(Joint(f"joint{k}_offset", JointType.FIXED, carrier, child, behind, np.array(_Z)))
-            links.append(Link(child))
-    return Description(name, tuple(links), tuple(joints), source="DH table")
+    joints = [
+        _Row(f"joint{k}", kind, next(bounds) if kind != JointType.FIXED else Limits()) for k, kind in enumerate(types, start=1)
+    ]
+    ends = [T if T is None else as_one_pose(T, key) for key, T in (("T_base_0", T_base_0), ("T_n_tip", T_n_tip))]
+    return _serial_arm(name, table, checked_convention(convention), joints, *ends)
 
 
-def _around_the_motion(row: NDArray, convention: str) -> tuple[NDArray, NDArray]:
-    """The constant poses before and behind Rz(q) or Tz(q) in one row's transform."""
-    a, d, alpha, theta = row
-    along_z = pose((0, 0, d), (0, 0, theta))
-    along_x = pose((a, 0, 0), (alpha, 0, 0))
-    return (along_x @ along_z, np.eye(4)) if convention == "modified" else (along_z, along_x)
+def description_of_table(table: DHTable) -> Description:
+    """The description of the serial arm in a table that ``Robot.dh`` made: its joints keep their names, limits and mimics."""
+    joints = [
+        _Row(name, JointType(kind), limits, mimic)
+        for name, kind, limits, mimic in zip(table.joint_names, table.joint_types, table.limits, table.mimics, strict=True)
+    ]
+    return _serial_arm(table.name, table.rows, table.convention, joints, table.T_base_0, table.T_n_tip)
+
+
+class _Row(NamedTuple):
+    """What a row's joint is, beyond its four numbers."""
+
+    name: str
+    type: JointType
+    limits: Limits
+    mimic: Mimic | None = None
+
+
+def _serial_arm(
+    name: str, table: NDArray, convention: str, rows: Sequence[_Row], T_base_0: NDArray | None, T_n_tip: NDArray | None
+) -> Description:
+    chain = _Chain({row.name for row in rows})
+    if T_base_0 is not None:
+        chain.fix("base_to_link0", "link0", T_base_0)
+    for k, (numbers, row) in enumerate(zip(table, rows, strict=True), start=1):
+        child = f"link{k}"
+        before, behind = around_the_motion(numbers, convention)
+        if row.type == JointType.FIXED:
+            chain.fix(row.name, child, before @ behind)
+        elif np.array_equal(behind, np.eye(4)):
+            chain.add(row, child, before)
+        else:
+            chain.add(row, f"{child}_carrier", before)
+            chain.fix(f"{row.name}_offset", child, behind)
+    if T_n_tip is not None:
+        chain.fix(f"{chain.links[-1].name}_to_tip", "tip", T_n_tip)
+    return Description(name, tuple(chain.links), tuple(chain.joints), source="DH table")
+
+
+class _Chain:
+    """Links and joints, growing; names of fixed joints keep clear of those of the rows."""
+
+    def __init__(self, taken: set[str]) -> None:
+        self.links, self.joints, self.taken = [Link("base")], [], taken
+
+    def add(self, row: _Row, child: str, T_parent_joint: NDArray) -> None:
+        parent = self.links[-1].name
+        joint = Joint(row.name, row.type, parent, child, T_parent_joint, np.array(_Z), row.limits, row.mimic)
+        self.joints.append(joint)
+        self.links.append(Link(child))
+
+    def fix(self, name: str, child: str, T_parent_child: NDArray) -> None:
+        while name in self.taken and name in {joint.name for joint in self.joints} | self.taken:
+            name += "_"
+        self.add(_Row(name, JointType.FIXED, Limits()), child, T_parent_child)
 
 
 def _table(rows: ArrayLike) -> NDArray[np.float64]:
     table = as_floats("rows", rows)
-    if table.ndim != 2 or table.shape[1] != 4 or len(table) == 0:
+    if table.ndim != 2 or table.shape[1] != 4:
         raise InputError("rows", f"shape {table.shape}, but (n, 4) is expected: a, d, alpha, theta_offset")
     if not np.isfinite(table).all():
         raise InputError("rows", "has an entry that is not finite")
-    if np.abs(table).max() > LARGEST:
+    if np.abs(table).max(initial=0.0) > LARGEST:
         raise InputError("rows", f"has an entry beyond {LARGEST:g}")
     return table
 

@@ -1,73 +1,84 @@
-"""From whatever names a robot to its description: a bundled name, a path, or the text itself."""
+"""From whatever names a robot to its description: a bundled name, a path, the text itself, or the name of a robot elsewhere."""
 
-import re
+import warnings
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
-from ulna.errors import FileError, InputError, did_you_mean
-from ulna.io.urdf import read_urdf
-from ulna.io.xacro import expand_xacro, is_xacro
+from ulna.errors import DescriptionWarning, InputError
+from ulna.io.by_name import find_by_name
+from ulna.io.document import Document, expanded, open_document, refuse_arguments
+from ulna.io.mesh_paths import with_mesh_paths
+from ulna.io.srdf import read_srdf
+from ulna.io.urdf import decoded, read_urdf
 from ulna.io.xml import parse
 from ulna.model.description import Description
+from ulna.model.references import matched
 from ulna.robots.bundled import BUNDLED
+
+_SUFFIXES = (".urdf", ".xacro", ".srdf", ".xml", ".sdf", ".mjcf")
+_LONGEST_NAME = 100
+Home = tuple[float, ...] | None
 
 
 def load_description(
-    source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
-) -> tuple[Description, tuple[float, ...] | None]:
+    source: str | Path,
+    xacro_args: Mapping[str, object],
+    package_dirs: Iterable[str | Path],
+    srdf: str | Path | None = None,
+) -> tuple[Description, Home]:
     """The description, and for a bundled robot its home configuration."""
-    if not isinstance(source, (str, Path)):
-        raise InputError("source", f"{type(source).__name__}; a name, a path or URDF text is expected")
-    if isinstance(source, str) and not source.strip():
-        raise InputError("source", "an empty string; a name, a path or URDF text is expected")
+    document, home = _document(source, xacro_args, package_dirs)
+    description = replace(read_urdf(document.text, document.source), folder=document.folder, package_dirs=document.package_dirs)
+    if srdf is None:
+        return description, home
+    _check_source("srdf", srdf, "a path or SRDF text")
+    semantic = expanded(open_document("srdf", srdf, "SRDF"), {}, document.package_dirs)
+    semantics = matched(read_srdf(semantic.text, semantic.source), description)
+    for first in semantics.warnings[:1]:
+        count = len(semantics.warnings)
+        more = f" ({count} such sentences: robot.srdf.warnings)" if count > 1 else ""
+        warnings.warn(first + more, DescriptionWarning, stacklevel=3)
+    return replace(description, srdf=semantics), home
+
+
+def urdf_text(
+    source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path], mesh_paths: str = "given"
+) -> str:
+    """The URDF text behind a source, whether it can be understood or not: of a xacro file, what it expands to."""
+    document, _ = _document(source, xacro_args, package_dirs)
+    text = decoded(parse(document.text, document.source), document.text, document.source)
+    return with_mesh_paths(mesh_paths, text, document.folder, document.package_dirs)
+
+
+def _document(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> tuple[Document, Home]:
+    _check_source("source", source, "a name, a path or URDF text")
     if isinstance(package_dirs, (str, Path)) or not isinstance(package_dirs, Iterable):
         raise InputError("package_dirs", f"{package_dirs!r}; a list of folders is expected")
     if not isinstance(xacro_args, Mapping):
         raise InputError("xacro_args", f"{xacro_args!r}; a dict of names and values is expected")
+    folders = tuple(Path(folder) for folder in package_dirs)
     if isinstance(source, str) and source in BUNDLED:
         bundled = BUNDLED[source]
-        _refuse_arguments(source, xacro_args)
-        return read_urdf(bundled.text(), bundled.file), bundled.home
-    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        return _read(_encoded(source), "URDF text", None, xacro_args, package_dirs), None
+        refuse_arguments(source, xacro_args)
+        return Document(bundled.text(), bundled.file, package_dirs=folders), bundled.home
+    if isinstance(source, str) and _may_be_a_name(source):
+        named = find_by_name(source)
+        source, xacro_args, folders = named.path, {**named.xacro_args, **xacro_args}, (*folders, *named.package_dirs)
+    return expanded(open_document("source", source, "URDF"), xacro_args, folders), None
+
+
+def _may_be_a_name(source: str) -> bool:
+    """Whether it looks like no path, and no file is called so."""
     path = Path(source)
-    return _read(_bytes(path), path.name, path.parent, xacro_args, package_dirs), None
-
-
-def _read(
-    text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
-) -> Description:
-    if is_xacro(parse(text, source)):
-        text = expand_xacro(text, source, folder, {k: str(v) for k, v in xacro_args.items()}, package_dirs)
-        source = f"{source} (expanded)"
-    else:
-        _refuse_arguments(source, xacro_args)
-    return read_urdf(text, source)
-
-
-def _encoded(source: str) -> bytes:
-    """URDF text as UTF-8, without an encoding that it may declare, and without what stands before an XML declaration."""
-    text = source.lstrip("\ufeff")
-    if text.lstrip().startswith("<?xml"):
-        text = re.sub(r"""\s+encoding=(["'])[^"']*\1""", "", text.lstrip(), count=1)
     try:
-        return text.encode()
-    except UnicodeEncodeError as error:
-        raise InputError("source", f"text that is not Unicode ({error})") from None
+        return path.name == source and path.suffix not in _SUFFIXES and len(source) < _LONGEST_NAME and not path.exists()
+    except ValueError:  # a character that no path has
+        return False
 
 
-def _refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
-    if xacro_args:
-        raise InputError("xacro_args", f"{source} is not a xacro file, so it takes no arguments")
-
-
-def _bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        hint = ""
-        if path.parent == Path() and not path.suffix:
-            hint = f"; nor is it a bundled robot{did_you_mean(str(path), BUNDLED)}"
-        raise FileError(str(path), f"no such file{hint}") from None
-    except (OSError, ValueError) as error:
-        raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
+def _check_source(argument: str, source: object, expected: str) -> None:
+    if not isinstance(source, (str, Path)):
+        raise InputError(argument, f"{type(source).__name__}; {expected} is expected")
+    if isinstance(source, str) and not source.strip():
+        raise InputError(argument, f"an empty string; {expected} is expected")

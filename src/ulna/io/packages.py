@@ -1,11 +1,13 @@
 """Where ``package://`` leads, without ROS: the folders that may hold a package, and the file behind an address."""
 
 import os
+import re
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
+_NAME = re.compile(r"<name>\s*(.*?)\s*</name>")
 _LEVELS_ABOVE = 6  # folders above the description in which its package may lie
 
 
@@ -13,20 +15,32 @@ def package_folders(name: str, description_folder: Path | None, package_dirs: It
     """The folders in which the package ``name`` may lie, best first.
 
     ``package_dirs``, ROS's two path variables, the folders above the description, the data packages installed beside this Python.
+    A folder is a package itself if it is called so, or if its ``package.xml`` says so.
     """
     for folder in map(Path, package_dirs):
-        yield folder if folder.name == name else folder / name
+        if _is_package(folder, name):
+            yield folder
         yield folder / name
     for folder in filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)):
-        yield Path(folder) if Path(folder).name == name else Path(folder) / name
+        yield Path(folder) if _is_package(Path(folder), name) else Path(folder) / name
     for folder in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
         yield Path(folder) / "share" / name
     if description_folder is not None:
         above = description_folder.resolve()
         for folder in [above, *above.parents][:_LEVELS_ABOVE]:
-            yield folder if folder.name == name else folder / name
+            yield folder if _is_package(folder, name) else folder / name
     for entry in sys.path:
         yield Path(entry) / "cmeel.prefix" / "share" / name
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    if folder.name == name:
+        return True
+    try:
+        declared = _NAME.search((folder / "package.xml").read_text(encoding="utf-8", errors="replace"))
+    except OSError:
+        return False
+    return declared is not None and declared[1] == name
 
 
 def find_package(name: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> Path | None:

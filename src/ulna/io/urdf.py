@@ -9,8 +9,9 @@ from lxml import etree
 from numpy.typing import NDArray
 
 from ulna.errors import DescriptionError, did_you_mean
+from ulna.io.reader import Reader
 from ulna.io.xml import parse
-from ulna.model.description import Body, Description, Joint, JointType, Limits, Link, Mimic
+from ulna.model.description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
@@ -18,30 +19,26 @@ from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 def read_urdf(text: bytes, source: str) -> Description:
     """The description in a URDF document. ``source`` names it in messages."""
     root = parse(text, source)
-    decoded = _decoded(root, text, source)
-    without_encoding = re.sub(r"^\s*<\?xml[^>]*\?>", '<?xml version="1.0"?>', decoded.lstrip("\ufeff"), count=1)
-    return _Reader(source).robot(root, without_encoding)
+    return _Reader(source).robot(root, decoded(root, text, source))
 
 
-def _decoded(root: etree._Element, text: bytes, source: str) -> str:
+def decoded(root: etree._Element, text: bytes, source: str) -> str:
+    """The text of an XML document, without the encoding that it declares."""
     declared = root.getroottree().docinfo.encoding or "utf-8"
     marks = {b"\xff\xfe\0\0": "utf-32", b"\0\0\xfe\xff": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
     encoding = next((name for mark, name in marks.items() if text.startswith(mark)), declared)
     try:
-        return text.decode(encoding)
+        return re.sub(r"^\s*<\?xml[^>]*\?>", '<?xml version="1.0"?>', text.decode(encoding).lstrip("\ufeff"), count=1)
     except (LookupError, UnicodeDecodeError):
         raise DescriptionError(f"is written in {encoding}, which Python does not read; save it as UTF-8", source) from None
 
 
-class _Reader:
-    """Walks one document; holds its name for messages and its named materials."""
+class _Reader(Reader):
+    """Walks one URDF document; holds its named materials."""
 
     def __init__(self, source: str) -> None:
-        self.source = source
+        super().__init__(source)
         self.materials: dict[str, tuple[float, float, float, float]] = {}
-
-    def fail(self, element: etree._Element, message: str) -> DescriptionError:
-        return DescriptionError(message, self.source, element.sourceline)
 
     def robot(self, root: etree._Element, text: str) -> Description:
         if root.tag != "robot":
@@ -115,6 +112,7 @@ class _Reader:
             limits=self.limits(element, name, kind),
             mimic=self.mimic(element, name, kind),
             line=element.sourceline,
+            safety=self.safety(element, name),
         )
 
     def joint_type(self, element: etree._Element) -> JointType:
@@ -154,6 +152,15 @@ class _Reader:
             raise self.fail(child, f"joint {name!r}: lower limit {lower} is above upper limit {upper}")
         return Limits(lower, upper, velocity, effort)
 
+    def safety(self, element: etree._Element, name: str) -> Safety | None:
+        child = element.find("safety_controller")
+        if child is None:
+            return None
+        lower, upper = self.number(child, "soft_lower_limit", -math.inf), self.number(child, "soft_upper_limit", math.inf)
+        if lower > upper:
+            raise self.fail(child, f"joint {name!r}: soft lower limit {lower} is above soft upper limit {upper}")
+        return Safety(self.number(child, "k_velocity"), self.number(child, "k_position", 0.0), lower, upper)
+
     def mimic(self, element: etree._Element, name: str, kind: JointType) -> Mimic | None:
         child = element.find("mimic")
         if child is None:
@@ -170,38 +177,3 @@ class _Reader:
             return np.eye(4)
         zero = (0.0, 0.0, 0.0)
         return pose(*(self.vector(child, key, 3) if key in child.attrib else zero for key in ("xyz", "rpy")))
-
-    def child(self, element: etree._Element, tag: str) -> etree._Element:
-        child = element.find(tag)
-        if child is None:
-            raise self.fail(element, f"<{element.tag}> {element.get('name')!r} has no <{tag}>")
-        return child
-
-    def attribute(self, element: etree._Element, key: str) -> str:
-        value = element.get(key)
-        if not value:
-            raise self.fail(element, f"<{element.tag}> has no attribute {key!r}")
-        return value
-
-    def number(self, element: etree._Element, key: str, default: float | None = None, low: float = -math.inf) -> float:
-        if default is not None and key not in element.attrib:
-            return default
-        return self.vector(element, key, 1, low)[0]
-
-    def triple(self, element: etree._Element, key: str, low: float = -math.inf) -> tuple[float, float, float]:
-        x, y, z = self.vector(element, key, 3, low)
-        return x, y, z
-
-    def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
-        text = self.attribute(element, key)
-        try:
-            if "_" in text or not text.isascii():
-                raise ValueError  # noqa: TRY301
-            values = tuple(float(word) for word in text.split())
-        except ValueError:
-            hint = " (an expression: is this a xacro file without its xmlns:xacro?)" if "${" in text else ""
-            raise self.fail(element, f"<{element.tag}> {key}={text!r}: not numbers{hint}") from None
-        if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
-            expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
-            raise self.fail(element, f"<{element.tag}> {key}={text!r}: {expected} expected")
-        return values

@@ -7,7 +7,7 @@ from lxml import etree
 from numpy.typing import NDArray
 
 from ulna.errors import DescriptionError
-from ulna.model.description import Body, Description, Joint, JointType, Link
+from ulna.model.description import Body, Description, Joint, JointType, Link, Safety
 from ulna.model.pose import rpy_from_matrix
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
@@ -71,7 +71,15 @@ def _joint(joint: Joint) -> etree._Element:
         etree.SubElement(
             element, "mimic", joint=mimic.joint, multiplier=_words([mimic.multiplier]), offset=_words([mimic.offset])
         )
+    if joint.safety is not None:
+        element.append(_safety(joint.safety))
     return element
+
+
+def _safety(safety: Safety) -> etree._Element:
+    soft = {"soft_lower_limit": safety.soft_lower, "soft_upper_limit": safety.soft_upper}
+    numbers = {"k_velocity": safety.k_velocity, "k_position": safety.k_position, **soft}
+    return etree.Element("safety_controller", {key: _words([x]) for key, x in numbers.items() if math.isfinite(x)})
 
 
 def _type(joint: Joint) -> JointType:

@@ -1,11 +1,42 @@
 """The child process that expands a xacro document: a JSON request on standard input, a JSON answer on standard output."""
 
+import codecs
 import json
 import os
 import re
 import sys
+import warnings
+import xml.dom.minidom
+from collections.abc import Iterator
 from pathlib import Path
+from types import CodeType
 from typing import Any
+from urllib.parse import unquote
+
+import xacro
+import yaml
+from xacro import substitution_args
+
+from ulna.io.fence import Fence, FenceError
+
+_LONGEST = 100_000_000  # characters of expanded text
+_ENCODINGS = ("ascii", "iso-8859-1", "iso-8859-15", "cp1252", "utf-16", "utf-32", "utf-8-sig", "unicode_escape")
+
+
+class _Arguments(dict):
+    """The arguments given, which notes the names that a document asks for."""
+
+    def __init__(self, given: dict[str, str]) -> None:
+        super().__init__(given)
+        self.asked: set[str] = set()
+
+    def __contains__(self, name: object) -> bool:
+        self.asked.add(str(name))
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.asked.add(name)
+        return super().__getitem__(name)
 
 
 def main() -> None:
@@ -13,7 +44,7 @@ def main() -> None:
     request = json.load(sys.stdin)
     _limit(request["memory"], request["seconds"])
     try:
-        answer = {"urdf": _expand(request)}
+        answer = _expand(request)
     except RecursionError:
         answer = {"error": "a macro calls itself without end"}
     except MemoryError:
@@ -29,6 +60,8 @@ def _sentence(error: BaseException) -> str:
     while inner is not None:
         if isinstance(inner, MemoryError):
             return "out of memory " + " ".join(str(error).split())
+        if isinstance(inner, FenceError):
+            return str(inner)
         inner = getattr(inner, "exc", None) or inner.__cause__ or inner.__context__
     text = re.sub(r"<class '[\w.]+'>: ", "", " ".join(str(error).split()))
     half = len(text) // 2
@@ -46,26 +79,63 @@ def _limit(memory: int, seconds: float) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 1))
 
 
-def _expand(request: dict) -> str:
-    import xacro
-    from xacro import substitution_args
+def _expand(request: dict) -> dict[str, Any]:
+    path = None if request["folder"] is None else Path(request["folder"]) / request["file"]
+    fence = Fence(None if path is None else path.parent, request["package_dirs"])
+    _teach_xacro(fence, path)
+    arguments = _Arguments(request["arguments"])
+    document: Any = xml.dom.minidom.parseString(request["text"])  # noqa: S318 - the parent parsed it first
+    _load_what_is_imported_late()
+    fence.close()
+    xacro.process_doc(document, mappings=arguments)
+    text = document.toprettyxml(indent="  ")
+    if len(text) > _LONGEST:
+        raise ValueError(f"expands to {len(text)} characters")
+    return {"urdf": text, "asked": sorted(arguments.asked)}
 
-    from ulna.io.packages import find_package
 
-    folder = None if request["folder"] is None else Path(request["folder"])
+def _teach_xacro(fence: Fence, path: Path | None) -> None:
+    """Where packages lie (xacro asks ament, which only ROS 2 has), addresses as file names, and no Python but what it offers."""
+    beside, evaluated = xacro.abs_filename_spec, xacro.safe_eval
 
-    def find(name: str) -> str:
-        package = find_package(name, folder, request["package_dirs"])
-        if package is None:
-            raise LookupError(f"$(find {name}): no such package in package_dirs, ROS_PACKAGE_PATH or the folders above the file")
-        return str(package)
+    def safe_eval(expression: str, names: dict, more: dict | None = None) -> Any:
+        for name in _names(compile(expression.strip(), "<expression>", "eval")):
+            if name.startswith("__"):  # xacro looks at the outermost only
+                raise FenceError(f"uses the invalid name {name}")
+        return evaluated(expression, names, more)
 
-    substitution_args._eval_find = find  # noqa: SLF001 - xacro asks ament, which only ROS 2 has
-    if folder is not None:
-        os.chdir(folder)
-    document: Any = xacro.parse(request["text"])
-    xacro.process_doc(document, mappings=request["arguments"])
-    return document.toprettyxml(indent="  ")
+    def located(spec: str) -> str:
+        scheme, _, rest = str(spec).partition("://")
+        if scheme == "package":
+            name, _, inside = unquote(rest).partition("/")
+            return os.path.join(fence.find(name), inside)  # noqa: PTH118 - text in, text out
+        return unquote(rest) if scheme == "file" else beside(spec)
+
+    xacro.abs_filename_spec, xacro.safe_eval = located, safe_eval
+    substitution_args._eval_find = fence.find  # noqa: SLF001
+    substitution_args._eval_dict["find"] = fence.find  # noqa: SLF001
+    without_builtins = {"__builtins__": {}}
+    substitution_args.eval = lambda text, _, names: eval(text, without_builtins, names)  # noqa: S307  # pyright: ignore[reportAttributeAccessIssue]
+    if path is not None:
+        os.chdir(path.parent)
+        xacro.init_stacks(str(path))
+        xacro.substitution_args_context["filename"] = str(path)
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """The names in an expression, those within comprehensions and functions too."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _names(constant)
+
+
+def _load_what_is_imported_late() -> None:
+    """What the expansion would import, before imports end."""
+    warnings.simplefilter("ignore")  # to show one, Python opens files
+    yaml.safe_load("a: [1, 2.0, 2001-01-01, !!binary aa==]")
+    for name in _ENCODINGS:
+        codecs.lookup(name)
 
 
 if __name__ == "__main__":

@@ -5,11 +5,11 @@ import numpy as np
 from ulna.kernels.block import all_in_range, gather
 from ulna.kernels.box_box import boxes_overlap, widest_gap
 from ulna.kernels.compile import entry, kernel
-from ulna.kernels.jacobian import cross
 from ulna.kernels.lanes import WIDTH, any_lane, load, splat, store, where
 from ulna.kernels.layout import HALF_EXTENTS
 from ulna.kernels.se3 import constant_pose
 from ulna.kernels.tree import frame_pose, tree_poses
+from ulna.kernels.vectors import cross
 
 FREE, OVERLAPS, OUT_OF_RANGE = 0, 1, 2
 

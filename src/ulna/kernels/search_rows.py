@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.kernels.compile import kernel, routine
+from ulna.kernels.compile import kernel, routine, workspace
 from ulna.kernels.jacobian import turn_into
 from ulna.kernels.lane_search import (
     ALLOWED,
@@ -35,13 +35,12 @@ from ulna.kernels.search_layout import (
 LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # of the bounds: where q may be, and where starts are taken from
 
 
-@kernel
+@workspace
 def search_rows(n_dof):
     """The rows of eight searches (``lane_search``)."""
-    return (
-        np.zeros((n_dof, WIDTH)), np.zeros((n_dof, WIDTH)), np.zeros((12, WIDTH)), np.zeros((2 * n_dof, WIDTH)),
-        np.zeros((N_STATE, WIDTH)),
-    )  # fmt: skip
+    target, bound, state = 2 * n_dof, 2 * n_dof + 12, 4 * n_dof + 12
+    rows = np.zeros((state + N_STATE, WIDTH))
+    return rows[:n_dof], rows[n_dof:target], rows[target:bound], rows[bound:state], rows[state:]
 
 
 @kernel

@@ -15,7 +15,7 @@ def forward_kinematics(tree: Tree, q: ArrayLike, link: str) -> NDArray[np.float6
     q = as_positions(q, tree)
     if q.ndim == 1:
         T = np.empty((4, 4))
-        good = forward_one(chain, for_kernel(q), T)
+        good = forward_one(chain, q if tree.n_dof else for_kernel(q), T)
     else:
         T = np.empty((*q.shape[:-1], 4, 4))
         good = forward_batch(chain, flat(q), T.reshape(-1, 4, 4))
@@ -27,10 +27,11 @@ def forward_kinematics(tree: Tree, q: ArrayLike, link: str) -> NDArray[np.float6
 def frame_poses(tree: Tree, frames: NDArray[np.float64], q: ArrayLike) -> NDArray[np.float64]:
     """T_base_frame of every row of a table of frames, shape (..., n_frames, 4, 4), for q of shape (..., n_dof)."""
     q = as_positions(q, tree)
-    T = np.empty((*q.shape[:-1], len(frames), 4, 4))
     if q.ndim == 1:
-        good = frames_one(tree.joints, frames, for_kernel(q), T)
+        T = np.empty((len(frames), 4, 4))
+        good = frames_one(tree.joints, frames, q if tree.n_dof else for_kernel(q), T)
     else:
+        T = np.empty((*q.shape[:-1], len(frames), 4, 4))
         good = frames_batch(tree.joints, frames, flat(q), T.reshape(-1, len(frames), 4, 4))
     if not good:
         refuse_out_of_range(q)

@@ -19,11 +19,12 @@ def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str) -
     """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
     frame, chain = as_frame(expressed_in), tree.chain(link)
     q = as_positions(q, tree)
-    J = np.empty((*q.shape[:-1], 6, tree.n_dof))
     if q.ndim == 1:
-        good = jacobian_one(chain, frame, for_kernel(q), J)
+        J = np.empty((6, tree.n_dof))
+        good = jacobian_one(chain, frame, q if tree.n_dof else for_kernel(q), J)
     else:
         rows = flat(q)
+        J = np.empty((*q.shape[:-1], 6, tree.n_dof))
         good = jacobian_batch(chain, frame, rows, J.reshape(len(rows), 6, tree.n_dof))
     if not good:
         refuse_out_of_range(q)

@@ -1,5 +1,7 @@
 """Joint positions at the public edge: what every function that takes q makes of it."""
 
+from math import prod
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -8,9 +10,13 @@ from ulna.kernels.layout import LARGEST
 from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
+_FLOAT64 = np.dtype(np.float64)
+
 
 def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float64]:
     """q as a C-contiguous float64 array of shape (..., n_dof); an ``InputError`` if it has another shape."""
+    if type(q) is np.ndarray and q.dtype is _FLOAT64 and q.shape == tree.q_shape and q.flags.carray:
+        return q  # one q as it should be, the commonest case: no other function is called
     q = as_floats(name, q)
     if q.shape[-1:] != tree.q_shape:
         raise InputError(name, f"shape {q.shape}, but shape (..., {tree.n_dof}) is expected: {_joints(tree)}")
@@ -31,7 +37,7 @@ def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
 
 def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """The batch as one axis, shape (n, n_dof)."""
-    return q.reshape(int(np.prod(q.shape[:-1])), q.shape[-1])
+    return q.reshape(prod(q.shape[:-1]), q.shape[-1])
 
 
 def for_kernel(q: NDArray[np.float64]) -> NDArray[np.float64]:

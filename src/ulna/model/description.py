@@ -3,12 +3,14 @@
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from math import inf
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.model.pose import as_one_pose
 from ulna.model.shapes import Shape
+from ulna.model.srdf import Srdf
 
 
 class JointType(StrEnum):
@@ -50,6 +52,16 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Safety:
+    """What a ``safety_controller`` holds a joint to: soft limits [rad or m], infinite where none is given, and the gains."""
+
+    k_velocity: float
+    k_position: float = 0.0
+    soft_lower: float = -inf
+    soft_upper: float = inf
+
+
+@dataclass(frozen=True)
 class Mimic:
     """A joint that follows another: position = multiplier * position of ``joint`` + offset."""
 
@@ -71,6 +83,7 @@ class Joint:
     limits: Limits = Limits()
     mimic: Mimic | None = None
     line: int | None = None
+    safety: Safety | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin", frozen(as_one_pose(self.origin, "origin"), (4, 4)))
@@ -117,10 +130,17 @@ def _remake(kind: type, contents: tuple):
 
 @dataclass(frozen=True)
 class Description:
-    """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages."""
+    """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages.
+
+    ``folder`` is where that file lies and ``package_dirs`` where its packages do, for whoever looks for its meshes.
+    ``srdf`` is its semantic description, whose names are all the robot's; empty where none was given.
+    """
 
     name: str
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
     source: str = ""
     text: str = field(default="", repr=False)
+    folder: Path | None = None
+    package_dirs: tuple[Path, ...] = ()
+    srdf: Srdf = field(default=Srdf(), repr=False)

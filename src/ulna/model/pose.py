@@ -162,6 +162,12 @@ def inverse(T: NDArray[np.float64]) -> NDArray[np.float64]:
     return T_inverse
 
 
+def angle_between(T_a: NDArray[np.float64], T_b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The angle [rad] between the rotations of two poses, shape (...): |R_a - R_b| = sqrt(8) sin(angle / 2)."""
+    defect = np.linalg.norm((T_a - T_b)[..., :3, :3], axis=(-2, -1))
+    return 2 * np.arcsin(np.minimum(defect / np.sqrt(8), 1.0))
+
+
 def _finite(name: str, values: ArrayLike, width: int) -> NDArray[np.float64]:
     values = as_floats(name, values)
     if values.shape[-1:] != (width,):

@@ -1,6 +1,7 @@
 """What makes links and joints one tree: the checks, the order from the root, and which entries of q drive which joint."""
 
 from collections import defaultdict
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,6 +66,15 @@ def joints_from_root(description: Description) -> tuple[Joint, ...]:
     return tuple(ordered)
 
 
+def joints_to_root(link: str, carriers: dict[str, Joint]) -> set[str]:
+    """The names of the joints between a link and the root. ``carriers`` has the joint that carries each link."""
+    names = set()
+    while link in carriers:
+        names.add(carriers[link].name)
+        link = carriers[link].parent
+    return names
+
+
 def leaf_links(description: Description) -> tuple[str, ...]:
     """The links that carry no other, in the order of the file."""
     parents = {joint.parent for joint in description.joints}
@@ -106,27 +116,56 @@ def drive_of(joint: Joint, joints: dict[str, Joint], columns: dict[str, slice], 
     return Drive(columns[joint.name].start, ratio, offset)
 
 
-def limits_of_q(joints: tuple[Joint, ...], drives: dict[str, Drive]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lower, upper and velocity limits of q: infinite for continuous, planar and floating joints where none are given.
+def moving_joints(description: Description, joints: Iterable[Joint]) -> tuple[Joint, ...]:
+    """Those of some joints that an entry of q moves, be it through a mimic."""
+    ordered = joints_from_root(description)
+    columns, by_name = columns_of_q(ordered), {joint.name: joint for joint in ordered}
+    driven = (joint for joint in joints if joint.type != JointType.FIXED)
+    return tuple(joint for joint in driven if drive_of(joint, by_name, columns, description.source).column is not None)
 
-    The limits of a joint that mimics another narrow the other's. Where they would leave it no room at all they are passed over:
-    such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its writers meant it to move.
+
+def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
+    """The largest speed of each entry of q: infinite where none is given."""
+    return np.array([joint.limits.velocity for joint in joints if joint.mimic is None for _ in range(N_POSITIONS[joint.type])])
+
+
+def bounds_of_q(
+    joints: tuple[Joint, ...], drives: dict[str, Drive], bounds_of: Callable[[Joint], tuple[float, float]]
+) -> np.ndarray:
+    """Lower and upper bounds of q, shape (2, n_dof): infinite for continuous, planar and floating joints.
+
+    ``bounds_of`` gives those of a joint: ``hard_bounds`` or ``soft_bounds``. The bounds of a joint that mimics another narrow the
+    other's. Where they would leave it no room at all they are passed over: such a description contradicts itself (the gripper of
+    ``pr2.urdf`` does), and its writers meant it to move.
     """
-    lower, upper, velocity = [], [], []
+    bounds: list[tuple[float, float]] = []
     for joint in joints:
         width = N_POSITIONS[joint.type] if joint.mimic is None else 0
-        bounded = joint.type in _BOUNDED
-        lower += [joint.limits.lower if bounded else -np.inf] * width
-        upper += [joint.limits.upper if bounded else np.inf] * width
-        velocity += [joint.limits.velocity] * width
+        bounds += [bounds_of(joint) if joint.type in _BOUNDED else (-np.inf, np.inf)] * width
     for joint in joints:
         drive = drives[joint.name]
         if joint.mimic is not None and joint.type in _BOUNDED and drive.column is not None and drive.ratio != 0:
-            low, high = sorted((limit - drive.offset) / drive.ratio for limit in (joint.limits.lower, joint.limits.upper))
-            low, high = max(low, lower[drive.column]), min(high, upper[drive.column])
-            if low < high:
-                lower[drive.column], upper[drive.column] = low, high
-    return np.array(lower), np.array(upper), np.array(velocity)
+            low, high = sorted((limit - drive.offset) / drive.ratio for limit in bounds_of(joint))
+            narrowed = max(low, bounds[drive.column][0]), min(high, bounds[drive.column][1])
+            if narrowed[0] < narrowed[1]:
+                bounds[drive.column] = narrowed
+    return np.array(bounds).reshape(-1, 2).T
+
+
+def hard_bounds(joint: Joint) -> tuple[float, float]:
+    """The limits of a joint."""
+    return joint.limits.lower, joint.limits.upper
+
+
+def soft_bounds(joint: Joint) -> tuple[float, float]:
+    """The soft limits of a joint's safety controller, never wider than its limits; these alone where it has none.
+
+    Soft limits that lie wholly outside the limits would leave nothing: they are passed over too.
+    """
+    lower, upper = hard_bounds(joint)
+    if joint.safety is None or joint.safety.soft_lower > upper or joint.safety.soft_upper < lower:
+        return lower, upper
+    return max(lower, joint.safety.soft_lower), min(upper, joint.safety.soft_upper)
 
 
 def _by_unique_name(description: Description, kind: str, items) -> dict:

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from ulna.errors import DescriptionError, InputError, UnknownNameError
 from ulna.model.description import Description, Joint, JointType, Link
+from ulna.model.groups import with_chains_listed
+from ulna.model.references import matched
 from ulna.model.structure import leaf_links, root_link
 
 
@@ -23,7 +25,7 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
         if name is not None and name not in names:
             raise UnknownNameError("link", name, names)
     start = base or root
-    kept = _chain(description, start, tip) if tip is not None else _below(description, start)
+    kept = _below(description, start) if tip is None else {joint.name for joint in chain_joints(description, start, tip)}
     joints = tuple(joint for joint in description.joints if joint.name in kept)
     links = {start} | {joint.child for joint in joints}
     for joint in joints:
@@ -32,7 +34,9 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
                 f"joint {joint.name!r} mimics {joint.mimic.joint!r}, which is not part of the robot from {start!r} to {tip!r}"
             )
             raise DescriptionError(message, description.source, joint.line)
-    return replace(description, links=tuple(link for link in description.links if link.name in links), joints=joints, text="")
+    part = replace(description, links=tuple(link for link in description.links if link.name in links), joints=joints, text="")
+    srdf = matched(with_chains_listed(description.srdf, description), part)
+    return replace(part, srdf=replace(srdf, warnings=description.srdf.warnings))
 
 
 def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name: str) -> Description:
@@ -46,19 +50,19 @@ def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name
     return replace(description, links=(*description.links, Link(name)), joints=(*description.joints, joint), text="")
 
 
-def _chain(description: Description, base: str, tip: str) -> set[str]:
-    """The names of the joints from base to tip."""
+def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, ...]:
+    """The joints from base to tip."""
     carriers = {joint.child: joint for joint in description.joints}
-    link, kept = tip, set()
+    link, joints = tip, []
     while link != base:
         joint = carriers.get(link)
         if joint is None:
             raise DescriptionError(
                 f"link {tip!r} does not hang on {base!r}: the chain from it ends at {link!r}", description.source
             )
-        kept.add(joint.name)
+        joints.append(joint)
         link = joint.parent
-    return kept
+    return tuple(reversed(joints))
 
 
 def _below(description: Description, base: str) -> set[str]:

@@ -9,13 +9,24 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import UnknownNameError
 from ulna.kernels.layout import BASE, FIXED, FRAME_WIDTH, PARENT, PRISMATIC, REVOLUTE, TABLE_WIDTH
 from ulna.model.description import Description, Joint, JointType, frozen
 from ulna.model.pose import pose
-from ulna.model.structure import Drive, columns_of_q, drive_of, joints_from_root, leaf_links, limits_of_q, root_link
+from ulna.model.structure import (
+    Drive,
+    bounds_of_q,
+    columns_of_q,
+    drive_of,
+    hard_bounds,
+    joints_from_root,
+    leaf_links,
+    root_link,
+    soft_bounds,
+    velocity_limits_of_q,
+)
 
 X, Y, Z = np.eye(3)
 # For each joint type its motions in order: kind, axis (None: the joint's own), entry of the joint's part of q.
@@ -45,6 +56,8 @@ class Tree:
     joint_slices: tuple[slice, ...]
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
+    soft_lower: NDArray[np.float64]
+    soft_upper: NDArray[np.float64]
     velocity_limits: NDArray[np.float64]
     joints: NDArray[np.float64]
     link_row: dict[str, int]
@@ -112,22 +125,26 @@ def build_tree(description: Description) -> Tree:
         row, offset = link_row[joint.parent], link_offset[joint.parent] @ joint.origin
         if joint.type != JointType.FIXED and drive.column is None:  # a mimic of a fixed joint
             turn = _turn_z_onto(joint.axis)
-            offset = offset @ turn @ _held_at(_MOTIONS[joint.type][0][0], drive.offset) @ turn.T
+            offset = offset @ turn @ motion_along_z(_MOTIONS[joint.type][0][0], drive.offset) @ turn.T
         elif joint.type != JointType.FIXED:
             for joint_row, offset_behind in _motion_rows(joint, drive, row, offset, len(table)):
                 table.append(joint_row)
                 row, offset = len(table) - 1, offset_behind
         link_row[joint.child], link_offset[joint.child] = row, offset
     names = tuple(link.name for link in description.links)
-    lower, upper, velocity = limits_of_q(ordered, drives)
+    lower, upper = (frozen(bound, bound.shape) for bound in bounds_of_q(ordered, drives, hard_bounds))
+    soft = np.clip(bounds_of_q(ordered, drives, soft_bounds), lower, upper)
+    velocity = velocity_limits_of_q(ordered)
     return Tree(
         root=root,
         leaves=leaf_links(description),
         link_names=names,
         joint_names=tuple(columns),
         joint_slices=tuple(columns.values()),
-        lower=frozen(lower, lower.shape),
-        upper=frozen(upper, upper.shape),
+        lower=lower,
+        upper=upper,
+        soft_lower=frozen(soft[0], lower.shape),
+        soft_upper=frozen(soft[1], lower.shape),
         velocity_limits=frozen(velocity, velocity.shape),
         joints=frozen(table, (len(table), TABLE_WIDTH)),
         link_row=link_row,
@@ -171,6 +188,7 @@ def _turn_z_onto(axis: NDArray) -> NDArray[np.float64]:
     return T
 
 
-def _held_at(kind: int, position: float) -> NDArray[np.float64]:
-    """The motion of a joint about or along z that stands still at a position."""
-    return pose(rpy=(0.0, 0.0, position)) if kind == REVOLUTE else pose((0.0, 0.0, position))
+def motion_along_z(kind: int, position: ArrayLike) -> NDArray[np.float64]:
+    """The motion of a joint about or along z, shape (..., 4, 4), at positions (...)."""
+    along = np.multiply.outer(position, Z)
+    return pose(rpy=along) if kind == REVOLUTE else pose(along)

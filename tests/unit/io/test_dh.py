@@ -1,12 +1,14 @@
 """Denavit-Hartenberg tables against the matrices of the textbooks, written out entry by entry."""
 
 from functools import reduce
-from math import cos, inf, pi, sin
+from math import inf, pi
 
 import numpy as np
 import pytest
 
+import naive
 import ulna
+from naive import DH_FORMULAS, craig, dh_poses
 from ulna import InputError, Robot, UlnaError
 from ulna.robots.panda import DH_JOINT_TYPES, DH_LINKS, DH_ROWS
 
@@ -22,43 +24,6 @@ ROWS = [
 ]
 
 
-def craig(a: float, d: float, alpha: float, theta: float) -> np.ndarray:
-    """Craig, Introduction to Robotics (3rd ed., 2005), equation 3.6."""
-    return np.array(
-        [
-            [cos(theta), -sin(theta), 0, a],
-            [sin(theta) * cos(alpha), cos(theta) * cos(alpha), -sin(alpha), -sin(alpha) * d],
-            [sin(theta) * sin(alpha), cos(theta) * sin(alpha), cos(alpha), cos(alpha) * d],
-            [0, 0, 0, 1],
-        ]
-    )
-
-
-def classic(a: float, d: float, alpha: float, theta: float) -> np.ndarray:
-    """Spong, Hutchinson and Vidyasagar, Robot Modeling and Control (2006), equation 3.10."""
-    return np.array(
-        [
-            [cos(theta), -sin(theta) * cos(alpha), sin(theta) * sin(alpha), a * cos(theta)],
-            [sin(theta), cos(theta) * cos(alpha), -cos(theta) * sin(alpha), a * sin(theta)],
-            [0, sin(alpha), cos(alpha), d],
-            [0, 0, 0, 1],
-        ]
-    )
-
-
-FORMULAS = {"modified": craig, "standard": classic}
-
-
-def written_out(rows, types, q, formula) -> list[np.ndarray]:
-    """T_base_linkK for every row: the running product, q entering as theta or as d."""
-    poses, T, entries = [], np.eye(4), iter(q)
-    for (a, d, alpha, theta), kind in zip(rows, types, strict=True):
-        value = 0.0 if kind == "fixed" else next(entries)
-        T = T @ formula(a, d + value * (kind == "prismatic"), alpha, theta + value * (kind != "prismatic"))
-        poses.append(T)
-    return poses
-
-
 TYPES = {
     "all revolute": ["revolute"] * 5,
     "a continuous joint": ["revolute", "continuous", "revolute", "revolute", "revolute"],
@@ -67,14 +32,14 @@ TYPES = {
 }
 
 
-@pytest.mark.parametrize("convention", FORMULAS)
+@pytest.mark.parametrize("convention", DH_FORMULAS)
 @pytest.mark.parametrize("name", TYPES)
 def test_every_frame_is_the_running_product_of_the_written_matrices(convention, name):
     types = TYPES[name]
     robot = Robot.from_dh(ROWS, convention=convention, joint_types=types)
     assert robot.n_dof == sum(kind != "fixed" for kind in types)
     for q in RNG.uniform(-3, 3, (20, robot.n_dof)):
-        expected = written_out(ROWS, types, q, FORMULAS[convention])
+        expected = dh_poses(ROWS, types, q, convention)
         for k, T in enumerate(expected, start=1):
             np.testing.assert_allclose(robot.forward_kinematics(q, link=f"link{k}"), T, rtol=0, atol=1e-13)
         np.testing.assert_array_equal(robot.forward_kinematics(q), robot.forward_kinematics(q, link="link5"))
@@ -82,7 +47,7 @@ def test_every_frame_is_the_running_product_of_the_written_matrices(convention, 
 
 def test_the_two_conventions_are_told_apart_by_one_row():
     q = [0.7]
-    modified, standard = (Robot.from_dh(ROWS[:1], convention=name).forward_kinematics(q) for name in FORMULAS)
+    modified, standard = (Robot.from_dh(ROWS[:1], convention=name).forward_kinematics(q) for name in DH_FORMULAS)
     assert np.abs(modified - standard).max() > 0.05
     np.testing.assert_allclose(Robot.from_dh(ROWS[:1]).forward_kinematics(q), modified, atol=0)
 
@@ -123,6 +88,25 @@ def test_limits_are_given_for_the_moving_joints_in_their_order():
     assert robot.joint_names == ("joint1", "joint3", "joint5")
 
 
+@pytest.mark.parametrize("convention", DH_FORMULAS)
+def test_the_ends_of_a_table_stand_before_and_behind_its_rows(convention):
+    T_base_0, T_n_tip = naive.from_rpy((0.1, 0.2, 0.3), (0.4, -0.5, 0.6)), naive.from_rpy((0, -0.2, 0.1), (1.4, 0.5, -2.6))
+    robot = Robot.from_dh(ROWS, convention=convention, T_base_0=T_base_0, T_n_tip=T_n_tip)
+    assert (robot.base, robot.tip) == ("base", "tip")
+    for q in RNG.uniform(-3, 3, (20, 5)):
+        expected = [np.eye(4), *dh_poses(ROWS, ["revolute"] * 5, q, convention)]
+        for k, T in enumerate(expected):
+            np.testing.assert_allclose(robot.forward_kinematics(q, link=f"link{k}"), T_base_0 @ T, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(robot.forward_kinematics(q), T_base_0 @ expected[-1] @ T_n_tip, rtol=0, atol=1e-13)
+
+
+def test_a_table_without_rows_is_the_way_from_its_base_to_its_tip():
+    T_n_tip = naive.from_rpy((0, -0.2, 0.1), (1.4, 0.5, -2.6))
+    robot = Robot.from_dh(np.empty((0, 4)), T_n_tip=T_n_tip)
+    assert robot.n_dof == 0
+    np.testing.assert_allclose(robot.forward_kinematics([]), T_n_tip, rtol=0, atol=1e-15)
+
+
 def test_without_limits_there_are_none():
     robot = Robot.from_dh(ROWS)
     assert np.isneginf(robot.lower).all()
@@ -146,6 +130,8 @@ def test_without_limits_there_are_none():
         (ROWS, {"joint_types": ["revolut"] * 5}, r"joint_types: 'revolut' is not known in a DH table; did you mean 'revolute'\?"),
         (ROWS, {"joint_types": ["floating"] * 5}, "joint_types: 'floating' is not known in a DH table"),
         (ROWS, {"joint_types": 5}, "joint_types: "),
+        (ROWS, {"T_base_0": np.zeros((4, 4))}, "T_base_0: has a last row"),
+        (ROWS, {"T_n_tip": np.eye(3)}, r"T_n_tip: shape \(3, 3\)"),
         (ROWS, {"limits": [(-1, 1)]}, r"limits: shape \(1, 2\); 5 pairs of lower <= upper are expected"),
         (ROWS, {"limits": [(1, -1)] * 5}, "limits: .*lower <= upper"),
         (ROWS, {"limits": [(np.nan, 1)] * 5}, "limits: "),
@@ -157,7 +143,7 @@ def test_a_table_that_cannot_be_is_refused_by_the_name_of_the_argument(rows, opt
         Robot.from_dh(rows, **options)
 
 
-@pytest.mark.parametrize("convention", FORMULAS)
+@pytest.mark.parametrize("convention", DH_FORMULAS)
 @pytest.mark.parametrize("name", TYPES)
 def test_the_urdf_that_a_table_is_written_as_is_the_same_robot_when_read(convention, name):
     limits = [(-3, 2.5)] * sum(kind != "fixed" for kind in TYPES[name])

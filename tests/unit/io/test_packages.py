@@ -58,6 +58,15 @@ def test_a_folder_may_be_the_package_itself(tmp_path):
     assert resolve_uri(URI, tmp_path / "arm_description" / "meshes")[0].samefile(file)
 
 
+def test_a_folder_is_the_package_that_its_package_xml_names(tmp_path):
+    file = put(tmp_path)
+    clone = file.parents[1].rename(tmp_path / "clone-of-arm")
+    assert resolve_uri(URI, None, [clone])[0] is None
+    (clone / "package.xml").write_text("<package format='3'>\n  <name> arm_description </name>\n</package>")
+    for place in ((None, [clone]), (clone / "meshes", [])):
+        assert resolve_uri(URI, *place)[0].samefile(clone / "meshes" / "hand.stl")
+
+
 def test_a_package_above_the_description_is_found_from_a_relative_folder(tmp_path, monkeypatch):
     file = put(tmp_path)
     (tmp_path / "arm_description" / "urdf").mkdir()

@@ -52,7 +52,10 @@ def test_the_course_file_takes_the_parameters_of_its_macro():
 def test_the_course_file_can_be_mounted_by_a_file_that_includes_it(tmp_path):
     include, world = f'<xacro:include filename="{COURSE}"/>', '<link name="world"/>'
     call = '<xacro:panda_arm connected_to="world" xyz="0 0.5 0" rpy="0 0 ${pi/2}"/>'
-    robot = ulna.load(written(tmp_path, include, world, call))
+    file = written(tmp_path, include, world, call)
+    with pytest.raises(DescriptionError, match=r"xacro: reads .*franka_robot\.urdf, which lies outside the document's folder"):
+        ulna.load(file)
+    robot = ulna.load(file, package_dirs=[COURSE.parent])
     assert robot.base == "world"
     T_world_link0 = ulna.pose((0, 0.5, 0), (0, 0, np.pi / 2))
     q = ulna.load("panda").home
@@ -175,5 +178,6 @@ def test_a_package_is_found_in_the_folders_given_then_in_ros(tmp_path, monkeypat
 def test_a_defect_behind_the_expansion_says_that_its_line_is_of_the_expanded_text(tmp_path):
     joint = '<joint name="j" type="fixed"><parent link="${n}"/><child link="b"/></joint>'
     file = written(tmp_path, '<xacro:property name="n" value="a"/>', '<link name="${n}"/>', joint)
-    with pytest.raises(DescriptionError, match=r"^r\.urdf\.xacro \(expanded\):\d+: joint 'j': child link 'b' is not defined"):
+    message = r"^r\.urdf\.xacro \(expanded; `ulna urdf` prints it\):4: joint 'j': child link 'b' is not defined"
+    with pytest.raises(DescriptionError, match=message):
         ulna.load(file)

@@ -47,7 +47,7 @@ def test_the_settings_and_the_information_have_a_place_for_each_name():
         layout.POSITION_TOLERANCE,
         layout.ROTATION_TOLERANCE,
         layout.STEPS,
-        layout.BUDGET,
+        layout.CALM,
         layout.FIRST_WINS,
         layout.WITH_POSTURE,
         layout.TASK,

@@ -132,7 +132,7 @@ def test_a_posture_uses_the_freedom_that_the_error_leaves(run, panda, there, rng
 
 
 def test_what_is_near_is_noted_and_what_is_not_is_not(run, panda, there):
-    q, targets = there
+    q, _ = there
     T = np.array([naive.link_pose(panda.description, x, LINK) for x in q])
     near = T.copy()
     near[::2, 0, 3] += 0.9e-3

@@ -28,7 +28,7 @@ class Search:
         order = np.arange(len(targets)) if order is None else np.asarray(order)
         settings = np.zeros(layout.N_SETTINGS)
         settings[layout.POSITION_TOLERANCE] = settings[layout.ROTATION_TOLERANCE] = tolerance
-        settings[layout.STEPS], settings[layout.BUDGET] = steps, np.inf
+        settings[layout.STEPS] = steps
         settings[layout.FIRST_WINS], settings[layout.WITH_POSTURE] = first_wins, posture is not None
         goal = np.zeros(n_dof) if posture is None else np.array(posture)
         rows = len(order) * (1 if first_wins else n_starts)
@@ -131,7 +131,7 @@ def test_a_start_beyond_the_bounds_begins_at_them(panda, from_seed, goals):
     assert (info[0, 0, layout.STATUS], info[0, 0, layout.ITERATIONS]) == (NOT_FOUND, 0)
 
 
-@pytest.mark.parametrize("steps", [1, 7])
+@pytest.mark.parametrize("steps", [0, 1, 7])
 def test_no_start_takes_more_steps_than_it_may(panda, search, steps):
     _, info = search(NO_TARGET[None], panda.home[None], steps=steps)
     assert set(info[0, :, layout.ITERATIONS]) == {steps}
@@ -187,6 +187,18 @@ def test_a_target_however_far_is_refused_or_leaves_a_configuration_within_the_li
     q, info = from_seed(naive.transform(p=(far, 0, 0))[None], panda.home[None])
     assert info[0, 0, layout.STATUS] == (NOT_FOUND if far <= LARGEST else NOT_A_POSE)
     assert far > LARGEST or ((q >= panda.lower) & (q <= panda.upper)).all()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e9])
+def test_a_seed_that_is_no_configuration_is_told_and_spoils_no_other(panda, from_seed, goals, bad):
+    _, targets = goals
+    seeds = np.tile(panda.home, (3, 1))
+    q, info = from_seed(targets[:3], seeds)
+    seeds[1, 4] = bad
+    q_beside, info_beside = from_seed(targets[:3], seeds)
+    assert info_beside[1, 0, layout.STATUS] == NOT_A_POSE
+    assert np.array_equal(q_beside[[0, 2]], q[[0, 2]])
+    assert np.array_equal(info_beside[[0, 2]], info[[0, 2]])
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e9])

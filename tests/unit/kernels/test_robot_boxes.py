@@ -6,7 +6,7 @@ import pytest
 import naive
 from close import assert_close
 from ulna.collision.checker import box_bodies
-from ulna.kernels.layout import BASE
+from ulna.kernels.layout import BASE, BODY_WIDTH, BOX
 from ulna.kernels.robot_boxes import FREE, OUT_OF_RANGE, OVERLAPS, gaps_one, overlap_batch, overlap_one
 
 N = 20
@@ -25,7 +25,7 @@ def objects(rng):
 
 
 def table_of(objects):
-    return np.array([[*T[:3].ravel(), BASE, 0.0, *half] for T, half in objects]).reshape(-1, 17)
+    return np.array([[*T[:3].ravel(), BASE, 0.0, BOX, *half, 0.0, 0.0, 0.0] for T, half in objects]).reshape(-1, BODY_WIDTH)
 
 
 def naive_gaps(panda, q, objects):

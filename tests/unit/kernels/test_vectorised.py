@@ -13,13 +13,14 @@ from ulna.kernels import compile as compiling
 from ulna.kernels.chain import forward_batch, forward_one
 from ulna.kernels.from_the_seed import follow_each
 from ulna.kernels.jacobian import jacobian_batch
+from ulna.kernels.layout import BODY_WIDTH
 from ulna.kernels.levenberg_marquardt import search_jobs
 from ulna.kernels.robot_boxes import overlap_batch
 from ulna.kernels.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.tree import frames_batch
 
 N, DOF, LINKS = 8, 7, 10
-CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, 17))
+CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
 Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), np.zeros(N_SETTINGS)
 TARGETS, INFO, ORDER, TRACE = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.arange(N), np.zeros((0, 4))
 

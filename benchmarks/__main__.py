@@ -1,0 +1,149 @@
+"""``python -m benchmarks``: Ulna and the peers on the same robots and targets in one run, as Markdown and JSON."""
+
+import argparse
+import json
+import subprocess
+import sys
+import warnings
+from datetime import date
+from pathlib import Path
+
+from benchmarks.bounds import bound_rows
+from benchmarks.inverse import protocol_rows
+from benchmarks.kinematics import batch_rows, single_call_rows
+from benchmarks.markdown import page
+from benchmarks.peer import PEERS, Peer, make_peer, peer_version
+from benchmarks.scaling import joint_rows, size_rows
+from ulna.bench import first_use
+from ulna.bench.arms import NAMES, load_arm
+from ulna.bench.clock import time_each
+from ulna.bench.machine import machine_facts
+from ulna.bench.protocol import PROTOCOLS
+from ulna.bench.solver import Forward, Solver, follow_path, ulna_solver
+from ulna.bench.targets import middle
+from ulna.errors import UlnaError
+from ulna.robot import Robot
+
+RESULTS = Path(__file__).parent / "results"
+KINEMATICS_ON = ("panda", "ur5")  # the cost of a call depends on the number of joints, hardly on the arm
+FOLLOW_LONGEST_S = 20.0
+FOLLOW = ("ulna", "roboticstoolbox-python", "pytracik", "ssik")  # those that take a configuration to start from
+
+
+def main() -> None:
+    """Measure, and write the page and the figures."""
+    options = _options()
+    warnings.simplefilter("ignore")  # of the peers, which are not ours to mend
+    data = {
+        "machine": {**machine_facts(), "commit": _commit()},
+        "versions": {name: peer_version(name) for name in PEERS},
+        "forward_kinematics": [],
+        "jacobian": [],
+        "batches": [],
+        "protocols": [],
+        "tracking": [],
+        "scaling_with_joints": [],
+        "scaling_with_rows": [],
+        "bounds": [],
+        "first_use": [],
+        "memory": [],
+        "size": [],
+        "absent": [],
+    }
+    for name in options.robot or NAMES:
+        try:
+            measure(name, load_arm(name), options.n, data)
+        except UlnaError as error:
+            _say(str(error))
+            data["absent"].append({"robot": name, "peer": "all", "why": str(error)})
+    if not options.peers_only:
+        _say("scaling, bounds, first use")
+        panda = load_arm("panda")
+        data.update(scaling_with_joints=joint_rows(), scaling_with_rows=size_rows(panda), bounds=bound_rows("panda", panda))
+        data.update(first_use=first_use.first_use_rows(), memory=first_use.memory_rows(), size=first_use.size_rows())
+    _write(data, options.out)
+
+
+def measure(name: str, robot: Robot, n: int, data: dict) -> None:
+    """Add the rows of one robot."""
+    peers = {}
+    for peer in PEERS:
+        made, why = make_peer(peer, robot)
+        if made is None:
+            _say(f"{name}: {peer}: {why}")
+            data["absent"].append({"robot": name, "peer": peer, "why": why})
+        else:
+            peers[peer] = made
+    if name in KINEMATICS_ON:
+        for kind in ("forward_kinematics", "jacobian"):
+            _say(f"{name}: {kind}")
+            data[kind] += single_call_rows(name, robot, peers, kind)
+            data["batches"] += batch_rows(name, robot, peers, kind)
+    forward = _judge(robot)
+    for protocol in PROTOCOLS:
+        _say(f"{name}: protocol {protocol}")
+        count = n if PROTOCOLS[protocol].reachable else max(1, n // 10)
+        data["protocols"] += protocol_rows(name, robot, protocol, _solvers(robot, peers, protocol), count, forward)
+    for solver in _solvers(robot, peers, "reachable"):
+        if solver.name in FOLLOW:
+            _say(f"{name}: tracking by {solver.name}")
+            _track(name, robot, solver, 10 * n, forward, data)
+
+
+def _track(name: str, robot: Robot, solver: Solver, n: int, forward: Forward, data: dict) -> None:
+    """Add the row of a solver that follows n poses, or the reason why it does not."""
+    start = middle(robot)
+    pose_ns = time_each(solver.solve, [(solver.prepare(robot.forward_kinematics(start)), start)] * 20, passes=1).mean()
+    if pose_ns * n > FOLLOW_LONGEST_S * 1e9:
+        why = f"too slow to follow {n} poses: {pose_ns / 1e6:.1f} ms a pose"
+        data["absent"].append({"robot": name, "peer": solver.name, "why": why})
+    else:
+        data["tracking"].append({**follow_path(solver, robot, n, forward), "robot": name})
+
+
+def _solvers(robot: Robot, peers: dict[str, Peer], protocol: str) -> list:
+    theirs = [peer.solver(PROTOCOLS[protocol]) for peer in peers.values() if peer.solver is not None]
+    return [ulna_solver(robot, PROTOCOLS[protocol]), *theirs]
+
+
+def _judge(robot: Robot):
+    """Pinocchio's forward kinematics, or where it is absent Ulna's own."""
+    try:
+        from benchmarks.peers.pinocchio import Model  # noqa: PLC0415 -- it may be absent
+    except ImportError:
+        _say("pin is absent: answers are judged by Ulna's own forward kinematics")
+        return robot.forward_kinematics
+    return Model(robot).forward_all
+
+
+def _write(data: dict, folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{date.today().isoformat()}.md"  # noqa: DTZ011 -- the reader's day
+    path.write_text(page(data), encoding="utf-8")
+    path.with_suffix(".json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    sys.stdout.write(page(data))
+    _say(f"written: {path}")
+
+
+def _commit() -> str:
+    """The commit that was measured, marked if the files differ from it."""
+    command = ["git", "describe", "--always", "--dirty"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(__file__).parent)  # noqa: S603
+    return done.stdout.strip() or "unknown"
+
+
+def _say(line: str) -> None:
+    sys.stderr.write(f"{line}\n")
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--robot", action="append", choices=NAMES, help="repeatable; all of them unless given")
+    parser.add_argument("--n", type=int, default=1000, help="targets of each protocol (default 1000)")
+    parser.add_argument("--peers-only", action="store_true", help="leave out scaling, bounds and first use")
+    parser.add_argument("--out", type=Path, default=RESULTS, help="the folder to write to")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+"""What a batched kernel could cost at best: its operations at the machine's peak, or its bytes at the speed of a copy.
+
+The operations are counted, not estimated: the same kernels run as plain NumPy (``NUMBA_DISABLE_JIT=1``) on arrays that count. An
+operation is one on eight numbers at once. The peak is that of independent multiply-adds in lanes, two operations each; the speed
+of a copy is that of ``np.copyto`` over 256 MB; both are measured here and now. Nothing reaches such a bound: it leaves out that
+operations wait for each other, that not every multiplication is followed by an addition, loads and stores from caches, and the
+pages that the system clears before an answer can be written to them.
+"""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+
+from ulna.bench.clock import Work, time_interleaved
+from ulna.bench.targets import random_positions
+from ulna.kernels.compile import entry
+from ulna.kernels.lanes import WIDTH, load, store
+from ulna.robot import Robot
+
+IN_CACHE, IN_MEMORY = 4096, 500_000  # rows of a batch
+_ROUNDS = 100_000
+_COUNTING = """
+import json, sys
+import numpy as np
+import ulna
+from ulna.kernels.chain import chain_pose
+from ulna.kernels.jacobian import BASE, chain_jacobian
+
+class Counting(np.ndarray):
+    operations = 0
+    def __array_ufunc__(self, ufunc, method, *inputs, **options):
+        Counting.operations += 1
+        plain = [np.asarray(x) if isinstance(x, Counting) else x for x in inputs]
+        return np.asarray(getattr(ufunc, method)(*plain)).view(Counting)
+    def __array_function__(self, function, types, inputs, options):
+        Counting.operations += function is np.where
+        plain = [np.asarray(x) if isinstance(x, Counting) else x for x in inputs]
+        return np.asarray(function(*plain)).view(Counting)
+
+def rows(n):
+    return np.zeros((n, 8)).view(Counting)
+
+robot = ulna.load(sys.stdin.read())
+chain, q, counts = robot.tree.chain(robot.tip), rows(robot.n_dof), {}
+chain_pose(chain, q)
+counts["forward_kinematics"], Counting.operations = Counting.operations, 0
+chain_jacobian(chain, q, BASE, rows(6 * len(chain)), rows(6 * robot.n_dof))
+counts["jacobian"] = Counting.operations
+print(json.dumps(counts))
+"""
+
+
+def count_operations(robot: Robot) -> dict[str, int]:
+    """Operations on eight numbers that the kernels of a chain do for eight configurations."""
+    command, environment = [sys.executable, "-c", _COUNTING], os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(command, input=robot.to_urdf(), env=environment, capture_output=True, text=True, check=True)  # noqa: S603
+    return json.loads(done.stdout)
+
+
+@entry
+def multiply_add(rows, rounds):
+    """Rounds of sixteen independent multiply-adds in lanes."""
+    a0, a1, a2, a3 = load(rows, 0), load(rows, 1), load(rows, 2), load(rows, 3)
+    a4, a5, a6, a7 = load(rows, 4), load(rows, 5), load(rows, 6), load(rows, 7)
+    x, y = load(rows, 8), load(rows, 9)
+    for _ in range(rounds):
+        a0, a1, a2, a3 = a0 * x + y, a1 * x + y, a2 * x + y, a3 * x + y
+        a4, a5, a6, a7 = a4 * x + y, a5 * x + y, a6 * x + y, a7 * x + y
+        a0, a1, a2, a3 = a0 * y + x, a1 * y + x, a2 * y + x, a3 * y + x
+        a4, a5, a6, a7 = a4 * y + x, a5 * y + x, a6 * y + x, a7 * y + x
+    store(rows, 0, a0 + a1 + a2 + a3 + a4 + a5 + a6 + a7)
+
+
+def peak_ns() -> float:
+    """The time of one operation on eight numbers at the peak [ns]."""
+    rows = np.full((10, WIDTH), 0.5)
+    work = Work(lambda _: multiply_add(rows, _ROUNDS), [0] * 3, _ROUNDS * 32)
+    return float(time_interleaved({"peak": work}, passes=15)["peak"].passes.min())
+
+
+def copy_ns() -> float:
+    """The time to read a byte and to write one, of an array that no cache holds [ns]."""
+    source, target = np.ones(2**25), np.empty(2**25)
+    work = Work(lambda _: np.copyto(target, source), [0], source.nbytes)
+    return float(time_interleaved({"copy": work}, passes=9)["copy"].passes.min()) / 2
+
+
+def bound_rows(name: str, robot: Robot) -> list[dict]:
+    """For each batched kernel what bounds it, and what it takes: for a batch that caches hold, and for one that they do not."""
+    counts, peak, copy = count_operations(robot), peak_ns(), copy_ns()
+    rows = []
+    for kind, operations in counts.items():
+        ask = getattr(robot, kind)
+        batches = {n: random_positions(robot, n, 0) for n in (IN_CACHE, IN_MEMORY)}
+        moved = batches[IN_CACHE][0].nbytes + ask(batches[IN_CACHE][:1]).nbytes
+        timings = time_interleaved({str(n): Work(ask, [q], n) for n, q in batches.items()}, passes=11)
+        for n in batches:
+            bound = max(operations / WIDTH * peak, moved * copy if n == IN_MEMORY else 0.0)
+            rows.append({
+                "robot": name,
+                "work": kind,
+                "rows": n,
+                "operations_on_eight": operations,
+                "bytes_a_row": moved,
+                "arithmetic_ns": operations / WIDTH * peak,
+                "memory_ns": moved * copy if n == IN_MEMORY else 0.0,
+                "median_ns": timings[str(n)].median,
+                "times_bound": timings[str(n)].median / bound,
+            })  # fmt: skip
+    return rows

@@ -1,0 +1,20 @@
+"""Install the peers one by one, where all at once do not: one that is not to be had here is named, and the others stay."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+
+def main() -> None:
+    """Install each requirement of the group ``bench``."""
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+    for requirement in project["dependency-groups"]["bench"]:
+        command = [sys.executable, "-m", "pip", "install", "--quiet", "--only-binary", ":all:", requirement]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 -- what the project names
+        if done.returncode:
+            sys.stderr.write(f"{requirement}: {(done.stderr.strip().splitlines() or ['pip failed'])[-1]}\n")
+
+
+if __name__ == "__main__":
+    main()

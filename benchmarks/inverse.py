@@ -1,0 +1,62 @@
+"""Inverse kinematics under each protocol, Ulna and the peers on the same targets, judged by Pinocchio.
+
+Targets are taken in blocks, and each block by one solver after the other, so that whatever slows the machine slows all: the ratio
+is taken block by block.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ulna.bench.clock import time_each
+from ulna.bench.protocol import PROTOCOLS
+from ulna.bench.solver import Forward, Solver, judge
+from ulna.robot import Robot
+
+_BLOCK = 50
+_LONGEST_S = (
+    15.0  # that one solver may take under one protocol: a slow one gets fewer blocks, and the table says how many targets
+)
+_PASSES = 3
+
+
+def protocol_rows(name: str, robot: Robot, protocol_name: str, solvers: Sequence[Solver], n: int, forward: Forward) -> list[dict]:
+    """A row for each solver, Ulna the first of them; ``times_ulna`` is the mean time of a block as a multiple of Ulna's."""
+    protocol = PROTOCOLS[protocol_name]
+    targets, start = protocol.targets(robot, n), protocol.start(robot)
+    claimed = {solver.name: [] for solver in solvers}
+    good = {solver.name: [] for solver in solvers}
+    times = {solver.name: [] for solver in solvers}
+    for first in range(0, n, _BLOCK):
+        block = targets[first : first + _BLOCK]
+        for solver in solvers:
+            if sum(map(np.sum, times[solver.name])) * 1e-9 * (_PASSES + 1) > _LONGEST_S:
+                continue
+            said, true = judge(solver, robot, protocol, block, forward)
+            claimed[solver.name].append(said)
+            good[solver.name].append(true)
+            times[solver.name].append(time_each(solver.solve, [(solver.prepare(T), start) for T in block], _PASSES))
+    yardstick = [float(np.mean(block)) for block in times[solvers[0].name]]
+    return [
+        _row(name, protocol_name, solver.name, *(np.concatenate(d[solver.name]) for d in (claimed, good, times)),
+             [float(np.mean(block)) / unit for block, unit in zip(times[solver.name], yardstick, strict=False)])
+        for solver in solvers
+    ]  # fmt: skip
+
+
+def _row(name: str, protocol: str, library: str, claimed, good, times_ns, ratios: Sequence[float]) -> dict:
+    lower, median, upper = np.percentile(ratios, (25, 50, 75))
+    return {
+        "robot": name,
+        "protocol": protocol,
+        "library": library,
+        "targets": len(good),
+        "solved_percent": 100.0 * float(good.mean()),
+        "said_solved_but_not": int(np.count_nonzero(claimed & ~good)),
+        "mean_us": float(times_ns.mean()) / 1e3,
+        "median_us": float(np.median(times_ns)) / 1e3,
+        "p99_us": float(np.percentile(times_ns, 99)) / 1e3,
+        "times_ulna": float(median),
+        "times_ulna_lower": float(lower),
+        "times_ulna_upper": float(upper),
+    }

@@ -1,0 +1,54 @@
+"""Forward kinematics and Jacobians, a call at a time and in batches, against the peers: interleaved, and ratios pass by pass."""
+
+from benchmarks.peer import Peer
+from ulna.bench.clock import Timing, Work, ratio, time_interleaved
+from ulna.bench.targets import random_positions
+from ulna.robot import Robot
+
+ONE, BATCH = 256, 4096
+
+
+def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
+    """One call for one q: ``kind`` is "forward_kinematics" or "jacobian"."""
+    q = random_positions(robot, ONE, seed=0)
+    works = {"ulna": Work(getattr(robot, kind), list(q))}
+    for peer, offers in peers.items():
+        function = offers.forward if kind == "forward_kinematics" else offers.jacobian
+        if function is not None:
+            works[peer] = Work(function, [offers.own_q(x) for x in q])
+        if kind == "forward_kinematics" and offers.forward_kept is not None:
+            works[f"{peer}, placement kept"] = Work(offers.forward_kept, [offers.own_q(x) for x in q])
+    return _rows(name, kind, time_interleaved(works, passes=41))
+
+
+def batch_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
+    """A batch of q: Ulna in one call, the peers in a loop of Python."""
+    q = random_positions(robot, BATCH, seed=0)
+    works = {"ulna": Work(getattr(robot, kind), [q], BATCH)}
+    for peer, offers in peers.items():
+        function = offers.forward if kind == "forward_kinematics" else offers.jacobian
+        if function is not None:
+            works[f"{peer}, in a loop"] = Work(_loop(function), [[offers.own_q(x) for x in q]], BATCH)
+    return _rows(name, f"{kind}, {BATCH} at once", time_interleaved(works, passes=11))
+
+
+def _loop(function):
+    return lambda batch: [function(q) for q in batch]
+
+
+def _rows(name: str, kind: str, timings: dict[str, Timing]) -> list[dict]:
+    rows = []
+    for library, timing in timings.items():
+        lower, median, upper = ratio(timing, timings["ulna"])
+        rows.append({
+            "robot": name,
+            "work": kind,
+            "library": library,
+            "median_ns": timing.median,
+            "lower_ns": timing.lower,
+            "upper_ns": timing.upper,
+            "times_ulna": median,
+            "times_ulna_lower": lower,
+            "times_ulna_upper": upper,
+        })  # fmt: skip
+    return rows

@@ -1,0 +1,117 @@
+"""A peer: what another library computes for the same arm, in the same form, and checked before it is timed."""
+
+import importlib
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.bench.protocol import Protocol
+from ulna.bench.solver import Solver
+from ulna.bench.targets import random_positions
+from ulna.io.write_urdf import write_urdf
+from ulna.model.pose import inverse
+from ulna.robot import Robot
+
+Array = NDArray[np.float64]
+
+# The name under which each is installed, and the module of ``peers`` that calls it.
+PEERS = {
+    "pin": "pinocchio",
+    "roboticstoolbox-python": "roboticstoolbox",
+    "pytracik": "tracik",
+    "frankik": "frankik",
+    "ssik": "ssik",
+    "EAIK": "eaik",
+    "mujoco": "mujoco",
+    "ikpy": "ikpy",
+}
+
+
+class NotForThisArm(Exception):  # noqa: N818 -- it is no error
+    """Why a peer has nothing to say of an arm."""
+
+
+@dataclass(frozen=True)
+class Peer:
+    """What a library offers for one arm; None where it offers nothing.
+
+    Attributes:
+        forward: Of one of its own q, the 4x4 matrix of the tip in the base.
+        jacobian: Of one of its own q, the geometric Jacobian, shape (6, n_dof), linear rows first, in the axes of the base.
+        solver: For a protocol, the solver.
+        own_q: From Ulna's q, shape (n_dof,), to the library's.
+        forward_kept: As ``forward``, with what can be looked up once kept between calls, as a control loop would.
+    """
+
+    forward: Callable[[Array], Array] | None = None
+    jacobian: Callable[[Array], Array] | None = None
+    solver: Callable[[Protocol], Solver] | None = None
+    own_q: Callable[[Array], Array] = lambda q: q
+    forward_kept: Callable[[Array], Array] | None = None
+
+
+def make_peer(name: str, robot: Robot) -> tuple[Peer | None, str]:
+    """The peer for an arm, its answers checked; or None, and why not."""
+    try:
+        peer = importlib.import_module(f"benchmarks.peers.{PEERS[name]}").make(robot)
+    except ImportError as error:
+        return None, f"absent: {error}"
+    except NotForThisArm as reason:
+        return None, str(reason)
+    return check(peer, robot)
+
+
+def check(peer: Peer, robot: Robot, tolerance: float = 1e-8) -> tuple[Peer | None, str]:
+    """The peer if what it computes is what Ulna computes, at a hundred configurations; or None, and by how much it is not."""
+    for kind, theirs, ours in (("poses", peer.forward, robot.forward_kinematics), ("Jacobians", peer.jacobian, robot.jacobian)):
+        if theirs is not None:
+            q = random_positions(robot, 100, seed=3)
+            off = max(float(np.abs(theirs(peer.own_q(x)) - ours(x)).max()) for x in q)
+            if not off <= tolerance:
+                return None, f"its {kind} differ by {off:.1e}"
+    return peer, ""
+
+
+def peer_version(name: str) -> str:
+    """The installed version of a peer, or "absent"."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "absent"
+
+
+def bare_urdf(robot: Robot) -> str:
+    """URDF text of the arm's joints and links alone, as the peers read it.
+
+    There are no meshes to look for, no soft limits, which some read wrongly, and every limit has the effort and the velocity
+    without which some refuse it.
+    """
+    text = re.sub(r"<(visual|collision)\b.*?</\1>", "", write_urdf(robot.description), flags=re.DOTALL)
+    for attribute in ("effort", "velocity"):
+        text = re.sub(rf"<limit (?![^>]*{attribute}=)", f'<limit {attribute}="1" ', text)
+    return text
+
+
+def standing_offset(robot: Robot, forward: Callable[[Array], Array]) -> Array:
+    """T_tip_peer, where a peer's last frame stands on Ulna's tip, if it stands still there.
+
+    Raises:
+        NotForThisArm: It does not: the peer's arm has another geometry.
+    """
+    q = random_positions(robot, 5, seed=2)
+    offsets = np.array([inverse(robot.forward_kinematics(x)) @ forward(x) for x in q])
+    off = float(np.abs(offsets - offsets[0]).max())
+    if off > 1e-8:
+        raise NotForThisArm(f"its arm is another: their tips move apart by {off:.1e}")
+    return offsets[0]
+
+
+def within_limits_by_turns(robot: Robot, q: Array) -> Array | None:
+    """The configuration with each joint turned by whole turns into its limits, or None if one cannot be."""
+    lower = np.where(np.isinf(robot.lower), q, robot.lower)
+    turned = q + 2 * np.pi * np.ceil((lower - q) / (2 * np.pi) - 1e-9)
+    return turned if (turned <= robot.upper + 1e-9).all() else None

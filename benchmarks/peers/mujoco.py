@@ -1,0 +1,46 @@
+"""MuJoCo: forward kinematics and Jacobians of the compiled model, the tip marked by a site."""
+
+import mujoco
+import numpy as np
+
+from benchmarks.peer import Peer, bare_urdf
+from ulna.robot import Robot
+
+
+class Model:
+    """A MuJoCo model of an arm. Its compiler wants every body to weigh something."""
+
+    def __init__(self, robot: Robot) -> None:
+        spec = mujoco.MjSpec.from_string(bare_urdf(robot))
+        spec.compiler.fusestatic = False
+        spec.compiler.boundmass = spec.compiler.boundinertia = 1e-3
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self.body = self.model.body(robot.tip).id
+        self.position, self.turn = self.data.xpos[self.body], self.data.xmat[self.body].reshape(3, 3)
+        names = [self.model.joint(k).name for k in range(self.model.njnt)]
+        self.order = np.array([robot.joint_names.index(name) for name in names])
+        self.columns = np.argsort(self.order)
+
+    def forward(self, q):
+        """The tip's pose as a 4x4 matrix."""
+        self.data.qpos[:] = q
+        mujoco.mj_kinematics(self.model, self.data)
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = self.turn, self.position
+        return T
+
+    def jacobian(self, q):
+        """The tip's Jacobian, in the axes of the base."""
+        self.data.qpos[:] = q
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        J = np.empty((6, self.model.nv))
+        mujoco.mj_jacBody(self.model, self.data, J[:3], J[3:], self.body)
+        return J
+
+
+def make(robot: Robot) -> Peer:
+    """The peer for an arm."""
+    model = Model(robot)
+    return Peer(forward=model.forward, jacobian=model.jacobian, own_q=lambda q: q[model.order])

@@ -1,0 +1,67 @@
+"""How the cost grows: with the joints of a chain, with the rows of a batch, with two threads that each take a half."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+import ulna
+from ulna.bench.clock import Work, time_interleaved
+from ulna.bench.targets import random_positions
+from ulna.robot import Robot
+
+JOINTS = (3, 6, 7, 12, 20, 40, 60)
+ROWS = (1, 8, 64, 512, 4096, 32_768, 262_144, 1_000_000)
+KINDS = ("forward_kinematics", "jacobian")
+BATCH, CALLS = 4096, 64
+_LARGEST_ANSWER = 400e6  # bytes: larger batches are left out
+
+
+def joint_rows() -> list[dict]:
+    """The time of one call, and of a row of a batch, for chains of many joints; their DH rows are drawn at random."""
+    rows = []
+    for joints in JOINTS:
+        robot = random_arm(joints)
+        q = random_positions(robot, BATCH, 0)
+        for kind in KINDS:
+            ask = getattr(robot, kind)
+            times = time_interleaved({"one": Work(ask, list(q[:CALLS])), "batch": Work(ask, [q], BATCH)})
+            one, batch = times["one"].median, times["batch"].median
+            rows.append({
+                "work": kind, "joints": joints, "one_ns": one, "batch_ns": batch, "batch_ns_a_joint": batch / joints,
+            })  # fmt: skip
+    return rows
+
+
+def size_rows(robot: Robot) -> list[dict]:
+    """The time of a row for batches of one to a million, with one thread and with two that take a half each."""
+    rows = []
+    for kind in KINDS:
+        ask = getattr(robot, kind)
+        for n in ROWS:
+            q = random_positions(robot, n, 0)
+            if n * ask(q[:1]).nbytes > _LARGEST_ANSWER:
+                continue
+            repeated = [q] * max(1, CALLS // n)
+            with ThreadPoolExecutor(2) as pool:
+                works = {"one": Work(ask, repeated, n), "two": Work(in_halves(ask, pool), repeated, n)}
+                times = time_interleaved(works, passes=7 if n >= 100_000 else 21)
+            one, two = times["one"].median, times["two"].median
+            rows.append({"work": kind, "rows": n, "one_thread_ns": one, "two_threads_ns": two, "gain": one / two})
+    return rows
+
+
+def in_halves(ask, pool: ThreadPoolExecutor):
+    """The same question, each half of a batch asked in a thread of its own."""
+
+    def halves(q):
+        middle = len(q) // 2
+        return list(pool.map(ask, (q[:middle], q[middle:])))
+
+    return halves
+
+
+def random_arm(joints: int) -> Robot:
+    """An arm of revolute joints with DH rows drawn at random."""
+    rng = np.random.default_rng(joints)
+    rows = np.column_stack([rng.uniform(-0.3, 0.3, (joints, 2)), rng.uniform(-np.pi, np.pi, (joints, 2))])
+    return ulna.Robot.from_dh(rows, limits=[(-np.pi, np.pi)] * joints)

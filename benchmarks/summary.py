@@ -1,0 +1,87 @@
+"""The short tables of docs/performance.md, made from the figures of a run: ``python -m benchmarks.summary RESULT.json``.
+
+Nothing is copied by hand: what stands between the two marks of that page is written anew.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from benchmarks.markdown import table
+
+PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+BEGIN, END = "<!-- figures: begin -->", "<!-- figures: end -->"
+SOLVERS = ("roboticstoolbox-python", "pytracik", "frankik", "ssik", "EAIK")
+
+
+def summary(data: dict, name: str) -> str:
+    """The page's tables."""
+    facts = data["machine"]
+    versions = ", ".join(f"{peer} {version}" for peer, version in data["versions"].items())
+    machine = (
+        f"{facts['processor']}, {facts['cores']} cores, {facts['register_bits']}-bit registers; Python {facts['python']}, "
+        f"NumPy {facts['numpy']}, Numba {facts['numba']}; {versions}. Everything of this run: `benchmarks/results/{name}`."
+    )
+    parts = [machine]
+    for kind, title in (("forward_kinematics", "One `forward_kinematics(q)`"), ("jacobian", "One `jacobian(q)`")):
+        parts += [f"**{title}**", table([_call(row) for row in data[kind]])]
+    parts += ["**Batches**", table([_call(row) for row in data["batches"]])]
+    for protocol in ("reachable", "A", "B"):
+        parts += [f"**Inverse kinematics, protocol {protocol}**", table(solver_rows(data["protocols"], protocol))]
+    parts += ["**Tracking**", table([_step(row) for row in data["tracking"]])]
+    parts += ["**Distance from the bound**", table(data["bounds"])] if data["bounds"] else []
+    return "\n\n".join(parts)
+
+
+def solver_rows(rows: list[dict], protocol: str) -> list[dict]:
+    """A row for each robot: Ulna's figures, and for each peer how many it solves and how many times as long it takes."""
+    found = {}
+    for row in rows:
+        if row["protocol"] == protocol:
+            found.setdefault(row["robot"], {})[row["library"]] = row
+    return [_robot(name, by_library) for name, by_library in found.items()]
+
+
+def _robot(name: str, by_library: dict) -> dict:
+    ulna = by_library["ulna"]
+    figures = {
+        "robot": name,
+        "targets": ulna["targets"],
+        "solved %": ulna["solved_percent"],
+        "mean us": ulna["mean_us"],
+        "p99 us": ulna["p99_us"],
+    }
+    for peer in SOLVERS:
+        row = by_library.get(peer)
+        figures[peer] = f"{row['solved_percent']:.4g} %, {row['times_ulna']:.3g}x" if row else ""
+    return figures
+
+
+def _call(row: dict) -> dict:
+    quartiles = f"{row['times_ulna_lower']:.3g} to {row['times_ulna_upper']:.3g}"
+    return {
+        "robot": row["robot"], "work": row["work"], "library": row["library"],
+        "median ns": row["median_ns"], "times Ulna": row["times_ulna"], "quartiles": quartiles,
+    }  # fmt: skip
+
+
+def _step(row: dict) -> dict:
+    return {
+        "robot": row["robot"], "library": row["solver"], "poses": row["poses"], "solved %": row["solved_percent"],
+        "path's largest step": row["path_step"], "largest step": row["largest_step"], "steps above 0.1": row["steps_above_bound"],
+        "mean us": row["mean_us"],
+    }  # fmt: skip
+
+
+def main() -> None:
+    """Write the page's tables anew."""
+    result = Path(sys.argv[1])
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    _, _, after = rest.partition(END)
+    data = json.loads(result.read_text(encoding="utf-8"))
+    figures = summary(data, result.with_suffix(".md").name)
+    PAGE.write_text(f"{before}{BEGIN}\n\n{figures}\n\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""What is paid before the first answer: importing, loading, first calls in a new process, the bytes on disk and in memory."""
+
+import json
+import re
+import subprocess
+import sys
+from importlib.metadata import Distribution, PackageNotFoundError, distribution
+from pathlib import Path
+from statistics import median
+
+import ulna
+from ulna.errors import UlnaError
+
+# Each step is timed in a process of its own kind: one that has done only the steps before.
+_STEPS = """
+import json, time
+seconds, start = {}, time.perf_counter()
+def done(step):
+    global start
+    seconds[step] = time.perf_counter() - start
+    start = time.perf_counter()
+import ulna
+done("import ulna")
+robot = ulna.load("panda")
+done("load the Panda")
+T = robot.forward_kinematics(robot.home)
+done("first forward_kinematics")
+robot.jacobian(robot.home)
+done("first jacobian")
+robot.inverse_kinematics(T)
+done("first inverse_kinematics")
+print(json.dumps(seconds))
+"""
+# The most that stood in memory during the call, less what stood there before, less the answer.
+_MEMORY = """
+import json, re, sys
+import ulna
+from ulna.bench.targets import random_positions
+robot, n = ulna.load("panda"), {n}
+def kilobytes(name):
+    return int(re.search(name + r":\\s+(\\d+)", open("/proc/self/status").read())[1])
+q = {argument}
+{call}(q[:64])
+before = kilobytes("VmRSS")
+answer = {call}(q)
+print(json.dumps((kilobytes("VmHWM") - before) / 1024 - {answer}.nbytes / 2**20))
+"""
+_CALLS = {
+    "forward_kinematics": (1_000_000, "random_positions(robot, n, 0)", "robot.forward_kinematics", "answer"),
+    "jacobian": (200_000, "random_positions(robot, n, 0)", "robot.jacobian", "answer"),
+    "inverse_kinematics": (
+        50_000, "robot.forward_kinematics(random_positions(robot, n, 0))", "robot.inverse_kinematics", "answer.q",
+    ),
+}  # fmt: skip
+
+
+def first_use_rows(processes: int = 3) -> list[dict[str, object]]:
+    """Seconds of each step of a first use, machine code cached: the median over new processes."""
+    _child(_STEPS)  # fills the cache
+    runs = [_child(_STEPS) for _ in range(processes)]
+    return [{"step": step, "seconds": median(run[step] for run in runs)} for step in runs[0]]
+
+
+def memory_rows() -> list[dict[str, object]]:
+    """How much memory a large batch takes beyond its input and its answer [MB]; nothing where the system does not tell."""
+    if not Path("/proc/self/status").exists():
+        return []
+    rows = []
+    for name, (n, argument, call, answer) in _CALLS.items():
+        extra = _child(_MEMORY.format(n=n, argument=argument, call=call, answer=answer))
+        rows.append({"call": name, "rows": n, "extra_megabytes": extra})
+    return rows
+
+
+def size_rows() -> list[dict[str, object]]:
+    """What lies on disk of the core and of the packages it needs [MB], largest first; nothing if Ulna is not installed."""
+    if not _installed("ulna"):
+        return []
+    here = sum(path.stat().st_size for path in Path(ulna.__file__).parent.rglob("*.py"))
+    sizes = {"ulna": here / 1e6, **{d.name: _megabytes(d) for d in needed_distributions("ulna")}}
+    rows = [{"package": name, "megabytes": size} for name, size in sorted(sizes.items(), key=lambda item: -item[1])]
+    return [*rows, {"package": "all", "megabytes": sum(sizes.values())}]
+
+
+def needed_distributions(name: str) -> list[Distribution]:
+    """The installed distributions that one needs, extras left out, and those that these need."""
+    found, waiting = {}, [name]
+    while waiting:
+        try:
+            needed = distribution(waiting.pop())
+        except PackageNotFoundError:
+            continue  # needed on other systems only
+        for requirement in needed.requires or ():
+            child = re.match(r"[\w.-]+", requirement)
+            if child and "extra ==" not in requirement and child[0].lower() not in found:
+                found[child[0].lower()] = None
+                waiting.append(child[0])
+    return [distribution(child) for child in found if _installed(child)]
+
+
+def _installed(name: str) -> bool:
+    try:
+        distribution(name)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def _megabytes(package: Distribution) -> float:
+    paths = [Path(str(package.locate_file(file))) for file in package.files or ()]
+    return sum(path.stat().st_size for path in paths if path.is_file()) / 1e6
+
+
+def _child(code: str):
+    """What a new Python process prints, as JSON."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)  # noqa: S603 -- our own code
+    if done.returncode:
+        raise UlnaError(f"a measuring process failed: {done.stderr.strip().splitlines()[-1:]}")
+    return json.loads(done.stdout)

@@ -1,0 +1,43 @@
+"""The machine and the versions that figures belong to: no host names, no paths."""
+
+import os
+import platform
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import ulna
+
+PACKAGES = ("numpy", "numba", "llvmlite")
+
+
+def machine_facts() -> dict[str, object]:
+    """The processor, the cores that may be used, the widest register that the kernels use, and the versions."""
+    from ulna.kernels.target import register_bits  # noqa: PLC0415 -- it loads the compiler, which other commands may not need
+
+    return {
+        "processor": processor_name(),
+        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "register_bits": register_bits(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        "ulna": ulna.__version__,
+        **{name: installed_version(name) for name in PACKAGES},
+    }
+
+
+def installed_version(name: str) -> str:
+    """The version of an installed package, or "absent"."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "absent"
+
+
+def processor_name() -> str:
+    """The processor's name: Linux tells it in a file, other systems elsewhere."""
+    if sys.platform == "linux":
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()

@@ -1,0 +1,62 @@
+"""All figures of one run: machine facts, and a list of rows for each subject."""
+
+from collections.abc import Sequence
+
+from ulna.bench.arms import load_arm
+from ulna.bench.first_use import first_use_rows, memory_rows, size_rows
+from ulna.bench.machine import machine_facts
+from ulna.bench.protocol import PROTOCOLS
+from ulna.bench.solver import STEP_BOUND, follow_path, run_protocol, ulna_solver
+from ulna.bench.works import BATCH, WORKS, timed_rows
+from ulna.errors import InputError, did_you_mean
+from ulna.robot import Robot
+
+Rows = list[dict[str, object]]
+
+SUBJECTS = (*WORKS, "load")
+_UNREACHABLE_SHARE = 10  # each spends the whole budget, so a tenth of the targets will do
+
+
+def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str, object]:
+    """Measure what is asked for: ``machine``, and for each subject its tables of rows.
+
+    Args:
+        subjects: Some of SUBJECTS; all if there are none.
+        robots: Short names of ``arms``, or what ``ulna.load`` takes.
+        n: Targets of each protocol of inverse kinematics.
+    """
+    for subject in subjects:
+        if subject not in SUBJECTS:
+            raise InputError("subject", f"{subject!r} is none{did_you_mean(subject, SUBJECTS)}")
+    arms = {name: load_arm(name) for name in robots}
+    data: dict[str, object] = {"machine": machine_facts()}
+    for subject in subjects or SUBJECTS:
+        if subject in WORKS:
+            data[subject] = [
+                row for name, arm in arms.items() for row in timed_rows(name, WORKS[subject](arm, _batch(subject, n)))
+            ]
+        if subject == "ik":
+            data["protocols"] = [row for name, arm in arms.items() for row in protocol_rows(name, arm, n)]
+            data["tracking"] = [row for name, arm in arms.items() for row in tracking_rows(name, arm, n)]
+        if subject == "load":
+            data.update(first_use=first_use_rows(), memory=memory_rows(), size=size_rows())
+    return data
+
+
+def protocol_rows(name: str, robot: Robot, n: int) -> Rows:
+    """Ulna under every protocol. Its answers are judged by its own forward kinematics."""
+    rows = []
+    for protocol in PROTOCOLS:
+        count = n if PROTOCOLS[protocol].reachable else max(1, n // _UNREACHABLE_SHARE)
+        rows.append(run_protocol(ulna_solver(robot, PROTOCOLS[protocol]), robot, protocol, count, robot.forward_kinematics))
+    return [{**row, "robot": name} for row in rows]
+
+
+def tracking_rows(name: str, robot: Robot, n: int) -> Rows:
+    """Ulna along a path of ten times as many poses as a protocol has targets."""
+    solver = ulna_solver(robot, PROTOCOLS["reachable"])
+    return [{**follow_path(solver, robot, 10 * n, robot.forward_kinematics), "robot": name, "step_bound": STEP_BOUND}]
+
+
+def _batch(subject: str, n: int) -> int:
+    return n if subject == "ik" else BATCH

@@ -1,0 +1,41 @@
+"""``ulna demo``: the assignment's checks, and its view."""
+
+from typing import Annotated
+
+import typer
+
+from ulna.checks import run_checks
+from ulna.commands.options import Json
+from ulna.demo import Demo
+from ulna.errors import InputError, UlnaError
+from ulna.tables.checks import show_checks
+
+
+def demo(
+    *,
+    check: Annotated[bool, typer.Option("--check", help="Stop after the checks.")] = False,
+    host: Annotated[str, typer.Option(help="Where to serve the view.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Its port.")] = 8080,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
+    as_json: Json = False,
+) -> None:
+    """The assignment: its checks, run on this machine, and then the arm, the box and the light in the browser.
+
+    Exit status 1 if a check fails; then nothing is served.
+    """
+    if as_json and not check:
+        raise InputError("--json", "goes with --check; the view is no JSON")
+    if not show_checks(run_checks(), as_json=as_json):
+        raise typer.Exit(1)
+    if not check:
+        _serve(host, port, open_browser=not no_open)
+
+
+def _serve(host: str, port: int, *, open_browser: bool) -> None:
+    try:
+        from ulna.viewer.app import serve  # noqa: PLC0415 -- the one layer that needs the extra
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] not in ("viser", "trimesh"):
+            raise
+        raise UlnaError("the view needs the viewer extra: pip install 'ulna[viewer]'") from None
+    serve(demo=Demo(), host=host, port=port, open_browser=open_browser)

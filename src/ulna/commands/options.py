@@ -1,0 +1,51 @@
+"""What the subcommands' options have in common, and what they mean."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+import ulna
+from ulna.answers.entries import entries_of_q
+from ulna.commands.numbers import numbers
+from ulna.errors import InputError
+
+RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="A bundled name, or the path of a .urdf or .xacro file.")]
+XacroArgs = Annotated[
+    list[str] | None, typer.Option("--xacro-arg", metavar="KEY:=VALUE", help="An argument of a xacro file; repeatable.")
+]
+PackageDirs = Annotated[
+    list[Path] | None, typer.Option("--package-dir", metavar="FOLDER", help="Where ROS packages lie; repeatable.")
+]
+Link = Annotated[str | None, typer.Option(metavar="NAME", help="The link; the tip unless given.")]
+Positions = Annotated[
+    str | None, typer.Option("--q", metavar="NUMBERS", help='Joint positions, as in "0,-pi/4,0.5 1e-3"; home unless given.')
+]
+Degrees = Annotated[bool, typer.Option("--degrees", help="All angles given are degrees, not radians.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
+
+
+def load_robot(robot: str, xacro_arg: Sequence[str] | None, package_dir: Sequence[Path] | None) -> ulna.Robot:
+    """The robot that the options name."""
+    return ulna.load(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or ())
+
+
+def xacro_arguments(xacro_arg: Sequence[str] | None) -> dict[str, str]:
+    """The arguments of a xacro file, from key:=value."""
+    arguments = {}
+    for text in xacro_arg or ():
+        key, separator, value = text.partition(":=")
+        if not (separator and key):
+            raise InputError("--xacro-arg", f"{text!r}; key:=value is expected")
+        arguments[key] = value
+    return arguments
+
+
+def positions(option: str, text: str | None, robot: ulna.Robot, *, degrees: bool) -> NDArray[np.float64]:
+    """One q, shape (n_dof,): the numbers of an option, or home without it."""
+    if text is None:
+        return robot.home
+    return np.array(numbers(option, text, entries_of_q(robot), degrees=degrees))

@@ -1,0 +1,1 @@
+"""How two descriptions of one robot differ."""

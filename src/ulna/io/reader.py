@@ -1,0 +1,62 @@
+"""What every reader of a description asks of an element: its children, its words, its numbers; or where they lack."""
+
+import math
+
+from lxml import etree
+
+from ulna.errors import DescriptionError
+
+
+class Reader:
+    """Reads the elements of one document, whose name, ``source``, stands in every message."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+
+    def fail(self, element: etree._Element, message: str) -> DescriptionError:
+        """The error that cites an element's line."""
+        return DescriptionError(message, self.source, element.sourceline)
+
+    def child(self, element: etree._Element, tag: str) -> etree._Element:
+        """The first child of that tag; an error if there is none."""
+        child = element.find(tag)
+        if child is None:
+            raise self.fail(element, f"<{element.tag}> {element.get('name')!r} has no <{tag}>")
+        return child
+
+    def attribute(self, element: etree._Element, key: str) -> str:
+        """An attribute that must be there."""
+        value = element.get(key)
+        if not value:
+            raise self.fail(element, f"<{element.tag}> has no attribute {key!r}")
+        return value
+
+    def number(self, element: etree._Element, key: str, default: float | None = None, low: float = -math.inf) -> float:
+        """An attribute that is one finite number, of at least ``low``."""
+        if default is not None and key not in element.attrib:
+            return default
+        return self.vector(element, key, 1, low)[0]
+
+    def triple(self, element: etree._Element, key: str, low: float = -math.inf) -> tuple[float, float, float]:
+        """An attribute that is three of them."""
+        x, y, z = self.vector(element, key, 3, low)
+        return x, y, z
+
+    def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
+        """An attribute that is ``count`` of them."""
+        text, values = self.attribute(element, key), self.numbers(element, key)
+        if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
+            expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
+            raise self.fail(element, f"<{element.tag}> {key}={text!r}: {expected} expected")
+        return values
+
+    def numbers(self, element: etree._Element, key: str) -> tuple[float, ...]:
+        """An attribute that is numbers, however many and of whatever size."""
+        text = self.attribute(element, key)
+        try:
+            if "_" in text or not text.isascii():
+                raise ValueError  # noqa: TRY301
+            return tuple(float(word) for word in text.split())
+        except ValueError:
+            hint = " (an expression: is this a xacro file without its xmlns:xacro?)" if "${" in text else ""
+            raise self.fail(element, f"<{element.tag}> {key}={text!r}: not numbers{hint}") from None

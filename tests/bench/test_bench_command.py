@@ -1,0 +1,76 @@
+"""``ulna bench``: what it prints for people and for programs, and the facts that it gives of the machine."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numba
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ulna.bench import first_use
+from ulna.bench.machine import machine_facts
+from ulna.cli import app
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, ["bench", *arguments], catch_exceptions=False)
+
+
+def test_the_figures_of_inverse_kinematics_for_programs():
+    answer = json.loads(run("ik", "--n", "10", "--json").stdout)
+    assert [row["protocol"] for row in answer["protocols"]] == ["reachable", "A", "B", "unreachable"]
+    assert [row["solved_percent"] for row in answer["protocols"]] == [100.0, 100.0, 100.0, 0.0]
+    assert answer["tracking"][0]["poses"] == 100
+    assert {row["work"] for row in answer["ik"]} == {"inverse_kinematics, one", "inverse_kinematics, 10"}
+    assert all(row["lower_ns"] <= row["median_ns"] <= row["upper_ns"] for row in answer["ik"])
+
+
+def test_the_figures_of_kinematics_and_collision_for_people():
+    shown = run("fk", "jacobian", "collision").stdout
+    for work in ("forward_kinematics, one", "link_poses, 8192", "jacobian, one", "in_collision, one", "check_collision, one"):
+        assert work in shown
+
+
+def test_an_unknown_subject_is_refused_with_a_suggestion():
+    result = run("jacobain")
+    assert result.exit_code == 2
+    assert "subject: 'jacobain' is none; did you mean 'jacobian'?" in result.stderr
+
+
+def test_the_machine_is_told_without_names_of_hosts():
+    facts = machine_facts()
+    assert facts["numba"] == numba.__version__
+    assert facts["numpy"] == np.__version__
+    assert facts["cores"] >= 1
+    assert facts["register_bits"] in (128, 256, 512, None)
+    assert set(facts) == {"processor", "cores", "register_bits", "system", "python", "ulna", "numpy", "numba", "llvmlite"}
+
+
+def test_registers_are_those_that_the_code_was_compiled_for():
+    code = "from ulna.kernels.target import register_bits; print(register_bits())"
+    for variable, expected in ({"NUMBA_DISABLE_JIT": "1"}, "None"), ({"NUMBA_CPU_NAME": "generic"}, "128"):
+        done = subprocess.run([sys.executable, "-c", code], env=os.environ | variable, capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == expected
+
+
+def test_a_first_use_is_timed_step_by_step():
+    rows = first_use.first_use_rows(processes=1)
+    assert [row["step"] for row in rows][:2] == ["import ulna", "load the Panda"]
+    assert all(row["seconds"] > 0 for row in rows)
+
+
+def test_memory_is_told_for_each_call(monkeypatch):
+    call = (20_000, "random_positions(robot, n, 0)", "(lambda q: [q.copy(), robot.forward_kinematics(q)][1])", "answer")
+    monkeypatch.setattr(first_use, "_CALLS", {"greedy": call})
+    (row,) = first_use.memory_rows()
+    assert row["extra_megabytes"] >= 20_000 * 7 * 8 / 2**20 * 0.9
+
+
+@pytest.mark.skipif(first_use.size_rows() == [], reason="runs from source, without being installed")
+def test_the_packages_that_the_core_needs_are_weighed():
+    sizes = {row["package"]: row["megabytes"] for row in first_use.size_rows()}
+    assert {"numpy", "numba", "llvmlite", "all"} <= set(sizes)
+    assert sizes["all"] == pytest.approx(sum(size for name, size in sizes.items() if name != "all"))

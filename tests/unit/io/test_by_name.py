@@ -1,0 +1,172 @@
+"""Robots by name: two packages, faked here, that are read where they lie and never asked to download."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+import ulna
+from ulna import FileError
+
+URDF = '<robot name="{0}"><link name="{0}"/></robot>'
+XACRO = (
+    '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="$(find arm_pkg)/part.xacro"/></robot>'
+)
+PART = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="$(arg side)"/></robot>'
+REPOSITORIES = """
+from dataclasses import dataclass
+@dataclass
+class Repository:
+    cache_path: str
+    commit: str
+    url: str
+REPOSITORIES = {"arms": Repository("arms", "abc", "https://nowhere.invalid/arms.git")}
+"""
+MODULE = """
+from os import getenv as _getenv
+from os import path as _path
+from ._cache import clone_to_cache as _clone_to_cache
+REPOSITORY_PATH: str = _clone_to_cache("arms", commit=_getenv("ROBOT_DESCRIPTION_COMMIT", None))
+PACKAGE_PATH: str = _path.join(REPOSITORY_PATH, "package")
+"""
+MODULES = {
+    "kr6_description": MODULE + 'URDF_PATH: str = _path.join(PACKAGE_PATH, "kr6.urdf")',
+    "sided_description": MODULE + 'XACRO_PATH = _path.join(PACKAGE_PATH, "sided.xacro")\nXACRO_ARGS = {"side": "left"}',
+    "ball_mj_description": MODULE + 'MJCF_PATH: str = _path.join(PACKAGE_PATH, "ball.xml")',
+    "broken_description": MODULE + "URDF_PATH = 1 / 0",
+}
+EXAMPLES = [
+    "ur_description/urdf/ur5_robot",
+    "talos_data/robots/talos_reduced",
+    "talos_data/robots/talos_full",
+    "hyq_description/urdf/hyq_x",
+]
+
+
+def put(file: Path, text: str) -> Path:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text)
+    return file
+
+
+@pytest.fixture(autouse=True)
+def nothing_else_installed(tmp_path, monkeypatch):
+    """Only these two packages are seen, and they cannot be imported: that would raise."""
+    site = tmp_path / "site"
+    site.mkdir()
+    monkeypatch.setattr(sys, "path", [str(site), *(p for p in sys.path if "site-packages" not in p)])
+    for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "ROBOT_DESCRIPTION_COMMIT"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    return site
+
+
+@pytest.fixture
+def examples(nothing_else_installed):
+    for name in EXAMPLES:
+        put(
+            nothing_else_installed / "cmeel.prefix/share/example-robot-data/robots" / f"{name}.urdf", URDF.format(Path(name).name)
+        )
+
+
+@pytest.fixture
+def descriptions(nothing_else_installed):
+    package = nothing_else_installed / "robot_descriptions"
+    put(package / "__init__.py", "raise SystemExit('imported')")
+    put(package / "_cache.py", "raise SystemExit('would download')")
+    put(package / "_repositories.py", REPOSITORIES)
+    for name, text in MODULES.items():
+        put(package / f"{name}.py", text)
+
+
+@pytest.fixture
+def cache(tmp_path):
+    put(tmp_path / "cache/arms/package/kr6.urdf", URDF.format("kr6"))
+    put(tmp_path / "cache/arms/package/package.xml", "<package><name>arm_pkg</name></package>")
+    put(tmp_path / "cache/arms/package/sided.xacro", XACRO)
+    put(tmp_path / "cache/arms/package/part.xacro", PART)
+
+
+@pytest.mark.parametrize(
+    ("name", "robot"),
+    [
+        ("ur5_robot", "ur5_robot"),
+        ("ur5", "ur5_robot"),
+        ("talos", "talos_reduced"),
+        ("talos_full", "talos_full"),
+        ("hyq", "hyq_x"),
+    ],
+)
+def test_a_robot_of_example_robot_data_goes_by_its_files_name_or_in_short(examples, name, robot):
+    assert ulna.load(name).name == robot
+
+
+@pytest.mark.parametrize("name", ["kr6", "kr6_description"])
+def test_a_cached_robot_is_read_without_importing_the_package_that_would_download(descriptions, cache, name):
+    assert ulna.load(name).name == "kr6"
+    assert "robot_descriptions" not in sys.modules
+
+
+def test_a_cached_xacro_robot_has_its_arguments_and_packages_and_ours_come_first(descriptions, cache):
+    assert ulna.load("sided").link_names == ("left",)
+    assert ulna.load("sided", xacro_args={"side": "right"}).link_names == ("right",)
+
+
+def test_a_commit_in_the_environment_chooses_another_copy(descriptions, cache, tmp_path, monkeypatch):
+    put(tmp_path / "cache/arms-123/arms/package/kr6.urdf", URDF.format("older"))
+    monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", "123")
+    assert ulna.load("kr6").name == "older"
+
+
+def test_what_is_not_in_the_cache_is_not_fetched_but_asked_for(descriptions, tmp_path):
+    with pytest.raises(FileError) as caught:
+        ulna.load("kr6")
+    missing = tmp_path / "cache" / "arms"
+    pull = "python -m robot_descriptions pull kr6_description downloads it"
+    assert str(caught.value) == f"kr6: robot_descriptions knows it, but {missing} is not there; {pull}"
+
+
+def test_a_module_that_cannot_be_understood_is_named(descriptions, cache):
+    with pytest.raises(FileError, match=r"broken_description\.py: cannot be understood \(ZeroDivisionError: division by zero\)$"):
+        ulna.load("broken")
+
+
+@pytest.mark.parametrize("name", ["ball_mj", "ball"])
+def test_a_robot_without_a_urdf_is_not_offered(descriptions, cache, name):
+    with pytest.raises(FileError, match=r"^ball.*nor is it a robot's name"):
+        ulna.load(name)
+
+
+def test_example_robot_data_comes_first_whatever_the_cache_holds(examples, descriptions, cache, nothing_else_installed):
+    put(nothing_else_installed / "cmeel.prefix/share/example-robot-data/robots/kr_description/kr6.urdf", URDF.format("example"))
+    assert ulna.load("kr6").name == "example"
+
+
+def test_a_file_comes_before_a_robot_of_that_name_elsewhere(examples, tmp_path):
+    put(tmp_path / "ur5", URDF.format("mine"))
+    assert ulna.load("ur5").name == "mine"
+
+
+def test_near_names_are_listed_with_where_they_are(examples, descriptions):
+    near = "'ur' (example-robot-data) or 'ur5' (example-robot-data) or 'kr6' (robot_descriptions)"
+    with pytest.raises(FileError) as caught:
+        ulna.load("ur6")
+    assert str(caught.value) == f"ur6: no such file; nor is it a robot's name; did you mean {near}?"
+    with pytest.raises(FileError, match=r"did you mean 'panda' \(bundled\)\?$"):
+        ulna.load("pandaa")
+    with pytest.raises(FileError, match=r"names are known, of which none is near$"):
+        ulna.load("zzzzzzzz")
+
+
+def test_without_the_packages_it_is_said_how_to_get_them():
+    with pytest.raises(
+        FileError, match=r"did you mean .*; more robots come by name with: pip install example-robot-data robot_descriptions$"
+    ):
+        ulna.load("pandaa")
+
+
+@pytest.mark.parametrize("source", ["ur5.urdf", "./ur5", "robots/ur5"])
+def test_a_path_is_never_taken_for_a_name(examples, source):
+    with pytest.raises(FileError, match=r"no such file$"):
+        ulna.load(source)

@@ -1,0 +1,79 @@
+"""Meshes named by absolute addresses, for programs that know no packages."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import ulna
+from ulna import FileError, InputError
+
+URDF = """<robot name="r">
+  <!-- a comment, which stays -->
+  <link name="a"><visual><geometry><mesh filename="{0}"/></geometry>
+    <material name="m"><texture filename="{1}"/></material></visual></link>
+</robot>"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    for name in ("my hand.stl", "skin.png"):
+        (tmp_path / "arm" / "meshes").mkdir(parents=True, exist_ok=True)
+        (tmp_path / "arm" / "meshes" / name).write_text("")
+    file = tmp_path / "arm" / "arm.urdf"
+    file.write_text(URDF.format("package://arm/meshes/my%20hand.stl", "meshes/skin.png"))
+    return file
+
+
+def addresses(text: str) -> list[str]:
+    return re.findall(r'filename="([^"]*)"', text)
+
+
+def test_packages_and_relative_paths_become_addresses_of_files_and_the_rest_stays(file, tmp_path):
+    text = ulna.load(file).to_urdf(mesh_paths="file")
+    expected = [(tmp_path / "arm" / "meshes" / name).resolve().as_uri() for name in ("my hand.stl", "skin.png")]
+    assert addresses(text) == expected
+    assert "<!-- a comment, which stays -->" in text
+    assert addresses(ulna.load(text).to_urdf(mesh_paths="file")) == expected
+
+
+def test_they_stay_as_given_unless_asked_for(file):
+    assert ulna.load(file).to_urdf() == ulna.load(file).to_urdf(mesh_paths="given") == file.read_text()
+
+
+def test_the_folders_of_loading_are_remembered(file, tmp_path):
+    elsewhere = tmp_path / "elsewhere" / "arm.urdf"
+    elsewhere.parent.mkdir()
+    elsewhere.write_text(file.read_text().replace("meshes/skin.png", "package://arm/meshes/skin.png"))
+    robot = ulna.load(elsewhere, package_dirs=[str(tmp_path)])
+    assert all(address.startswith("file://") for address in addresses(robot.to_urdf(mesh_paths="file")))
+    assert (
+        robot.with_tool([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]).to_urdf(mesh_paths="file").count("file://") == 1
+    )
+
+
+def test_one_that_is_missing_is_told_with_every_path_tried(file, tmp_path):
+    file.write_text(URDF.format("package://arm/gone.stl", "gone.png"))
+    with pytest.raises(
+        FileError, match=r"^package://arm/gone\.stl: no such file \(1 more of this robot are missing\); tried "
+    ) as caught:
+        ulna.load(file, package_dirs=[tmp_path / "given"]).to_urdf(mesh_paths="file")
+    for path in (tmp_path / "given" / "arm" / "gone.stl", tmp_path / "arm" / "gone.stl"):
+        assert str(path) in str(caught.value)
+
+
+def test_an_address_that_leads_out_of_its_package_is_not_followed(file):
+    file.write_text(URDF.format("package://arm/../secret.stl", "meshes/skin.png"))
+    with pytest.raises(FileError, match=r"tried nothing, for it leads out of its package$"):
+        ulna.load(file).to_urdf(mesh_paths="file")
+
+
+def test_another_kind_is_refused():
+    with pytest.raises(InputError, match=r"^mesh_paths: 'fil' is not known; did you mean 'file'\?$"):
+        ulna.load("panda").to_urdf(mesh_paths="fil")
+
+
+def test_the_bundled_panda_finds_its_meshes_in_the_data_package(panda):
+    paths = [Path(address.removeprefix("file://")) for address in addresses(panda.to_urdf(mesh_paths="file"))]
+    assert len(paths) >= 8
+    assert all(path.is_file() for path in paths)
