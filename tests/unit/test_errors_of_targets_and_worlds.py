@@ -109,10 +109,15 @@ def test_targets_of_another_shape_are_refused(panda):
     ("options", "message"),
     [
         ({"method": "levenberg"}, "method: 'levenberg' is not a method; did you mean 'levenberg_marquardt'?"),
-        ({"method": 3}, "method: 3 is not a method; there are 'levenberg_marquardt', 'jacobian_transpose', "
-         "'damped_least_squares', 'pseudo_inverse'"),
-        ({"method": "jacobian_transpose", "posture": np.zeros(7)}, "posture: the method 'jacobian_transpose' takes none: "
-         "it goes from the seed alone, wherever that leads"),
+        (
+            {"method": 3},
+            "method: 3 is not a method; there are "
+            + ", ".join(map(repr, ["levenberg_marquardt", "jacobian_transpose", "damped_least_squares", "pseudo_inverse"])),
+        ),
+        (
+            {"method": "jacobian_transpose", "posture": np.zeros(7)},
+            "posture: the method 'jacobian_transpose' takes none: it goes from the seed alone, wherever that leads",
+        ),
         ({"position_tolerance": 0}, "position_tolerance: 0; a number above 0 is expected"),
         ({"position_tolerance": -1e-5}, "position_tolerance: -1e-05; a number above 0 is expected"),
         ({"rotation_tolerance": np.nan}, "rotation_tolerance: nan; a number above 0 is expected"),

@@ -1,8 +1,5 @@
 """Inverse kinematics, judged by Pinocchio: where the answer really puts the link, and whether the result says so truly."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -10,14 +7,6 @@ import pytest
 import ulna
 from ulna import InputError
 
-SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
-ARMS = {
-    "ur_description/urdf/ur5_robot.urdf": "tool0",
-    "kinova_description/robots/kinova.urdf": "j2s6s200_end_effector",  # continuous joints
-    "xarm_description/urdf/xarm7.urdf": "link_eef",
-    "panda_description/urdf/panda.urdf": "panda_rightfinger",  # a prismatic joint, and one that mimics it
-    "tiago_description/robots/tiago_no_hand.urdf": "arm_tool_link",  # a prismatic torso before the arm
-}
 # The DH table of a UR5: Universal Robots, "Parameters for calculations of kinematics and dynamics".
 UR5 = [
     (0, 0.089159, np.pi / 2, 0),
@@ -68,8 +57,8 @@ def assert_within_limits(robot, q) -> None:
     assert (q <= robot.upper).all()
 
 
-def test_two_thousand_random_targets_are_all_reached_within_limits_and_tolerance(panda, judge):
-    targets = np.array([judge.pose(q) for q in random_positions(panda, 2000)])
+def test_the_errors_that_are_told_are_those_that_pinocchio_finds(panda, judge):
+    targets = np.array([judge.pose(q) for q in random_positions(panda, 1000)])
     result = panda.inverse_kinematics(targets)
     assert result.success.all()
     assert (result.status == "solved").all()
@@ -89,17 +78,6 @@ def test_a_finer_tolerance_is_kept(panda, judge):
         position, rotation = judge.errors(q, T)
         assert position <= 1e-9 + 1e-13
         assert rotation <= 1e-8 + 1e-9
-
-
-@pytest.mark.parametrize("path", ARMS, ids=lambda path: Path(path).stem)
-def test_other_arms_reach_their_targets_too(path):
-    folder = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
-    robot = ulna.load(folder / path)
-    targets = robot.forward_kinematics(random_positions(robot, 200), link=ARMS[path])
-    result = robot.inverse_kinematics(targets, link=ARMS[path])
-    assert result.success.all()
-    assert_within_limits(robot, result.q)
-    np.testing.assert_allclose(robot.forward_kinematics(result.q, link=ARMS[path]), targets, rtol=0, atol=3e-5)
 
 
 @pytest.mark.parametrize("end", ["lower", "upper"])
@@ -124,7 +102,9 @@ def test_a_target_out_of_reach_is_a_result_that_tells_its_true_errors(panda, jud
     assert result.position_error == pytest.approx(position, rel=1e-12)
     assert result.rotation_error == pytest.approx(rotation, abs=1e-7)
     assert str(result).startswith(f"{result.status}: ")
-    assert result.reach_excess <= position
+    if method == "levenberg_marquardt":
+        nearest = panda.inverse_kinematics(target, task="position")
+        assert 1.0 < nearest.reach_excess <= nearest.position_error
 
 
 def test_a_target_too_far_to_compute_with_is_refused(panda):

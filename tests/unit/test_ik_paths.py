@@ -97,7 +97,9 @@ def test_the_steps_of_all_starts_together_are_within_the_budget(panda, monkeypat
     from ulna.ik import rounds
 
     asked, jobs = [], rounds.jobs
-    monkeypatch.setattr(rounds, "jobs", lambda problem, order, part: asked.append(part.count * part.steps) or jobs(problem, order, part))
+    monkeypatch.setattr(
+        rounds, "jobs", lambda problem, order, part: asked.append(part.count * part.steps) or jobs(problem, order, part)
+    )
     T = shifted(panda.forward_kinematics(panda.home), HUNDREDTH)
     for options in ({}, {"q_seed": panda.home}, {"rank": "mid_range"}, {"posture": panda.home}):
         asked.clear()
