@@ -1,18 +1,20 @@
 """The short way for one target and no special wishes: everything but the target made ready once, one call of the kernel."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ulna.ik.bounds import limit_bounds, seed_share, shares
 from ulna.ik.problem import SEEDED_STEPS, STEPS, as_count, positive, refuse_immovable
 from ulna.ik.result import IKResult
 from ulna.kernels import search_layout as layout
 from ulna.kernels.levenberg_marquardt import search_jobs
+from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
 _STARTS = 64  # eight in each lane; a target that needs more goes the long way
-_MATRIX, _FLOAT64 = (4, 4), np.dtype(np.float64)
+_MATRIX = (4, 4)
+LEAST_BUDGET = _STARTS * STEPS
 
 
 class QuickSearch:
@@ -36,16 +38,18 @@ class QuickSearch:
         self._random = bounds, random, home, settings
         self._from_seed = bounds, seed_share(tree.n_dof), home, seeded
 
-    def solve(self, T: object, q_seed: object = None) -> IKResult | None:
-        """The result if it is a solution; None if the arguments need a closer look, or the target a longer search."""
-        if type(T) is not np.ndarray or T.shape != _MATRIX or T.dtype is not _FLOAT64 or not T.flags.carray:
+    def solve(self, T: ArrayLike, q_seed: ArrayLike | None = None) -> IKResult | None:
+        """The result if it is a solution; None if this is not one target, or one that needs a longer search or is none."""
+        T = as_floats("T", T)
+        if T.shape != _MATRIX:
             return None
         chain, seeds = self._fixed
         how = self._random
         if q_seed is not None:
-            if type(q_seed) is not np.ndarray or q_seed.shape != (self._n,) or q_seed.dtype is not _FLOAT64:
+            q_seed = as_floats("q_seed", q_seed)
+            if q_seed.shape != (self._n,):
                 return None
-            seeds, how = q_seed.copy().reshape(1, -1), self._from_seed
+            seeds, how = q_seed.reshape(1, -1), self._from_seed
         q, info = np.empty((1, self._n)), np.empty((1, layout.N_INFO))
         search_jobs(chain, T.reshape(1, 4, 4), self._order, seeds, *how, q, info)
         if info[0, layout.STATUS] != layout.SOLVED:
