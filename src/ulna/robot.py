@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _MOST_KEPT = 64  # searches made ready
-_POSE, _NONE, _DEFAULT_METHOD = "pose", (), "levenberg_marquardt"  # seen to be what they are without a comparison
 
 
 def load(
@@ -331,14 +330,14 @@ class Robot:
         T: ArrayLike,
         q_seed: ArrayLike | None = None,
         link: str | None = None,
-        method: str = _DEFAULT_METHOD,
+        method: str = "levenberg_marquardt",
         seed: int = 0,
         *,
-        task: Task | str = _POSE,
+        task: Task | str = "pose",
         world: World | None = None,
         rank: str | None = None,
         posture: ArrayLike | str | None = None,
-        held: Iterable[str] = _NONE,
+        held: Iterable[str] = (),
         max_step: float | None = None,
         position_tolerance: float = 1e-5,
         rotation_tolerance: float = 1e-5,
@@ -386,7 +385,8 @@ class Robot:
         """
         plain = world is rank is posture is max_step is max_iterations is time_limit is threads is None and not trace
         plain = plain and type(position_tolerance) is type(rotation_tolerance) is float and type(seed) is int
-        if plain and task is _POSE and held is _NONE and method is _DEFAULT_METHOD and (link is None or type(link) is str):
+        plain = plain and type(task) is str and type(held) is tuple and not held and (link is None or type(link) is str)
+        if plain and task == "pose" and method == "levenberg_marquardt":
             key = link, position_tolerance, rotation_tolerance, seed
             quick = self._quick.get(key) or self._quick_search(key)
             result = quick.solve(T, q_seed)

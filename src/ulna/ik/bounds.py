@@ -11,6 +11,7 @@ from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
 _TABLE = 1024  # shares that are kept
+_OWN_STREAM = 0x756C6E61  # a caller who draws targets with the same seed must not draw the very starts
 
 
 @lru_cache(maxsize=64)
@@ -54,4 +55,4 @@ def shares(n_dof: int, seed: int, first: int, count: int) -> Array:
 
 @lru_cache(maxsize=64)
 def _block(n_dof: int, seed: int, block: int) -> Array:
-    return np.random.default_rng([seed, block]).random((_TABLE, n_dof))
+    return np.random.default_rng([_OWN_STREAM, seed, block]).random((_TABLE, n_dof))

@@ -109,7 +109,7 @@ def _blame(search: Search, reasons: Reasons, order: NDArray[np.int64], bounds: A
         q = _turned_towards(problem, q, own[:, :, 0], own[:, :, 1])
     excess = np.maximum(np.maximum(own[:, :, 0] - q, q - own[:, :, 1]), 0.0)
     cost = np.where(info[:, :, layout.STATUS] == layout.SOLVED, excess.max(axis=-1), np.inf)
-    solved = np.isfinite(cost).any(axis=1)
+    solved = np.isfinite(cost.min(axis=1))
     for row in np.flatnonzero(solved):
         reasons.limit_excess[int(order[row])] = excess[row, cost[row].argmin()]
     _set(search, order[solved], status)

@@ -1,53 +1,53 @@
 """The short way for one target and no special wishes: everything but the target made ready once, one call of the kernel."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ulna.ik.bounds import limit_bounds, seed_share, shares
 from ulna.ik.problem import SEEDED_STEPS, STEPS, as_count, positive, refuse_immovable
 from ulna.ik.result import IKResult
 from ulna.kernels import search_layout as layout
-from ulna.kernels.levenberg_marquardt import search_jobs
+from ulna.kernels.levenberg_marquardt import search_one
+from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
 _STARTS = 64  # eight in each lane; a target that needs more goes the long way
-_MATRIX, _FLOAT64 = (4, 4), np.dtype(np.float64)
+_MATRIX = (4, 4)
+LEAST_BUDGET = _STARTS * STEPS
 
 
 class QuickSearch:
     """Searches for one pose of one link. ``solve`` may be called from many threads: nothing that it writes to is shared."""
 
-    __slots__ = ("_fixed", "_from_seed", "_n", "_order", "_random", "_tolerances")
+    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_tolerances")
 
     def __init__(self, tree: Tree, link: str, home: Array, tolerances: tuple[float, float], seed: int) -> None:
         refuse_immovable(tree)
         self._n, self._tolerances = tree.n_dof, tolerances
-        self._order = np.zeros(1, dtype=np.int64)
-        bounds, home = limit_bounds(tree.bounds), home.copy()
         settings = np.zeros(layout.N_SETTINGS)
         settings[layout.POSITION_TOLERANCE] = positive("position_tolerance", tolerances[0])
         settings[layout.ROTATION_TOLERANCE] = positive("rotation_tolerance", tolerances[1])
         settings[layout.FIRST_WINS], settings[layout.STEPS] = 1.0, STEPS
-        seeded = settings.copy()
-        seeded[layout.STEPS] = SEEDED_STEPS
-        random = np.vstack([seed_share(tree.n_dof), shares(tree.n_dof, as_count("seed", seed), 0, _STARTS - 1)])
-        self._fixed = tree.chain(link), home.reshape(1, -1)
-        self._random = bounds, random, home, settings
-        self._from_seed = bounds, seed_share(tree.n_dof), home, seeded
+        bounds, from_seed = limit_bounds(tree.bounds), seed_share(tree.n_dof)
+        random = shares(tree.n_dof, as_count("seed", seed), 0, _STARTS - 1)
+        self._chain, self._home = tree.chain(link), home.copy()
+        self._from_home = np.concatenate([settings, bounds.ravel(), home, from_seed.ravel(), random.ravel()])
+        settings[layout.STEPS] = SEEDED_STEPS
+        self._from_seed = np.concatenate([settings, bounds.ravel(), home, from_seed.ravel()])
 
-    def solve(self, T: object, q_seed: object = None) -> IKResult | None:
-        """The result if it is a solution; None if the arguments need a closer look, or the target a longer search."""
-        if type(T) is not np.ndarray or T.shape != _MATRIX or T.dtype is not _FLOAT64 or not T.flags.carray:
+    def solve(self, T: ArrayLike, q_seed: ArrayLike | None = None) -> IKResult | None:
+        """The result if it is a solution; None if this is not one target, or one that needs a longer search or is none."""
+        T = as_floats("T", T)
+        if T.shape != _MATRIX:
             return None
-        chain, seeds = self._fixed
-        how = self._random
+        start, plan = self._home, self._from_home
         if q_seed is not None:
-            if type(q_seed) is not np.ndarray or q_seed.shape != (self._n,) or q_seed.dtype is not _FLOAT64:
+            start, plan = as_floats("q_seed", q_seed), self._from_seed
+            if start.shape != (self._n,):
                 return None
-            seeds, how = q_seed.copy().reshape(1, -1), self._from_seed
         q, info = np.empty((1, self._n)), np.empty((1, layout.N_INFO))
-        search_jobs(chain, T.reshape(1, 4, 4), self._order, seeds, *how, q, info)
+        search_one(self._chain, plan, T, start, q, info)
         if info[0, layout.STATUS] != layout.SOLVED:
             return None
         return IKResult(q[0], info, (), self._tolerances)

@@ -68,17 +68,19 @@ class IKResult:
     ========================= ========================================================================================
     """
 
-    __slots__ = ("_batch", "_info", "_notes", "q", "tolerances")
+    __slots__ = ("_batch", "_notes", "info", "q", "tolerances")
 
     q: Array
     """Joint positions [rad or m], shape (..., n_dof), always within the limits."""
     tolerances: tuple[float, float]
     """Those asked for [m, rad]."""
+    info: Array
+    """What the kernels tell of each target (``kernels.search_layout``), shape (n, N_INFO)."""
 
     def __init__(self, q: Array, info: Array, batch: tuple[int, ...], tolerances: tuple[float, float], notes: dict | None = None):
         put = object.__setattr__
         put(self, "q", q)
-        put(self, "_info", info)
+        put(self, "info", info)
         put(self, "_batch", batch)
         put(self, "tolerances", tolerances)
         put(self, "_notes", notes or {})
@@ -87,22 +89,22 @@ class IKResult:
         raise AttributeError(f"an IKResult cannot be changed: {name} = {value!r}")
 
     def __reduce__(self):
-        return IKResult, (self.q, self._info, self._batch, self.tolerances, self._notes)
+        return IKResult, (self.q, self.info, self._batch, self.tolerances, self._notes)
 
     @property
     def success(self) -> bool | NDArray[np.bool_]:
         """Whether the errors that the task counts are within the tolerances."""
-        found = self._info[:, layout.STATUS] == layout.SOLVED
+        found = self.info[:, layout.STATUS] == layout.SOLVED
         return found.reshape(self._batch) if self._batch else bool(found[0])
 
     @property
     def status(self) -> Status | NDArray[np.str_]:
         """How the search ended; see above."""
         if not self._batch:
-            return _OF_CODE[self._info[0, layout.STATUS]]
-        words = np.empty(len(self._info), dtype="<U16")
+            return _OF_CODE[self.info[0, layout.STATUS]]
+        words = np.empty(len(self.info), dtype="<U16")
         for code, word in _OF_CODE.items():
-            words[self._info[:, layout.STATUS] == code] = word
+            words[self.info[:, layout.STATUS] == code] = word
         return words.reshape(self._batch)
 
     @property
@@ -118,7 +120,7 @@ class IKResult:
     @property
     def residual(self) -> Array:
         """The pose error by component, shape (..., 6): x, y, z [m], rotation vector [rad], in the target's axes."""
-        rows = self._info[:, layout.RESIDUAL : layout.RESIDUAL + 6]
+        rows = self.info[:, layout.RESIDUAL : layout.RESIDUAL + 6]
         turn = self._notes.get("turn")
         if turn is not None:
             rows = np.hstack([rows[:, :3] @ turn.T, rows[:, 3:] @ turn.T])
@@ -127,18 +129,18 @@ class IKResult:
     @property
     def iterations(self) -> int | NDArray[np.int64]:
         """Steps taken from the start that led to ``q``."""
-        steps = self._info[:, layout.ITERATIONS].astype(np.int64)
+        steps = self.info[:, layout.ITERATIONS].astype(np.int64)
         return steps.reshape(self._batch) if self._batch else int(steps[0])
 
     @property
     def starts(self) -> int | NDArray[np.int64]:
         """The number of the start that led to ``q``: 1 is the seed, the others are random."""
-        starts = self._info[:, layout.START].astype(np.int64) + 1
+        starts = self.info[:, layout.START].astype(np.int64) + 1
         return starts.reshape(self._batch) if self._batch else int(starts[0])
 
     @property
     def reach_excess(self) -> float | Array:
-        """By how much the target lies beyond the arm's reach [m], at least; 0 where that is not proved."""
+        """By how much the target, its orientation kept, lies beyond the arm's reach [m]; 0 where that is not proved."""
         return self._note("reach_excess", ())
 
     @property
@@ -150,7 +152,7 @@ class IKResult:
     def collisions(self) -> tuple:
         """The pairs (name_a, name_b) that collide at the best configuration found; for a batch one tuple for each target."""
         pairs = self._notes.get("collisions", {})
-        return tuple(pairs.get(i, ()) for i in range(len(self._info))) if self._batch else pairs.get(0, ())
+        return tuple(pairs.get(i, ()) for i in range(len(self.info))) if self._batch else pairs.get(0, ())
 
     @property
     def trace(self) -> Array:
@@ -166,10 +168,10 @@ class IKResult:
         return f"<IKResult: {self}>"
 
     def _column(self, column: int) -> Any:
-        return self._info[:, column].reshape(self._batch).copy() if self._batch else float(self._info[0, column])
+        return self.info[:, column].reshape(self._batch).copy() if self._batch else float(self.info[0, column])
 
     def _note(self, name: str, shape: tuple[int, ...]) -> Any:
-        values = np.zeros((len(self._info), *shape))
+        values = np.zeros((len(self.info), *shape))
         for i, value in self._notes.get(name, {}).items():
             values[i] = value
         return values.reshape(*self._batch, *shape) if self._batch or shape else float(values[0])
@@ -186,7 +188,7 @@ def one_as_text(result: IKResult, notes: dict) -> str:
 
 
 def _reason(result: IKResult, notes: dict) -> str:
-    status = result.status
+    status = Status(str(result.status))
     if status == Status.UNREACHABLE:
         return f"{notes['bound']}, {result.reach_excess * 1e3:.3g} mm are missing"
     if status in _NARROWED:

@@ -53,7 +53,7 @@ def rounds_of(problem: Problem, many: int, *, seed_alone: bool) -> Iterator[Roun
         yield Round(0, count, min(steps, left), from_seed=True)
         left, first = left - count * steps, count - 1
     while left > 0:
-        count = min(many, -(-left // STEPS))
+        count = min(many, max(1, left // STEPS))
         yield Round(first, count, min(STEPS, left))
         left, first, many = left - count * STEPS, first + count, min(2 * many, _MOST_STARTS)
 

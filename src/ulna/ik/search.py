@@ -8,10 +8,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, did_you_mean
 from ulna.ik.all_solutions import all_solutions
+from ulna.ik.bounds import limit_bounds
 from ulna.ik.choice import price_of
 from ulna.ik.explain import Reasons, close_unreachable, explain_open, reach_in_words, settle_open
 from ulna.ik.obstacles import Obstacles
 from ulna.ik.problem import DEFAULT_BUDGET, Problem, as_count, make_problem, refuse_what_is_no_pose
+from ulna.ik.quick import LEAST_BUDGET, QuickSearch
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.rounds import Price, Search, search_in_rounds
 from ulna.ik.task import Task, as_task
@@ -63,18 +65,36 @@ def inverse_kinematics(
             if given is not None:
                 raise InputError(name, f"the method {method!r} takes none: it goes from the seed alone, wherever that leads")
         return _as_result(problem, *follow(problem, method, trace=trace), T)
+    return _levenberg_marquardt(problem, T, q_seed, home, rank, obstacles, trace=trace)
+
+
+def _levenberg_marquardt(
+    problem: Problem,
+    T: ArrayLike,
+    q_seed: ArrayLike | None,
+    home: Array,
+    rank: str | None,
+    obstacles: Obstacles | None,
+    *,
+    trace: bool,
+) -> IKResult:
     price = price_of(problem, rank, obstacles)
+    if _is_plain(problem, rank, obstacles):
+        result = QuickSearch(problem.tree, problem.link, home, problem.tolerances, problem.seed).solve(T, q_seed)
+        if result is not None:
+            notes = {"trace": convergence(problem, result.info[0])} if trace else {}
+            return _as_result(problem, result.q[None], result.info, notes, T)
     search, reasons = _search(problem, price, many=_FEW if rank is None and obstacles is None else _MANY, seed_alone=rank is None)
     notes = {"reach_excess": reasons.reach_excess, "limit_excess": reasons.limit_excess, "turn": problem.task.turn}
     if not problem.batch and reasons.reach_excess:
         notes["bound"] = reach_in_words(problem, 0)
     if reasons.limit_excess:
-        notes["entries"] = entry_names(tree)
+        notes["entries"] = entry_names(problem.tree)
     if obstacles is not None:
         hit = np.flatnonzero(search.info[:, layout.STATUS] == CODES[Status.IN_COLLISION])
         notes["collisions"] = {int(i): obstacles.pairs(search.q[i]) for i in hit}
     if trace:
-        notes["trace"] = convergence(problem, search)
+        notes["trace"] = convergence(problem, search.info[0])
     return _as_result(problem, search.q, search.info, notes, T)
 
 
@@ -99,6 +119,13 @@ def inverse_kinematics_all(
         raise InputError("T", f"shape {np.shape(T)}: all solutions are found for one target and one seed at a time")
     refuse_what_is_no_pose(T)
     return all_solutions(problem, as_count("n_spread", n_spread))
+
+
+def _is_plain(problem: Problem, rank: str | None, obstacles: Obstacles | None) -> bool:
+    """Whether this is one target without special wishes, which takes the short way whatever form the arguments have."""
+    asked = problem.batch or problem.task.kind != layout.WHOLE_POSE or problem.settings[layout.WITH_POSTURE]
+    narrowed = problem.bounds is not limit_bounds(problem.tree.bounds) or problem.budget < LEAST_BUDGET
+    return not (asked or narrowed or rank is not None or obstacles is not None or problem.time_limit < np.inf)
 
 
 def _search(problem: Problem, price: Price | None, many: int, *, seed_alone: bool) -> tuple[Search, Reasons]:

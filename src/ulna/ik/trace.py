@@ -7,27 +7,27 @@ from numpy.typing import NDArray
 
 from ulna.ik.bounds import shares
 from ulna.ik.problem import Problem
-from ulna.ik.rounds import Round, Search, jobs
+from ulna.ik.rounds import Round, jobs
 from ulna.kernels import search_layout as layout
 
 Array = NDArray[np.float64]
 
 
-def convergence(problem: Problem, search: Search) -> Array:
-    """A row a step: position error [m], rotation error [rad], largest joint step, damping; shape (steps + 1, 4).
+def convergence(problem: Problem, info: Array) -> Array:
+    """A row a step towards the answer with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
 
     No step depends on those before it but for where they led, so taking them one at a time leads the same way.
     """
-    start, steps = int(search.info[0, layout.START]), int(search.info[0, layout.ITERATIONS])
+    start, steps = int(info[layout.START]), int(info[layout.ITERATIONS])
     q = _start(problem, start)
     rows = []
     for k in range(steps + 1):
         posture = bool(problem.settings[layout.WITH_POSTURE]) and start == 0
         here = replace(problem, seeds=q[None])
-        _, info = jobs(here, np.zeros(1, dtype=np.int64), Round(0, 1, 0, from_seed=True, with_posture=posture))
+        _, before = jobs(here, np.zeros(1, dtype=np.int64), Round(0, 1, 0, from_seed=True, with_posture=posture))
         after, _ = jobs(here, np.zeros(1, dtype=np.int64), Round(0, 1, 1, from_seed=True, with_posture=posture))
         step = np.abs(after[0, 0] - q).max() if k < steps else 0.0
-        rows.append([info[0, 0, layout.POSITION_ERROR], info[0, 0, layout.ROTATION_ERROR], step, info[0, 0, layout.DAMPING]])
+        rows.append([*before[0, 0, [layout.POSITION_ERROR, layout.ROTATION_ERROR]], step, before[0, 0, layout.DAMPING]])
         q = after[0, 0]
     table = np.array(rows)
     table[1:, 2], table[0, 2] = table[:-1, 2].copy(), 0.0

@@ -15,7 +15,7 @@ from ulna.kernels.block import gather
 from ulna.kernels.chain import chain_pose
 from ulna.kernels.compile import entry, kernel
 from ulna.kernels.damped_least_squares import DAMPING, damped_step
-from ulna.kernels.damped_step import N_SYSTEM, error_squares, pose_error, release_pressed, within_bounds
+from ulna.kernels.damped_step import error_squares, pose_error, release_pressed, within_bounds
 from ulna.kernels.elementary import maximum
 from ulna.kernels.jacobian import BASE, chain_jacobian
 from ulna.kernels.jacobian_transpose import transpose_step
@@ -164,11 +164,8 @@ def follow_each(method, chain, targets, seeds, bounds, settings, q_out, info, tr
     (0, 4), or (steps + 1, 4) and one target.
     """
     n, n_dof = q_out.shape
-    rows = search_rows(n_dof)
-    scratch = (
-        np.empty((6 * chain.shape[0], WIDTH)), np.empty((6 * n_dof, WIDTH)), np.empty((N_SYSTEM, WIDTH)), np.empty((6, WIDTH)),
-        np.empty((n_dof, WIDTH)),
-    )  # fmt: skip
+    rows, (axis_rows, jacobian_rows, system_rows) = search_rows(n_dof, chain.shape[0])
+    scratch = axis_rows, jacobian_rows, system_rows, np.empty((6, WIDTH)), np.empty((n_dof, WIDTH))
     for start in range(0, n, WIDTH):
         gather(seeds, start, rows[0])
         for lane in range(WIDTH):

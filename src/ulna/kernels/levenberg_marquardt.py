@@ -8,13 +8,12 @@ whatever stands beside it.
 import numpy as np
 
 from ulna.kernels.block import all_in_range
-from ulna.kernels.compile import entry, routine
-from ulna.kernels.damped_step import N_SYSTEM
+from ulna.kernels.compile import entry, routine, workspace
 from ulna.kernels.lane_search import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
 from ulna.kernels.lanes import WIDTH, any_lane, load
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.se3 import matrix_pose, rigidity_defect
-from ulna.kernels.search_layout import FIRST_WINS, NOT_A_POSE, STATUS, STEPS, WITH_POSTURE
+from ulna.kernels.search_layout import FIRST_WINS, N_SETTINGS, NOT_A_POSE, STATUS, STEPS, WITH_POSTURE
 from ulna.kernels.search_rows import answer, bound, clear, place, search_rows, start_at
 
 
@@ -27,9 +26,30 @@ def search_jobs(chain, targets, order, seeds, bounds, shares, posture, settings,
     q_out: (m n_starts, n_dof) and info: (m n_starts, N_INFO), a row a job. If FIRST_WINS, ``order`` holds one target, the search
     ends with the first job that is solved, and row 0 holds that, or the job that came nearest.
     """
+    run_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_out, info)
+
+
+@entry
+def search_one(chain, plan, target, seed, q_out, info):
+    """The same for one target (4, 4) and one seed (n_dof,), with few arguments: each costs a call some 50 ns.
+
+    plan: the settings, the bounds (4 n_dof numbers), the posture and the shares, one behind the other; q_out: (1, n_dof); info:
+    (1, N_INFO).
+    """
+    n_dof, order = q_out.shape[1], np.zeros(1, dtype=np.int64)
+    settings, rest = plan[:N_SETTINGS], plan[N_SETTINGS:]
+    bounds, posture, shares = rest[: 4 * n_dof], rest[4 * n_dof : 5 * n_dof], rest[5 * n_dof :]
+    run_jobs(
+        chain, target.reshape((1, 4, 4)), order, seed.reshape((1, n_dof)), bounds.reshape((1, 4, n_dof)),
+        shares.reshape((shares.shape[0] // n_dof, n_dof)), posture, settings, q_out, info,
+    )  # fmt: skip
+
+
+@workspace
+def run_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_out, info):
+    """Keep the lanes busy until no job is left."""
     n_dof, n_jobs = q_out.shape[1], order.shape[0] * shares.shape[0]
-    rows = search_rows(n_dof)
-    scratch = np.empty((6 * chain.shape[0], WIDTH)), np.empty((6 * n_dof, WIDTH)), np.empty((N_SYSTEM, WIDTH))
+    rows, scratch = search_rows(n_dof, chain.shape[0])
     jobs = np.full(WIDTH, -1)
     first_wins, found, best = settings[FIRST_WINS] != 0.0, False, np.inf
     following, running = 0, 0
@@ -65,8 +85,10 @@ def begin(targets, order, seeds, bounds, shares, settings, job, n_jobs, lane, ro
     while job < n_jobs:
         i, start = order[job // n_starts], job % n_starts
         seed = seeds[min(i, seeds.shape[0] - 1)]
-        if not rigidity_defect(targets[i]) <= LARGEST_DEFECT or not all_in_range(seed):
-            info[0 if settings[FIRST_WINS] != 0.0 else job, STATUS] = NOT_A_POSE
+        if start == 0 and not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
+            for row in range(1 if settings[FIRST_WINS] != 0.0 else n_starts):
+                info[job + row, STATUS] = NOT_A_POSE
+            job += n_starts
         else:
             place(matrix_pose(targets[i]), rows[2], lane)
             box = bounds[min(i, bounds.shape[0] - 1)]
@@ -74,5 +96,4 @@ def begin(targets, order, seeds, bounds, shares, settings, job, n_jobs, lane, ro
             start_at(box, seed, shares, start, rows[0], lane)
             clear(rows[4], settings[STEPS], settings[WITH_POSTURE], lane)
             return job, job + 1
-        job += 1
     return -1, job

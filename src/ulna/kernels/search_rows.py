@@ -3,6 +3,7 @@
 import numpy as np
 
 from ulna.kernels.compile import kernel, routine, workspace
+from ulna.kernels.damped_step import N_SYSTEM
 from ulna.kernels.jacobian import turn_into
 from ulna.kernels.lane_search import (
     ALLOWED,
@@ -36,11 +37,15 @@ LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # of the bounds: where q may be, and where
 
 
 @workspace
-def search_rows(n_dof):
-    """The rows of eight searches (``lane_search``)."""
+def search_rows(n_dof, n_axes):
+    """The rows of eight searches, and the scratch of a step (``lane_search``), all cut from one block."""
     target, bound, state = 2 * n_dof, 2 * n_dof + 12, 4 * n_dof + 12
-    rows = np.zeros((state + N_STATE, WIDTH))
-    return rows[:n_dof], rows[n_dof:target], rows[target:bound], rows[bound:state], rows[state:]
+    axes = state + N_STATE
+    jacobian = axes + 6 * n_axes
+    system = jacobian + 6 * n_dof
+    block = np.zeros((system + N_SYSTEM, WIDTH))
+    rows = block[:n_dof], block[n_dof:target], block[target:bound], block[bound:state], block[state:axes]
+    return rows, (block[axes:jacobian], block[jacobian:system], block[system:])
 
 
 @kernel
