@@ -20,7 +20,9 @@ JACOBIAN_KEYS = (
 )
 IK_KEYS = (
     "robot; base; link; target: matrix, 4x4, and orientation, given or home; method; status; success; joints; units; q; lower; "
-    "upper; position_error; rotation_error; iterations."
+    "upper; position_error; rotation_error; residual: x, y, z, rx, ry, rz in the target's axes; task; iterations; starts: number "
+    "of the start that led to q; reason; reach_excess [m]; limit_excess by joint; trace: rows of position error, rotation error, "
+    "largest joint step, damping, or null."
 )
 
 
@@ -51,14 +53,14 @@ def jacobian_data(robot: Robot, q: Array, link: str, J: Array, expressed_in: str
     }
 
 
-def ik_data(robot: Robot, link: str, T: Array, orientation: str, method: str, result: IKResult) -> Data:
+def ik_data(robot: Robot, link: str, T: Array, orientation: str, asked: dict[str, str], result: IKResult) -> Data:
     """What a search found; see ``IK_KEYS``."""
     return {
         "robot": robot.name,
         "base": robot.base,
         "link": link,
         "target": {"matrix": T, "orientation": orientation},
-        "method": method,
+        **asked,
         "status": str(result.status),
         "success": bool(result.success),
         "joints": [entry.name for entry in entries_of_q(robot)],
@@ -68,5 +70,11 @@ def ik_data(robot: Robot, link: str, T: Array, orientation: str, method: str, re
         "upper": robot.upper,
         "position_error": float(result.position_error),
         "rotation_error": float(result.rotation_error),
+        "residual": result.residual,
         "iterations": int(result.iterations),
+        "starts": int(result.starts),
+        "reason": result.reason,
+        "reach_excess": float(result.reach_excess),
+        "limit_excess": result.limit_excess,
+        "trace": result.trace if result.has_trace else None,
     }

@@ -71,8 +71,11 @@ def ik(
     q_seed: Annotated[str | None, typer.Option(metavar="NUMBERS", help="Joint positions to start from.")] = None,
     link: Link = None,
     method: Annotated[
-        str, typer.Option(metavar="NAME", help="levenberg_marquardt or jacobian_transpose.")
+        str,
+        typer.Option(metavar="NAME", help="levenberg_marquardt, jacobian_transpose, pseudo_inverse or damped_least_squares."),
     ] = "levenberg_marquardt",
+    task: Annotated[str, typer.Option(metavar="NAME", help="pose, position, or pointing: the z axis alone.")] = "pose",
+    trace: Annotated[bool, typer.Option("--trace", help="Show every step.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Chooses the random starts.")] = 0,
     degrees: Degrees = False,
     xacro_arg: XacroArgs = None,
@@ -87,8 +90,9 @@ def ik(
     arm = load_robot(robot, xacro_arg, package_dir)
     T, orientation = _target(arm, link, xyz, rpy, wxyz, degrees=degrees)
     start = None if q_seed is None else positions("--q-seed", q_seed, arm, degrees=degrees)
-    result = arm.inverse_kinematics(T, start, link, method, seed)
-    show(ik_data(arm, link or str(arm.tip), T, orientation, method, result), None if as_json else ik_view)
+    result = arm.inverse_kinematics(T, start, link, method, seed, task=task, trace=trace)
+    asked = {"method": method, "task": task}
+    show(ik_data(arm, link or str(arm.tip), T, orientation, asked, result), None if as_json else ik_view)
     raise typer.Exit(0 if result.success else 1)
 
 

@@ -155,14 +155,24 @@ class IKResult:
         return tuple(pairs.get(i, ()) for i in range(len(self.info))) if self._batch else pairs.get(0, ())
 
     @property
+    def has_trace(self) -> bool:
+        """Whether a trace was asked for."""
+        return "trace" in self._notes
+
+    @property
     def trace(self) -> Array:
         """With ``trace=True``, a row a step: position error [m], rotation error [rad], largest joint step [rad or m], damping."""
-        if "trace" not in self._notes:
+        if not self.has_trace:
             raise AttributeError("there is no trace: ask for one by inverse_kinematics(..., trace=True)")
         return self._notes["trace"]
 
+    @property
+    def reason(self) -> str:
+        """For one target: why it was not reached, as far as that is known, in words; else empty."""
+        return "" if self._batch or self.success else _reason(self, self._notes)
+
     def __str__(self) -> str:
-        return many_as_text(self) if self._batch else one_as_text(self, self._notes)
+        return many_as_text(self) if self._batch else one_as_text(self)
 
     def __repr__(self) -> str:
         return f"<IKResult: {self}>"
@@ -177,20 +187,19 @@ class IKResult:
         return values.reshape(*self._batch, *shape) if self._batch or shape else float(values[0])
 
 
-def one_as_text(result: IKResult, notes: dict) -> str:
+def one_as_text(result: IKResult) -> str:
     """A sentence about one target."""
     off = f"{result.position_error * 1e3:.3g} mm and {np.degrees(result.rotation_error):.3g} deg from the target"
     steps = f"after {result.iterations} step{'s' * (result.iterations != 1)}"
     if result.success:
         return f"solved: {off} {steps}"
-    reason = _reason(result, notes)
-    return f"{result.status}: {reason + '; ' if reason else ''}the best is {off}"
+    return f"{result.status}: {result.reason + '; ' if result.reason else ''}the best is {off}"
 
 
 def _reason(result: IKResult, notes: dict) -> str:
     status = Status(str(result.status))
     if status == Status.UNREACHABLE:
-        return f"{notes['bound']}, {result.reach_excess * 1e3:.3g} mm are missing"
+        return f"{notes['bound']}, {result.reach_excess:.3g} m are missing"
     if status in _NARROWED:
         beyond = [f"{name} by {x:.3g}" for name, x in zip(notes["entries"], result.limit_excess, strict=True) if x > 0]
         return f"{_NARROWED[status]}: {', '.join(beyond)}"

@@ -55,12 +55,23 @@ def ik_view(data) -> Iterator[RenderableType]:
         in_degrees = number(degrees(q), 2) if unit == "rad" else ""
         table.add_row(name, number(q), unit, in_degrees, *map(short, limits), _track(q, *limits))
     yield table
+    if data["trace"] is not None:
+        yield _trace_table(data["trace"])
     steps = f"{data['iterations']} step{'s' * (data['iterations'] != 1)}"
     off = ["inf" if data[key] is None else f"{data[key]:.2g}" for key in ("position_error", "rotation_error")]
     yield Text.assemble(
         (data["status"], "bold green" if data["success"] else "bold red"),
         f": {off[0]} m and {off[1]} rad from the target after {steps}",
+        f"\n{data['reason']}" if data["reason"] else "",
     )
+
+
+def _trace_table(trace) -> RenderableType:
+    """A row a step."""
+    table = make_table([], ["step", "position\nerror [m]", "rotation\nerror [rad]", "largest\njoint step", "damping"], [])
+    for k, row in enumerate(trace):
+        table.add_row(str(k), *(f"{value:.3g}" for value in row))
+    return table
 
 
 def _pad(values: Sequence[float], count: int = 4) -> list[str]:
