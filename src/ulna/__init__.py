@@ -14,6 +14,8 @@ from ulna.errors import (
     UnknownNameError,
 )
 from ulna.ik.result import IKResult
+from ulna.inspection.inspect import inspect
+from ulna.inspection.result import Finding, Inspection, Severity
 from ulna.model.dh_table import DHTable
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
@@ -29,19 +31,23 @@ __all__ = [
     "DHTable",
     "DescriptionError",
     "FileError",
+    "Finding",
     "GeometryError",
     "IKResult",
     "InputError",
+    "Inspection",
     "Mesh",
     "Pair",
     "Report",
     "Robot",
+    "Severity",
     "SingularityError",
     "Sphere",
     "UlnaError",
     "UnknownNameError",
     "World",
     "compare",
+    "inspect",
     "load",
     "pose",
 ]

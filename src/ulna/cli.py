@@ -16,12 +16,14 @@ import ulna
 from ulna.answers.collision import CHECKS_KEYS, REPORT_KEYS
 from ulna.answers.comparison import COMPARISON_KEYS
 from ulna.answers.dh import DH_KEYS
+from ulna.answers.inspection import INSPECTION_KEYS
 from ulna.answers.kinematics import IK_KEYS, JACOBIAN_KEYS, POSE_KEYS
 from ulna.answers.robot import INFO_KEYS
 from ulna.commands.collision import check
 from ulna.commands.compare import compare
 from ulna.commands.demo import demo
 from ulna.commands.dh import dh
+from ulna.commands.inspect import inspect
 from ulna.commands.kinematics import fk, ik, jacobian
 from ulna.commands.robot import info, urdf
 from ulna.errors import UlnaError
@@ -35,6 +37,7 @@ _COMMANDS = (
     (check, REPORT_KEYS),
     (dh, DH_KEYS),
     (compare, COMPARISON_KEYS),
+    (inspect, INSPECTION_KEYS),
     (urdf, None),
     (demo, CHECKS_KEYS),
 )

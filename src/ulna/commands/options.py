@@ -30,13 +30,18 @@ Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of t
 
 def load_robot(robot: str, xacro_arg: Sequence[str] | None, package_dir: Sequence[Path] | None) -> ulna.Robot:
     """The robot that the options name."""
+    return ulna.load(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or ())
+
+
+def xacro_arguments(xacro_arg: Sequence[str] | None) -> dict[str, str]:
+    """The arguments of a xacro file, by name."""
     arguments = {}
     for text in xacro_arg or ():
         key, separator, value = text.partition(":=")
         if not (separator and key):
             raise InputError("--xacro-arg", f"{text!r}; key:=value is expected")
         arguments[key] = value
-    return ulna.load(robot, xacro_args=arguments, package_dirs=package_dir or ())
+    return arguments
 
 
 def positions(option: str, text: str | None, robot: ulna.Robot, *, degrees: bool) -> NDArray[np.float64]:

@@ -131,11 +131,17 @@ def limits_of_q(joints: tuple[Joint, ...], drives: dict[str, Drive]) -> tuple[np
     for joint in joints:
         drive = drives[joint.name]
         if joint.mimic is not None and joint.type in _BOUNDED and drive.column is not None and drive.ratio != 0:
-            low, high = sorted((limit - drive.offset) / drive.ratio for limit in (joint.limits.lower, joint.limits.upper))
+            low, high = follower_range(joint, drive)
             low, high = max(low, lower[drive.column]), min(high, upper[drive.column])
             if low < high:
                 lower[drive.column], upper[drive.column] = low, high
     return np.array(lower), np.array(upper), np.array(velocity)
+
+
+def follower_range(joint: Joint, drive: Drive) -> tuple[float, float]:
+    """The positions of its leader at which a joint that mimics it stands within its own limits; the ratio is not 0."""
+    low, high = sorted((limit - drive.offset) / drive.ratio for limit in (joint.limits.lower, joint.limits.upper))
+    return low, high
 
 
 def _by_unique_name(description: Description, kind: str, items) -> dict:
