@@ -187,7 +187,7 @@ class Robot:
             convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
             link: The link's name; the tip unless given.
             tolerance: Axes within this angle [rad] count as parallel, and parallel ones within this distance [m] as one. What
-                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``. With 0, nothing.
+                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``. With 0, nothing but rounding.
 
         Returns:
             A ``DHTable``: one row for each moving joint, and the poses of the base and the tip, to which fixed joints go.

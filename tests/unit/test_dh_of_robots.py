@@ -248,3 +248,11 @@ def test_a_table_is_frozen_and_survives_pickle(panda):
         table.rows[0, 0] = 1.0
     with pytest.raises(AttributeError):
         table.rows = ()
+
+
+def test_with_no_tolerance_rounding_still_is_no_tilt():
+    rows = [(0.1, 0.2, 0.7, 0.3), (0.3, 0, 0, 0.1), (0.3, 0, pi, -0.4), (0.3, 0.1, 0.3, 0.2)]
+    table = Robot.from_dh(rows, T_base_0=naive.from_rpy((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))).dh(tolerance=0)
+    assert table.max_position_difference < 1e-12
+    assert np.abs(table.rows[:, :2]).max() < 2
+    assert table.notes == ()

@@ -53,6 +53,7 @@ def inspect(
         loads=robot is not None,
         findings=tuple(ordered),
         tree=() if root is None else tree_rows(root),
+        n_links=0 if root is None else len(root.findall("link")),
         joint_types={} if root is None else dict(Counter(joint.get("type", "") for joint in root.iterfind("joint"))),
         n_dof=None if robot is None else robot.n_dof,
         reach=reach,

@@ -49,6 +49,7 @@ class Inspection:
     loads: bool
     findings: tuple[Finding, ...]
     tree: tuple[TreeRow, ...]
+    n_links: int = 0
     joint_types: dict[str, int] = field(default_factory=dict)
     n_dof: int | None = None
     reach: float | None = None

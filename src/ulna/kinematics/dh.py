@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6  # a file with six decimals is off by half of that, and a common normal of such axes would lie 1000 km away
 _ROUNDING = 1e-14  # of a number that went through the products of a chain
-_WORTH_A_NOTE, _NEARLY_PARALLEL = 1e-12, 1e-3
+_WORTH_A_NOTE, _NEARLY_PARALLEL = 1e-12, 1e-3  # rad: below the one it is rounding, below the other it may be a mistake
 _N_CONFIGURATIONS = 1000
 
 
@@ -42,6 +42,7 @@ def dh_table(description: Description, tree: Tree, link: str, convention: str, t
     checked_convention(convention)
     if not 0 <= tolerance <= 0.1:
         raise InputError("tolerance", f"{tolerance!r}; a number from 0 to 0.1 is expected")
+    tolerance = max(tolerance, _WORTH_A_NOTE)
     chain = _chain(description, tree, link)
     axes = _axes(chain, tolerance)
     normals = common_normals(axes, ends_at_tip=convention == "standard", tolerance=tolerance)

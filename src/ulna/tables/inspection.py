@@ -33,7 +33,7 @@ def inspection_view(data) -> Iterator[RenderableType]:
 
 def _heading(data) -> Iterator[Text]:
     yield Text.assemble((data["source"], "bold"), f": {data['name']}" * bool(data["name"]))
-    links = len({row["link"] for row in data["tree"]})
+    links = data["n_links"]
     kinds = ", ".join(f"{count} {kind or 'of no type'}" for kind, count in data["joint_types"].items())
     joints = f"{sum(data['joint_types'].values())} joints" + f" ({kinds})" * bool(kinds)
     if data["loads"]:
@@ -70,12 +70,15 @@ def _branch(row, open_levels: set[int], *, closes: bool) -> Table:
 
 def _last_of_their_parents(rows) -> set[int]:
     """The rows behind which no other hangs on the same link."""
-    last, following = set(), {}
+    last: set[int] = set()
+    following: list[bool] = []  # for each level, whether a row behind this one hangs on the same link
     for k in range(len(rows) - 1, -1, -1):
         depth = rows[k]["depth"]
-        if depth not in following:
+        del following[depth + 1 :]
+        following += [False] * (depth + 1 - len(following))
+        if not following[depth]:
             last.add(k)
-        following = {level: True for level in following if level < depth} | {depth: True}
+        following[depth] = True
     return last
 
 
