@@ -16,7 +16,7 @@ from ulna.io.load import load_description
 from ulna.io.write_urdf import write_urdf
 from ulna.model.arrays import as_floats
 from ulna.model.description import Description
-from ulna.model.dh_table import DHTable
+from ulna.model.dh_table import PARALLEL, DHTable
 from ulna.model.pose import as_one_pose
 from ulna.model.subtree import cut_out, with_tool
 from ulna.model.tree import Tree, build_tree
@@ -180,14 +180,14 @@ class Robot:
         """URDF text: the expanded text that was read, or one that is written for a robot made in another way."""
         return self.description.text or write_urdf(self.description)
 
-    def dh(self, convention: str = "modified", link: str | None = None, *, tolerance: float = 1e-6) -> DHTable:
+    def dh(self, convention: str = "modified", link: str | None = None, *, tolerance: float = PARALLEL) -> DHTable:
         """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
 
         Args:
             convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
             link: The link's name; the tip unless given.
             tolerance: Axes within this angle [rad] count as parallel, and parallel ones within this distance [m] as one. What
-                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``. With 0, nothing but rounding.
+                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``.
 
         Returns:
             A ``DHTable``: one row for each moving joint, and the poses of the base and the tip, to which fixed joints go.

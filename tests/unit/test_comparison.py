@@ -152,6 +152,7 @@ def test_every_kind_that_is_found_can_be_ignored():
         ({"ignore": ["poses"]}, r"ignore: 'poses' is no kind of difference; did you mean 'pose'\?"),
         ({"position_tolerance": -1.0}, r"position_tolerance: -1.0; a number of at least 0"),
         ({"limit_tolerance": np.nan}, "limit_tolerance: nan"),
+        ({"limit_tolerance": "none"}, "limit_tolerance: 'none'"),
     ],
 )
 def test_wrong_arguments_are_refused_by_name(panda, arguments, message):

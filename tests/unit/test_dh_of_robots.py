@@ -223,6 +223,7 @@ def test_a_table_says_the_rest_itself(panda):
         ({"convention": "craig"}, "convention: 'craig' is not known"),
         ({"tolerance": -1e-9}, "tolerance: -1e-09; a number from 0 to 0.1"),
         ({"tolerance": np.nan}, "tolerance: nan"),
+        ({"tolerance": "wide"}, "tolerance: 'wide'"),
     ],
 )
 def test_wrong_arguments_are_refused_by_name(panda, arguments, message):

@@ -7,8 +7,8 @@ from ulna.inspection.result import Inspection, Severity
 
 INSPECTION_KEYS = (
     "source; name; loads: whether Ulna takes it; n_dof and reach (m): null if not; n_links; joint_types: how many of each; "
-    "counts: error, warning, note; findings, worst first: severity, where, message, line, tried (the paths where a mesh was looked for); tree: "
-    "depth, link, joint, type."
+    "counts: error, warning, note; findings, worst first: severity, where, message, line, tried (the paths where a mesh was "
+    "looked for); tree: depth, link, joint, type."
 )
 
 

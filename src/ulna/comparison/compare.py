@@ -46,7 +46,7 @@ def compare(
     ignored = _kinds(ignore)
     numbers = {"position": position_tolerance, "rotation": rotation_tolerance, "limit": limit_tolerance}
     for name, value in numbers.items():
-        if not value >= 0:
+        if not (isinstance(value, float | int) and value >= 0):
             raise InputError(f"{name}_tolerance", f"{value!r}; a number of at least 0 is expected")
     tolerances, matching = Tolerances(**numbers), match(a, b)
     poses = pose_differences(a, b, matching)
