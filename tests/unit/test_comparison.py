@@ -160,6 +160,11 @@ def test_wrong_arguments_are_refused_by_name(panda, arguments, message):
         ulna.compare(panda, panda, **arguments)
 
 
+def test_what_is_no_robot_is_refused(panda):
+    with pytest.raises(InputError, match=r"^b: 'panda'; a Robot is expected, as ulna.load makes one"):
+        ulna.compare(panda, "panda")
+
+
 def test_a_comparison_prints_one_line_for_each_difference():
     written, instead, _ = CHANGES["a limit"]
     shown = str(ulna.compare(ulna.load(ARM), ulna.load(ARM.replace(written, instead))))

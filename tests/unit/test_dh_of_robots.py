@@ -231,6 +231,11 @@ def test_wrong_arguments_are_refused_by_name(panda, arguments, message):
         panda.dh(**arguments)
 
 
+def test_an_unknown_link_is_refused_with_a_suggestion(panda):
+    with pytest.raises(ulna.UnknownNameError, match=r"did you mean 'panda_link"):
+        panda.dh(link="panda_link9")
+
+
 def test_a_printed_table_has_fractions_of_pi_and_q_where_it_enters(panda):
     shown = str(panda.dh())
     assert "3  panda_joint3        0  0.316         pi/2           q3" in shown

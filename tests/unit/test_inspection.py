@@ -61,6 +61,8 @@ def test_a_file_that_is_not_there_and_wrong_arguments_are_refused_as_by_load():
         ulna.inspect("nowhere.urdf")
     with pytest.raises(InputError, match=r"^package_dirs: "):
         ulna.inspect("panda", package_dirs="packages")
+    with pytest.raises(InputError, match=r"^source: "):
+        ulna.inspect(5)
 
 
 def test_missing_meshes_of_one_package_are_one_finding_with_every_path_that_was_tried(tmp_path):

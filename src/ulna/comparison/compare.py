@@ -43,6 +43,9 @@ def compare(
         panda | panda: 1 difference
         joint tool_joint: missing | defined
     """
+    for name, robot in (("a", a), ("b", b)):
+        if not isinstance(robot, Robot):
+            raise InputError(name, f"{robot!r}; a Robot is expected, as ulna.load makes one")
     ignored = _kinds(ignore)
     numbers = {"position": position_tolerance, "rotation": rotation_tolerance, "limit": limit_tolerance}
     for name, value in numbers.items():

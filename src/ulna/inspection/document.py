@@ -31,19 +31,26 @@ def read_document(source: str | Path, xacro_args: Mapping[str, object], package_
     Raises:
         FileError: There is no such file, or it cannot be read.
     """
-    is_text = isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")
-    path = None if is_text or not Path(source).is_file() else Path(source)
-    folder = None if path is None else path.parent
     try:
         robot = load(source, xacro_args=xacro_args, package_dirs=package_dirs)
     except (DescriptionError, InputError) as error:
         if isinstance(error, InputError) and error.argument in _ARGUMENTS:
             raise
+        path = _path(source)
         name = getattr(error, "source", "") or ("URDF text" if path is None else path.name)
-        text = str(source).encode() if path is None else path.read_bytes()
-        return Document(name, folder, _elements(text, name, folder, xacro_args, package_dirs), None, error)
-    description = robot.description
-    return Document(description.source, folder, parse(description.text.encode(), description.source), robot, None)
+        folder, text = (None, str(source).encode()) if path is None else (path.parent, path.read_bytes())
+        does_not_expand = str(getattr(error, "message", "")).startswith("xacro:")
+        root = None if does_not_expand else _elements(text, name, folder, xacro_args, package_dirs)
+        return Document(name, folder, root, None, error)
+    description, path = robot.description, _path(source)
+    root = parse(description.text.encode(), description.source)
+    return Document(description.source, None if path is None else path.parent, root, robot, None)
+
+
+def _path(source: str | Path) -> Path | None:
+    """The path that a source is, or None for the text itself or a bundled name."""
+    is_text = isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")
+    return None if is_text or not Path(source).is_file() else Path(source)
 
 
 def _elements(
