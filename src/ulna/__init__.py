@@ -16,6 +16,8 @@ from ulna.errors import (
 )
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
+from ulna.inspection.inspect import inspect
+from ulna.inspection.result import Finding, Inspection, Severity
 from ulna.model.convex_mesh import ConvexMesh
 from ulna.model.dh_table import DHTable
 from ulna.model.pose import pose
@@ -34,14 +36,17 @@ __all__ = [
     "DescriptionError",
     "DescriptionWarning",
     "FileError",
+    "Finding",
     "GeometryError",
     "HalfSpace",
     "IKResult",
     "InputError",
+    "Inspection",
     "Mesh",
     "Pair",
     "Report",
     "Robot",
+    "Severity",
     "SingularityError",
     "Sphere",
     "Status",
@@ -50,6 +55,7 @@ __all__ = [
     "UnknownNameError",
     "World",
     "compare",
+    "inspect",
     "load",
     "pose",
 ]

@@ -17,6 +17,7 @@ from ulna.answers.bench import BENCH_KEYS
 from ulna.answers.collision import CHECKS_KEYS, REPORT_KEYS
 from ulna.answers.comparison import COMPARISON_KEYS
 from ulna.answers.dh import DH_KEYS
+from ulna.answers.inspection import INSPECTION_KEYS
 from ulna.answers.kinematics import IK_KEYS, JACOBIAN_KEYS, POSE_KEYS
 from ulna.answers.robot import INFO_KEYS
 from ulna.commands.bench import bench
@@ -24,6 +25,7 @@ from ulna.commands.collision import check
 from ulna.commands.compare import compare
 from ulna.commands.demo import demo
 from ulna.commands.dh import dh
+from ulna.commands.inspect import inspect
 from ulna.commands.kinematics import fk, ik, jacobian
 from ulna.commands.robot import info, urdf
 from ulna.errors import UlnaError
@@ -37,6 +39,7 @@ _COMMANDS = (
     (check, REPORT_KEYS),
     (dh, DH_KEYS),
     (compare, COMPARISON_KEYS),
+    (inspect, INSPECTION_KEYS),
     (urdf, None),
     (demo, CHECKS_KEYS),
     (bench, BENCH_KEYS),

@@ -18,7 +18,7 @@ from ulna.io.mesh_paths import with_mesh_paths
 from ulna.io.write_urdf import write_urdf
 from ulna.model.arrays import as_floats
 from ulna.model.description import Description
-from ulna.model.dh_table import DHTable
+from ulna.model.dh_table import PARALLEL, DHTable
 from ulna.model.groups import JointGroup, configuration, joint_groups
 from ulna.model.pose import as_one_pose
 from ulna.model.srdf import EndEffector, Srdf
@@ -234,14 +234,14 @@ class Robot:
         text = self.description.text or write_urdf(self.description)
         return with_mesh_paths(mesh_paths, text, self.description.folder, self.description.package_dirs)
 
-    def dh(self, convention: str = "modified", link: str | None = None, *, tolerance: float = 1e-6) -> DHTable:
+    def dh(self, convention: str = "modified", link: str | None = None, *, tolerance: float = PARALLEL) -> DHTable:
         """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
 
         Args:
             convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
             link: The link's name; the tip unless given.
             tolerance: Axes within this angle [rad] count as parallel, and parallel ones within this distance [m] as one. What
-                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``. With 0, nothing.
+                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``.
 
         Returns:
             A ``DHTable``: one row for each moving joint, and the poses of the base and the tip, to which fixed joints go.

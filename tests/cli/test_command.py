@@ -12,7 +12,7 @@ import pytest
 
 import ulna
 
-COMMANDS = ["info", "fk", "jacobian", "ik", "check", "dh", "compare", "urdf", "demo", "bench"]
+COMMANDS = ["info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf", "demo", "bench"]
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
     ["info"],
@@ -24,6 +24,7 @@ ANSWERS = [
     ["check", "--box", "0,0,0,0,0,0,9,9,9"],
     ["dh"],
     ["compare", "panda", "panda"],
+    ["inspect"],
     ["dh", "--convention", "standard", "--link", "panda_link8"],
 ]
 SPOILT = """

@@ -152,11 +152,17 @@ def test_every_kind_that_is_found_can_be_ignored():
         ({"ignore": ["poses"]}, r"ignore: 'poses' is no kind of difference; did you mean 'pose'\?"),
         ({"position_tolerance": -1.0}, r"position_tolerance: -1.0; a number of at least 0"),
         ({"limit_tolerance": np.nan}, "limit_tolerance: nan"),
+        ({"limit_tolerance": "none"}, "limit_tolerance: 'none'"),
     ],
 )
 def test_wrong_arguments_are_refused_by_name(panda, arguments, message):
     with pytest.raises(InputError, match=f"^{message}"):
         ulna.compare(panda, panda, **arguments)
+
+
+def test_what_is_no_robot_is_refused(panda):
+    with pytest.raises(InputError, match=r"^b: 'panda'; a Robot is expected, as ulna.load makes one"):
+        ulna.compare(panda, "panda")
 
 
 def test_a_comparison_prints_one_line_for_each_difference():

@@ -223,11 +223,17 @@ def test_a_table_says_the_rest_itself(panda):
         ({"convention": "craig"}, "convention: 'craig' is not known"),
         ({"tolerance": -1e-9}, "tolerance: -1e-09; a number from 0 to 0.1"),
         ({"tolerance": np.nan}, "tolerance: nan"),
+        ({"tolerance": "wide"}, "tolerance: 'wide'"),
     ],
 )
 def test_wrong_arguments_are_refused_by_name(panda, arguments, message):
     with pytest.raises(InputError, match=f"^{message}"):
         panda.dh(**arguments)
+
+
+def test_an_unknown_link_is_refused_with_a_suggestion(panda):
+    with pytest.raises(ulna.UnknownNameError, match=r"did you mean 'panda_link"):
+        panda.dh(link="panda_link9")
 
 
 def test_a_printed_table_has_fractions_of_pi_and_q_where_it_enters(panda):
@@ -248,3 +254,11 @@ def test_a_table_is_frozen_and_survives_pickle(panda):
         table.rows[0, 0] = 1.0
     with pytest.raises(AttributeError):
         table.rows = ()
+
+
+def test_with_no_tolerance_rounding_still_is_no_tilt():
+    rows = [(0.1, 0.2, 0.7, 0.3), (0.3, 0, 0, 0.1), (0.3, 0, pi, -0.4), (0.3, 0.1, 0.3, 0.2)]
+    table = Robot.from_dh(rows, T_base_0=naive.from_rpy((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))).dh(tolerance=0)
+    assert table.max_position_difference < 1e-12
+    assert np.abs(table.rows[:, :2]).max() < 2
+    assert table.notes == ()

@@ -6,15 +6,15 @@ import typer
 
 import ulna
 from ulna.answers.comparison import comparison_data
-from ulna.commands.options import Json, PackageDirs, RobotName, load_robot
+from ulna.commands.options import Json, PackageDirs, load_robot
 from ulna.comparison.result import KINDS
 from ulna.tables.comparison import comparison_view
 from ulna.tables.writing import show
 
 
 def compare(
-    a: RobotName,
-    b: RobotName,
+    a: Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf or .xacro file.")],
+    b: Annotated[str, typer.Argument(metavar="B", help="Another one.")],
     *,
     ignore: Annotated[
         list[str] | None, typer.Option(metavar="KIND", help=f"Differences that do not count; repeatable: {', '.join(KINDS)}.")

@@ -6,6 +6,7 @@ import typer
 
 from ulna.answers.dh import dh_data
 from ulna.commands.options import Json, Link, PackageDirs, RobotName, XacroArgs, load_robot
+from ulna.model.dh_table import PARALLEL
 from ulna.tables.dh import dh_view
 from ulna.tables.writing import show
 
@@ -15,7 +16,7 @@ def dh(
     *,
     link: Link = None,
     convention: Annotated[str, typer.Option(metavar="NAME", help="modified (Craig) or standard.")] = "modified",
-    tolerance: Annotated[float, typer.Option(metavar="RAD", help="Axes within this angle count as parallel.")] = 1e-6,
+    tolerance: Annotated[float, typer.Option(metavar="RAD", help="Axes within this angle count as parallel.")] = PARALLEL,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
     as_json: Json = False,

@@ -43,10 +43,13 @@ def compare(
         panda | panda: 1 difference
         joint tool_joint: missing | defined
     """
+    for name, robot in (("a", a), ("b", b)):
+        if not isinstance(robot, Robot):
+            raise InputError(name, f"{robot!r}; a Robot is expected, as ulna.load makes one")
     ignored = _kinds(ignore)
     numbers = {"position": position_tolerance, "rotation": rotation_tolerance, "limit": limit_tolerance}
     for name, value in numbers.items():
-        if not value >= 0:
+        if not (isinstance(value, float | int) and value >= 0):
             raise InputError(f"{name}_tolerance", f"{value!r}; a number of at least 0 is expected")
     tolerances, matching = Tolerances(**numbers), match(a, b)
     poses = pose_differences(a, b, matching)

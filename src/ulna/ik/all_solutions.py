@@ -23,13 +23,26 @@ from ulna.kinematics.jacobian import geometric_jacobian
 
 Array = NDArray[np.float64]
 DISTINCT = 1e-3  # rad or m
+EXACT = 1e-9  # m and rad
 _FIRST, _MOST = 256, 16_384  # starts
 _MOST_BRANCHES = 256  # more than any arm of six joints has (16): what is found beyond is a continuum
 _ISOLATED = 1e-6  # of the largest singular value
 
 
 def all_solutions(problem: Problem, n_spread: int) -> Array:
-    """Distinct solutions for the problem's one target, nearest to the seed first: shape (n, n_dof)."""
+    """Distinct solutions for the problem's one target, nearest to the seed first: shape (n, n_dof).
+
+    They are met to EXACT: near a singularity the caller's tolerance would make a whole family of each. Only a target that is met
+    no better, at the border of the reach, is left to the tolerance.
+    """
+    settings = problem.settings.copy()
+    for tolerance in (layout.POSITION_TOLERANCE, layout.ROTATION_TOLERANCE):
+        settings[tolerance] = min(settings[tolerance], EXACT)
+    found = _branches(replace(problem, settings=settings), n_spread)
+    return found if len(found) else _branches(problem, n_spread)
+
+
+def _branches(problem: Problem, n_spread: int) -> Array:
     found = np.empty((0, problem.tree.n_dof))
     free, clamped = _let_free(problem), problem
     first, count = 0, _FIRST

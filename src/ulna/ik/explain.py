@@ -18,7 +18,7 @@ from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
 _STARTS = 64  # tried without limits before the limits are not to blame
-_SETTLING_STEPS = 100
+_SETTLED, _SETTLING_STEPS = 16, 100  # starts that are let come to rest where the target is not met, and their steps
 _SINGULAR = 1e-3  # of the largest singular value times the error's size
 
 
@@ -152,7 +152,7 @@ def settle_open(search: Search, price: Price | None, *, out_of_time: bool) -> No
     rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
     if out_of_time or problem.budget < DEFAULT_BUDGET or not len(rest):
         return
-    part, before = Round(0, 8, _SETTLING_STEPS, from_seed=True, calm=True), search.info[rest]
+    part, before = Round(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True), search.info[rest]
     q, info = jobs(replace(problem, seeds=search.q), rest, part)
     info[:, :, layout.START] = before[:, None, layout.START]
     info[:, :, layout.ITERATIONS] += before[:, None, layout.ITERATIONS]

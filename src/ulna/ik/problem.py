@@ -154,7 +154,7 @@ def _seeds(tree: Tree, q_seed: ArrayLike, batch: tuple[int, ...]) -> Array:
     if seeds.ndim == 1:
         return seeds.reshape(1, -1)
     try:
-        return flat(np.array(np.broadcast_to(seeds, (*batch, tree.n_dof))))
+        return flat(np.array(np.broadcast_to(seeds, (*batch, tree.n_dof)), order="C"))
     except ValueError:
         message = f"shape {seeds.shape} does not go with targets of batch shape {batch}: give one seed, or one for each target"
         raise InputError("q_seed", message) from None

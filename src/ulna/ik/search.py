@@ -125,7 +125,7 @@ def _is_plain(problem: Problem, rank: str | None, obstacles: Obstacles | None) -
     """Whether this is one target without special wishes, which takes the short way whatever form the arguments have."""
     asked = problem.batch or problem.task.kind != layout.WHOLE_POSE or problem.settings[layout.WITH_POSTURE]
     narrowed = problem.bounds is not limit_bounds(problem.tree.bounds) or problem.budget < LEAST_BUDGET
-    return not (asked or narrowed or rank is not None or obstacles is not None or problem.time_limit < np.inf)
+    return not (asked or narrowed or rank is not None or obstacles is not None or problem.time_limit == 0.0)
 
 
 def _search(problem: Problem, price: Price | None, many: int, *, seed_alone: bool) -> tuple[Search, Reasons]:

@@ -1,48 +1,36 @@
 """The Denavit-Hartenberg table of any serial chain, with the proof that it is the same robot."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import floor, log10
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import InputError
-from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST, OFFSET, PRISMATIC, RATIO
+from ulna.kernels.layout import COLUMN, KIND, LARGEST, OFFSET, PRISMATIC, RATIO
 from ulna.kinematics.common_normals import Axes, Normals, common_normals
+from ulna.kinematics.dh_chain import DHChain, dh_chain, mimics_within
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.sample import random_positions
-from ulna.model.description import Description, Joint, JointType, Mimic
+from ulna.model.description import Description
 from ulna.model.dh_table import DHTable, around_the_motion, checked_convention
 from ulna.model.pose import angle_between, inverse
-from ulna.model.structure import moving_joints
-from ulna.model.subtree import chain_joints
 from ulna.model.tree import Tree, motion_along_z
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 1e-6  # a file with six decimals is off by half of that, and a common normal of such axes would lie 1000 km away
 _ROUNDING = 1e-14  # of a number that went through the products of a chain
-_WORTH_A_NOTE, _NEARLY_PARALLEL = 1e-12, 1e-3
+_WORTH_A_NOTE, _NEARLY_PARALLEL = 1e-12, 1e-3  # rad: below the one it is rounding, below the other it may be a mistake
 _N_CONFIGURATIONS = 1000
-
-
-@dataclass(frozen=True, eq=False)
-class _Chain:
-    """The moving joints of a chain, their rows of the tree's table, their frames at zero (z along the axis), and the tip's."""
-
-    joints: tuple[Joint, ...]
-    table: Array
-    frames: Array
-    T_base_tip: Array
 
 
 def dh_table(description: Description, tree: Tree, link: str, convention: str, tolerance: float) -> DHTable:
     """The table from the base to a link; see ``Robot.dh``."""
     checked_convention(convention)
-    if not 0 <= tolerance <= 0.1:
+    if not (isinstance(tolerance, float | int) and 0 <= tolerance <= 0.1):
         raise InputError("tolerance", f"{tolerance!r}; a number from 0 to 0.1 is expected")
-    chain = _chain(description, tree, link)
+    tolerance = max(tolerance, _WORTH_A_NOTE)
+    chain = dh_chain(description, tree, link)
     axes = _axes(chain, tolerance)
     normals = common_normals(axes, ends_at_tip=convention == "standard", tolerance=tolerance)
     rows = _rows(normals, convention)
@@ -54,30 +42,7 @@ def dh_table(description: Description, tree: Tree, link: str, convention: str, t
     return tables[1] if _as_good_as(tables[1], tables[0]) else tables[0]
 
 
-def _chain(description: Description, tree: Tree, link: str) -> _Chain:
-    table = tree.chain(link)
-    joints = chain_joints(description, tree.root, link)
-    for joint in joints:
-        if joint.type in (JointType.PLANAR, JointType.FLOATING):
-            message = f"the chain from {tree.root!r} to {link!r} has the {joint.type} joint {joint.name!r}"
-            raise InputError("link", f"{message}, which no row of a DH table can describe")
-    names = iter(moving_joints(description, joints))
-    T, kept, rows, frames = np.eye(4), [], [], []
-    for row in table:
-        T = T @ np.vstack([row[:12].reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
-        if row[KIND] == FIXED:
-            continue
-        joint = next(names)
-        if row[RATIO] == 0:  # it stands still, and belongs to the constant part
-            T = T @ motion_along_z(int(row[KIND]), row[OFFSET])
-        else:
-            kept.append(joint)
-            rows.append(row)
-            frames.append(T)
-    return _Chain(tuple(kept), np.array(rows).reshape(-1, table.shape[1]), np.array(frames).reshape(-1, 4, 4), T)
-
-
-def _axes(chain: _Chain, tolerance: float) -> Axes:
+def _axes(chain: DHChain, tolerance: float) -> Axes:
     frames = np.concatenate([np.eye(4)[None], chain.frames, chain.T_base_tip[None]])
     z = frames[:, :3, 2].copy()
     axes = Axes(frames[:, :3, 3], z, (False, *(chain.table[:, KIND] == PRISMATIC), False), chain.T_base_tip[:3, 0])
@@ -119,7 +84,7 @@ def _table(
     tree: Tree,
     link: str,
     convention: str,
-    chain: _Chain,
+    chain: DHChain,
     rows: Array,
     T_base_0: Array,
     notes: tuple[str, ...],
@@ -140,7 +105,7 @@ def _table(
         joint_names=tuple(joint.name for joint in chain.joints),
         joint_types=tuple(joint.type.value for joint in chain.joints),
         limits=tuple(joint.limits for joint in chain.joints),
-        mimics=tuple(_mimics(chain)),
+        mimics=tuple(mimics_within(chain)),
         T_base_0=T_base_0,
         T_n_tip=T_n_tip,
         max_position_difference=float(np.linalg.norm((T_table - T_robot)[:, :3, 3], axis=1).max()),
@@ -150,25 +115,13 @@ def _table(
     )
 
 
-def _frame_n(rows: Array, convention: str, T_base_0: Array, chain: _Chain, positions: Array) -> Array:
+def _frame_n(rows: Array, convention: str, T_base_0: Array, chain: DHChain, positions: Array) -> Array:
     """T_base_n at joint positions (m, n), shape (m, 4, 4): the product that the table stands for, written out."""
     T = np.broadcast_to(T_base_0, (len(positions), 4, 4))
     for row, kind, position in zip(rows, chain.table[:, KIND], positions.T, strict=True):
         before, behind = around_the_motion(row, convention)
         T = T @ before @ motion_along_z(int(kind), position) @ behind
     return T
-
-
-def _mimics(chain: _Chain) -> Iterator[Mimic | None]:
-    """For each row the row that it follows: its own leader where that is in the chain, else the first with the same one."""
-    leaders: dict[float, int] = {}
-    for k in sorted(range(len(chain.joints)), key=lambda k: chain.joints[k].mimic is not None):
-        leaders.setdefault(chain.table[k, COLUMN], k)
-    for k, row in enumerate(chain.table):
-        first = leaders[row[COLUMN]]
-        leader = chain.table[first]
-        ratio = float(row[RATIO] / leader[RATIO])
-        yield None if first == k else Mimic(chain.joints[first].name, ratio, float(row[OFFSET] - ratio * leader[OFFSET]))
 
 
 def _as_good_as(table: DHTable, exact: DHTable) -> bool:
@@ -178,7 +131,7 @@ def _as_good_as(table: DHTable, exact: DHTable) -> bool:
     )
 
 
-def _refuse_far_normals(chain: _Chain, axes: Axes, rows: Array, tolerance: float) -> None:
+def _refuse_far_normals(chain: DHChain, axes: Axes, rows: Array, tolerance: float) -> None:
     if np.abs(rows).max(initial=0.0) <= LARGEST:
         return
     tilts = np.where(axes.tilts > tolerance, axes.tilts, np.inf)[1:-1]
@@ -189,7 +142,7 @@ def _refuse_far_normals(chain: _Chain, axes: Axes, rows: Array, tolerance: float
     raise InputError("tolerance", f"{message}; tolerance={_above(tilts[i - 1]):g} takes them as parallel")
 
 
-def _notes(chain: _Chain, axes: Axes, tolerance: float) -> Iterator[str]:
+def _notes(chain: DHChain, axes: Axes, tolerance: float) -> Iterator[str]:
     for i, tilt in enumerate(axes.tilts[1:-1], start=1):
         if tolerance < tilt < _NEARLY_PARALLEL:
             hint = f"and not taken as parallel, as tolerance={_above(tilt):g} would"
@@ -198,7 +151,7 @@ def _notes(chain: _Chain, axes: Axes, tolerance: float) -> Iterator[str]:
             yield f"{_pair(chain, i)} are {tilt:.2g} rad from parallel, and taken as parallel (tolerance {tolerance:g})"
 
 
-def _pair(chain: _Chain, i: int) -> str:
+def _pair(chain: DHChain, i: int) -> str:
     """Line i and the next one, in words; the lines of the joints are 1 to n."""
     return f"the axes of {chain.joints[i - 1].name!r} and {chain.joints[i].name!r}"
 

@@ -13,6 +13,10 @@ from ulna.model.pose import pose, rpy_from_matrix
 
 Array = NDArray[np.float64]
 
+# Axes within this angle [rad] are parallel: a file with six decimals is off by half of that, and the common normal of such axes
+# would lie hundreds of kilometres away.
+PARALLEL = 1e-6
+
 CONVENTIONS = ("modified", "standard")
 ROW_PRODUCTS = {"modified": "Rx(alpha) Tx(a) Tz(d) Rz(theta)", "standard": "Rz(theta) Tz(d) Tx(a) Rx(alpha)"}
 

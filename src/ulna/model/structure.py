@@ -145,7 +145,7 @@ def bounds_of_q(
     for joint in joints:
         drive = drives[joint.name]
         if joint.mimic is not None and joint.type in _BOUNDED and drive.column is not None and drive.ratio != 0:
-            low, high = sorted((limit - drive.offset) / drive.ratio for limit in bounds_of(joint))
+            low, high = follower_range(bounds_of(joint), drive)
             narrowed = max(low, bounds[drive.column][0]), min(high, bounds[drive.column][1])
             if narrowed[0] < narrowed[1]:
                 bounds[drive.column] = narrowed
@@ -166,6 +166,12 @@ def soft_bounds(joint: Joint) -> tuple[float, float]:
     if joint.safety is None or joint.safety.soft_lower > upper or joint.safety.soft_upper < lower:
         return lower, upper
     return max(lower, joint.safety.soft_lower), min(upper, joint.safety.soft_upper)
+
+
+def follower_range(bounds: tuple[float, float], drive: Drive) -> tuple[float, float]:
+    """The positions of its leader at which a joint that mimics it stands within some bounds; the ratio is not 0."""
+    low, high = sorted((bound - drive.offset) / drive.ratio for bound in bounds)
+    return low, high
 
 
 def _by_unique_name(description: Description, kind: str, items) -> dict:

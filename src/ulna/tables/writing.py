@@ -16,7 +16,7 @@ from ulna.answers.plain import Data, plain
 LEAST_WIDTH = 80
 NUMBER_WIDTH = 8
 NAME_WIDTH = 12
-ASCII = str.maketrans("─●", "-o")
+ASCII = str.maketrans("─●│├└", "-o|+`")
 
 
 def title(data, text: str) -> Text:
@@ -31,16 +31,20 @@ def show(data: Data, view) -> None:
     if view is None:
         write(json.dumps(plain(data), allow_nan=False) + "\n")
         return
-    console, drawn = make_console(), list(view(plain(data)))
-    console.width = max(console.width, *(_least_width(console, part) for part in drawn))
+    console = make_console()
+    usual = console.width
     with console.capture() as capture:
-        console.print(*drawn, sep="\n")
+        for part in view(plain(data)):
+            console.width = max(usual, _least_width(console, part))
+            console.print(part)
     text = "\n".join(line.rstrip() for line in capture.get().split("\n"))
     write(text.translate(ASCII) if console.options.ascii_only else text)
 
 
 def _least_width(console: Console, part: RenderableType) -> int:
     """The width in which no number is cut and no word of a sentence broken; names in tables are, beyond ``NAME_WIDTH``."""
+    if isinstance(part, Text) and part.no_wrap:
+        return part.cell_len
     if not isinstance(part, Table):
         return console.measure(part, options=console.options.update(width=1_000_000)).minimum
     width = 0

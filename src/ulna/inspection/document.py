@@ -1,0 +1,67 @@
+"""A description as far as it can be read: the robot if it loads, and in any case the elements of its document."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from lxml import etree
+
+from ulna.errors import DescriptionError, InputError
+from ulna.io.xacro import expand_xacro, is_xacro
+from ulna.io.xml import parse
+from ulna.robot import Robot, load
+
+_ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``: other input errors are about the document's own numbers
+
+
+@dataclass(frozen=True)
+class Document:
+    """``robot`` or the ``error`` that there is instead; ``root`` is None where there is not even XML."""
+
+    source: str
+    folder: Path | None
+    root: etree._Element | None
+    robot: Robot | None
+    error: DescriptionError | InputError | None
+
+
+def read_document(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> Document:
+    """The document behind a name, a path or a text; what ``ulna.load`` says of it is kept, not raised.
+
+    Raises:
+        FileError: There is no such file, or it cannot be read.
+    """
+    try:
+        robot = load(source, xacro_args=xacro_args, package_dirs=package_dirs)
+    except (DescriptionError, InputError) as error:
+        if isinstance(error, InputError) and error.argument in _ARGUMENTS:
+            raise
+        path = _path(source)
+        name = getattr(error, "source", "") or ("URDF text" if path is None else path.name)
+        folder, text = (None, str(source).encode()) if path is None else (path.parent, path.read_bytes())
+        does_not_expand = str(getattr(error, "message", "")).startswith("xacro:")
+        root = None if does_not_expand else _elements(text, name, folder, xacro_args, package_dirs)
+        return Document(name, folder, root, None, error)
+    description, path = robot.description, _path(source)
+    root = parse(description.text.encode(), description.source)
+    return Document(description.source, None if path is None else path.parent, root, robot, None)
+
+
+def _path(source: str | Path) -> Path | None:
+    """The path that a source is, or None for the text itself or a bundled name."""
+    is_text = isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")
+    return None if is_text or not Path(source).is_file() else Path(source)
+
+
+def _elements(
+    text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
+) -> etree._Element | None:
+    """The root of a document that was refused: the expanded one of a xacro file, or None if it is not XML or does not expand."""
+    try:
+        root = parse(text, source)
+        if is_xacro(root):
+            arguments = {key: str(value) for key, value in xacro_args.items()}
+            root = parse(expand_xacro(text, source, folder, arguments, package_dirs), source)
+    except DescriptionError:
+        return None
+    return root if root.tag == "robot" else None

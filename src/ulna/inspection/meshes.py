@@ -1,0 +1,79 @@
+"""Mesh files: missing, unreadable, or of a size that looks like another unit."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from lxml import etree
+
+from ulna.inspection.elements import listed, numbers, of_robot
+from ulna.inspection.mesh_bounds import READABLE, mesh_extents
+from ulna.inspection.result import Finding, Severity
+from ulna.inspection.shapes import size_findings
+from ulna.io.packages import resolve_uri
+
+
+def mesh_findings(root: etree._Element, folder: Path | None, package_dirs: Iterable[str | Path]) -> Iterator[Finding]:
+    """What is wrong with the files of meshes, each looked at once."""
+    package_dirs = list(package_dirs)
+    users: dict[tuple[str, tuple[float, ...]], list[etree._Element]] = defaultdict(list)
+    for mesh in root.iterfind("link/*/geometry/mesh"):
+        users[mesh.get("filename", ""), numbers(mesh, "scale") or (1.0, 1.0, 1.0)].append(mesh)
+    missing: dict[str, list[tuple[str, etree._Element]]] = defaultdict(list)
+    unread: dict[str, int] = defaultdict(int)
+    for (uri, scale), meshes in users.items():
+        if min(map(abs, scale)) == 0:
+            yield Finding(Severity.WARNING, of_robot(meshes[0]), f"mesh {_short(uri)} is scaled to nothing", meshes[0].sourceline)
+            continue
+        path, _ = _resolved(uri, folder, package_dirs)
+        if path is None:
+            missing[_home(uri)].append((uri, meshes[0]))
+        elif path.suffix.lower() in READABLE:
+            yield from _content_findings(path, scale, meshes[0])
+        else:
+            unread[path.suffix.lower()] += 1
+    for home, some in missing.items():
+        yield _missing(home, some, folder, package_dirs)
+    for suffix, count in unread.items():
+        yield Finding(Severity.NOTE, "document", f"{count} meshes of kind {suffix!r} were found, but not read")
+
+
+def _content_findings(path: Path, scale: tuple[float, ...], mesh: etree._Element) -> Iterator[Finding]:
+    try:
+        extents = mesh_extents(path)
+    except (OSError, ValueError, etree.XMLSyntaxError) as error:
+        message = f"mesh {path.name} cannot be read: {' '.join(str(error).split())[:100]}"
+        yield Finding(Severity.WARNING, of_robot(mesh), message, mesh.sourceline)
+        return
+    scaled = [abs(extent * factor) for extent, factor in zip(extents, scale, strict=True)]
+    yield from size_findings(f"mesh {path.name}", scaled, of_robot(mesh), mesh.sourceline)
+
+
+def _missing(
+    home: str, some: list[tuple[str, etree._Element]], folder: Path | None, package_dirs: Sequence[str | Path]
+) -> Finding:
+    """One finding for all missing meshes of a package or a folder, with every path tried for the first."""
+    uri, mesh = some[0]
+    tried = tuple(str(path) for path in _resolved(uri, folder, package_dirs)[1])
+    found_none = "not found" if tried else f"not found, as {uri[:80]!r} leads nowhere"
+    count = f"{len(some)} mesh{'es' * (len(some) > 1)}"
+    message = f"{count} of {home} {found_none}: {listed([_short(each) for each, _ in some])}"
+    return Finding(Severity.WARNING, of_robot(mesh) if len(some) == 1 else "document", message, mesh.sourceline, tried)
+
+
+def _resolved(uri: str, folder: Path | None, package_dirs: Sequence[str | Path]) -> tuple[Path | None, list[Path]]:
+    try:
+        return resolve_uri(uri, folder, package_dirs)
+    except OSError:  # a name that no file system takes
+        return None, []
+
+
+def _home(uri: str) -> str:
+    scheme, separator, rest = uri.partition("://")
+    if scheme == "package" and separator:
+        return f"package {rest.partition('/')[0]!r}"
+    return f"folder {uri.rpartition('/')[0] or '.'!r}"
+
+
+def _short(uri: str) -> str:
+    return uri.rpartition("/")[2]

@@ -1,0 +1,68 @@
+"""Shapes: without volume, of a size that looks like another unit, or not there at all."""
+
+from collections.abc import Iterator, Sequence
+
+from lxml import etree
+
+from ulna.inspection.elements import listed, number, numbers, of_robot
+from ulna.inspection.result import Finding, Severity
+
+LARGEST, LEAST = 20.0, 1e-3  # m: what is larger or smaller than any part of an arm, and common in another unit
+
+
+def shape_findings(root: etree._Element) -> Iterator[Finding]:
+    """What is wrong with boxes, spheres, cylinders and capsules, and which links have no shapes."""
+    for kind in ("visual", "collision"):
+        for element in root.iterfind(f"link/{kind}"):
+            geometry = element.find("geometry")
+            if geometry is None or not len(geometry):
+                yield Finding(Severity.ERROR, of_robot(element), f"<{kind}> has no <geometry>", element.sourceline)
+                continue
+            yield from _primitive_findings(geometry[0], kind)
+        yield from _without(root, kind)
+
+
+def _primitive_findings(shape: etree._Element, kind: str) -> Iterator[Finding]:
+    extents = _extents(shape)
+    if extents is None:
+        return
+    where = of_robot(shape)
+    if min(extents) < 0:
+        yield Finding(Severity.ERROR, where, f"{kind} {shape.tag} has a negative length", shape.sourceline)
+    elif min(extents) == 0:
+        severity = Severity.WARNING if kind == "collision" else Severity.NOTE
+        yield Finding(severity, where, f"{kind} {shape.tag} has no volume", shape.sourceline)
+    else:
+        yield from size_findings(f"{kind} {shape.tag}", extents, where, shape.sourceline)
+
+
+def size_findings(what: str, extents: Sequence[float], where: str, line: int | None) -> Iterator[Finding]:
+    """A warning if the extents [m] are those of no part of a robot."""
+    largest = max(extents)
+    words = " x ".join(f"{extent:.3g}" for extent in extents)
+    if largest > LARGEST:
+        yield Finding(Severity.WARNING, where, f"{what} is {words} m: millimetres? Lengths are metres", line)
+    elif 0 < largest < LEAST:
+        yield Finding(Severity.WARNING, where, f"{what} is {words} m: smaller than a millimetre; scaled twice?", line)
+
+
+def _extents(shape: etree._Element) -> tuple[float, ...] | None:
+    if shape.tag == "box":
+        return numbers(shape, "size")
+    radius = number(shape, "radius")
+    if radius is None or shape.tag not in ("sphere", "cylinder", "capsule"):
+        return None
+    length = 2 * radius if shape.tag == "sphere" else number(shape, "length")
+    return None if length is None else (2 * radius, 2 * radius, length)
+
+
+def _without(root: etree._Element, kind: str) -> Iterator[Finding]:
+    """One note for all links without such shapes; frames without any shape, as tool points are, go without saying."""
+    bare = [link for link in root.iterfind("link") if link.find(kind) is None]
+    if bare and root.find(f"link/{kind}") is None:
+        yield Finding(Severity.NOTE, "document", f"no link has a {kind} shape")
+        return
+    other = "collision" if kind == "visual" else "visual"
+    names = [link.get("name", "") for link in bare if link.find(other) is not None]
+    if names:
+        yield Finding(Severity.NOTE, "document", f"a {other} shape and no {kind} shape: {listed(names)}")

@@ -1,0 +1,198 @@
+"""A sound description, one defect at a time, and the findings that each must have."""
+
+import re
+
+from ulna import Severity
+
+SOUND = """<robot name="arm">
+  <link name="base">
+    <visual><geometry><sphere radius="0.1"/></geometry></visual>
+    <collision><geometry><cylinder radius="0.1" length="0.2"/></geometry></collision>
+  </link>
+  <link name="upper">
+    <inertial><mass value="2"/><inertia ixx="0.2" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.3"/></inertial>
+    <visual><origin xyz="0 0 0.2" rpy="0 1.57 0"/><geometry><box size="0.1 0.1 0.4"/></geometry></visual>
+    <collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision>
+  </link>
+  <link name="left"/>
+  <link name="right"/>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/><child link="upper"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" velocity="2" effort="3"/>
+  </joint>
+  <joint name="grip" type="prismatic">
+    <parent link="upper"/><child link="left"/><origin xyz="0 0 0.5"/><axis xyz="1 0 0"/>
+    <limit lower="0.1" upper="0.4" velocity="2" effort="3"/>
+  </joint>
+  <joint name="grip too" type="prismatic">
+    <parent link="upper"/><child link="right"/><axis xyz="-1 0 0"/>
+    <limit lower="0" upper="0.4" velocity="2" effort="3"/><mimic joint="grip" multiplier="0.5"/>
+  </joint>
+</robot>
+"""
+INERTIA = 'ixx="0.2" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.3"'
+ERROR, WARNING, NOTE = Severity
+# What is written, what is written instead, and the findings: severity, where, the beginning of the message.
+DEFECTS = {
+    "limits that cross": ('lower="-1"', 'lower="1.5"', [(ERROR, "document", "joint 'shoulder': lower limit 1.5 is above upper")]),
+    "limits that meet": (
+        'lower="-1"',
+        'lower="1"',
+        [(WARNING, "joint 'shoulder'", "lower and upper limit are both 1: it cannot")],
+    ),
+    "limits not given": (
+        'lower="-1" upper="1"',
+        "",
+        [(WARNING, "joint 'shoulder'", "lower and upper limit are not given, so both 0")],
+    ),
+    "limits in degrees": ('lower="-1"', 'lower="-170"', [(WARNING, "joint 'shoulder'", "limits -170 to 1 rad .* degrees?")]),
+    "limits that mean none": ('lower="-1"', 'lower="-1e9"', [(WARNING, "joint 'shoulder'", "limits .* of type 'continuous'")]),
+    "limits in millimetres": (
+        'upper="0.4" v',
+        'upper="400" v',
+        [
+            (WARNING, "joint 'grip'", "limits 0.1 to 400 m: millimetres?"),
+            (WARNING, "joint 'grip too'", "limits 0 to 400 m"),
+            (WARNING, "document", "it reaches 401 m when stretched: millimetres?"),
+        ],
+    ),
+    "no velocity": (
+        'upper="1" velocity="2"',
+        'upper="1"',
+        [
+            (NOTE, "joint 'shoulder'", "no velocity limit: taken as unlimited"),
+        ],
+    ),
+    "no effort to give": (
+        'upper="1" velocity="2" effort="3"',
+        'upper="1" velocity="2" effort="0"',
+        [
+            (WARNING, "joint 'shoulder'", "effort limit is 0"),
+        ],
+    ),
+    "a follower without room": (
+        'multiplier="0.5"',
+        'multiplier="-0.5"',
+        [
+            (
+                WARNING,
+                "joint 'grip too'",
+                "its limits and those of 'grip', which it mimics, leave no room: its own are passed over",
+            ),
+        ],
+    ),
+    "a follower that stands still": (
+        'multiplier="0.5"',
+        'multiplier="0"',
+        [(WARNING, "joint 'grip too'", "mimics 'grip' with multi")],
+    ),
+    "a follower of nothing": (
+        'mimic joint="grip"',
+        'mimic joint="gripp"',
+        [
+            (ERROR, "document", "joint 'grip too' mimics 'gripp', which is not defined; did you mean 'grip'?"),
+        ],
+    ),
+    "an axis of another length": (
+        '"-1 0 0"',
+        '"-1 0 1"',
+        [(WARNING, "joint 'grip too'", 'axis "-1 0 1" has length 1.414: normalised')],
+    ),
+    "an axis without direction": ('"-1 0 0"', '"0 0 0"', [(ERROR, "document", "joint 'grip too': axis .* has no direction")]),
+    "no axis": ('<axis xyz="-1 0 0"/>', "", [(NOTE, "joint 'grip too'", "no <axis>: the x axis is taken")]),
+    "an angle in degrees": (
+        'rpy="0 1.57 0"',
+        'rpy="0 90 0"',
+        [(WARNING, "link 'upper'", 'rpy="0 90 0" is more than a turn: degrees?')],
+    ),
+    "names that differ by case": ('"left"', '"Upper"', [(WARNING, "link 'Upper'", "differs from 'upper' by case only")]),
+    "a name twice": (
+        'name="left"',
+        'name="upper"',
+        [
+            (ERROR, "document", "link 'upper' is defined twice"),
+            (ERROR, "joint 'grip'", "<child> link 'left' is not defined"),
+        ],
+    ),
+    "an element misspelt": (
+        "<limit lower",
+        "<limits lower",
+        [
+            (ERROR, "document", "joint 'shoulder': a revolute joint needs a <limit>"),
+            (ERROR, "joint 'grip'", "a prismatic joint without <limit>"),
+            *[
+                (WARNING, f"joint '{name}'", "<limits> in <joint> is not known, and left out; did you mean <limit>?")
+                for name in ("shoulder", "grip", "grip too")
+            ],
+        ],
+    ),
+    "an attribute misspelt": (
+        'lower="-1"',
+        'lowr="-1"',
+        [(WARNING, "joint 'shoulder'", "attribute 'lowr' .* did you mean 'lower'?")],
+    ),
+    "an element that is not used": (
+        '<axis xyz="-1 0 0"/>',
+        '<axis xyz="-1 0 0"/><dynamics damping="1"/>',
+        [
+            (NOTE, "document", "1 <dynamics> in <joint> not used"),
+        ],
+    ),
+    "a word for a number": ('upper="1"', 'upper="one"', [(ERROR, "document", "<limit> upper='one': not numbers")]),
+    "two words for numbers": (
+        'lower="-1" upper="1"',
+        'lower="minus" upper="one"',
+        [
+            (ERROR, "document", "<limit> lower='minus': not numbers"),
+            (ERROR, "joint 'shoulder'", '<limit> upper="one": 1 finite number'),
+        ],
+    ),
+    "a type that is not known": ('"revolute"', '"hinge"', [(ERROR, "document", "joint 'shoulder': type 'hinge' is not known")]),
+    "a flat collision shape": ('length="0.2"', 'length="0"', [(WARNING, "link 'base'", "collision cylinder has no volume")]),
+    "a shape in millimetres": (
+        'length="0.2"',
+        'length="200"',
+        [(WARNING, "link 'base'", "collision cylinder is 0.2 x 0.2 x 200 m: milli")],
+    ),
+    "a shape scaled twice": (
+        '<sphere radius="0.1"/>',
+        '<sphere radius="1e-4"/>',
+        [
+            (WARNING, "link 'base'", "visual sphere is 0.0002 x 0.0002 x 0.0002 m: smaller than a millimetre"),
+        ],
+    ),
+    "a link that collides with nothing": (
+        '<collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision>',
+        "",
+        [
+            (NOTE, "document", "a visual shape and no collision shape: upper"),
+        ],
+    ),
+    "no mass": ('value="2"', 'value="0"', [(WARNING, "link 'upper'", "mass is 0 kg")]),
+    "no inertia": (INERTIA, re.sub(r"0\.\d", "0", INERTIA), [(WARNING, "link 'upper'", "inertia is zero")]),
+    "neither": (
+        '<mass value="2"/><inertia ' + INERTIA,
+        '<mass value="0"/><inertia ' + re.sub(r"0\.\d", "0", INERTIA),
+        [
+            (NOTE, "document", "mass and inertia are zero: upper"),
+        ],
+    ),
+    "an indefinite inertia": (
+        'ixy="0"',
+        'ixy="0.5"',
+        [(WARNING, "link 'upper'", "inertia is not positive definite: a moment of -0.3")],
+    ),
+    "an inertia of no body": (
+        'izz="0.3"',
+        'izz="0.5"',
+        [(WARNING, "link 'upper'", "inertia of no body: moments 0.2 [+] 0.2 < 0.5")],
+    ),
+    "a mesh that is not there": (
+        '<sphere radius="0.1"/>',
+        '<mesh filename="ball.stl"/>',
+        [
+            (WARNING, "link 'base'", "1 mesh of folder '.' not found: ball.stl"),
+        ],
+    ),
+    "an arm in millimetres": ("0 0 0.3", "0 0 300", [(WARNING, "document", "it reaches 301 m when stretched: millimetres?")]),
+}

@@ -1,0 +1,140 @@
+"""``ulna.inspect``: a sound document has no findings, and one defect has the one finding that names it."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ulna
+from inspection_cases import DEFECTS, SOUND
+from ulna import InputError, Severity, UlnaError
+
+SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
+ROBOTS = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
+
+
+def told(inspection):
+    return [(finding.severity, finding.where, finding.message) for finding in inspection.findings]
+
+
+def test_a_sound_document_has_no_findings():
+    inspection = ulna.inspect(SOUND)
+    assert told(inspection) == []
+    assert inspection.worst is None
+    assert (inspection.loads, inspection.n_dof, inspection.name) == (True, 2, "arm")
+    assert inspection.joint_types == {"revolute": 1, "prismatic": 2}
+    assert inspection.reach == pytest.approx(0.3 + 0.5 + 0.4)
+
+
+@pytest.mark.parametrize("name", DEFECTS)
+def test_a_defect_has_its_finding_and_no_other(name):
+    written, instead, expected = DEFECTS[name]
+    assert written in SOUND
+    inspection = ulna.inspect(SOUND.replace(written, instead))
+    found = told(inspection)
+    assert [finding[:2] for finding in found] == [finding[:2] for finding in expected]
+    for (_, _, message), (_, _, beginning) in zip(found, expected, strict=True):
+        assert re.match(beginning.replace("?", r"\?"), message), message
+    assert inspection.loads == all(severity != Severity.ERROR for severity, _, _ in expected)
+
+
+def test_findings_carry_their_line():
+    written, instead, _ = DEFECTS["an attribute misspelt"]
+    [finding] = ulna.inspect(SOUND.replace(written, instead)).findings
+    assert SOUND.splitlines()[finding.line - 1].strip().startswith("<limit")
+
+
+@pytest.mark.parametrize("text", ["<robot", "<sdf/>", '<!DOCTYPE r [<!ENTITY a "b">]><robot>&a;</robot>', '<robot name="r"/>'])
+def test_what_is_no_robot_at_all_has_the_error_of_load(text):
+    with pytest.raises(UlnaError) as refused:
+        ulna.load(text)
+    [finding] = ulna.inspect(text).findings
+    assert finding.severity == Severity.ERROR
+    assert str(refused.value).endswith(finding.message)
+
+
+def test_a_file_that_is_not_there_and_wrong_arguments_are_refused_as_by_load():
+    with pytest.raises(ulna.FileError, match=r"nowhere.urdf: no such file"):
+        ulna.inspect("nowhere.urdf")
+    with pytest.raises(InputError, match=r"^package_dirs: "):
+        ulna.inspect("panda", package_dirs="packages")
+    with pytest.raises(InputError, match=r"^source: "):
+        ulna.inspect(5)
+
+
+def test_missing_meshes_of_one_package_are_one_finding_with_every_path_that_was_tried(tmp_path):
+    text = re.sub("<(sphere|cylinder|box) [^>]*/>", '<mesh filename="package://parts/x.stl"/>', SOUND)
+    path = tmp_path / "arm.urdf"
+    path.write_text(text.replace("x.stl", "y.stl", 1))
+    [finding] = ulna.inspect(path, package_dirs=iter([tmp_path / "packages"])).findings
+    assert finding.message == "2 meshes of package 'parts' not found: y.stl, x.stl"
+    assert str(tmp_path / "packages" / "parts" / "y.stl") in finding.tried
+    assert str(tmp_path / "parts" / "y.stl") in finding.tried
+    (tmp_path / "parts").mkdir()
+    for name in ("x.stl", "y.stl"):
+        (tmp_path / "parts" / name).write_text("solid s\nvertex 0 0 0\nvertex 120 30 60\nendsolid")
+    messages = [finding.message for finding in ulna.inspect(path).findings]
+    assert messages == [f"mesh {name}.stl is 120 x 30 x 60 m: millimetres? Lengths are metres" for name in "yx"]
+    path.write_text(path.read_text().replace('.stl"', '.stl" scale="1e-3 1e-3 -1e-3"'))
+    assert ulna.inspect(path).findings == ()
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"), [("solid s", "it has no points"), ("vertex 0 0 nan", "points that are not finite")]
+)
+def test_a_mesh_that_cannot_be_read_is_a_warning(tmp_path, content, reason):
+    path = tmp_path / "arm.urdf"
+    path.write_text(SOUND.replace('<sphere radius="0.1"/>', '<mesh filename="ball.STL"/>'))
+    (tmp_path / "ball.STL").write_text(content)
+    [finding] = ulna.inspect(path).findings
+    assert (finding.severity, finding.where) == (Severity.WARNING, "link 'base'")
+    assert reason in finding.message
+
+
+def test_the_grippers_of_the_pr2_are_told_to_contradict_themselves():
+    inspection = ulna.inspect(ROBOTS / "pr2_description/urdf/pr2.urdf")
+    contradictions = [finding.where for finding in inspection.findings if "leave no room" in finding.message]
+    assert contradictions == ["joint 'r_gripper_r_parallel_root_joint'", "joint 'l_gripper_r_parallel_root_joint'"]
+
+
+def test_a_xacro_file_is_inspected_expanded_and_one_that_does_not_expand_has_its_error(tmp_path):
+    path = tmp_path / "arm.xacro"
+    declared = '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    path.write_text(SOUND.replace('<robot name="arm">', declared).replace('"-1"', '"${1 + 1}"'))
+    inspection = ulna.inspect(path)
+    assert "lower limit 2.0 is above upper limit 1.0" in inspection.findings[0].message
+    assert len(inspection.tree) == 4
+    path.write_text(path.read_text().replace("1 + 1", "1 +"))
+    assert ulna.inspect(path).tree == ()
+
+
+def test_the_tree_is_drawn_depth_first_and_a_loop_does_not_hold_it_up():
+    rows = [(row.depth, row.link, row.joint) for row in ulna.inspect(SOUND).tree]
+    assert rows == [(0, "base", None), (1, "upper", "shoulder"), (2, "left", "grip"), (2, "right", "grip too")]
+    loop = SOUND.replace('<child link="left"/>', '<child link="base"/>')
+    assert {row.link for row in ulna.inspect(loop).tree} == {"base", "upper", "left", "right"}
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, len(SOUND) - 1), st.integers(0, 12), st.sampled_from(["", "x", "-", "9", "<", '"', "/>"])),
+        max_size=4,
+    )
+)
+def test_whatever_a_document_has_become_it_is_inspected_and_loads_if_load_takes_it(edits):
+    text = SOUND
+    for start, length, instead in edits:
+        text = text[:start] + instead + text[start + length :]
+    if not text.lstrip().startswith("<"):
+        return
+    inspection = ulna.inspect(text)
+    try:
+        ulna.load(text)
+    except UlnaError:
+        assert inspection.worst == Severity.ERROR
+        assert not inspection.loads
+    else:
+        assert inspection.loads
