@@ -1,9 +1,8 @@
 """Robots by name: of the packages ``example-robot-data`` and ``robot_descriptions``, where installed. Nothing is downloaded."""
 
-import difflib
 from pathlib import Path
 
-from ulna.errors import FileError
+from ulna.errors import FileError, near_names
 from ulna.io import cached_descriptions
 from ulna.io.named import Named
 from ulna.io.packages import package_folders
@@ -47,7 +46,7 @@ def _without(end: str, files: dict[str, Path]) -> dict[str, Path]:
 
 
 def _near(name: str, known: dict[str, str]) -> str:
-    near = difflib.get_close_matches(name, known, n=_MOST_NEAR, cutoff=0.6)
+    near = near_names(name, known, _MOST_NEAR)
     if not near:
         return f"; {len(known)} names are known, of which none is near"
     return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"

@@ -12,6 +12,8 @@ from ulna.io.reader import Reader
 from ulna.io.xml import parse
 from ulna.model.srdf import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
 
+_MOST = 2000  # groups, chains and states: what they come to takes their number times that of the joints
+
 
 def read_srdf(text: bytes, source: str) -> Srdf:
     """The semantic description in an SRDF document, as it stands: no name in it is looked up. ``source`` names it in messages.
@@ -30,6 +32,9 @@ class _Reader(Reader):
             raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not an SRDF")
         if root.find("link") is not None:
             raise self.fail(root.findall("link")[0], "defines a link: this is a URDF, where an SRDF is expected")
+        for path in ("group", "group/chain", "group_state"):
+            if len(root.findall(path)) > _MOST:
+                raise self.fail(root, f"has more than {_MOST} <{path.rpartition('/')[2]}>")
         return Srdf(
             name=root.get("name", ""),
             groups=self.unlike([self.group(element) for element in root.iterfind("group")], root, "group"),

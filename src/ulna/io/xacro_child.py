@@ -18,8 +18,8 @@ import yaml
 from xacro import substitution_args
 
 from ulna.io.fence import Fence, FenceError
+from ulna.io.xml import LONGEST
 
-_LONGEST = 100_000_000  # characters of expanded text
 _ENCODINGS = ("ascii", "iso-8859-1", "iso-8859-15", "cp1252", "utf-16", "utf-32", "utf-8-sig", "unicode_escape")
 
 
@@ -89,8 +89,8 @@ def _expand(request: dict) -> dict[str, Any]:
     fence.close()
     xacro.process_doc(document, mappings=arguments)
     text = document.toprettyxml(indent="  ")
-    if len(text) > _LONGEST:
-        raise ValueError(f"expands to {len(text)} characters")
+    if len(text) > LONGEST:
+        raise ValueError(f"expands to {len(text) / 1e6:.0f} MB; up to {LONGEST / 1e6:.0f} MB are read")
     return {"urdf": text, "asked": sorted(arguments.asked)}
 
 
