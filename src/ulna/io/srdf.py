@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from lxml import etree
 
 from ulna.io.reader import Reader
-from ulna.io.xml import parse
+from ulna.io.xml import parse, without_namespace
 from ulna.model.srdf import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
 
 _MOST = 2000  # groups, chains and states: what they come to takes their number times that of the joints
@@ -21,7 +21,7 @@ def read_srdf(text: bytes, source: str) -> Srdf:
     Raises:
         DescriptionError: It is no SRDF: not XML, a name or a number is missing, two groups or two states have one name.
     """
-    return _Reader(source).srdf(parse(text, source))
+    return _Reader(source).srdf(without_namespace(parse(text, source)))
 
 
 class _Reader(Reader):

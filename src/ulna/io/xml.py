@@ -37,3 +37,12 @@ def parse(text: bytes, source: str) -> etree._Element:
     if dtd is not None and dtd.entities():  # pyright: ignore[reportAttributeAccessIssue]
         raise DescriptionError("declares XML entities, which a robot description does not need; they are refused", source)
     return root
+
+
+def without_namespace(root: etree._Element) -> etree._Element:
+    """The document with plain names for the elements of its root's namespace, which some generators declare."""
+    prefix = f"{{{etree.QName(root).namespace}}}"
+    if etree.QName(root).namespace is not None:
+        for element in root.iter(f"{prefix}*"):
+            element.tag = str(element.tag).removeprefix(prefix)
+    return root
