@@ -15,6 +15,7 @@ from ulna.model.description import Body, Description, Joint, JointType, Limits, 
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
+_OTHER_FORMATS = {"mujoco": "MJCF", "sdf": "SDF"}
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 
 
@@ -44,7 +45,8 @@ class _Reader(Reader):
 
     def robot(self, root: etree._Element, text: str) -> Description:
         if root.tag != "robot":
-            raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF")
+            other = f" but {_OTHER_FORMATS[root.tag]}, which is not read" if root.tag in _OTHER_FORMATS else ""
+            raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF{other}")
         for material in root.iterfind("material"):
             color = self.color(material)
             if color is not None:
