@@ -36,7 +36,7 @@ def example_robots() -> dict[str, Path]:
     folder = next((f / "robots" for f in package_folders("example-robot-data", None) if (f / "robots").is_dir()), None)
     files = {} if folder is None else {file: file.relative_to(folder).parts[0] for file in sorted(folder.rglob("*.urdf"))[::-1]}
     packages = list(files.values())
-    alone = {package.rpartition("_")[0]: file for file, package in files.items() if packages.count(package) == 1}
+    alone = {(package.rpartition("_")[0] or package): file for file, package in files.items() if packages.count(package) == 1}
     whole = {file.stem: file for file in files}
     return {**_without("_reduced", whole), **alone, **whole, **_without("_robot", whole)}
 

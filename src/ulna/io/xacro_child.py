@@ -1,6 +1,7 @@
 """The child process that expands a xacro document: a JSON request on standard input, a JSON answer on standard output."""
 
 import codecs
+import io
 import json
 import os
 import re
@@ -81,6 +82,7 @@ def _limit(memory: int, seconds: float) -> None:
 
 def _expand(request: dict) -> dict[str, Any]:
     path = None if request["folder"] is None else Path(request["folder"]) / request["file"]
+    sys.stderr = io.StringIO()  # a document may print without end
     fence = Fence(None if path is None else path.parent, request["package_dirs"])
     _teach_xacro(fence, path)
     arguments = _Arguments(request["arguments"])
