@@ -134,9 +134,8 @@ def _leader(joint: Joint, joints: dict[str, Joint], followers: dict[str, Joint],
 def moving_joints(description: Description, joints: Iterable[Joint]) -> tuple[Joint, ...]:
     """Those of some joints that an entry of q moves, be it through a mimic."""
     ordered = joints_from_root(description)
-    columns, by_name = columns_of_q(ordered), {joint.name: joint for joint in ordered}
-    driven = (joint for joint in joints if joint.type != JointType.FIXED)
-    return tuple(joint for joint in driven if drive_of(joint, by_name, columns, description.source).column is not None)
+    drives = drives_of(ordered, columns_of_q(ordered), description.source)
+    return tuple(joint for joint in joints if joint.type != JointType.FIXED and drives[joint.name].column is not None)
 
 
 def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
