@@ -19,7 +19,7 @@ A set without volume (of two flat cores in one plane) has depth zero along its o
 
 from ulna.kernels.box_box import relative_pose
 from ulna.kernels.compile import kernel, routine
-from ulna.kernels.gjk import difference, nearest_cores, reach_of
+from ulna.kernels.gjk import difference, nearest_cores
 from ulna.kernels.lanes import lane_count, lane_of, sqrt, with_lane
 from ulna.kernels.vectors import axis, cross, dot, minus, origin, place, seen_from, step, times, turn
 
@@ -78,8 +78,8 @@ def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, 
     relative is R_a_b, t_a_b. ``meeting`` is a point of both, the answer where the set has no volume.
     """
     r, t = relative
-    size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
     body = (kind_a, h, vertices_a, kind_b, g, vertices_b, r, t)
+    size = extent(body, points)
     flat, normal = first_polytope(body, size, points, faces)
     if flat:
         return 0.0, meeting, normal
@@ -145,17 +145,36 @@ def point(points, i):
 
 
 @kernel
+def extent(body, points):
+    """The size of the set: its widths along the three axes, together. The ends along the widest stand first in the points."""
+    size, widest = 0.0, -1.0
+    for k in range(3):
+        n = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
+        i = 2 if k > 0 else 0  # where the ends are tried
+        width = farthest(body, n, points, i) + farthest(body, times(n, -1.0), points, i + 1)
+        size += width
+        if width > widest:
+            widest = width
+            for c in range(POINT_WIDTH):
+                points[0, c], points[1, c] = points[i, c], points[i + 1, c]
+    return size
+
+
+@kernel
 def first_polytope(body, size, points, faces):
     """Make a tetrahedron of support points; or say that the set is flat, and along which normal.
 
-    The widest of the three axes gives two points, the farthest from their line a third, and from their plane a fourth.
+    Two points are there; the farthest from their line is the third, and the farthest from the plane of three the fourth.
     """
     n = (1.0, 0.0, 0.0)
-    for found in range(1, 4):
-        n = next_direction(points, found, n)
-        width = farther_of_two(body, n, points, found) if found > 1 else widest_axis(body, points)
+    if size <= 0.0:
+        return True, n
+    for found in (2, 3):
+        d, e = minus(point(points, 1), point(points, 0)), minus(point(points, 2), point(points, 0))
+        n = across(d) if found == 2 else unit_cross(d, e)
+        width = farther_of_two(body, n, points, found)
         if found == 2 and width <= _FLAT * size:
-            n = unit_cross(minus(point(points, 1), point(points, 0)), n)
+            n = unit_cross(d, n)
             width = farther_of_two(body, n, points, found)
         if width <= _FLAT * size:
             return True, n
@@ -169,15 +188,11 @@ def first_polytope(body, size, points, faces):
 
 
 @kernel
-def next_direction(points, found, n):
-    """A direction in which the first points do not reach: across the line of two, or the normal of three."""
-    if found == 1:
-        return n
-    d = minus(point(points, 1), point(points, 0))
-    if found == 3:
-        return unit_cross(d, minus(point(points, 2), point(points, 0)))
+def across(d):
+    """A unit vector perpendicular to d: its product with the axis along which d reaches least."""
     x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
-    return unit_cross(d, (1.0 if x <= y and x <= z else 0.0, 1.0 if y < x and y <= z else 0.0, 1.0 if z < x and z < y else 0.0))
+    by_x, by_y = x <= y and x <= z, y < x and y <= z
+    return unit_cross(d, (1.0 if by_x else 0.0, 1.0 if by_y else 0.0, 0.0 if by_x or by_y else 1.0))
 
 
 @kernel
@@ -185,21 +200,6 @@ def unit_cross(a, b):
     """The cross product of two vectors, of length one."""
     n = cross(a, b)
     return times(n, 1.0 / sqrt(dot(n, n)))
-
-
-@kernel
-def widest_axis(body, points):
-    """Put the ends of the set along its widest axis in the first two places of the points; its width."""
-    widest = -1.0
-    for k in range(3):
-        n = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-        i = 2 if k > 0 else 0  # where the ends are tried
-        width = farthest(body, n, points, i) + farthest(body, times(n, -1.0), points, i + 1)
-        if width > widest:
-            widest = width
-            for c in range(POINT_WIDTH):
-                points[0, c], points[1, c] = points[i, c], points[i + 1, c]
-    return widest
 
 
 @kernel
