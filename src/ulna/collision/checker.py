@@ -1,86 +1,96 @@
-"""Collision queries: the robot's boxes at q against the boxes of a world."""
+"""Collision queries: the robot at q against itself and against the objects of a world."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.allowed import AllowedCollisions
+from ulna.collision.attached import Attached
+from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
+from ulna.collision.evidence import find_allowed
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
-from ulna.errors import GeometryError, InputError
+from ulna.errors import InputError
 from ulna.kernels.layout import BOX_WIDTH
-from ulna.kernels.robot_boxes import OUT_OF_RANGE, OVERLAPS, gaps_one, overlap_batch, overlap_one
+from ulna.kernels.robot_boxes import contacts_one
+from ulna.kernels.verdict import OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
-from ulna.model.description import Body, Description, frozen
-from ulna.model.shapes import Box
+from ulna.model.description import Description
 from ulna.model.tree import Tree
+
+NO_OBJECTS = (), np.zeros((0, BOX_WIDTH))
+NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
-class BoxBodies:
-    """The collision boxes of a robot: names, the links that carry them, and the table that the kernels read."""
+class Checker:
+    """Answers the collision queries of one robot.
 
-    names: tuple[str, ...]
-    links: tuple[str, ...]
-    table: NDArray[np.float64]
-
-
-def box_bodies(description: Description, tree: Tree) -> BoxBodies:
-    """The collision boxes of a robot.
-
-    Raises:
-        GeometryError: It has no collision shapes, or has some that are not boxes: a query would be wrong without a word.
+    Attributes:
+        description: The robot.
+        tree: The same as arrays.
+        attached: What it carries.
+        given: The pairs of links that may touch, where the user said so; otherwise they are found when first needed.
     """
-    bodies = [(link.name, body) for link in description.links for body in link.collisions]
-    if not bodies:
-        raise GeometryError(f"robot {description.name!r} has no collision shapes, so nothing can be said of its collisions")
-    rows = []
-    for link, body in bodies:
-        if not isinstance(body.shape, Box):
-            kind = type(body.shape).__name__.lower()
-            raise GeometryError(f"link {link!r}: collision shape {body.name!r} is a {kind}; this version checks boxes only")
-        rows.append([*tree.frame_row(link, body.pose), *body.shape.half_extents])
-    table = frozen(rows, (len(rows), BOX_WIDTH))
-    return BoxBodies(_distinct_names(bodies), tuple(link for link, _ in bodies), table)
 
+    description: Description
+    tree: Tree
+    attached: tuple[Attached, ...]
+    given: AllowedCollisions | None
 
-def _distinct_names(bodies: list[tuple[str, Body]]) -> tuple[str, ...]:
-    """The shapes' names; one that stands twice gets its link before it, and a number behind it if need be."""
-    plain = [body.name for _, body in bodies]
-    long = [f"{link}/{body.name}" if plain.count(body.name) > 1 else body.name for link, body in bodies]
-    return tuple(f"{name} ({long[: k + 1].count(name)})" if long.count(name) > 1 else name for k, name in enumerate(long))
+    @cached_property
+    def bodies(self) -> Bodies:
+        """The robot's collision bodies, and those of what it carries."""
+        return make_bodies(self.description, self.tree, self.attached)
 
+    @cached_property
+    def allowed(self) -> AllowedCollisions:
+        """The pairs of links that may touch."""
+        return find_allowed(self.description, self.tree, self.bodies) if self.given is None else self.given
 
-def in_collision(tree: Tree, bodies: BoxBodies, q: ArrayLike, world: World) -> bool | NDArray[np.bool_]:
-    """Whether any box overlaps any object: a bool for one q, else shape (...,)."""
-    q, (_, objects) = as_positions(q, tree), _objects(world)
-    if q.ndim == 1:
-        answer = overlap_one(tree.joints, bodies.table, objects, for_kernel(q))
-        if answer == OUT_OF_RANGE:
+    @cached_property
+    def pairs(self) -> NDArray[np.int64]:
+        """The pairs of bodies that may not touch."""
+        return checked_pairs(self.bodies, self.tree, self.allowed, self.attached)
+
+    def in_collision(self, q: ArrayLike, world: World | None, self_collision: bool) -> bool | NDArray[np.bool_]:
+        """Whether anything touches: a bool for one q, else shape (...,)."""
+        (_, objects), pairs = self._asked(world, self_collision)
+        q, bodies = as_positions(q, self.tree), self.bodies.table
+        if q.ndim == 1:
+            answer = overlap_one(self.tree.joints, bodies, pairs, objects, for_kernel(q))
+            if answer == OUT_OF_RANGE:
+                refuse_out_of_range(q)
+            return answer == OVERLAPS
+        hits = np.empty(q.shape[:-1], dtype=np.bool_)
+        if not overlap_batch(self.tree.joints, bodies, pairs, objects, flat(q), hits.reshape(-1)):
             refuse_out_of_range(q)
-        return answer == OVERLAPS
-    hits = np.empty(q.shape[:-1], dtype=np.bool_)
-    if not overlap_batch(tree.joints, bodies.table, objects, flat(q), hits.reshape(-1)):
-        refuse_out_of_range(q)
-    return hits
+        return hits
 
+    def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool) -> Report:
+        """Every pair that touches, for one q."""
+        (names, objects), pairs = self._asked(world, self_collision)
+        q, bodies = as_positions(q, self.tree), self.bodies
+        if q.ndim != 1:
+            raise InputError("q", f"shape {q.shape}: a report is of one configuration; in_collision() takes a batch")
+        n = len(bodies.names)
+        against_world = np.stack(np.meshgrid(np.arange(n), n + np.arange(len(names)), indexing="ij"), axis=-1).reshape(-1, 2)
+        candidates = np.concatenate([against_world, pairs])
+        found = np.empty((len(candidates), 4))
+        if not contacts_one(self.tree.joints, bodies.table, objects, candidates, for_kernel(q), found):
+            refuse_out_of_range(q)
+        return Report(tuple(self._pair(candidates[k], found[k], names) for k in np.argsort(found[:, 0]) if found[k, 0] <= 0.0))
 
-def check_collision(tree: Tree, bodies: BoxBodies, q: ArrayLike, world: World) -> Report:
-    """Every pair of a robot's box and an object that overlap, for one q."""
-    q, (names, objects) = as_positions(q, tree), _objects(world)
-    if q.ndim != 1:
-        raise InputError("q", f"shape {q.shape}: a report is of one configuration; in_collision() takes a batch")
-    gaps, normals = np.empty((len(bodies.names), len(names))), np.empty((len(bodies.names), len(names), 3))
-    if not gaps_one(tree.joints, bodies.table, objects, for_kernel(q), gaps, normals):
-        refuse_out_of_range(q)
-    pairs = [
-        Pair(bodies.names[k], names[w], bodies.links[k], float(gaps[k, w]), normals[k, w].copy())
-        for k, w in np.argwhere(gaps <= 0.0)
-    ]
-    return Report(tuple(sorted(pairs, key=lambda pair: pair.signed_distance)))
+    def _pair(self, candidate: NDArray[np.int64], found: NDArray[np.float64], object_names: tuple[str, ...]) -> Pair:
+        (a, b), names, owners = candidate.tolist(), self.bodies.names, self.bodies.owners
+        name_b, link_b = (names[b], owners[b]) if b < len(names) else (object_names[b - len(names)], None)
+        return Pair(names[a], name_b, owners[a], link_b, float(found[0]), found[1:].copy())
 
-
-def _objects(world: World) -> tuple[tuple[str, ...], NDArray[np.float64]]:
-    if not isinstance(world, World):
-        raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
-    return world.boxes()
+    def _asked(self, world: World | None, self_collision: bool):
+        if world is None and not self_collision:
+            raise InputError("world", "is None and self_collision is False, so there is nothing to check")
+        if world is not None and not isinstance(world, World):
+            raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+        return NO_OBJECTS if world is None else world.boxes(), self.pairs if self_collision else NO_PAIRS

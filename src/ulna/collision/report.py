@@ -12,8 +12,9 @@ class Pair:
 
     Attributes:
         name_a: The robot's shape.
-        name_b: The object of the world.
-        link: The link that carries ``name_a``.
+        name_b: Another shape of the robot, or the object of the world.
+        link: The link of ``name_a``, or its own name if it is an attached object.
+        link_b: The same of ``name_b``; None if that is of the world.
         signed_distance: Minus the penetration depth [m]: how far one would have to move out, to 1e-8 of the boxes' size.
         normal: The unit vector from a to b along which they overlap least, in the base frame, shape (3,).
     """
@@ -21,6 +22,7 @@ class Pair:
     name_a: str
     name_b: str
     link: str
+    link_b: str | None
     signed_distance: float
     normal: NDArray[np.float64]
 
@@ -38,8 +40,9 @@ class Report:
 
     @property
     def touching(self) -> tuple[str, ...]:
-        """The robot's shapes that overlap anything, each once, in the order of the robot."""
-        return tuple(dict.fromkeys(pair.name_a for pair in sorted(self.pairs, key=lambda p: _natural(p.name_a))))
+        """The robot's shapes that overlap anything, each once, sorted."""
+        names = [pair.name_a for pair in self.pairs] + [pair.name_b for pair in self.pairs if pair.link_b is not None]
+        return tuple(sorted(dict.fromkeys(names), key=_natural))
 
     def __str__(self) -> str:
         return f"collision: {', '.join(self.touching)}" if self.pairs else "free"

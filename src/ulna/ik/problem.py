@@ -16,12 +16,11 @@ from ulna.kernels.search_layout import (
     SEEDED,
     WITH_POSTURE,
 )
-from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+from ulna.kinematics.positions import as_positions, flat, range_to_sample, refuse_out_of_range
 from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
 N_RUNS = 100  # starts of eight before the search gives up
-_NO_LIMIT = 1e3  # descriptions write 1e16 where they mean none; starts scattered over that would be of no use
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +61,8 @@ def make_problem(
 
 @lru_cache(maxsize=64)
 def random_starts(bounds: tuple[tuple[float, ...], tuple[float, ...]], seed: int) -> NDArray[np.float64]:
-    """Starts within the limits, shape (N_RUNS, n_dof, 8): the same for the same limits and seed.
-
-    Where a limit is infinite, or as good as, they lie within a turn of the other limit, or within pi of zero.
-    """
-    lower, upper = (np.where(np.abs(side) > _NO_LIMIT, np.copysign(np.inf, side), side) for side in bounds)
-    low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)
-    high = np.where(np.isinf(upper), low + 2 * np.pi, upper)
+    """Starts within the limits, shape (N_RUNS, n_dof, 8): the same for the same limits and seed."""
+    low, high = range_to_sample(*bounds)
     share = np.random.default_rng(seed).random((N_RUNS, len(low), WIDTH))
     starts = np.clip(low[:, None] + share * (high - low)[:, None], low[:, None], high[:, None])
     starts.setflags(write=False)

@@ -1,17 +1,15 @@
-"""The robot's boxes against the world's: poses from the tree, then every pair through the separating-axis test."""
+"""Boxes out of tables, pair by pair, and the depths of all pairs of the robot's boxes and the world's."""
 
 import numpy as np
 
-from ulna.kernels.block import all_in_range, gather
+from ulna.kernels.block import all_in_range
 from ulna.kernels.box_box import boxes_overlap, widest_gap
 from ulna.kernels.compile import entry, kernel
 from ulna.kernels.jacobian import cross
-from ulna.kernels.lanes import WIDTH, any_lane, load, splat, store, where
+from ulna.kernels.lanes import load, splat
 from ulna.kernels.layout import HALF_EXTENTS
-from ulna.kernels.se3 import constant_pose
-from ulna.kernels.tree import frame_pose, tree_poses
-
-FREE, OVERLAPS, OUT_OF_RANGE = 0, 1, 2
+from ulna.kernels.placed import place_bodies
+from ulna.kernels.se3 import constant_pose, load_pose
 
 
 @kernel
@@ -22,64 +20,30 @@ def half_extents(boxes, k, like):
 
 
 @kernel
-def box_hits(boxes, k, joint_rows, world, like):
-    """1.0 where box k of the robot overlaps any box of the world, 0.0 elsewhere."""
-    pose, half = frame_pose(boxes, k, joint_rows, like), half_extents(boxes, k, like)
-    hits = splat(0.0, like)
-    for w in range(world.shape[0]):
-        overlap = boxes_overlap(pose, half, constant_pose(world, w, like), half_extents(world, w, like))
-        hits = where(overlap, 1.0, hits)
-    return hits
+def pair_overlaps(bodies_a, i, a, bodies_b, j, b):
+    """True where body i of one table, at pose a, and body j of another, at pose b, share a point."""
+    return boxes_overlap(a, half_extents(bodies_a, i, a[0]), b, half_extents(bodies_b, j, a[0]))
 
 
 @entry
-def overlap_one(joints, boxes, world, q):
-    """FREE or OVERLAPS for one q, at the first box found; OUT_OF_RANGE if an entry of q is."""
-    if not all_in_range(q):
-        return OUT_OF_RANGE
-    joint_rows = np.empty(12 * joints.shape[0])
-    tree_poses(joints, q, joint_rows)
-    for k in range(boxes.shape[0]):
-        if any_lane(box_hits(boxes, k, joint_rows, world, load(q, 0)) > 0.0):
-            return OVERLAPS
-    return FREE
+def contacts_one(joints, bodies, objects, candidates, q, out):
+    """The widest gap of each candidate pair for one q and its axis, from a to b: out of shape (n, 4).
 
-
-@entry
-def overlap_batch(joints, boxes, world, q, out):
-    """Write to the bools of out, shape (n,), whether the robot overlaps the world. False if an entry of q is out of range."""
-    n = q.shape[0]
-    q_rows, hit_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((1, WIDTH))
-    joint_rows = np.empty((12 * joints.shape[0], WIDTH))
-    good = True
-    for start in range(0, n, WIDTH):
-        gather(q, start, q_rows)
-        good &= all_in_range(q_rows)
-        tree_poses(joints, q_rows, joint_rows)
-        hits = splat(0.0, load(q_rows, 0))
-        for k in range(boxes.shape[0]):
-            hits = hits + box_hits(boxes, k, joint_rows, world, load(q_rows, 0))
-        store(hit_rows, 0, hits)
-        for lane in range(WIDTH):
-            out[min(start + lane, n - 1)] = hit_rows[0, lane] > 0.0
-    return good
-
-
-@entry
-def gaps_one(joints, boxes, world, q, gaps, normals):
-    """The widest gap of every pair for one q: gaps of shape (n_boxes, n_world), normals (n_boxes, n_world, 3).
-
-    A normal points from the robot's box to the world's along the axis of the gap. False if an entry of q is out of range.
+    A candidate is a body of the robot and another, or an object of the world, numbered from the last body on. False if an entry
+    of q is out of range.
     """
-    like = load(q, 0)
-    joint_rows = np.empty(12 * joints.shape[0])
-    tree_poses(joints, q, joint_rows)
-    for k in range(boxes.shape[0]):
-        a, h = frame_pose(boxes, k, joint_rows, like), half_extents(boxes, k, like)
-        for w in range(world.shape[0]):
-            b, g = constant_pose(world, w, like), half_extents(world, w, like)
-            gaps[k, w], axis = widest_gap(a, h, b, g)
-            normals[k, w, 0], normals[k, w, 1], normals[k, w, 2] = axis_direction(a, b, int(axis))
+    n, like = bodies.shape[0], load(q, 0)
+    joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * n)
+    place_bodies(joints, bodies, q, joint_rows, body_rows)
+    for c in range(candidates.shape[0]):
+        i, j = candidates[c, 0], candidates[c, 1]
+        a, h = load_pose(body_rows, i), half_extents(bodies, i, like)
+        if j < n:
+            b, g = load_pose(body_rows, j), half_extents(bodies, j, like)
+        else:
+            b, g = constant_pose(objects, j - n, like), half_extents(objects, j - n, like)
+        out[c, 0], axis = widest_gap(a, h, b, g)
+        out[c, 1], out[c, 2], out[c, 3] = axis_direction(a, b, int(axis))
     return all_in_range(q)
 
 

@@ -8,6 +8,8 @@ from ulna.kernels.layout import LARGEST
 from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
+_NO_LIMIT = 1e3  # descriptions write 1e16 where they mean none; samples scattered over that would be of no use
+
 
 def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float64]:
     """q as a C-contiguous float64 array of shape (..., n_dof); an ``InputError`` if it has another shape."""
@@ -37,6 +39,16 @@ def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:
 def for_kernel(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """q with at least one entry, which a kernel of a robot without joints does not read."""
     return q if q.shape[-1] else np.zeros((*q.shape[:-1], 1))
+
+
+def range_to_sample(lower: ArrayLike, upper: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Where random configurations are drawn from, of limits of shape (n_dof,).
+
+    Where a limit is infinite, or as good as, they lie within a turn of the other limit, or within pi of zero.
+    """
+    lower, upper = (np.where(np.abs(side) > _NO_LIMIT, np.copysign(np.inf, side), side) for side in (lower, upper))
+    low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)
+    return low, np.where(np.isinf(upper), low + 2 * np.pi, upper)
 
 
 def _joints(tree: Tree) -> str:

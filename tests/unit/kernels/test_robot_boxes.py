@@ -5,16 +5,17 @@ import pytest
 
 import naive
 from close import assert_close
-from ulna.collision.checker import box_bodies
+from ulna.collision.checker import NO_PAIRS
 from ulna.kernels.layout import BASE
-from ulna.kernels.robot_boxes import FREE, OUT_OF_RANGE, OVERLAPS, gaps_one, overlap_batch, overlap_one
+from ulna.kernels.robot_boxes import contacts_one
+from ulna.kernels.verdict import FREE, OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
 
 N = 20
 
 
 @pytest.fixture(scope="module")
 def boxes(panda):
-    return box_bodies(panda.description, panda.tree).table
+    return panda._checker.bodies.table
 
 
 @pytest.fixture
@@ -26,6 +27,11 @@ def objects(rng):
 
 def table_of(objects):
     return np.array([[*T[:3].ravel(), BASE, 0.0, *half] for T, half in objects]).reshape(-1, 17)
+
+
+def against(n_objects):
+    """Every one of the twelve boxes with every object."""
+    return np.array([(k, 12 + w) for k in range(12) for w in range(n_objects)])
 
 
 def naive_gaps(panda, q, objects):
@@ -43,24 +49,24 @@ def test_the_verdict_is_that_of_every_pair(panda, boxes, objects, rng):
     q, world, hits = configurations(panda, rng), table_of(objects), np.empty(N, dtype=np.bool_)
     expected = np.array([(naive_gaps(panda, x, objects) <= 0).any() for x in q])
     assert 0.1 < expected.mean() < 0.9
-    assert overlap_batch(panda.tree.joints, boxes, world, q, hits)
+    assert overlap_batch(panda.tree.joints, boxes, NO_PAIRS, world, q, hits)
     assert np.array_equal(hits, expected)
-    ones = [overlap_one(panda.tree.joints, boxes, world, x) for x in q]
+    ones = [overlap_one(panda.tree.joints, boxes, NO_PAIRS, world, x) for x in q]
     assert ones == [OVERLAPS if hit else FREE for hit in expected]
 
 
 def test_every_gap_is_that_of_the_twin_and_its_normal_leads_out(panda, boxes, objects, rng):
     for q in configurations(panda, rng, 4):
-        gaps, normals = np.empty((len(boxes), 4)), np.empty((len(boxes), 4, 3))
-        assert gaps_one(panda.tree.joints, boxes, table_of(objects), q, gaps, normals)
-        assert_close(gaps, naive_gaps(panda, q, objects), atol=1e-12)
-        assert_close(np.linalg.norm(normals, axis=2), 1, atol=1e-13)
+        found = np.empty((48, 4))
+        assert contacts_one(panda.tree.joints, boxes, table_of(objects), against(4), q, found)
+        assert_close(found[:, 0].reshape(12, 4), naive_gaps(panda, q, objects), atol=1e-12)
+        assert_close(np.linalg.norm(found[:, 1:], axis=1), 1, atol=1e-13)
 
 
 def gap_to(panda, boxes, q, T, half):
-    gaps, normals = np.empty((len(boxes), 1)), np.empty((len(boxes), 1, 3))
-    assert gaps_one(panda.tree.joints, boxes, table_of([(T, half)]), q, gaps, normals)
-    return gaps[:, 0], normals[:, 0]
+    found = np.empty((12, 4))
+    assert contacts_one(panda.tree.joints, boxes, table_of([(T, half)]), against(1), q, found)
+    return found[:, 0], found[:, 1:]
 
 
 def test_moving_out_along_the_normal_by_the_depth_just_parts_a_pair_and_no_way_is_shorter(panda, boxes, rng):
@@ -81,9 +87,9 @@ def test_moving_out_along_the_normal_by_the_depth_just_parts_a_pair_and_no_way_i
 
 def test_an_empty_world_is_free(panda, boxes, rng):
     q, hits = configurations(panda, rng, 9), np.ones(9, dtype=np.bool_)
-    assert overlap_batch(panda.tree.joints, boxes, table_of([]), q, hits)
+    assert overlap_batch(panda.tree.joints, boxes, NO_PAIRS, table_of([]), q, hits)
     assert not hits.any()
-    assert overlap_one(panda.tree.joints, boxes, table_of([]), q[0]) == FREE
+    assert overlap_one(panda.tree.joints, boxes, NO_PAIRS, table_of([]), q[0]) == FREE
 
 
 @pytest.mark.parametrize("k", range(12))
@@ -97,7 +103,7 @@ def test_a_crumb_within_any_box_of_the_robot_is_met(panda, boxes, rng, k):
                 crumb = T @ body.pose, np.full(3, 1e-4)
     gaps, _ = gap_to(panda, boxes, q[0], *crumb)
     assert gaps[k] < -1e-2
-    assert overlap_one(panda.tree.joints, boxes, table_of([crumb]), q[0]) == OVERLAPS
+    assert overlap_one(panda.tree.joints, boxes, NO_PAIRS, table_of([crumb]), q[0]) == OVERLAPS
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 2e6])
@@ -106,6 +112,6 @@ def test_an_entry_out_of_range_is_told_and_never_free(panda, boxes, objects, rng
     q[8, 3] = bad
     world = table_of(objects)
     with np.errstate(invalid="ignore"):
-        assert not overlap_batch(panda.tree.joints, boxes, world, q, np.empty(9, dtype=np.bool_))
-        assert overlap_one(panda.tree.joints, boxes, world, q[8]) == OUT_OF_RANGE
-        assert not gaps_one(panda.tree.joints, boxes, world, q[8], np.empty((12, 4)), np.empty((12, 4, 3)))
+        assert not overlap_batch(panda.tree.joints, boxes, NO_PAIRS, world, q, np.empty(9, dtype=np.bool_))
+        assert overlap_one(panda.tree.joints, boxes, NO_PAIRS, world, q[8]) == OUT_OF_RANGE
+        assert not contacts_one(panda.tree.joints, boxes, world, against(4), q[8], np.empty((48, 4)))

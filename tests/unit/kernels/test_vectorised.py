@@ -14,12 +14,13 @@ from ulna.kernels.chain import forward_batch, forward_one
 from ulna.kernels.jacobian import jacobian_batch
 from ulna.kernels.jacobian_transpose import transpose_each
 from ulna.kernels.levenberg_marquardt import solve_each
-from ulna.kernels.robot_boxes import overlap_batch
 from ulna.kernels.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.tree import frames_batch
+from ulna.kernels.verdict import overlap_batch
 
 N, DOF, LINKS = 8, 7, 10
 CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, 17))
+PAIRS = np.zeros((3, 2), dtype=np.int64)
 Q, LIMITS, SETTINGS = np.zeros((N, DOF)), np.zeros((2, DOF)), np.zeros(N_SETTINGS)
 TARGETS, INFO, STARTS = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.zeros((1, DOF, 8))
 
@@ -27,7 +28,7 @@ ENTRIES = {
     "forward_batch": (forward_batch, (CHAIN, Q, TARGETS)),
     "frames_batch": (frames_batch, (CHAIN, FRAMES, Q, np.zeros((N, LINKS, 4, 4)))),
     "jacobian_batch": (jacobian_batch, (CHAIN, 0, Q, np.zeros((N, 6, DOF)))),
-    "overlap_batch": (overlap_batch, (CHAIN, BOXES, BOXES, Q, np.zeros(N, dtype=np.bool_))),
+    "overlap_batch": (overlap_batch, (CHAIN, BOXES, PAIRS, BOXES, Q, np.zeros(N, dtype=np.bool_))),
     "solve_each": (solve_each, (CHAIN, LIMITS, STARTS, Q, Q[0], TARGETS, SETTINGS, Q, INFO)),
     "transpose_each": (transpose_each, (CHAIN, LIMITS, Q, TARGETS, SETTINGS, Q, INFO)),
 }
