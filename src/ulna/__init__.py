@@ -12,8 +12,9 @@ from ulna.errors import (
     UnknownNameError,
 )
 from ulna.ik.result import IKResult
+from ulna.model.convex_mesh import ConvexMesh
 from ulna.model.pose import pose
-from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
 from ulna.robot import Robot, load
 
 __version__ = "0.1.0"
@@ -21,10 +22,12 @@ __version__ = "0.1.0"
 __all__ = [
     "Box",
     "Capsule",
+    "ConvexMesh",
     "Cylinder",
     "DescriptionError",
     "FileError",
     "GeometryError",
+    "HalfSpace",
     "IKResult",
     "InputError",
     "Mesh",

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -9,8 +10,9 @@ from numpy.typing import NDArray
 
 from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
+from ulna.collision.cores import NO_VERTICES, shape_columns, shape_vertices
 from ulna.errors import GeometryError
-from ulna.kernels.layout import BOX_WIDTH
+from ulna.kernels.layout import BODY_WIDTH, BOX, SHAPE
 from ulna.model.description import Description, frozen
 from ulna.model.shapes import Box
 from ulna.model.tree import Tree
@@ -24,13 +26,20 @@ class Bodies:
         names: One for each body, all different.
         links: The link that each is fixed to.
         owners: The link, or the attached object, that each is part of. Bodies of one owner are not checked against each other.
-        table: What the kernels read (``kernels.layout``).
+        table: What the kernels read (``kernels.layout``), shape (n, BODY_WIDTH).
+        vertices: Those of all hulls, shape (m, 3).
     """
 
     names: tuple[str, ...]
     links: tuple[str, ...]
     owners: tuple[str, ...]
     table: NDArray[np.float64]
+    vertices: NDArray[np.float64]
+
+    @cached_property
+    def only_boxes(self) -> bool:
+        """Whether there are no other shapes."""
+        return bool((self.table[:, SHAPE] == BOX).all())
 
     def pairs_of(self, owners: Iterable[tuple[str, str]]) -> list[tuple[int, int]]:
         """Every body of the one owner with every body of the other, for each pair of owners."""
@@ -48,14 +57,16 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     if not parts:
         raise GeometryError(f"robot {description.name!r} has no collision shapes, so nothing can be said of its collisions")
     parts += [(held.link, held.name, held.name, held.shape, held.T_link_object) for held in attached]
-    rows = []
+    rows, vertices = [], [NO_VERTICES]
     for link, _, name, shape, T in parts:
         if not isinstance(shape, Box):
             kind = type(shape).__name__.lower()
             raise GeometryError(f"link {link!r}: collision shape {name!r} is a {kind}; this version checks boxes only")
-        rows.append([*tree.frame_row(link, T), *shape.half_extents])
+        rows.append([*tree.frame_row(link, T), *shape_columns(shape, sum(map(len, vertices)))])
+        vertices.append(shape_vertices(shape))
     links, owners, names, *_ = zip(*parts, strict=True)
-    return Bodies(_distinct(names, links), links, owners, frozen(rows, (len(rows), BOX_WIDTH)))
+    table, points = frozen(rows, (len(rows), BODY_WIDTH)), np.concatenate(vertices)
+    return Bodies(_distinct(names, links), links, owners, table, frozen(points, points.shape))
 
 
 def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attached: tuple[Attached, ...]) -> NDArray[np.int64]:

@@ -16,6 +16,8 @@ class Pair:
         link: The link of ``name_a``, or its own name if it is an attached object.
         link_b: The same of ``name_b``; None if that is of the world.
         signed_distance: Minus the penetration depth [m]: how far one would have to move out, to 1e-8 of the boxes' size.
+        witness_a: The point of a that lies deepest in b, or nearest to it, in the base frame [m], shape (3,).
+        witness_b: The same of b: witness_b - witness_a = signed_distance * normal.
         normal: The unit vector from a to b along which they overlap least, in the base frame, shape (3,).
     """
 
@@ -24,6 +26,8 @@ class Pair:
     link: str
     link_b: str | None
     signed_distance: float
+    witness_a: NDArray[np.float64]
+    witness_b: NDArray[np.float64]
     normal: NDArray[np.float64]
 
 

@@ -5,8 +5,8 @@ import threading
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.objects import Objects, make_objects
 from ulna.errors import GeometryError, InputError, UnknownNameError
-from ulna.kernels.layout import BASE, BOX_WIDTH
 from ulna.model.pose import as_one_pose
 from ulna.model.shapes import Box
 
@@ -26,7 +26,7 @@ class World:
         self._lock = threading.Lock()
         self._shapes: dict[str, Box] = {}
         self._poses: dict[str, NDArray[np.float64]] = {}
-        self._table: tuple[tuple[str, ...], NDArray[np.float64]] | None = None
+        self._objects: Objects | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -49,21 +49,21 @@ class World:
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")
-            self._shapes[name], self._poses[name], self._table = shape, T, None
+            self._shapes[name], self._poses[name], self._objects = shape, T, None
 
     def move(self, name: str, pose: ArrayLike) -> None:
         """Put an object at another pose T_base_object, shape (4, 4)."""
         T = as_one_pose(pose, "pose")
         with self._lock:
             self._known(name)
-            self._poses[name], self._table = T, None
+            self._poses[name], self._objects = T, None
 
     def remove(self, name: str) -> None:
         """Take an object away."""
         with self._lock:
             self._known(name)
             del self._shapes[name], self._poses[name]
-            self._table = None
+            self._objects = None
 
     def shape(self, name: str) -> Box:
         """The shape of an object."""
@@ -77,13 +77,12 @@ class World:
             self._known(name)
             return self._poses[name].copy()
 
-    def boxes(self) -> tuple[tuple[str, ...], NDArray[np.float64]]:
-        """The names and the table of boxes that the kernels read (``kernels.layout``), of one moment."""
+    def objects(self) -> Objects:
+        """The objects as the kernels read them, of one moment; made anew only after a change."""
         with self._lock:
-            if self._table is None:
-                rows = [[*T[:3].ravel(), BASE, 0.0, *self._shapes[name].half_extents] for name, T in self._poses.items()]
-                self._table = self.names, np.array(rows, dtype=np.float64).reshape(len(rows), BOX_WIDTH)
-            return self._table
+            if self._objects is None:
+                self._objects = make_objects(self._shapes, self._poses)
+            return self._objects
 
     def _known(self, name: str) -> None:
         if name not in self._shapes:

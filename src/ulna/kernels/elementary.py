@@ -18,6 +18,12 @@ def maximum(x, y):
     return where(x > y, x, y)
 
 
+@kernel
+def clamp(x, limit):
+    """x, or the nearer of -limit and limit."""
+    return minimum(maximum(x, -limit), limit)
+
+
 @exact_kernel
 def sincos(x):
     """Sine and cosine, within about 1 ulp for |x| <= 1e6.

@@ -11,6 +11,7 @@ from ulna.kernels.joint import joint_pose
 from ulna.kernels.lanes import WIDTH, load, splat, store
 from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC, RATIO
 from ulna.kernels.se3 import compose
+from ulna.kernels.vectors import cross, turn_into
 
 BASE, LINK, SPATIAL = 0, 1, 2  # the frame in which a Jacobian is expressed
 
@@ -53,22 +54,6 @@ def chain_jacobian(chain, q_rows, expressed_in, axis_rows, jacobian_rows):
             store(jacobian_rows, row + k, load(jacobian_rows, row + k) + v[k] * ratio)
             store(jacobian_rows, row + 3 + k, load(jacobian_rows, row + 3 + k) + w[k] * ratio)
     return end
-
-
-@kernel
-def cross(a, b):
-    """The cross product of two vectors."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@kernel
-def turn_into(a, v):
-    """The vector v, given in the frame in which pose a is given, in the axes of a: R' v."""
-    return (
-        a[0] * v[0] + a[4] * v[1] + a[8] * v[2],
-        a[1] * v[0] + a[5] * v[1] + a[9] * v[2],
-        a[2] * v[0] + a[6] * v[1] + a[10] * v[2],
-    )
 
 
 @entry

@@ -12,9 +12,24 @@ PARENT the row of the joint before it, BASE for the first; in a chain always the
 ====== =========================================================================================================
 
 A row of a table of frames (links, or collision shapes) is a frame that stands still relative to a joint: 0..11 its pose in the
-joint's frame, JOINT the joint's row or BASE, AT_JOINT 1 if that pose is the identity. A table of boxes has the columns of
-a table of frames and then the half extents [m] from HALF_EXTENTS on; a box of the world hangs on the BASE.
+joint's frame, JOINT the joint's row or BASE, AT_JOINT 1 if that pose is the identity.
+
+A row of a table of bodies is a frame with a shape; a body of the world hangs on the BASE. A shape is a core and a ball of RADIUS
+that sweeps it, so that a sphere is a point, and a capsule a segment, with a radius:
+
+============ ===================================================================================================
+SHAPE        SPHERE, CAPSULE, BOX, CYLINDER, HULL or HALF_SPACE
+HALF_EXTENTS from here on three numbers: half the edges [m] of the smallest box centred at the frame's origin that holds the
+             core. They say all of it for a box, a point (0, 0, 0), a segment along z (0, 0, h) and a cylinder (r, r, h).
+RADIUS       of the ball that sweeps the core [m]
+FIRST_VERTEX and N_VERTICES: where the points of a hull stand in the array of vertices, shape (m, 3), which goes with the table
+REACH        the radius of a ball about the frame's origin that holds the body [m]; infinite for a half-space
+============ ===================================================================================================
+
+A half-space is all that lies below the plane z = 0 of its frame: its z axis is the outward normal. It has no extents.
 """
+
+WIDTH = 8  # of the number that is eight numbers
 
 KIND, COLUMN, RATIO, OFFSET, PARENT = 12, 13, 14, 15, 16
 TABLE_WIDTH = 17
@@ -24,8 +39,9 @@ BASE = -1
 JOINT, AT_JOINT = 12, 13
 FRAME_WIDTH = 14
 
-HALF_EXTENTS = FRAME_WIDTH
-BOX_WIDTH = FRAME_WIDTH + 3
+SHAPE, HALF_EXTENTS, RADIUS, FIRST_VERTEX, N_VERTICES, REACH = 14, 15, 18, 19, 20, 21
+BODY_WIDTH = 22
+SPHERE, CAPSULE, BOX, CYLINDER, HULL, HALF_SPACE = 0, 1, 2, 3, 4, 5  # a pair is worked out with the lower number first
 
 LARGEST_DEFECT = 1e-6  # of a pose that comes in from a rigid motion
 LARGEST = 1e6  # of a joint position or a coordinate: beyond it sincos' range reduction, and the caller's own number, lose digits

@@ -1,9 +1,13 @@
-"""Where the robot's bodies stand at q."""
+"""Where bodies stand: the robot's at q, and the world's."""
 
 from ulna.kernels.compile import kernel
-from ulna.kernels.lanes import load
-from ulna.kernels.se3 import store_pose
+from ulna.kernels.box_box import boxes_overlap
+from ulna.kernels.lanes import load, splat
+from ulna.kernels.layout import BOX, HALF_EXTENTS, REACH, SHAPE
+from ulna.kernels.pair import body_of
+from ulna.kernels.se3 import constant_pose, load_pose, store_pose
 from ulna.kernels.tree import frame_pose, tree_poses
+from ulna.kernels.vectors import dot, minus, origin
 
 
 @kernel
@@ -12,3 +16,53 @@ def place_bodies(joints, bodies, q_rows, joint_rows, body_rows):
     tree_poses(joints, q_rows, joint_rows)
     for k in range(bodies.shape[0]):
         store_pose(body_rows, k, frame_pose(bodies, k, joint_rows, load(q_rows, 0)))
+
+
+@kernel
+def robot_body(bodies, vertices, k, body_rows):
+    """Body k of the robot, as ``pair`` takes it."""
+    return body_of(bodies, vertices, k, load_pose(body_rows, k))
+
+
+@kernel
+def are_boxes(bodies, i, others, j):
+    """Whether both rows are boxes."""
+    return int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX
+
+
+@kernel
+def box_rows_overlap(bodies, i, a, others, j, b):
+    """True where the boxes of row i of one table, at pose a, and of row j of another, at pose b, share a point."""
+    return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
+
+
+@kernel
+def balls_meet(bodies, i, a, others, j, b):
+    """True where the balls that hold two rows, at poses a and b, share a point: elsewhere the bodies cannot."""
+    reach = bodies[i, REACH] + others[j, REACH]
+    d = minus(origin(a), origin(b))
+    return dot(d, d) <= reach * reach
+
+
+@kernel
+def half_extents(bodies, i, like):
+    """The half extents of a row of a table of bodies."""
+    c = HALF_EXTENTS
+    return splat(bodies[i, c], like), splat(bodies[i, c + 1], like), splat(bodies[i, c + 2], like)
+
+
+@kernel
+def lane_pose(rows, i, lane):
+    """One lane of pose i of rows, in plain numbers."""
+    j = 12 * i
+    return (
+        rows[j, lane], rows[j + 1, lane], rows[j + 2, lane], rows[j + 3, lane],
+        rows[j + 4, lane], rows[j + 5, lane], rows[j + 6, lane], rows[j + 7, lane],
+        rows[j + 8, lane], rows[j + 9, lane], rows[j + 10, lane], rows[j + 11, lane],
+    )  # fmt: skip
+
+
+@kernel
+def world_body(objects, vertices, w, like):
+    """Object w of the world, as ``pair`` takes it."""
+    return body_of(objects, vertices, w, constant_pose(objects, w, like))

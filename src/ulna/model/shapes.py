@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from ulna.errors import InputError
 from ulna.kernels.layout import LARGEST
 from ulna.model.arrays import as_floats
+from ulna.model.convex_mesh import ConvexMesh
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,15 @@ class Mesh:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
 
+@dataclass(frozen=True)
+class HalfSpace:
+    """All that lies below the plane z = 0 of its frame, without end: a floor, or a wall if its frame is turned."""
+
+
 Shape = Box | Sphere | Cylinder | Capsule | Mesh
+"""What a description can give to a link."""
+Solid = Box | Sphere | Cylinder | Capsule | ConvexMesh | HalfSpace
+"""What a collision query can take."""
 
 
 def _lengths(name: str, values: object, count: int) -> tuple[float, ...]:
