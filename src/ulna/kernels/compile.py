@@ -29,17 +29,17 @@ _UNUSED_FOLDER_DAYS = 30
 
 def kernel(function):
     """Compile a formula: inlined wherever it is called, so that tuples of numbers stay in registers."""
-    return njit(forceinline=True, **_FLAGS)(function)
+    return njit(forceinline=True, _nrt=False, **_FLAGS)(function)
 
 
 def routine(function):
     """Compile a longer piece that works on rows: called, not inlined, which keeps compilation short."""
-    return njit(**_FLAGS)(function)
+    return njit(_nrt=False, **_FLAGS)(function)
 
 
 def exact_kernel(function):
     """Compile without reassociation, for code that counts on the order of its operations."""
-    return njit(forceinline=True, **_EXACT_FLAGS)(function)
+    return njit(forceinline=True, _nrt=False, **_EXACT_FLAGS)(function)
 
 
 def entry(function: Callable) -> Any:

@@ -108,6 +108,23 @@ def store(rows, i, x):
     rows[i] = x
 
 
+def lane_count(x):
+    """How many problems a number holds: 1 for a plain one."""
+    return np.size(x)
+
+
+def lane_of(x, lane):
+    """A number's value in one lane: a plain number."""
+    return np.ravel(x)[lane]
+
+
+def with_lane(x, lane, y):
+    """A number with the plain number y in one lane."""
+    values = np.array(x, dtype=np.float64)
+    values.ravel()[lane] = y
+    return values[()]
+
+
 # ---- how the compiler sees them -----------------------------------------------------------------------------------
 
 
@@ -212,6 +229,28 @@ def _emit_store(context, builder, sig, args):
     return context.get_dummy_value()
 
 
+def _emit_lane_count(context, builder, sig, args):
+    return context.get_constant(types.intp, WIDTH if sig.args[0] == lanes else 1)
+
+
+def _emit_lane_of(context, builder, sig, args):
+    if sig.args[0] != lanes:
+        return _cast(context, builder, args[0], sig.args[0], types.float64)
+    return builder.extract_element(args[0], context.cast(builder, args[1], sig.args[1], types.int32))
+
+
+def _emit_with_lane(context, builder, sig, args):
+    scalar = _cast(context, builder, args[2], sig.args[2], types.float64)
+    if sig.return_type != lanes:
+        return scalar
+    return builder.insert_element(args[0], scalar, context.cast(builder, args[1], sig.args[1], types.int32))
+
+
+def _lane_type(x, lane, *y):
+    fits = _number_type(x) is not None and isinstance(lane, types.Integer) and all(isinstance(z, types.Number) for z in y)
+    return (_number_type(x) if y else types.float64) if fits else None
+
+
 def _load_type(rows, i):
     return _row_type(rows) if _is_rows(rows) and isinstance(i, types.Integer) else None
 
@@ -233,6 +272,9 @@ _primitive(any_lane, lambda mask: types.boolean if _mask_type(mask) else None, _
 _primitive(lane_bits, lambda mask: types.intp if _mask_type(mask) else None, _emit_lane_bits)
 _primitive(lowest_bit, lambda bits: types.intp if bits == types.intp else None, _emit_lowest_bit)
 _primitive(splat, lambda x, like: _number_type(like) if isinstance(x, types.Number) else None, _emit_splat)
+_primitive(lane_count, lambda x: types.intp if _number_type(x) is not None else None, _emit_lane_count)
+_primitive(lane_of, _lane_type, _emit_lane_of)
+_primitive(with_lane, _lane_type, _emit_with_lane)
 _primitive(load, _load_type, _emit_load)
 _primitive(store, _store_type, _emit_store)
 

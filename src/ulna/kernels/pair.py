@@ -6,14 +6,18 @@ numbers, so that lanes can be eight configurations, or eight bodies of one kind.
 
 An answer is (signed distance [m], witness_a, witness_b, normal): three numbers each, in the frame in which the poses are given.
 The normal is a unit vector from a to b, and witness_b - witness_a = signed distance * normal.
+
+The scratch is an entry's: three arrays of the shapes that ``depth.SCRATCH`` names.
 """
 
 from ulna.kernels.box_box import boxes_overlap
 from ulna.kernels.box_distance import box_pair
 from ulna.kernels.compile import kernel, routine
+from ulna.kernels.depth import deepened
+from ulna.kernels.gjk import nearest_cores
 from ulna.kernels.half_space import core_half_space
-from ulna.kernels.lanes import splat
-from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, FIRST_VERTEX, HALF_EXTENTS, HALF_SPACE, N_VERTICES, RADIUS, SHAPE, SPHERE
+from ulna.kernels.lanes import any_lane, splat, where
+from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, FIRST_VERTEX, HALF_EXTENTS, HALF_SPACE, HULL, N_VERTICES, RADIUS, SHAPE, SPHERE
 from ulna.kernels.segments import point_box, point_cylinder, segment_segment, swept
 from ulna.kernels.vectors import times
 
@@ -30,37 +34,62 @@ def body_of(bodies, vertices, i, pose):
 
 
 @kernel
-def pair_distance(a, b):
+def pair_distance(a, b, scratch):
     """The answer for two bodies; NaN for two half-spaces, which have no distance to speak of."""
-    if a[0] <= b[0]:
-        return ordered_distance(a, b)
-    distance, p, q, n = ordered_distance(b, a)
+    ordered = a[0] <= b[0]
+    first, second = (a, b) if ordered else (b, a)
+    kind_a, pose_a, (h0, h1, h2, radius_a), vertices_a = first
+    kind_b, pose_b, (g0, g1, g2, radius_b), vertices_b = second
+    h, g = (h0, h1, h2), (g0, g1, g2)
+    if kind_b == HALF_SPACE:
+        core = core_half_space(kind_a, pose_a, h, vertices_a, pose_b)
+    elif kind_b <= CAPSULE:
+        core = segment_segment(pose_a, h2, pose_b, g2)
+    elif kind_a == SPHERE and kind_b == BOX:
+        core = point_box(pose_a, pose_b, g)
+    elif kind_a == SPHERE and kind_b == CYLINDER:
+        core = point_cylinder(pose_a, pose_b, g)
+    elif kind_b == BOX:
+        core = box_pair(pose_a, h, pose_b, g)
+    else:
+        core = convex_distance(kind_a, pose_a, h, vertices_a, kind_b, pose_b, g, vertices_b, scratch)
+    distance, p, q, n = swept(core, radius_a, radius_b)
+    if ordered:
+        return distance, p, q, n
     return distance, q, p, times(n, -1.0)
 
 
+@routine
+def convex_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
+    """The answer by search: of the distance, and where the cores overlap of the depth."""
+    no_reach = splat(-1.0, a[0])
+    _, distance, p, q, n, inside = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, no_reach)
+    answer = distance, p, q, n
+    if any_lane(inside):
+        answer = deepened(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, answer, where(inside, 1.0, 0.0), scratch)
+    return answer
+
+
 @kernel
-def ordered_distance(a, b):
-    """The same, the kind of a not after that of b."""
-    return swept(core_distance(a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]), a[2][3], b[2][3])
+def box_of(body):
+    """The half extents of a body's core."""
+    return body[2][0], body[2][1], body[2][2]
+
+
+@kernel
+def pair_overlap(a, b, scratch):
+    """True where two bodies share a point. Cheaper than their distance where the kinds allow it."""
+    first, second = (a, b) if a[0] <= b[0] else (b, a)
+    if first[0] == BOX and second[0] == BOX:
+        return boxes_overlap(first[1], box_of(first), second[1], box_of(second))
+    if second[0] == HULL or (second[0] == CYLINDER and first[0] != SPHERE):
+        reach = first[2][3] + second[2][3]
+        return cores_within(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second), second[3], reach)
+    return pair_distance(first, second, scratch)[0] <= 0.0
 
 
 @routine
-def core_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b):
-    """The answer for two cores, each by the shortest way there is for its kind."""
-    if kind_b == HALF_SPACE:
-        return core_half_space(kind_a, a, h, vertices_a, b)
-    if kind_b <= CAPSULE:
-        return segment_segment(a, h[2], b, g[2])
-    if kind_a == SPHERE and kind_b == BOX:
-        return point_box(a, b, g)
-    if kind_a == SPHERE and kind_b == CYLINDER:
-        return point_cylinder(a, b, g)
-    return box_pair(a, (h[0], h[1], h[2]), b, (g[0], g[1], g[2]))
-
-
-@kernel
-def pair_overlap(a, b):
-    """True where two bodies share a point. Cheaper than their distance where the kinds allow it."""
-    if a[0] == BOX and b[0] == BOX:
-        return boxes_overlap(a[1], (a[2][0], a[2][1], a[2][2]), b[1], (b[2][0], b[2][1], b[2][2]))
-    return pair_distance(a, b)[0] <= 0.0
+def cores_within(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
+    """True where two cores are no farther apart than a reach [m]: the search ends as soon as that is certain."""
+    below, _, _, _, _, _ = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach)
+    return below <= reach

@@ -1,0 +1,164 @@
+"""The distance of two convex cores that do not overlap: Gilbert, Johnson and Keerthi (IEEE J. Robotics and Automation 1988).
+
+The distance of A and B is that of the origin from all differences p - q of their points, a convex set. Its farthest point along
+a direction is a difference of support points. The search keeps a triangle of such points and in it the point v nearest to the
+origin; the farthest point w along -v bounds the distance from below by v . w / |v|, while |v| bounds it from above, so that
+the answer is certified: it is done where the two bounds meet.
+
+One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. The nearest point of it lies where it was, or on a feature at w, for
+w is nearer than all points seen: on one of three edges or three triangles. All six are worked out, each a point of the set for
+sure, and the nearest is kept: no step goes back, whatever is degenerate, and all lanes take the same path. What is
+robust in it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross products, and
+a nearest point on a face along the face's normal instead of as a sum of its corners.
+"""
+
+from ulna.kernels.box_box import relative_pose
+from ulna.kernels.compile import kernel, routine
+from ulna.kernels.elementary import maximum, minimum
+from ulna.kernels.lanes import any_lane, logical_not, splat, sqrt, where
+from ulna.kernels.support import support
+from ulna.kernels.vectors import chosen, cross, dot, minus, place, step, times, turn
+
+STEPS = 64
+_EXACT = 1e-12  # of the bodies' size: bounds that near have met
+_TOUCHING = 1e-13  # of the bodies' size: the origin this near to the set is in it
+
+
+@routine
+def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
+    """Nearest points of two cores.
+
+    Args, but for the bodies (``pair``):
+        reach: [m] A lane also ends as soon as it is certain that the distance is more than this, or not; negative: not so.
+
+    Returns:
+        The least distance that is certain, the distance of the points, both [m] and zero where the cores overlap; the points p of A
+        and q of B; the unit normal from p to q; and where the cores overlap.
+    """
+    r, t = relative_pose(a, b)
+    size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
+    w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-t[0], -t[1], -t[2]))
+    zero = splat(0.0, t[0])
+    no_mask = zero > 1.0
+    points, sources, shares = (w, w, w), (p, p, p), (zero + 1.0, zero, zero)
+    v, below, inside, active = w, zero, no_mask, zero < 1.0
+    for _ in range(STEPS):
+        square = dot(v, v)
+        distance = sqrt(square)
+        touching = distance <= _TOUCHING * size
+        w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v)
+        bound = dot(v, w) / where(touching, 1.0, distance)
+        below = where(active & (bound > below), bound, below)
+        done = touching | (distance - below <= _EXACT * size)
+        done = done | ((reach >= 0.0) & ((below > reach) | (distance <= reach)))
+        inside = inside | (active & touching)
+        active = active & logical_not(done)
+        if not any_lane(active):
+            break
+        v_new, points_new, sources_new, shares_new, within = advance(v, points, sources, shares, w, p)
+        within = within & active & (below <= _EXACT * size)
+        inside = inside | within
+        v = chosen(active, v_new, v)
+        points = chosen_three(active, points_new, points)
+        sources = chosen_three(active, sources_new, sources)
+        shares = chosen(active, shares_new, shares)
+        active = active & logical_not(within)
+    distance = where(inside, 0.0, sqrt(dot(v, v)))
+    n = times(v, -1.0 / where(inside, 1.0, distance))
+    p = step(step(times(sources[0], shares[0]), shares[1], sources[1]), shares[2], sources[2])
+    return where(inside, 0.0, below), distance, place(a, p), place(a, minus(p, v)), turn(a, n), inside
+
+
+@kernel
+def reach_of(h):
+    """A length that a core with these half extents does not exceed, from its frame's origin."""
+    return h[0] + h[1] + h[2]
+
+
+@kernel
+def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
+    """The farthest point along -v of all differences p - q in the frame of A, and its p."""
+    p = support(kind_a, h, vertices_a, (-v[0], -v[1], -v[2]))
+    along = (
+        r[0][0] * v[0] + r[1][0] * v[1] + r[2][0] * v[2],
+        r[0][1] * v[0] + r[1][1] * v[1] + r[2][1] * v[2],
+        r[0][2] * v[0] + r[1][2] * v[1] + r[2][2] * v[2],
+    )
+    q = support(kind_b, g, vertices_b, along)
+    return minus(p, (dot(r[0], q) + t[0], dot(r[1], q) + t[1], dot(r[2], q) + t[2])), p
+
+
+@kernel
+def advance(v, points, sources, shares, w, p):
+    """The simplex with w: v, its three points with the points of A and the shares that make it up, and where it holds the origin.
+
+    A candidate is (|v|^2, v, share of the first point, share of the second): the first and second besides w.
+    """
+    e0, e1, e2 = minus(points[0], w), minus(points[1], w), minus(points[2], w)
+    n0, n1, n2 = cross(e0, e1), cross(e1, e2), cross(e2, e0)
+    best0 = nearer(edge_candidate(w, e0), face_candidate(w, e0, e1, n0))
+    best1 = nearer(edge_candidate(w, e1), face_candidate(w, e1, e2, n1))
+    best2 = nearer(edge_candidate(w, e2), face_candidate(w, e2, e0, n2))
+    second, third = best1[0] < best0[0], best2[0] < minimum(best0[0], best1[0])
+    square, nearest, x, y = nearer(nearer(best0, best1), best2)
+    k1 = chosen(third, points[2], chosen(second, points[1], points[0]))
+    k2 = chosen(third, points[0], chosen(second, points[2], points[1]))
+    s1 = chosen(third, sources[2], chosen(second, sources[1], sources[0]))
+    s2 = chosen(third, sources[0], chosen(second, sources[2], sources[1]))
+    better = square < dot(v, v)
+    return (
+        chosen(better, nearest, v),
+        chosen_three(better, (w, k1, k2), points),
+        chosen_three(better, (p, s1, s2), sources),
+        chosen(better, (1.0 - x - y, x, y), shares),
+        holds_origin(w, e0, e1, e2, n0, n1, n2),
+    )
+
+
+@kernel
+def chosen_three(mask, a, b):
+    """Three points of a where the mask is true, of b elsewhere."""
+    return chosen(mask, a[0], b[0]), chosen(mask, a[1], b[1]), chosen(mask, a[2], b[2])
+
+
+@kernel
+def nearer(best, other):
+    """The nearer of two candidates."""
+    mask = other[0] < best[0]
+    return (
+        where(mask, other[0], best[0]),
+        chosen(mask, other[1], best[1]),
+        where(mask, other[2], best[2]),
+        where(mask, other[3], best[3]),
+    )
+
+
+@kernel
+def edge_candidate(w, e):
+    """The nearest point of the edge from w to w + e."""
+    length = dot(e, e)
+    x = minimum(maximum(-dot(w, e) / where(length > 0.0, length, 1.0), 0.0), 1.0)
+    v = step(w, x, e)
+    return dot(v, v), v, x, 0.0 * x
+
+
+@kernel
+def face_candidate(w, e, f, n):
+    """The nearest point of the triangle w, w + e, w + f with the normal n = e x f, or nothing near if that is not within it."""
+    square = dot(n, n)
+    usable = square > 0.0
+    scale = 1.0 / where(usable, square, 1.0)
+    x, y = dot(cross(f, w), n) * scale, dot(cross(w, e), n) * scale
+    within = usable & (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
+    v = times(n, dot(n, w) * scale)
+    return where(within, dot(v, v), 1e300), v, x, y
+
+
+@kernel
+def holds_origin(w, e0, e1, e2, n0, n1, n2):
+    """Where the tetrahedron of w, w + e0, w + e1, w + e2 has a volume and holds the origin."""
+    volume = dot(n0, e2)
+    x, y, z = dot(n1, w) * volume, dot(n2, w) * volume, dot(n0, w) * volume
+    size = dot(e0, e0) * dot(e1, e1) * dot(e2, e2)
+    square = volume * volume
+    return (square > 1e-24 * size) & (x <= 0.0) & (y <= 0.0) & (z <= 0.0) & (x + y + z >= -square)
