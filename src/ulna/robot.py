@@ -20,7 +20,7 @@ from ulna.io.write_urdf import write_urdf
 from ulna.model.arrays import as_floats
 from ulna.model.description import Description
 from ulna.model.pose import as_one_pose
-from ulna.model.shapes import Shape
+from ulna.model.shapes import Solid
 from ulna.model.subtree import cut_out, with_tool
 from ulna.model.tree import Tree, build_tree
 
@@ -336,7 +336,7 @@ class Robot:
         return self._changed(allowed=as_allowed(allowed, self.link_names))
 
     def with_attached(
-        self, name: str, shape: Shape, T_link_object: ArrayLike, link: str | None = None, touch_links: Iterable[str] = ()
+        self, name: str, shape: Solid, T_link_object: ArrayLike, link: str | None = None, touch_links: Iterable[str] = ()
     ) -> Robot:
         """The robot with something that it holds: it moves with a link, and is checked like the robot's own shapes.
 

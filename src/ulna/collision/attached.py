@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.errors import InputError, UnknownNameError
+from ulna.errors import GeometryError, InputError, UnknownNameError
 from ulna.model.description import frozen
 from ulna.model.pose import as_one_pose
-from ulna.model.shapes import Shape
+from ulna.model.shapes import HalfSpace, Solid
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Attached:
     """
 
     name: str
-    shape: Shape
+    shape: Solid
     T_link_object: NDArray[np.float64]
     link: str
     touch_links: frozenset[str] = frozenset()
@@ -32,6 +32,8 @@ class Attached:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):
             raise InputError("name", f"{self.name!r} is not text")
+        if isinstance(self.shape, HalfSpace) or not isinstance(self.shape, Solid):
+            raise GeometryError(f"{self.name!r} is a {type(self.shape).__name__}, which nothing can hold and check")
         if isinstance(self.touch_links, str):
             raise InputError("touch_links", f"{self.touch_links!r} is one name; a list of names is expected")
         object.__setattr__(self, "T_link_object", frozen(as_one_pose(self.T_link_object, "T_link_object"), (4, 4)))

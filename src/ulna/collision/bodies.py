@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -12,9 +11,8 @@ from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
 from ulna.collision.cores import NO_VERTICES, shape_columns, shape_vertices
 from ulna.errors import GeometryError
-from ulna.kernels.layout import BODY_WIDTH, BOX, SHAPE
+from ulna.kernels.layout import BODY_WIDTH
 from ulna.model.description import Description, frozen
-from ulna.model.shapes import Box
 from ulna.model.tree import Tree
 
 
@@ -36,11 +34,6 @@ class Bodies:
     table: NDArray[np.float64]
     vertices: NDArray[np.float64]
 
-    @cached_property
-    def only_boxes(self) -> bool:
-        """Whether there are no other shapes."""
-        return bool((self.table[:, SHAPE] == BOX).all())
-
     def pairs_of(self, owners: Iterable[tuple[str, str]]) -> list[tuple[int, int]]:
         """Every body of the one owner with every body of the other, for each pair of owners."""
         rows = {owner: [k for k, name in enumerate(self.owners) if name == owner] for owner in self.owners}
@@ -51,7 +44,7 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     """The collision bodies of a robot.
 
     Raises:
-        GeometryError: It has no collision shapes, or has some that are not boxes: a query would be wrong without a word.
+        GeometryError: It has no collision shapes, or has meshes, which need not be convex: a query would be wrong without a word.
     """
     parts = [(link.name, link.name, body.name, body.shape, body.pose) for link in description.links for body in link.collisions]
     if not parts:
@@ -59,10 +52,11 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     parts += [(held.link, held.name, held.name, held.shape, held.T_link_object) for held in attached]
     rows, vertices = [], [NO_VERTICES]
     for link, _, name, shape, T in parts:
-        if not isinstance(shape, Box):
-            kind = type(shape).__name__.lower()
-            raise GeometryError(f"link {link!r}: collision shape {name!r} is a {kind}; this version checks boxes only")
-        rows.append([*tree.frame_row(link, T), *shape_columns(shape, sum(map(len, vertices)))])
+        try:
+            columns = shape_columns(shape, sum(map(len, vertices)))
+        except GeometryError as error:
+            raise GeometryError(f"link {link!r}: collision shape {name!r}: {error}") from None
+        rows.append([*tree.frame_row(link, T), *columns])
         vertices.append(shape_vertices(shape))
     links, owners, names, *_ = zip(*parts, strict=True)
     table, points = frozen(rows, (len(rows), BODY_WIDTH)), np.concatenate(vertices)

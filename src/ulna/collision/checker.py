@@ -101,6 +101,5 @@ class Checker:
 
     def _scene(self, pairs: NDArray[np.int64], objects: Objects) -> tuple:
         """The robot and the world, as the kernels take them."""
-        bodies, only_boxes = self.bodies, self.bodies.only_boxes and objects.only_boxes
-        robot, world = (self.tree.joints, bodies.table, bodies.vertices, pairs), (objects.table, objects.vertices, objects.nodes)
-        return *robot, *world, objects.n_alone, only_boxes
+        robot, bodies = self.tree.joints, self.bodies
+        return robot, bodies.table, bodies.vertices, pairs, objects.table, objects.vertices, objects.nodes, objects.n_alone

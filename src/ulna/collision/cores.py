@@ -28,7 +28,7 @@ def shape_columns(shape: Shape | Solid, first_vertex: int = 0) -> tuple[float, .
     return *columns, reach
 
 
-def _core_columns(shape: Shape, first_vertex: int) -> tuple[float, ...]:
+def _core_columns(shape: Shape | Solid, first_vertex: int) -> tuple[float, ...]:
     match shape:
         case Sphere(radius):
             return SPHERE, 0.0, 0.0, 0.0, radius, 0, 0

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.objects import Objects, make_objects
 from ulna.errors import GeometryError, InputError, UnknownNameError
 from ulna.model.pose import as_one_pose
-from ulna.model.shapes import Box
+from ulna.model.shapes import Solid
 
 
 class World:
@@ -16,6 +16,7 @@ class World:
 
     Example:
         >>> from ulna.model.pose import pose
+        >>> from ulna.model.shapes import Box
         >>> world = World()
         >>> world.add("crate", Box(extents=(0.15, 0.09, 0.126)), pose((0.5, 0, 0.21)))
         >>> world.names
@@ -24,7 +25,7 @@ class World:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._shapes: dict[str, Box] = {}
+        self._shapes: dict[str, Solid] = {}
         self._poses: dict[str, NDArray[np.float64]] = {}
         self._objects: Objects | None = None
 
@@ -33,16 +34,17 @@ class World:
         """The names of the objects, in the order in which they were added."""
         return tuple(self._shapes)
 
-    def add(self, name: str, shape: Box, pose: ArrayLike | None = None) -> None:
+    def add(self, name: str, shape: Solid, pose: ArrayLike | None = None) -> None:
         """Add an object.
 
         Args:
             name: A name that no other object has.
-            shape: A ``Box``.
+            shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh`` or ``HalfSpace``.
             pose: T_base_object, shape (4, 4); the origin unless given.
         """
-        if not isinstance(shape, Box):
-            raise GeometryError(f"object {name!r} is a {type(shape).__name__}; this version checks boxes only")
+        if not isinstance(shape, Solid):
+            kind = type(shape).__name__
+            raise GeometryError(f"object {name!r} is a {kind}, which cannot be checked; ulna.ConvexMesh.from_points() makes a hull")
         if not isinstance(name, str):
             raise InputError("name", f"{name!r} is not text")
         T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
@@ -65,7 +67,7 @@ class World:
             del self._shapes[name], self._poses[name]
             self._objects = None
 
-    def shape(self, name: str) -> Box:
+    def shape(self, name: str) -> Solid:
         """The shape of an object."""
         with self._lock:
             self._known(name)

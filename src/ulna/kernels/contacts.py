@@ -3,8 +3,8 @@
 import numpy as np
 
 from ulna.kernels.block import all_in_range
-from ulna.kernels.compile import entry, kernel
-from ulna.kernels.lanes import load
+from ulna.kernels.compile import entry, routine
+from ulna.kernels.depth import SCRATCH
 from ulna.kernels.pair import pair_distance
 from ulna.kernels.placed import place_bodies, robot_body, world_body
 
@@ -20,23 +20,22 @@ def contacts_one(joints, bodies, vertices, objects, points, candidates, q, out):
     A candidate is a body of the robot and another, or an object of the world, numbered from the last body on. False if an entry
     of q is out of range.
     """
-    n = bodies.shape[0]
-    joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * n)
+    joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
+    scratch = np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])
     place_bodies(joints, bodies, q, joint_rows, body_rows)
     for c in range(candidates.shape[0]):
-        a, j = robot_body(bodies, vertices, candidates[c, 0], body_rows), candidates[c, 1]
-        if j < n:
-            write_contact(pair_distance(a, robot_body(bodies, vertices, j, body_rows)), out[c])
-        else:
-            write_contact(pair_distance(a, world_body(objects, points, j - n, load(q, 0))), out[c])
+        write_contact(bodies, vertices, body_rows, objects, points, candidates[c, 0], candidates[c, 1], scratch, out, c)
     return all_in_range(q)
 
 
-@kernel
-def write_contact(answer, out):
-    """Write an answer in plain numbers to a row."""
-    distance, p, q, n = answer
-    out[DISTANCE] = distance
-    out[WITNESS_A], out[WITNESS_A + 1], out[WITNESS_A + 2] = p
-    out[WITNESS_B], out[WITNESS_B + 1], out[WITNESS_B + 2] = q
-    out[NORMAL], out[NORMAL + 1], out[NORMAL + 2] = n
+@routine
+def write_contact(bodies, vertices, body_rows, objects, points, i, j, scratch, out, row):
+    """Write the answer for a candidate pair, in plain numbers, to a row of out."""
+    a, n = robot_body(bodies, vertices, i, body_rows), bodies.shape[0]
+    if j < n:
+        distance, p, q, normal = pair_distance(a, robot_body(bodies, vertices, j, body_rows), scratch)
+    else:
+        distance, p, q, normal = pair_distance(a, world_body(objects, points, j - n, body_rows[0]), scratch)
+    out[row, DISTANCE] = distance
+    for k in range(3):
+        out[row, WITNESS_A + k], out[row, WITNESS_B + k], out[row, NORMAL + k] = p[k], q[k], normal[k]

@@ -1,10 +1,10 @@
 """Where bodies stand: the robot's at q, and the world's."""
 
-from ulna.kernels.compile import kernel
+from ulna.kernels.compile import kernel, routine
 from ulna.kernels.box_box import boxes_overlap
 from ulna.kernels.lanes import load, splat
 from ulna.kernels.layout import BOX, HALF_EXTENTS, REACH, SHAPE
-from ulna.kernels.pair import body_of
+from ulna.kernels.pair import body_of, pair_overlap
 from ulna.kernels.se3 import constant_pose, load_pose, store_pose
 from ulna.kernels.tree import frame_pose, tree_poses
 from ulna.kernels.vectors import dot, minus, origin
@@ -25,15 +25,20 @@ def robot_body(bodies, vertices, k, body_rows):
 
 
 @kernel
-def are_boxes(bodies, i, others, j):
-    """Whether both rows are boxes."""
-    return int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX
+def rows_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
+    """True where body i of one table, at pose a, and body j of another, at pose b, share a point.
+
+    Boxes, the most frequent, are met here; the rest is called, not inlined, which keeps the loops over boxes tight.
+    """
+    if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
+        return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
+    return others_overlap(bodies, vertices, i, a, others, points, j, b, scratch)
 
 
-@kernel
-def box_rows_overlap(bodies, i, a, others, j, b):
-    """True where the boxes of row i of one table, at pose a, and of row j of another, at pose b, share a point."""
-    return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
+@routine
+def others_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
+    """The same for any shapes."""
+    return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), scratch)
 
 
 @kernel

@@ -29,7 +29,7 @@ ENTRIES = {
     "forward_batch": (forward_batch, (CHAIN, Q, TARGETS)),
     "frames_batch": (frames_batch, (CHAIN, FRAMES, Q, np.zeros((N, LINKS, 4, 4)))),
     "jacobian_batch": (jacobian_batch, (CHAIN, 0, Q, np.zeros((N, 6, DOF)))),
-    "overlap_batch": (overlap_batch, (CHAIN, BOXES, NO_POINTS, PAIRS, BOXES, NO_POINTS, NODES, 12, True, Q, np.zeros(N, dtype=np.bool_))),
+    "overlap_batch": (overlap_batch, (CHAIN, BOXES, NO_POINTS, PAIRS, BOXES, NO_POINTS, NODES, 12, Q, np.zeros(N, dtype=np.bool_))),
     "solve_each": (solve_each, (CHAIN, LIMITS, STARTS, Q, Q[0], TARGETS, SETTINGS, Q, INFO)),
     "transpose_each": (transpose_each, (CHAIN, LIMITS, Q, TARGETS, SETTINGS, Q, INFO)),
 }

@@ -28,7 +28,7 @@ def scattered(rng, n, size, reach=0.7):
 
 @pytest.fixture
 def objects(rng):
-    return scattered(rng, 4, 0.12)
+    return scattered(rng, 4, 0.25)
 
 
 def table_of(objects):
@@ -38,7 +38,7 @@ def table_of(objects):
 
 def scene(panda, bodies, world, pairs=NO_PAIRS):
     robot = panda.tree.joints, bodies.table, bodies.vertices, pairs
-    return *robot, world.table, world.vertices, world.nodes, world.n_alone, world.only_boxes
+    return *robot, world.table, world.vertices, world.nodes, world.n_alone
 
 
 def placed(panda, q):
@@ -74,13 +74,13 @@ def test_the_verdict_is_that_of_every_pair(panda, bodies, objects, rng):
 
 def test_a_tree_of_objects_gives_the_verdict_of_each_object_by_itself(panda, bodies, rng):
     for n in (ALONE, ALONE + 1, 3 * ALONE):
-        objects, q = scattered(rng, n, 0.02, reach=1.5), configurations(panda, rng, 16)
+        objects, q = scattered(rng, n, 0.05, reach=1.2), configurations(panda, rng, 24)
         world = table_of(objects)
         assert (len(world.nodes) > 0) == (n > ALONE)
-        expected = np.zeros(16, dtype=bool)
+        expected = np.zeros(24, dtype=bool)
         for k in range(0, n, ALONE):
             expected |= verdicts(panda, bodies, table_of(objects[k : k + ALONE]), q)
-        assert 0.1 < expected.mean() < 0.9
+        assert 0 < expected.mean() < 1
         assert np.array_equal(verdicts(panda, bodies, world, q), expected)
 
 
