@@ -32,7 +32,8 @@ def crowd(rng, n, reach=1.4):
     """Objects of every kind, by name."""
     found = {}
     for k in range(n):
-        T = ulna.pose(rng.uniform(-reach, reach, 3), rng.uniform(-3, 3, 3))
+        way = rng.normal(size=3)
+        T = ulna.pose(way / np.linalg.norm(way) * rng.uniform(0.45, reach), rng.uniform(-3, 3, 3))
         found[f"{k}"] = shapes(rng)[k % 5], T
     return found
 

@@ -19,16 +19,17 @@ def bodies(panda):
     return panda._checker.bodies
 
 
-def scattered(rng, n, size, reach=0.7):
-    """Boxes around the arm: poses and half extents."""
-    places = rng.uniform(-reach, reach, (n, 3))
+def scattered(rng, n, size, reach=0.9):
+    """Boxes around the arm, none where its foot stands: poses and half extents."""
+    places = rng.normal(size=(n, 3))
+    places *= rng.uniform(0.55, reach, (n, 1)) / np.linalg.norm(places, axis=1, keepdims=True)
     poses = [naive.transform(naive.rotation(rng.normal(size=3), rng.uniform(-3, 3)), place) for place in places]
     return list(zip(poses, size * rng.uniform(0.2, 1, (n, 3)), strict=True))
 
 
 @pytest.fixture
 def objects(rng):
-    return scattered(rng, 4, 0.25)
+    return scattered(rng, 4, 0.15)
 
 
 def table_of(objects):
@@ -74,7 +75,7 @@ def test_the_verdict_is_that_of_every_pair(panda, bodies, objects, rng):
 
 def test_a_tree_of_objects_gives_the_verdict_of_each_object_by_itself(panda, bodies, rng):
     for n in (ALONE, ALONE + 1, 3 * ALONE):
-        objects, q = scattered(rng, n, 0.05, reach=1.2), configurations(panda, rng, 24)
+        objects, q = scattered(rng, n, 0.02, reach=1.5), configurations(panda, rng, 24)
         world = table_of(objects)
         assert (len(world.nodes) > 0) == (n > ALONE)
         expected = np.zeros(24, dtype=bool)
