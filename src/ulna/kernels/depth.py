@@ -9,20 +9,27 @@ Penetration Depth Computation on 3D Game Objects, GDC 2001).
 3. The set's farthest point along that face's normal bounds the depth from above. Where the bounds meet, that is the depth.
 4. Else the point joins the polytope: the faces that see it go, and their rim is joined to it. Go on with 2.
 
-For polytopes this ends with the exact depth after finitely many steps; for cylinders the bounds close in on it.
+5. At the end the surface's nearest point, which may lie on another face about as low, must fulfil 3 as well: it is a sum of
+   corners, and the sums of the points p and q that belong to these are the witness points.
+
+For polytopes this ends with the exact depth after finitely many steps; for cylinders the bounds close in on it. Should the
+points not suffice, as where all ways out across an axis are equally long, the least upper bound found is the answer.
 A set without volume (of two flat cores in one plane) has depth zero along its own normal.
 """
 
 from ulna.kernels.box_box import relative_pose
 from ulna.kernels.compile import kernel, routine
-from ulna.kernels.gjk import difference, reach_of
+from ulna.kernels.gjk import difference, nearest_cores, reach_of
 from ulna.kernels.lanes import lane_count, lane_of, sqrt, with_lane
 from ulna.kernels.vectors import axis, cross, dot, minus, origin, place, seen_from, step, times, turn
 
-MAX_POINTS, MAX_FACES, MAX_EDGES = 256, 520, 520
+MAX_POINTS, MAX_FACES, MAX_EDGES = 160, 320, 320
 POINT_WIDTH, FACE_WIDTH = 6, 7
 SCRATCH = (MAX_POINTS, POINT_WIDTH), (MAX_FACES, FACE_WIDTH), (MAX_EDGES, 2)  # shapes: points, faces, edges
-_EXACT = 1e-10  # of the bodies' size: bounds that near have met
+_EXACT = 1e-10  # of the bodies' size: bounds that near have met; faces much smaller have no normals to go by
+_TOUCHING = 1e-9  # of the bodies' size: a surface point so near to the origin gives no direction
+_CLEARANCE = 1e-3  # of the bodies' size
+_ROUNDS = 8
 _FLAT = 1e-13  # of the bodies' size: a set so thin has no volume
 _LEVEL = 1e-13  # of the bodies' size: a point no higher than this above a face does not see it
 
@@ -72,25 +79,52 @@ def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, 
     r, t = relative
     size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
     body = (kind_a, h, vertices_a, kind_b, g, vertices_b, r, t)
-    flat, best_normal = first_polytope(body, size, points, faces)
+    flat, normal = first_polytope(body, size, points, faces)
     if flat:
-        return 0.0, meeting, best_normal
-    n_points, n_faces, best, face = 4, 4, 1e300, 0
+        return 0.0, meeting, normal
+    n_points, n_faces, depth = 4, 4, 1e300
     while n_points < MAX_POINTS:
         face = lowest_face(faces, n_faces)
         n = (faces[face, 3], faces[face, 4], faces[face, 5])
         height = farthest(body, n, points, n_points)
-        if height < best:
-            best, best_normal = height, n
-        if best - faces[face, 6] <= _EXACT * size:
-            break
+        if height < depth:
+            depth, normal = height, n
+        if depth - faces[face, 6] <= _EXACT * size:
+            w, p = nearest_of_surface(points, faces, n_faces)
+            distance = sqrt(dot(w, w))
+            if distance <= _TOUCHING * size:
+                return max(depth, 0.0), p, normal
+            n = times(w, 1.0 / distance)
+            if farthest(body, n, points, n_points) - distance <= _EXACT * size:
+                return distance, p, n
         n_faces, n_edges = remove_seen(points, n_points, faces, n_faces, edges, _LEVEL * size)
         if n_edges == 0 or n_faces + n_edges > MAX_FACES:
             break
         for k in range(n_edges):
             set_face(points, faces, n_faces + k, int(edges[k, 0]), int(edges[k, 1]), n_points)
         n_faces, n_points = n_faces + n_edges, n_points + 1
-    return max(best, 0.0), deepest_point(points, faces, face), best_normal
+    return polished(body, depth, normal, size, points)
+
+
+@routine
+def polished(body, depth, n, size, points):
+    """The depth, the point of A and the normal, from an upper bound of the depth and its normal.
+
+    Once B has gone out by the depth and a little more, the nearest points have a normal nearer to the one sought. It is taken as
+    long as it lowers the bound; in the end these points, moved back, are the witness points.
+    """
+    kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
+    a = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    p = (0.0, 0.0, 0.0)
+    for _ in range(_ROUNDS):
+        at = step(t, max(depth, 0.0) + _CLEARANCE * size, n)
+        b = (*r[0], at[0], *r[1], at[1], *r[2], at[2])
+        _, _, p, _, nearest, _ = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, -1.0)
+        height = farthest(body, nearest, points, 0)
+        if height >= depth:
+            break
+        depth, n = height, nearest
+    return max(depth, 0.0), p, n
 
 
 @routine
@@ -223,18 +257,28 @@ def toggle_edge(edges, n_edges, i, j):
     return n_edges
 
 
+@routine
+def nearest_of_surface(points, faces, n_faces):
+    """The point of the polytope's surface nearest to the origin, and the point of A that belongs to it.
+
+    Faces in one plane have one offset, and the nearest point lies in one of them only: so each is asked.
+    """
+    nearest, found, deepest = 1e300, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for f in range(n_faces):
+        i, j, k = int(faces[f, 0]), int(faces[f, 1]), int(faces[f, 2])
+        w, e, d = point(points, i), minus(point(points, j), point(points, i)), minus(point(points, k), point(points, i))
+        n = cross(e, d)
+        square = max(dot(n, n), 1e-300)
+        x = min(max(dot(cross(d, w), n) / square, 0.0), 1.0)
+        y = min(max(dot(cross(w, e), n) / square, 0.0), 1.0 - x)
+        v = step(step(w, x, e), y, d)
+        if dot(v, v) < nearest:
+            nearest, found, z = dot(v, v), v, 1.0 - x - y
+            deepest = step(step(times(source(points, i), z), x, source(points, j)), y, source(points, k))
+    return found, deepest
+
+
 @kernel
-def deepest_point(points, faces, f):
-    """The point of A that belongs to the point of a face nearest to the origin."""
-    i, j, k = int(faces[f, 0]), int(faces[f, 1]), int(faces[f, 2])
-    w, e, d = point(points, i), minus(point(points, j), point(points, i)), minus(point(points, k), point(points, i))
-    n = cross(e, d)
-    square = dot(n, n)
-    x = min(max(dot(cross(d, w), n) / square, 0.0), 1.0)
-    y = min(max(dot(cross(w, e), n) / square, 0.0), 1.0 - x)
-    z = 1.0 - x - y
-    return (
-        z * points[i, 3] + x * points[j, 3] + y * points[k, 3],
-        z * points[i, 4] + x * points[j, 4] + y * points[k, 4],
-        z * points[i, 5] + x * points[j, 5] + y * points[k, 5],
-    )
+def source(points, i):
+    """The point of A that belongs to point i of the set."""
+    return points[i, 3], points[i, 4], points[i, 5]

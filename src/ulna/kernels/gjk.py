@@ -20,8 +20,10 @@ from ulna.kernels.support import support
 from ulna.kernels.vectors import chosen, cross, dot, minus, place, step, times, turn
 
 STEPS = 64
+_FAR = 1e300
+_NEEDLE = 1e-10  # the square of the sine of an angle: a triangle so thin has a normal of few digits, and of none at the square of it
 _EXACT = 1e-12  # of the bodies' size: bounds that near have met
-_TOUCHING = 1e-13  # of the bodies' size: the origin this near to the set is in it
+_TOUCHING = 1e-10  # of the bodies' size: cores this near to each other count as touching
 
 
 @routine
@@ -55,14 +57,11 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
         active = active & logical_not(done)
         if not any_lane(active):
             break
-        v_new, points_new, sources_new, shares_new, within = advance(v, points, sources, shares, w, p)
+        v, points, sources, shares, better, within = advance(active, v, points, sources, shares, w, p)
         within = within & active & (below <= _EXACT * size)
         inside = inside | within
-        v = chosen(active, v_new, v)
-        points = chosen_three(active, points_new, points)
-        sources = chosen_three(active, sources_new, sources)
-        shares = chosen(active, shares_new, shares)
-        active = active & logical_not(within)
+        active = active & better & logical_not(within)
+    inside = inside | (below <= 0.0)  # nothing certain keeps them apart: the depth will tell
     distance = where(inside, 0.0, sqrt(dot(v, v)))
     n = times(v, -1.0 / where(inside, 1.0, distance))
     p = step(step(times(sources[0], shares[0]), shares[1], sources[1]), shares[2], sources[2])
@@ -89,8 +88,9 @@ def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
 
 
 @kernel
-def advance(v, points, sources, shares, w, p):
-    """The simplex with w: v, its three points with the points of A and the shares that make it up, and where it holds the origin.
+def advance(active, v, points, sources, shares, w, p):
+    """The simplex with w in the active lanes: v, its three points with the points of A and the shares that make it up; where v is
+    nearer than it was, for elsewhere it stays; and where the tetrahedron holds the origin.
 
     A candidate is (|v|^2, v, share of the first point, share of the second): the first and second besides w.
     """
@@ -105,12 +105,13 @@ def advance(v, points, sources, shares, w, p):
     k2 = chosen(third, points[0], chosen(second, points[2], points[1]))
     s1 = chosen(third, sources[2], chosen(second, sources[1], sources[0]))
     s2 = chosen(third, sources[0], chosen(second, sources[2], sources[1]))
-    better = square < dot(v, v)
+    better = active & (square < dot(v, v))
     return (
         chosen(better, nearest, v),
         chosen_three(better, (w, k1, k2), points),
         chosen_three(better, (p, s1, s2), sources),
         chosen(better, (1.0 - x - y, x, y), shares),
+        better,
         holds_origin(w, e0, e1, e2, n0, n1, n2),
     )
 
@@ -144,14 +145,18 @@ def edge_candidate(w, e):
 
 @kernel
 def face_candidate(w, e, f, n):
-    """The nearest point of the triangle w, w + e, w + f with the normal n = e x f, or nothing near if that is not within it."""
-    square = dot(n, n)
-    usable = square > 0.0
+    """The nearest point of the triangle w, w + e, w + f with the normal n = e x f, or nothing near if that is not within it.
+
+    A sum of corners has the digits of the corners, however near it is to the origin; a multiple of the normal has all digits of
+    its direction, but where the triangle is a needle its normal has few.
+    """
+    square, size = dot(n, n), dot(e, e) * dot(f, f)
+    usable = square > _NEEDLE * _NEEDLE * size
     scale = 1.0 / where(usable, square, 1.0)
     x, y = dot(cross(f, w), n) * scale, dot(cross(w, e), n) * scale
     within = usable & (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
-    v = times(n, dot(n, w) * scale)
-    return where(within, dot(v, v), 1e300), v, x, y
+    v = chosen(square > _NEEDLE * size, times(n, dot(n, w) * scale), step(step(w, x, e), y, f))
+    return where(within, dot(v, v), _FAR), v, x, y
 
 
 @kernel
