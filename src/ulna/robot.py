@@ -305,18 +305,42 @@ class Robot:
         """
         return self._checker.in_collision(q, world, self_collision)
 
-    def check_collision(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> Report:
-        """Which of the robot's shapes overlap which objects, or each other, and how deep.
+    def check_collision(
+        self, q: ArrayLike, world: World | None = None, self_collision: bool = True, *, max_distance: float = 0.0
+    ) -> Report | NDArray:
+        """Which of the robot's shapes overlap which objects, or each other, how deep and where.
 
         Args:
-            q: Joint positions [rad or m], shape (n_dof,).
+            q: Joint positions [rad or m], shape (..., n_dof).
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
+            max_distance: Tell of pairs too that are apart, but no farther than this [m]; ``np.inf`` tells of all.
 
-        Raises:
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+        Returns:
+            A ``Report`` for one q, else an array of them, shape (...,).
         """
-        return self._checker.check_collision(q, world, self_collision)
+        return self._checker.check_collision(q, world, self_collision, max_distance)
+
+    def signed_distance(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> float | Array:
+        """The least distance of any of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            world: The objects; none unless given.
+            self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
+
+        Returns:
+            A number for one q, else shape (...,); infinite where there is nothing to measure to.
+        """
+        return self._checker.signed_distance(q, world, self_collision)
+
+    def distance_gradient(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> Array:
+        """The derivative of ``signed_distance`` by q [m/rad or m/m], shape (..., n_dof).
+
+        Where two pairs are equally near, or a pair has several nearest points, it is the derivative of one of them; zero where there
+        is nothing to measure to. The arguments are those of ``signed_distance``.
+        """
+        return self._checker.distance_gradient(q, world, self_collision)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -11,7 +12,7 @@ from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
 from ulna.collision.cores import NO_VERTICES, shape_columns, shape_vertices
 from ulna.errors import GeometryError
-from ulna.kernels.layout import BODY_WIDTH
+from ulna.kernels.layout import BODY_WIDTH, BOX, SHAPE
 from ulna.model.description import Description, frozen
 from ulna.model.tree import Tree
 
@@ -33,6 +34,11 @@ class Bodies:
     owners: tuple[str, ...]
     table: NDArray[np.float64]
     vertices: NDArray[np.float64]
+
+    @cached_property
+    def only_boxes(self) -> bool:
+        """Whether there are no other shapes."""
+        return bool((self.table[:, SHAPE] == BOX).all())
 
     def pairs_of(self, owners: Iterable[tuple[str, str]]) -> list[tuple[int, int]]:
         """Every body of the one owner with every body of the other, for each pair of owners."""

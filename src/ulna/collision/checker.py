@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,14 +15,25 @@ from ulna.collision.objects import Objects
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
 from ulna.errors import InputError
-from ulna.kernels.contacts import CONTACT_WIDTH, DISTANCE, NORMAL, WITNESS_A, WITNESS_B, contacts_one
+from ulna.kernels.contacts import (
+    CONTACT_WIDTH,
+    DISTANCE,
+    NORMAL,
+    WITNESS_A,
+    WITNESS_B,
+    candidates_hung,
+    contacts_each,
+)
+from ulna.kernels.nearest import BODY, NEAREST, NEAREST_WIDTH, nearest_batch
 from ulna.kernels.verdict import OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
+from ulna.kinematics.batches import in_parts
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.model.description import Description
 from ulna.model.tree import Tree
 
 NO_OBJECTS = World().objects()
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
+FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,34 +69,80 @@ class Checker:
 
     def in_collision(self, q: ArrayLike, world: World | None, self_collision: bool) -> bool | NDArray[np.bool_]:
         """Whether anything touches: a bool for one q, else shape (...,)."""
-        objects, pairs = self._asked(world, self_collision)
+        scene = self._scene(world, self_collision)
         q = as_positions(q, self.tree)
-        scene = self._scene(pairs, objects)
         if q.ndim == 1:
             answer = overlap_one(*scene, for_kernel(q))
             if answer == OUT_OF_RANGE:
                 refuse_out_of_range(q)
             return answer == OVERLAPS
-        hits = np.empty(q.shape[:-1], dtype=np.bool_)
-        if not overlap_batch(*scene, flat(q), hits.reshape(-1)):
+        hits, rows = np.empty(q.shape[:-1], dtype=np.bool_), flat(q)
+        out = hits.reshape(-1)
+        if not in_parts(lambda part: overlap_batch(*scene, rows[part], out[part]), len(rows)):
             refuse_out_of_range(q)
         return hits
 
-    def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool) -> Report:
-        """Every pair that touches, for one q."""
-        objects, pairs = self._asked(world, self_collision)
-        q, bodies = as_positions(q, self.tree), self.bodies
-        if q.ndim != 1:
-            raise InputError("q", f"shape {q.shape}: a report is of one configuration; in_collision() takes a batch")
-        n = len(bodies.names)
-        against_world = np.stack(np.meshgrid(np.arange(n), n + np.arange(len(objects.names)), indexing="ij"), axis=-1)
-        candidates = np.concatenate([against_world.reshape(-1, 2), pairs])
-        found = np.empty((len(candidates), CONTACT_WIDTH))
-        scene = self.tree.joints, bodies.table, bodies.vertices, objects.table, objects.vertices
-        if not contacts_one(*scene, candidates, for_kernel(q), found):
+    def signed_distance(self, q: ArrayLike, world: World | None, self_collision: bool) -> float | NDArray[np.float64]:
+        """The least signed distance: a number for one q, else shape (...,)."""
+        q = as_positions(q, self.tree)
+        distances = self._nearest(q, self._scene(world, self_collision))[..., NEAREST]
+        return float(distances) if q.ndim == 1 else distances
+
+    def distance_gradient(self, q: ArrayLike, world: World | None, self_collision: bool) -> NDArray[np.float64]:
+        """The gradient of the least signed distance, shape (..., n_dof)."""
+        scene = self._scene(world, self_collision)
+        q = as_positions(q, self.tree)
+        pairs = self._nearest(q, scene).reshape(-1, NEAREST_WIDTH)[:, BODY:].astype(np.int64)
+        contacts, gradient, rows = np.empty((len(pairs), CONTACT_WIDTH)), np.empty(q.shape), flat(q)
+        out = gradient.reshape(rows.shape)
+
+        def run(part: slice) -> bool:
+            of_q = np.arange(part.stop - part.start)
+            return contacts_each(*_shapes(scene), for_kernel(rows[part]), of_q, pairs[part], contacts[part], out[part])
+
+        in_parts(run, len(rows))
+        return gradient
+
+    def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float) -> Report | NDArray:
+        """The pairs that are no farther apart than ``max_distance``: a report for one q, else an array of them, shape (...,)."""
+        if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
+            raise InputError("max_distance", f"{max_distance!r}; a distance [m] of at least 0 is expected")
+        objects, scene = self._objects(world), self._scene(world, self_collision)
+        q = as_positions(q, self.tree)
+        if q.ndim == 1:
+            return self._report(q, scene, objects.names, float(max_distance))
+        reports = np.empty(q.shape[:-1], dtype=object)
+        for place in np.ndindex(reports.shape):
+            reports[place] = self._report(q[place], scene, objects.names, float(max_distance))
+        return reports
+
+    def _nearest(self, q: NDArray[np.float64], scene: tuple) -> NDArray[np.float64]:
+        """The nearest pair of each q (``kernels.nearest``), shape (..., NEAREST_WIDTH)."""
+        nearest, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
+        out = nearest.reshape(-1, NEAREST_WIDTH)
+        if not in_parts(lambda part: nearest_batch(*scene, rows[part], out[part]), len(rows)):
             refuse_out_of_range(q)
-        kept = [k for k in np.argsort(found[:, DISTANCE], kind="stable") if found[k, DISTANCE] <= 0.0]
-        return Report(tuple(self._pair(candidates[k], found[k], objects.names) for k in kept))
+        return nearest
+
+    def _report(self, q: NDArray[np.float64], scene: tuple, object_names: tuple[str, ...], max_distance: float) -> Report:
+        candidates = self._candidates(q, scene, max_distance)
+        found = np.empty((len(candidates), CONTACT_WIDTH))
+        rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, self.tree.n_dof))
+        if not contacts_each(*_shapes(scene), for_kernel(q)[None], rows, candidates, found, no_gradients):
+            refuse_out_of_range(q)
+        order = np.argsort(found[:, DISTANCE], kind="stable")
+        return Report(tuple(self._pair(candidates[k], found[k], object_names) for k in order if found[k, DISTANCE] <= max_distance))
+
+    def _candidates(self, q: NDArray[np.float64], scene: tuple, max_distance: float) -> NDArray[np.int64]:
+        """The pairs that may be near enough."""
+        joints, bodies, _, pairs, objects, _, nodes, n_alone = scene
+        n, n_hung = len(bodies), len(objects) - n_alone
+        alone = np.stack(np.meshgrid(np.arange(n), n + np.arange(n_alone), indexing="ij"), axis=-1).reshape(-1, 2)
+        hung, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_hung else 0
+        while len(hung) < count:
+            hung = np.empty((count, 2), dtype=np.int64)
+            count = candidates_hung(joints, bodies, nodes, n_hung, max_distance, for_kernel(q), hung)
+        return np.concatenate([alone, hung[:count] + [0, n + n_alone], pairs])
 
     def _pair(self, candidate: NDArray[np.int64], found: NDArray[np.float64], object_names: tuple[str, ...]) -> Pair:
         (a, b), names, owners = candidate.tolist(), self.bodies.names, self.bodies.owners
@@ -92,14 +150,22 @@ class Checker:
         points = (found[first : first + 3].copy() for first in (WITNESS_A, WITNESS_B, NORMAL))
         return Pair(names[a], name_b, owners[a], link_b, float(found[DISTANCE]), *points)
 
-    def _asked(self, world: World | None, self_collision: bool) -> tuple[Objects, NDArray[np.int64]]:
-        if world is None and not self_collision:
-            raise InputError("world", "is None and self_collision is False, so there is nothing to check")
+    def _objects(self, world: World | None) -> Objects:
         if world is not None and not isinstance(world, World):
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
-        return NO_OBJECTS if world is None else world.objects(), self.pairs if self_collision else NO_PAIRS
+        return NO_OBJECTS if world is None else world.objects()
 
-    def _scene(self, pairs: NDArray[np.int64], objects: Objects) -> tuple:
+    def _scene(self, world: World | None, self_collision: bool) -> tuple:
         """The robot and the world, as the kernels take them."""
-        robot, bodies = self.tree.joints, self.bodies
-        return robot, bodies.table, bodies.vertices, pairs, objects.table, objects.vertices, objects.nodes, objects.n_alone
+        if world is None and not self_collision:
+            raise InputError("world", "is None and self_collision is False, so there is nothing to check")
+        objects, bodies, pairs = self._objects(world), self.bodies, self.pairs if self_collision else NO_PAIRS
+        boxes = bodies.only_boxes and objects.only_boxes
+        vertices, points = (None, None) if boxes else (bodies.vertices, objects.vertices)
+        return self.tree.joints, bodies.table, vertices, pairs, objects.table, points, objects.nodes, objects.n_alone
+
+
+def _shapes(scene: tuple) -> tuple:
+    """What of a scene says where things are and what they are like."""
+    joints, bodies, vertices, _, objects, points, _, _ = scene
+    return joints, bodies, vertices, objects, points

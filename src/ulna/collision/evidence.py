@@ -47,7 +47,8 @@ def sampled(tree: Tree, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> li
     table = np.array(body_pairs, dtype=np.int64).reshape(len(body_pairs), 3)
     touching = np.empty((len(link_pairs), SAMPLES), dtype=np.bool_)
     groups, pairs = np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1:])
-    overlap_groups(tree.joints, bodies.table, bodies.vertices, pairs, groups, for_kernel(q), touching)
+    vertices = None if bodies.only_boxes else bodies.vertices
+    overlap_groups(tree.joints, bodies.table, vertices, pairs, groups, for_kernel(q), touching)
     return [_judged(a, b, touches, q) for (a, b), touches in zip(link_pairs, touching, strict=True)]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.cores import shape_columns, shape_vertices
-from ulna.kernels.layout import BASE, BODY_WIDTH, FIRST_VERTEX, HALF_EXTENTS, RADIUS, WIDTH
+from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE, WIDTH
 from ulna.model.shapes import HalfSpace, Solid
 
 ALONE = 64  # worlds of at most so many objects need no tree: meeting each with eight configurations at once is as fast
@@ -24,6 +24,7 @@ class Objects:
         vertices: Those of all hulls, shape (m, 3).
         nodes: The tree over the objects from ``n_alone`` on (``kernels.bounds``), shape (6 n_nodes, 8); none if there is no tree.
         n_alone: How many objects, the first of the table, are in no tree.
+        only_boxes: Whether there are no other shapes.
     """
 
     names: tuple[str, ...]
@@ -31,6 +32,7 @@ class Objects:
     vertices: NDArray[np.float64]
     nodes: NDArray[np.float64]
     n_alone: int
+    only_boxes: bool
 
 
 def make_objects(shapes: dict[str, Solid], poses: dict[str, NDArray[np.float64]]) -> Objects:
@@ -48,7 +50,8 @@ def make_objects(shapes: dict[str, Solid], poses: dict[str, NDArray[np.float64]]
     order = np.concatenate([np.arange(n_alone), n_alone + morton_order((low + high) / 2)])
     nodes = tree_of_bounds(low[order[n_alone:] - n_alone], high[order[n_alone:] - n_alone])
     points = np.concatenate([np.zeros((0, 3)), *vertices])
-    return Objects(tuple(names[k] for k in order), np.ascontiguousarray(table[order]), points, nodes, n_alone)
+    only_boxes = bool((table[:, SHAPE] == BOX).all())
+    return Objects(tuple(names[k] for k in order), np.ascontiguousarray(table[order]), points, nodes, n_alone, only_boxes)
 
 
 def bounds(table: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -11,13 +11,13 @@ objects is Morton's (``collision.objects``).
 
 from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import maximum
-from ulna.kernels.lanes import WIDTH, lane_bits, load, lowest_bit, store
+from ulna.kernels.lanes import WIDTH, lane_bits, lane_of, load, lowest_bit, sqrt, store, where
 from ulna.kernels.layout import RADIUS
 from ulna.kernels.placed import half_extents
 from ulna.kernels.se3 import load_pose
 
 DEPTH = 11  # levels of a tree over 8^11 objects, more than memory holds
-STACK = 8 * DEPTH
+STACK = 8 * (DEPTH + 1)
 
 
 @kernel
@@ -66,6 +66,36 @@ def child_gap(nodes, node, bounds):
         maximum(load(nodes, i + 1) - high[1], low[1] - load(nodes, i + 4)),
         maximum(load(nodes, i + 2) - high[2], low[2] - load(nodes, i + 5)),
     )
+
+
+@kernel
+def gap_bound(gap):
+    """No more than the signed distance of two bodies whose bounds are this far apart, axis by axis."""
+    x, y, z = gap
+    widest = maximum(maximum(x, y), z)
+    x, y, z = maximum(x, 0.0), maximum(y, 0.0), maximum(z, 0.0)
+    return where(widest > 0.0, sqrt(x * x + y * y + z * z), widest)
+
+
+@kernel
+def push_children(nodes, node, bounds, within, stack, heights, top):
+    """Push those children of a node that are nearer than ``within`` [m] onto a stack, the nearest on top; return the new top.
+
+    A stack of numbers goes with one of what is known of their distances (``heights``). The objects under the last level are
+    numbered on as if they were nodes of one more.
+    """
+    height = gap_bound(child_gap(nodes, node, bounds))
+    bits, bottom = lane_bits(height < within), top
+    while bits != 0:
+        lane = lowest_bit(bits)
+        x, i = lane_of(height, lane), top
+        while i > bottom and heights[i - 1] < x:
+            stack[i], heights[i] = stack[i - 1], heights[i - 1]
+            i -= 1
+        stack[i], heights[i] = WIDTH * node + 1 + lane, x
+        top += 1
+        bits &= bits - 1
+    return top
 
 
 @kernel

@@ -1,11 +1,16 @@
-"""Where bodies stand: the robot's at q, and the world's."""
+"""Where the robot's bodies stand at q, and rows of tables of bodies met two by two.
 
+Each table goes with its vertices. Where both are None all shapes are boxes: so a scene of boxes, the most frequent, compiles without
+the search for distances of convex shapes, in a fraction of the time.
+"""
+
+from ulna.kernels.box_distance import box_pair
 from ulna.kernels.compile import kernel, routine
 from ulna.kernels.box_box import boxes_overlap
-from ulna.kernels.lanes import load, splat
+from ulna.kernels.lanes import load, splat, sqrt
 from ulna.kernels.layout import BOX, HALF_EXTENTS, REACH, SHAPE
-from ulna.kernels.pair import body_of, pair_overlap
-from ulna.kernels.se3 import constant_pose, load_pose, store_pose
+from ulna.kernels.pair import body_of, pair_distance, pair_overlap
+from ulna.kernels.se3 import store_pose
 from ulna.kernels.tree import frame_pose, tree_poses
 from ulna.kernels.vectors import dot, minus, origin
 
@@ -19,17 +24,13 @@ def place_bodies(joints, bodies, q_rows, joint_rows, body_rows):
 
 
 @kernel
-def robot_body(bodies, vertices, k, body_rows):
-    """Body k of the robot, as ``pair`` takes it."""
-    return body_of(bodies, vertices, k, load_pose(body_rows, k))
-
-
-@kernel
 def rows_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
     """True where body i of one table, at pose a, and body j of another, at pose b, share a point.
 
     Boxes, the most frequent, are met here; the rest is called, not inlined, which keeps the loops over boxes tight.
     """
+    if vertices is None or points is None:
+        return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
     if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
         return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
     return others_overlap(bodies, vertices, i, a, others, points, j, b, scratch)
@@ -39,6 +40,21 @@ def rows_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
 def others_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
     """The same for any shapes."""
     return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), scratch)
+
+
+@routine
+def rows_answer(bodies, vertices, i, a, others, points, j, b, scratch):
+    """The answer of ``pair_distance`` for body i of one table, at pose a, and body j of another, at pose b."""
+    if vertices is None or points is None:
+        return box_pair(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
+    return pair_distance(body_of(bodies, vertices, i, a), body_of(others, points, j, b), scratch)
+
+
+@kernel
+def ball_distance(bodies, i, a, others, j, b):
+    """The signed distance of the balls that hold two rows, at poses a and b: that of the bodies is no less."""
+    d = minus(origin(a), origin(b))
+    return sqrt(dot(d, d)) - (bodies[i, REACH] + others[j, REACH])
 
 
 @kernel
@@ -65,9 +81,3 @@ def lane_pose(rows, i, lane):
         rows[j + 4, lane], rows[j + 5, lane], rows[j + 6, lane], rows[j + 7, lane],
         rows[j + 8, lane], rows[j + 9, lane], rows[j + 10, lane], rows[j + 11, lane],
     )  # fmt: skip
-
-
-@kernel
-def world_body(objects, vertices, w, like):
-    """Object w of the world, as ``pair`` takes it."""
-    return body_of(objects, vertices, w, constant_pose(objects, w, like))
