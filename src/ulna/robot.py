@@ -26,6 +26,7 @@ from ulna.model.tree import Tree, build_tree
 
 if TYPE_CHECKING:
     from ulna.collision.checker import Checker
+    from ulna.collision.edge import EdgeReport
     from ulna.collision.report import Report
     from ulna.ik.result import IKResult
 
@@ -341,6 +342,29 @@ class Robot:
         is nothing to measure to. The arguments are those of ``signed_distance``.
         """
         return self._checker.distance_gradient(q, world, self_collision)
+
+    def edge_in_collision(
+        self,
+        q_a: ArrayLike,
+        q_b: ArrayLike,
+        world: World | None = None,
+        self_collision: bool = True,
+        *,
+        resolution: float = 1e-4,
+    ) -> EdgeReport:
+        """Whether anything touches anywhere on the straight line from one configuration to another: free means free everywhere.
+
+        Args:
+            q_a: Joint positions at the start [rad or m], shape (..., n_dof).
+            q_b: Joint positions at the end, of a shape that goes with the other. Joints move evenly; none takes a shorter way round.
+            world: The objects; none unless given.
+            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
+            resolution: A clearance below this [m] may count as a contact; none above does.
+
+        Returns:
+            An ``EdgeReport``: in_collision, and how far on the way all is free.
+        """
+        return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:

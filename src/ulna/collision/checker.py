@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
 from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
+from ulna.collision.edge import EdgeReport
 from ulna.collision.evidence import find_allowed
 from ulna.collision.objects import Objects
 from ulna.collision.report import Pair, Report
@@ -24,6 +25,7 @@ from ulna.kernels.contacts import (
     candidates_hung,
     contacts_each,
 )
+from ulna.kernels.edge import EDGE_CONTACT, EDGE_OUT_OF_RANGE, edges_each
 from ulna.kernels.nearest import BODY, NEAREST, NEAREST_WIDTH, nearest_batch
 from ulna.kernels.verdict import OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
 from ulna.kinematics.batches import in_parts
@@ -33,6 +35,8 @@ from ulna.model.tree import Tree
 
 NO_OBJECTS = World().objects()
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
+LEAST_RESOLUTION = 1e-7  # [m]
+WORTH_A_THREAD = 64  # edges
 FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
 
 
@@ -103,6 +107,34 @@ class Checker:
         in_parts(run, len(rows))
         return gradient
 
+    def edge_in_collision(
+        self, q_a: ArrayLike, q_b: ArrayLike, world: World | None, self_collision: bool, resolution: float
+    ) -> EdgeReport:
+        """Whether anything touches on the straight lines from q_a to q_b."""
+        if isinstance(resolution, bool) or not isinstance(resolution, Real) or not LEAST_RESOLUTION <= resolution < np.inf:
+            raise InputError("resolution", f"{resolution!r}; a length of at least {LEAST_RESOLUTION:g} m is expected")
+        scene = self._scene(world, self_collision)
+        starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
+        try:
+            batch = np.broadcast_shapes(starts.shape[:-1], ends.shape[:-1])
+        except ValueError:
+            raise InputError("q_b", f"shape {ends.shape} does not go with q_a of shape {starts.shape}") from None
+        shape = *batch, self.tree.n_dof
+        a, b = (flat(np.ascontiguousarray(np.broadcast_to(side, shape))) for side in (starts, ends))
+        status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
+
+        def run(part: slice) -> bool:
+            ways = for_kernel(a[part]), for_kernel(b[part])
+            return edges_each(*scene, *ways, float(resolution), status[part], free[part])
+
+        in_parts(run, len(a), least=WORTH_A_THREAD)
+        if (status == EDGE_OUT_OF_RANGE).any():
+            refuse_out_of_range(starts, "q_a")
+            refuse_out_of_range(ends, "q_b")
+        q = (a + free[:, None] * (b - a)).reshape(shape)
+        hit = (status == EDGE_CONTACT).reshape(batch)
+        return EdgeReport(hit if batch else bool(hit), free.reshape(batch) if batch else float(free[0]), q)
+
     def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float) -> Report | NDArray:
         """The pairs that are no farther apart than ``max_distance``: a report for one q, else an array of them, shape (...,)."""
         if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
@@ -111,6 +143,7 @@ class Checker:
         q = as_positions(q, self.tree)
         if q.ndim == 1:
             return self._report(q, scene, objects.names, float(max_distance))
+        refuse_out_of_range(q)
         reports = np.empty(q.shape[:-1], dtype=object)
         for place in np.ndindex(reports.shape):
             reports[place] = self._report(q[place], scene, objects.names, float(max_distance))

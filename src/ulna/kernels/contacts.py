@@ -9,7 +9,7 @@ from ulna.kernels.block import all_in_range
 from ulna.kernels.bounds import STACK, bounds_of, objects_within
 from ulna.kernels.compile import entry, kernel
 from ulna.kernels.depth import SCRATCH
-from ulna.kernels.layout import COLUMN, JOINT, KIND, PARENT, PRISMATIC, RATIO
+from ulna.kernels.layout import COLUMN, JOINT, KIND, LARGEST, PARENT, PRISMATIC, RATIO
 from ulna.kernels.placed import place_bodies, rows_answer
 from ulna.kernels.se3 import constant_pose, load_pose
 from ulna.kernels.vectors import axis, cross, dot, minus, origin
@@ -90,6 +90,7 @@ def candidates_hung(joints, bodies, nodes, n_hung, margin, q, out):
     """
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
     stack, found, count = np.empty(STACK, np.int64), np.empty(n_hung, np.int64), 0
+    margin = min(margin, 1e3 * LARGEST)  # an infinite one would meet the children that are not there
     place_bodies(joints, bodies, q, joint_rows, body_rows)
     for k in range(bodies.shape[0]):
         low, high = bounds_of(bodies, k, load_pose(body_rows, k))

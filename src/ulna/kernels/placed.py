@@ -6,7 +6,7 @@ the search for distances of convex shapes, in a fraction of the time.
 
 from ulna.kernels.box_distance import box_pair
 from ulna.kernels.compile import kernel, routine
-from ulna.kernels.box_box import boxes_overlap
+from ulna.kernels.box_box import boxes_overlap, widest_gap
 from ulna.kernels.lanes import load, splat, sqrt
 from ulna.kernels.layout import BOX, HALF_EXTENTS, REACH, SHAPE
 from ulna.kernels.pair import body_of, pair_distance, pair_overlap
@@ -48,6 +48,16 @@ def rows_answer(bodies, vertices, i, a, others, points, j, b, scratch):
     if vertices is None or points is None:
         return box_pair(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
     return pair_distance(body_of(bodies, vertices, i, a), body_of(others, points, j, b), scratch)
+
+
+@kernel
+def rows_gap(bodies, vertices, i, a, others, points, j, b, scratch):
+    """No more than the distance of two bodies [m], and above zero where they are apart: of boxes the widest of fifteen gaps."""
+    if vertices is None or points is None:
+        return widest_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))[0]
+    if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
+        return widest_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))[0]
+    return rows_answer(bodies, vertices, i, a, others, points, j, b, scratch)[0]
 
 
 @kernel

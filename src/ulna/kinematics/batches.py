@@ -11,15 +11,16 @@ from functools import cache
 
 from ulna.kernels.layout import WIDTH
 
-LEAST_ROWS = 1024  # of a part: less is not worth a thread
+LEAST_ROWS = 1024  # of a part, where a row takes less than a microsecond
 
 
-def in_parts(run: Callable[[slice], bool], n: int) -> bool:
+def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS) -> bool:
     """Run a kernel over rows 0 to n in parts, and say whether it said yes to all.
 
     Args:
         run: Calls the kernel for the rows of a slice; the kernel lets go of the interpreter's lock (``nogil``).
         n: How many rows there are.
+        least: How few rows are worth a thread.
 
     Example:
         >>> import numpy as np
@@ -27,7 +28,7 @@ def in_parts(run: Callable[[slice], bool], n: int) -> bool:
         >>> in_parts(lambda rows: np.sqrt(x[rows], out=y[rows]) is not None, 5000), float(y[4900])
         (True, 70.0)
     """
-    n_parts = min(4 * _n_threads(), n // LEAST_ROWS)
+    n_parts = min(4 * _n_threads(), n // least)
     if n_parts < 2 or _n_threads() < 2:
         return run(slice(0, n))
     step = -(-n // n_parts // WIDTH) * WIDTH

@@ -21,7 +21,7 @@ from ulna.kernels.verdict import overlap_batch
 
 N, DOF, LINKS = 8, 7, 10
 CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
-PAIRS, NO_POINTS, NODES = np.zeros((3, 2), dtype=np.int64), np.zeros((0, 3)), np.zeros((0, 8))
+PAIRS, NODES = np.zeros((3, 2), dtype=np.int64), np.zeros((0, 8))
 Q, LIMITS, SETTINGS = np.zeros((N, DOF)), np.zeros((2, DOF)), np.zeros(N_SETTINGS)
 TARGETS, INFO, STARTS = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.zeros((1, DOF, 8))
 
@@ -29,7 +29,7 @@ ENTRIES = {
     "forward_batch": (forward_batch, (CHAIN, Q, TARGETS)),
     "frames_batch": (frames_batch, (CHAIN, FRAMES, Q, np.zeros((N, LINKS, 4, 4)))),
     "jacobian_batch": (jacobian_batch, (CHAIN, 0, Q, np.zeros((N, 6, DOF)))),
-    "overlap_batch": (overlap_batch, (CHAIN, BOXES, NO_POINTS, PAIRS, BOXES, NO_POINTS, NODES, 12, Q, np.zeros(N, dtype=np.bool_))),
+    "overlap_batch": (overlap_batch, (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, 12, Q, np.zeros(N, dtype=np.bool_))),
     "solve_each": (solve_each, (CHAIN, LIMITS, STARTS, Q, Q[0], TARGETS, SETTINGS, Q, INFO)),
     "transpose_each": (transpose_each, (CHAIN, LIMITS, Q, TARGETS, SETTINGS, Q, INFO)),
 }

@@ -6,7 +6,7 @@ import pytest
 import naive
 from close import assert_close
 from ulna.collision.objects import ALONE, make_objects
-from ulna.kernels.contacts import CONTACT_WIDTH, DISTANCE, NORMAL, WITNESS_A, WITNESS_B, contacts_one
+from ulna.kernels.contacts import CONTACT_WIDTH, DISTANCE, NORMAL, WITNESS_A, WITNESS_B, contacts_each
 from ulna.kernels.verdict import FREE, OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
 from ulna.model.shapes import Box
 
@@ -38,8 +38,7 @@ def table_of(objects):
 
 
 def scene(panda, bodies, world, pairs=NO_PAIRS):
-    robot = panda.tree.joints, bodies.table, bodies.vertices, pairs
-    return *robot, world.table, world.vertices, world.nodes, world.n_alone
+    return panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.n_alone
 
 
 def placed(panda, q):
@@ -102,9 +101,13 @@ def against(n_objects):
 
 def contacts(panda, bodies, world, q):
     found = np.empty((12 * len(world.names), CONTACT_WIDTH))
-    robot = panda.tree.joints, bodies.table, bodies.vertices
-    assert contacts_one(*robot, world.table, world.vertices, against(len(world.names)), q, found)
+    assert measure(panda, bodies, world, q, found)
     return found
+
+
+def measure(panda, bodies, world, q, found):
+    rows, shapes = np.zeros(len(found), dtype=np.int64), (panda.tree.joints, bodies.table, None, world.table, None)
+    return contacts_each(*shapes, q[None], rows, against(len(world.names)), found, np.empty((0, 7)))
 
 
 def test_every_depth_is_that_of_the_twin_and_its_witnesses_stand_that_far_apart(panda, bodies, objects, rng):
@@ -160,5 +163,4 @@ def test_an_entry_out_of_range_is_told_and_never_free(panda, bodies, rng, bad, n
     with np.errstate(invalid="ignore"):
         assert not overlap_batch(*scene(panda, bodies, world), q, np.empty(9, dtype=np.bool_))
         assert overlap_one(*scene(panda, bodies, world), q[8]) == OUT_OF_RANGE
-        robot = panda.tree.joints, bodies.table, bodies.vertices
-        assert not contacts_one(*robot, world.table, world.vertices, against(n), q[8], np.empty((12 * n, CONTACT_WIDTH)))
+        assert not measure(panda, bodies, world, q[8], np.empty((12 * n, CONTACT_WIDTH)))
