@@ -4,9 +4,12 @@ import itertools
 
 import numpy as np
 
+import kernel_probes
 import naive
 import ulna
+from close import assert_close
 from ulna.collision.cores import shape_columns, shape_vertices
+from ulna.kernels.depth import SCRATCH
 
 KINDS = ("sphere", "capsule", "box", "cylinder", "hull")
 PAIRS = [(a, b) for i, a in enumerate(KINDS) for b in KINDS[i:]]
@@ -102,3 +105,29 @@ def widest_gap_found(a, T_a, b, T_b, rng, rounds=6):
         near = (best[:, None] + spread * rng.normal(size=(8, 25, 3))).reshape(-1, 3)
         best, spread = np.vstack([best, near / np.linalg.norm(near, axis=1)[:, None]]), spread / 4
     return max(gap_along(a, T_a, b, T_b, n) for n in best)
+
+
+def random_pairs(rng, kinds, n, spread=0.3):
+    a, b = (random_solid(rng, kind) for kind in kinds)
+    fresh = [tuple(shape if kind == "hull" else random_solid(rng, kind) for kind, shape in zip(kinds, (a, b), strict=True))
+             for _ in range(n)]  # fmt: skip
+    return [(x, random_pose(rng, spread), y, random_pose(rng, spread)) for x, y in fresh]
+
+
+def ask(run, pairs):
+    """Distances, points of a, points of b, normals and verdicts of pairs (a, T_a, b, T_b) whose kinds and hulls are the same."""
+    columns = [[*kernel_column(a, T_a), *kernel_column(b, T_b)] for a, T_a, b, T_b in pairs]
+    scratch = tuple(np.zeros(shape) for shape in SCRATCH)
+    out = run(kernel_probes.two_bodies, np.transpose(columns), 11, *kernel_arguments(pairs[0][0], pairs[0][2]), scratch)
+    return out[0], out[1:4].T, out[4:7].T, out[7:10].T, out[10] == 1.0
+
+
+def assert_proved(pairs, answer, exactness=1e-11):
+    """The points lie on the shapes, as far apart along the normal as the answer says, and so far apart are the shadows there."""
+    for (a, T_a, b, T_b), d, p, q, n, overlap in zip(pairs, *answer, strict=True):
+        assert_close(np.linalg.norm(n), 1, atol=1e-12)
+        assert_close(q - p, d * n, atol=1e-12)
+        assert outside(a, T_a, p) < exactness
+        assert outside(b, T_b, q) < exactness
+        assert_close(gap_along(a, T_a, b, T_b, n), d, atol=exactness)
+        assert overlap == (d <= 0) or abs(d) < 1e-3 * exactness

@@ -42,7 +42,9 @@ def _core_columns(shape: Shape | Solid, first_vertex: int) -> tuple[float, ...]:
             return HULL, *np.abs(vertices).max(axis=0).tolist(), 0.0, first_vertex, len(vertices)
         case HalfSpace():
             return HALF_SPACE, 0.0, 0.0, 0.0, 0.0, 0, 0
-    raise GeometryError(f"a {type(shape).__name__} has no collision kernel; ulna.ConvexMesh.from_points(...) makes a hull of a mesh")
+    raise GeometryError(
+        f"a {type(shape).__name__} has no collision kernel; ulna.ConvexMesh.from_points(...) makes a hull of a mesh"
+    )
 
 
 def shape_vertices(shape: Shape | Solid) -> NDArray[np.float64]:

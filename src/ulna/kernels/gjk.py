@@ -21,7 +21,9 @@ from ulna.kernels.vectors import chosen, cross, dot, minus, place, step, times, 
 
 STEPS = 64
 _FAR = 1e300
-_NEEDLE = 1e-10  # the square of the sine of an angle: a triangle so thin has a normal of few digits, and of none at the square of it
+_NEEDLE = (
+    1e-10  # the square of the sine of an angle: a triangle so thin has a normal of few digits, and of none at the square of it
+)
 _EXACT = 1e-12  # of the bodies' size: bounds that near have met
 _TOUCHING = 1e-10  # of the bodies' size: cores this near to each other count as touching
 

@@ -17,7 +17,19 @@ from ulna.kernels.depth import deepened
 from ulna.kernels.gjk import nearest_cores
 from ulna.kernels.half_space import core_half_space
 from ulna.kernels.lanes import any_lane, splat, where
-from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, FIRST_VERTEX, HALF_EXTENTS, HALF_SPACE, HULL, N_VERTICES, RADIUS, SHAPE, SPHERE
+from ulna.kernels.layout import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    FIRST_VERTEX,
+    HALF_EXTENTS,
+    HALF_SPACE,
+    HULL,
+    N_VERTICES,
+    RADIUS,
+    SHAPE,
+    SPHERE,
+)
 from ulna.kernels.segments import point_box, point_cylinder, segment_segment, swept
 from ulna.kernels.vectors import times
 

@@ -6,12 +6,11 @@ this way out is as long as it says. That no way out is shorter is then asked of 
 import numpy as np
 import pytest
 
-import kernel_probes as probes
 import naive
 import solids
 import ulna
 from close import assert_close
-from ulna.kernels.depth import SCRATCH
+from solids import ask, assert_proved, random_pairs
 
 N = 32
 # The gap along the normal equals the distance to this many metres, for bodies of about one metre.
@@ -23,33 +22,8 @@ def kinds(request):
     return request.param
 
 
-def ask(run, pairs):
-    """Distances, points of a, points of b, normals and verdicts of pairs (a, T_a, b, T_b) whose kinds and hulls are the same."""
-    columns = [[*solids.kernel_column(a, T_a), *solids.kernel_column(b, T_b)] for a, T_a, b, T_b in pairs]
-    scratch = tuple(np.zeros(shape) for shape in SCRATCH)
-    out = run(probes.two_bodies, np.transpose(columns), 11, *solids.kernel_arguments(pairs[0][0], pairs[0][2]), scratch)
-    return out[0], out[1:4].T, out[4:7].T, out[7:10].T, out[10] == 1.0
-
-
-def random_pairs(rng, kinds, n=N, spread=0.3):
-    a, b = (solids.random_solid(rng, kind) for kind in kinds)
-    fresh = [tuple(shape if kind == "hull" else solids.random_solid(rng, kind) for kind, shape in zip(kinds, (a, b), strict=True))
-             for _ in range(n)]  # fmt: skip
-    return [(x, solids.random_pose(rng, spread), y, solids.random_pose(rng, spread)) for x, y in fresh]
-
-
-def assert_proved(pairs, answer, exactness=1e-11):
-    for (a, T_a, b, T_b), d, p, q, n, overlap in zip(pairs, *answer, strict=True):
-        assert_close(np.linalg.norm(n), 1, atol=1e-12)
-        assert_close(q - p, d * n, atol=1e-12)
-        assert solids.outside(a, T_a, p) < exactness
-        assert solids.outside(b, T_b, q) < exactness
-        assert_close(solids.gap_along(a, T_a, b, T_b, n), d, atol=exactness)
-        assert overlap == (d <= 0)
-
-
 def test_every_answer_proves_itself(run, rng, kinds):
-    pairs = random_pairs(rng, kinds)
+    pairs = random_pairs(rng, kinds, N)
     answer = ask(run, pairs)
     assert 0.1 < answer[4].mean() < 0.9
     assert_proved(pairs, answer, max(EXACTNESS.get(kind, 1e-11) for kind in kinds))
@@ -62,7 +36,7 @@ def test_no_way_out_is_shorter(run, rng, kinds):
 
 
 def test_from_the_other_side_it_is_the_same(run, rng, kinds):
-    pairs = random_pairs(rng, kinds)
+    pairs = random_pairs(rng, kinds, N)
     d, _, _, n, _ = ask(run, pairs)
     d_swapped, p, q, n_swapped, _ = answer = ask(run, [(b, T_b, a, T_a) for a, T_a, b, T_b in pairs])
     rounded = "cylinder" in kinds
@@ -73,7 +47,7 @@ def test_from_the_other_side_it_is_the_same(run, rng, kinds):
 
 
 def test_a_rigid_motion_of_both_moves_the_answer(run, rng, kinds):
-    pairs, T = random_pairs(rng, kinds), solids.random_pose(rng, 10)
+    pairs, T = random_pairs(rng, kinds, N), solids.random_pose(rng, 10)
     d, p, _, n, _ = ask(run, pairs)
     d_moved, p_moved, _, n_moved, _ = ask(run, [(a, T @ T_a, b, T @ T_b) for a, T_a, b, T_b in pairs])
     exactness = 2e-9 if "cylinder" in kinds else 1e-11
@@ -87,7 +61,9 @@ def test_a_rigid_motion_of_both_moves_the_answer(run, rng, kinds):
 def test_a_larger_scene_has_larger_distances(run, rng, scale):
     for kinds in solids.PAIRS:
         pairs = random_pairs(rng, kinds, 8)
-        scaled = [(scaled_by(a, scale), stretched(T_a, scale), scaled_by(b, scale), stretched(T_b, scale)) for a, T_a, b, T_b in pairs]
+        scaled = [
+            (scaled_by(a, scale), stretched(T_a, scale), scaled_by(b, scale), stretched(T_b, scale)) for a, T_a, b, T_b in pairs
+        ]
         assert_close(ask(run, scaled)[0] / scale, ask(run, pairs)[0], atol=2e-9 if "cylinder" in kinds else 1e-11)
 
 
