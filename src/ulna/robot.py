@@ -6,11 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.allowed import AllowedCollisions, as_allowed
+from ulna.collision.attached import Attached, attach, detach
+from ulna.collision.world import World
 from ulna.errors import InputError
 from ulna.io.dh import description_from_dh, description_of_table
 from ulna.io.load import load_description
@@ -21,14 +24,15 @@ from ulna.model.description import Description
 from ulna.model.dh_table import PARALLEL, DHTable
 from ulna.model.groups import JointGroup, configuration, joint_groups
 from ulna.model.pose import as_one_pose
+from ulna.model.shapes import Solid
 from ulna.model.srdf import EndEffector, Srdf
 from ulna.model.subtree import cut_out, with_tool
 from ulna.model.tree import Tree, build_tree
 
 if TYPE_CHECKING:
-    from ulna.collision.checker import BoxBodies
+    from ulna.collision.checker import Checker
+    from ulna.collision.edge import EdgeReport
     from ulna.collision.report import Report
-    from ulna.collision.world import World
     from ulna.ik.result import IKResult
     from ulna.ik.task import Task
 
@@ -82,16 +86,26 @@ class Robot:
     Made by ``ulna.load`` or ``Robot.from_dh``. Nothing of it can be changed; every array that it shows is read-only.
     """
 
-    def __init__(self, description: Description, *, home: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        description: Description,
+        *,
+        home: ArrayLike | None = None,
+        attached: Iterable[Attached] = (),
+        allowed: AllowedCollisions | None = None,
+    ) -> None:
         tree = build_tree(description)
         start = np.clip(np.zeros(tree.n_dof) if home is None else _one_configuration(tree, home), tree.lower, tree.upper)
         start.setflags(write=False)
-        self.__dict__.update(description=description, tree=tree, home=start)
+        self.__dict__.update(description=description, tree=tree, home=start, attached=tuple(attached), _allowed=allowed)
 
     description: Description
     tree: Tree
     home: Array
     """The configuration to start from [rad or m], shape (n_dof,)."""
+    attached: tuple[Attached, ...]
+    """What the robot carries."""
+    _allowed: AllowedCollisions | None
 
     @classmethod
     def from_dh(
@@ -268,7 +282,7 @@ class Robot:
             >>> load("panda").with_tool(np.eye(4), name="gripper").tip
             'gripper'
         """
-        return Robot(with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name), home=self.home)
+        return self._changed(description=with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name))
 
     # ---- kinematics ---------------------------------------------------------------------------------------------------
 
@@ -511,41 +525,133 @@ class Robot:
 
     # ---- collision ----------------------------------------------------------------------------------------------------
 
-    def in_collision(self, q: ArrayLike, world: World) -> bool | NDArray[np.bool_]:
-        """Whether any of the robot's boxes overlaps, touches, contains or lies within an object of the world.
+    def in_collision(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> bool | NDArray[np.bool_]:
+        """Whether any of the robot's shapes touches, overlaps, contains or lies within an object of the world, or another link.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
-            world: The objects.
+            world: The objects; none unless given.
+            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
 
         Returns:
             A bool for one q, else shape (...,).
 
         Raises:
-            GeometryError: The robot has no collision shapes, or some that are not boxes.
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        return self._checker.in_collision(self.tree, self._boxes, q, world)
+        return self._checker.in_collision(q, world, self_collision)
 
-    def check_collision(self, q: ArrayLike, world: World) -> Report:
-        """Which of the robot's boxes overlap which objects, and how deep.
+    def check_collision(
+        self, q: ArrayLike, world: World | None = None, self_collision: bool = True, *, max_distance: float = 0.0
+    ) -> Report | NDArray:
+        """Which of the robot's shapes overlap which objects, or each other, how deep and where.
 
         Args:
-            q: Joint positions [rad or m], shape (n_dof,).
-            world: The objects.
+            q: Joint positions [rad or m], shape (..., n_dof).
+            world: The objects; none unless given.
+            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
+            max_distance: Tell of pairs too that are apart, but no farther than this [m]; ``np.inf`` tells of all.
+
+        Returns:
+            A ``Report`` for one q, else an array of them, shape (...,).
+        """
+        return self._checker.check_collision(q, world, self_collision, max_distance)
+
+    def signed_distance(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> float | Array:
+        """The least distance of any of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            world: The objects; none unless given.
+            self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
+
+        Returns:
+            A number for one q, else shape (...,); infinite where there is nothing to measure to.
+        """
+        return self._checker.signed_distance(q, world, self_collision)
+
+    def distance_gradient(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> Array:
+        """The derivative of ``signed_distance`` by q [m/rad or m/m], shape (..., n_dof).
+
+        Where two pairs are equally near, or a pair has several nearest points, it is the derivative of one of them; zero where there
+        is nothing to measure to. The arguments are those of ``signed_distance``.
+        """
+        return self._checker.distance_gradient(q, world, self_collision)
+
+    def edge_in_collision(
+        self,
+        q_a: ArrayLike,
+        q_b: ArrayLike,
+        world: World | None = None,
+        self_collision: bool = True,
+        *,
+        resolution: float = 1e-4,
+    ) -> EdgeReport:
+        """Whether anything touches anywhere on the straight line from one configuration to another: free means free everywhere.
+
+        Args:
+            q_a: Joint positions at the start [rad or m], shape (..., n_dof).
+            q_b: Joint positions at the end, of a shape that goes with the other. Joints move evenly; none takes a shorter way round.
+            world: The objects; none unless given.
+            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
+            resolution: A clearance below this [m] may count as a contact; none above does.
+
+        Returns:
+            An ``EdgeReport``: in_collision, and how far on the way all is free.
+        """
+        return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution)
+
+    @property
+    def allowed_collisions(self) -> AllowedCollisions:
+        """The pairs of links that may touch, each with its reason: found from joints and samples unless the user gave others."""
+        return self._checker.allowed
+
+    def with_allowed_collisions(self, allowed: Iterable) -> Robot:
+        """The robot with other pairs of links that may touch, instead of those that were found.
+
+        Args:
+            allowed: An ``AllowedCollisions``, as ``robot.allowed_collisions.plus(("a", "b"))`` makes it; or pairs of names; or
+                the ``disabled_collisions`` of an SRDF.
 
         Raises:
-            GeometryError: The robot has no collision shapes, or some that are not boxes.
+            UnknownNameError: There is no such link.
         """
-        return self._checker.check_collision(self.tree, self._boxes, q, world)
+        return self._changed(allowed=as_allowed(allowed, self.link_names))
+
+    def with_attached(
+        self, name: str, shape: Solid, T_link_object: ArrayLike, link: str | None = None, touch_links: Iterable[str] = ()
+    ) -> Robot:
+        """The robot with something that it holds: it moves with a link, and is checked like the robot's own shapes.
+
+        Args:
+            name: The object's name in reports.
+            shape: What it is.
+            T_link_object: Its pose in the frame of the link, shape (4, 4).
+            link: The link that holds it, and may touch it; the tip unless given.
+            touch_links: Other links that may touch it, such as fingers.
+
+        Example:
+            >>> import ulna
+            >>> robot = load("panda").with_attached("cup", ulna.Box((0.05, 0.05, 0.1)), np.eye(4))
+            >>> robot.without_attached("cup").attached
+            ()
+        """
+        holder = self._the_tip if link is None else link
+        new = Attached(name, shape, as_one_pose(T_link_object, "T_link_object"), holder, touch_links)  # type: ignore[arg-type]
+        return self._changed(attached=attach(self.attached, new, self.link_names))
+
+    def without_attached(self, name: str) -> Robot:
+        """The robot without an object that it held. ``world.add`` puts it down."""
+        return self._changed(attached=detach(self.attached, name))
 
     def collision_poses(self, q: ArrayLike) -> Array:
-        """The poses of the robot's collision boxes, in the order of ``collision_names``: shape (..., n_boxes, 4, 4)."""
-        return self._forward.frame_poses(self.tree, self._boxes.table, q)
+        """The poses of the robot's collision shapes, in the order of ``collision_names``: shape (..., n_shapes, 4, 4)."""
+        return self._forward.frame_poses(self.tree, self._checker.bodies.table, q)
 
     @property
     def collision_names(self) -> tuple[str, ...]:
-        """The names of the robot's collision boxes."""
-        return self._boxes.names
+        """The names of the robot's collision shapes, attached objects last."""
+        return self._checker.bodies.names
 
     # ---- how it is held together --------------------------------------------------------------------------------------
     # The layers below are imported when first used: they load the compiler, which `import ulna` must not.
@@ -601,14 +707,14 @@ class Robot:
         return self._quick.setdefault(key, quick)
 
     @cached_property
-    def _checker(self):
-        from ulna.collision import checker
+    def _checker(self) -> Checker:
+        from ulna.collision.checker import Checker
 
-        return checker
+        return Checker(self.description, self.tree, self.attached, self._allowed)
 
-    @cached_property
-    def _boxes(self) -> BoxBodies:
-        return self._checker.box_bodies(self.description, self.tree)
+    def _changed(self, **changes: Any) -> Robot:
+        kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._allowed}
+        return Robot(**{**kept, **changes})
 
     @cached_property
     def _the_tip(self) -> str:
@@ -624,7 +730,7 @@ class Robot:
         raise AttributeError(f"a Robot cannot be changed: del {name}")
 
     def __reduce__(self):
-        return _restore, (self.description, self.home)
+        return _restore, (self.description, self.home, self.attached, self._allowed)
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
@@ -643,5 +749,5 @@ def _columns(part: Robot, whole: Robot) -> list[int]:
     return [column for name in part.joint_names for column in range(*slices[name].indices(whole.n_dof))]
 
 
-def _restore(description: Description, home: Array) -> Robot:
-    return Robot(description, home=home)
+def _restore(description: Description, home: Array, attached: tuple[Attached, ...], allowed: AllowedCollisions | None) -> Robot:
+    return Robot(description, home=home, attached=attached, allowed=allowed)
