@@ -49,6 +49,7 @@ SAID = {
     "method by a word": {"method": str(np.array("levenberg_marquardt"))},
     "seed": {"seed": np.int64(0)},
     "tolerance": {"position_tolerance": np.float64(1e-5)},
+    "time_limit": {"time_limit": 1e6},
     "trace": {"trace": True},
     "link": {"link": "panda_ee"},
 }
