@@ -6,6 +6,8 @@ import pytest
 
 import ulna
 
+collect_ignore = ["fuzz_readers.py"]  # started by hand; needs atheris
+
 
 @pytest.fixture(scope="session")
 def panda():

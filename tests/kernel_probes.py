@@ -10,7 +10,8 @@ from ulna.kernels.elementary import first_quadrant_angle, maximum, minimum, sinc
 from ulna.kernels.jacobian import chain_jacobian
 from ulna.kernels.jacobian_transpose import transpose_step
 from ulna.kernels.lane_search import ALLOWED, CHANGE, LEAST, N_STATE, advance
-from ulna.kernels.lanes import any_lane, load, logical_not, rint, splat, sqrt, store, where
+from ulna.kernels.lanes import any_lane, lane_count, lane_of, load, logical_not, rint, splat, sqrt, store, where, with_lane
+from ulna.kernels.pair import body_of, pair_distance, pair_overlap
 from ulna.kernels.pseudo_inverse import pseudo_inverse_step
 from ulna.kernels.se3 import compose, constant_pose, load_pose, slide_along_z, store_pose, turn_about_z
 from ulna.kernels.search_layout import WITH_POSTURE
@@ -204,3 +205,36 @@ def two_boxes(x, out):
     gap, axis = widest_gap(a, h, b, g)
     store(out, 1, gap)
     store(out, 2, axis)
+
+
+def two_bodies(kind_a, vertices_a, kind_b, vertices_b, scratch, x, out):
+    """Pose, half extents and radius of two bodies: signed distance, witness points, normal; and whether they overlap."""
+    a = kind_a, load_pose(x, 0), (load(x, 12), load(x, 13), load(x, 14), load(x, 15)), vertices_a
+    b = kind_b, load_pose(x[16:], 0), (load(x, 28), load(x, 29), load(x, 30), load(x, 31)), vertices_b
+    distance, p, q, n = pair_distance(a, b, scratch)
+    store(out, 0, distance)
+    for k in range(3):
+        store(out, 1 + k, p[k])
+        store(out, 4 + k, q[k])
+        store(out, 7 + k, n[k])
+    store(out, 10, where(pair_overlap(a, b, scratch), 1.0, 0.0))
+
+
+def single_lanes(x, out):
+    """The lanes of a number one by one: each is doubled where it stands."""
+    a = load(x, 0)
+    b = a
+    for lane in range(lane_count(a)):
+        b = with_lane(b, lane, 2.0 * lane_of(a, lane))
+    store(out, 0, a)
+    store(out, 1, b)
+
+
+def row_of_bodies(bodies, vertices, x, out):
+    """Row 1 of a table of bodies at a pose: kind, half extents and radius, and how many vertices."""
+    kind, pose, size, own = body_of(bodies, vertices, 1, load_pose(x, 0))
+    store(out, 0, splat(kind, pose[0]))
+    for k in range(4):
+        store(out, 1 + k, size[k])
+    store(out, 5, splat(own.shape[0], pose[0]))
+    store(out, 6, splat(own[0, 2], pose[0]))

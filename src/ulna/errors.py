@@ -3,6 +3,9 @@
 import difflib
 from collections.abc import Iterable
 
+_LONGEST = 1000  # characters of a message, which may cite a document
+_LONGEST_NAME, _MOST_NAMES = 100, 10_000  # among which near ones are looked for
+
 
 class UlnaError(Exception):
     """The root of all errors of this library."""
@@ -12,6 +15,7 @@ class DescriptionError(UlnaError, ValueError):
     """A robot description that cannot be understood. ``source`` is its name, ``line`` where in it (or None)."""
 
     def __init__(self, message: str, source: str = "", line: int | None = None) -> None:
+        message = message if len(message) <= _LONGEST else f"{message[: _LONGEST - 200]} ... {message[-195:]}"
         place = ":".join(str(part) for part in (source, line) if part not in ("", None))
         super().__init__(f"{place}: {message}" if place else message)
         self.message, self.source, self.line = message, source, line
@@ -72,10 +76,16 @@ class SingularityError(UlnaError, ValueError):
         return type(self), (self.message, self.rows)
 
 
+def near_names(name: str, known: Iterable[str], most: int) -> list[str]:
+    """The known names nearest to a name, best first; none for a name too long to be one: comparing takes the square of that."""
+    short = [one for one in known if len(one) <= _LONGEST_NAME]
+    return difflib.get_close_matches(str(name), short[:_MOST_NAMES], n=most) if len(str(name)) <= _LONGEST_NAME else []
+
+
 def did_you_mean(name: str, known: Iterable[str], most: int = 8) -> str:
     """The end of a sentence that suggests the nearest known name, or lists a few."""
-    known = [str(k) for k in known]
-    near = difflib.get_close_matches(str(name), known, n=1)
+    known = [k if len(k) <= _LONGEST_NAME else f"{k[:_LONGEST_NAME]}..." for k in map(str, known)]
+    near = near_names(name, known, 1)
     if near:
         return f"; did you mean {near[0]!r}?"
     if not known:

@@ -144,3 +144,9 @@ def test_copies_hold_the_same_and_nothing_can_be_changed():
 def test_a_tool_leaves_the_groups_as_they_are():
     panda = ulna.load("panda", srdf='<robot name="p"><group name="g"><joint name="panda_joint3"/></group></robot>')
     assert panda.with_tool(np.eye(4)).groups["g"].columns == (2,)
+
+
+def test_a_virtual_joint_does_not_hide_a_joint_of_its_name():
+    virtual = '<virtual_joint name="j2" type="fixed" parent_frame="map" child_link="world"/>'
+    robot = robot_with(virtual + '<group_state name="s"><joint name="j2" value="1"/></group_state>')
+    assert robot.named_configurations["s"][10] == 1

@@ -7,7 +7,7 @@ import numpy as np
 
 from ulna.inspection.result import Finding, Severity
 from ulna.model.description import Description, JointType
-from ulna.model.structure import columns_of_q, drive_of, follower_range, hard_bounds, joints_from_root
+from ulna.model.structure import columns_of_q, drives_of, follower_range, hard_bounds, joints_from_root
 from ulna.robot import Robot
 
 _LARGEST_REACH, _LEAST_REACH = 20.0, 0.01
@@ -35,10 +35,11 @@ def reach_of(robot: Robot) -> float:
 
 def _contradictions(description: Description) -> Iterator[Finding]:
     joints = joints_from_root(description)
-    columns, by_name = columns_of_q(joints), {joint.name: joint for joint in joints}
+    columns = columns_of_q(joints)
+    drives = drives_of(joints, columns, description.source)
     leaders = {columns[joint.name].start: joint for joint in joints if joint.name in columns}
     for joint in joints:
-        drive = drive_of(joint, by_name, columns, description.source)
+        drive = drives[joint.name]
         if joint.mimic is None or drive.column is None:
             continue
         where = f"joint {joint.name!r}"

@@ -1,9 +1,8 @@
 """Robots by name: of the packages ``example-robot-data`` and ``robot_descriptions``, where installed. Nothing is downloaded."""
 
-import difflib
 from pathlib import Path
 
-from ulna.errors import FileError
+from ulna.errors import FileError, near_names
 from ulna.io import cached_descriptions
 from ulna.io.named import Named
 from ulna.io.packages import package_folders
@@ -37,7 +36,7 @@ def example_robots() -> dict[str, Path]:
     folder = next((f / "robots" for f in package_folders("example-robot-data", None) if (f / "robots").is_dir()), None)
     files = {} if folder is None else {file: file.relative_to(folder).parts[0] for file in sorted(folder.rglob("*.urdf"))[::-1]}
     packages = list(files.values())
-    alone = {package.rpartition("_")[0]: file for file, package in files.items() if packages.count(package) == 1}
+    alone = {(package.rpartition("_")[0] or package): file for file, package in files.items() if packages.count(package) == 1}
     whole = {file.stem: file for file in files}
     return {**_without("_reduced", whole), **alone, **whole, **_without("_robot", whole)}
 
@@ -47,7 +46,7 @@ def _without(end: str, files: dict[str, Path]) -> dict[str, Path]:
 
 
 def _near(name: str, known: dict[str, str]) -> str:
-    near = difflib.get_close_matches(name, known, n=_MOST_NEAR, cutoff=0.6)
+    near = near_names(name, known, _MOST_NEAR)
     if not near:
         return f"; {len(known)} names are known, of which none is near"
     return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ulna.errors import FileError, InputError
 from ulna.io.xacro import expand_xacro, is_xacro
-from ulna.io.xml import parse
+from ulna.io.xml import LONGEST, parse
 
 
 @dataclass(frozen=True)
@@ -20,13 +20,19 @@ class Document:
     package_dirs: tuple[Path, ...] = ()
 
 
+def is_text(source: str) -> bool:
+    """Whether a string is a document itself, and no path."""
+    return source.lstrip("\ufeff \t\r\n").startswith("<")
+
+
 def open_document(argument: str, source: str | Path, kind: str) -> Document:
     """The document at a path, or in a string that begins with ``<``. ``argument`` and ``kind`` name it in messages."""
-    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
+    if isinstance(source, str) and is_text(source):
         return Document(_encoded(argument, source), f"{kind} text")
     path = Path(source)
     try:
-        return Document(path.read_bytes(), path.name, path.parent)
+        with path.open("rb") as file:
+            return Document(file.read(LONGEST + 1), path.name, path.parent)  # one that is too long is refused when parsed
     except FileNotFoundError:
         raise FileError(str(path), "no such file") from None
     except (OSError, ValueError) as error:

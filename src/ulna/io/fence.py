@@ -46,9 +46,11 @@ class Fence:
         if not name or name.startswith(".") or "/" in name or "\\" in name:
             raise LookupError(f"$(find {name}): {name!r} is no package's name")
         self.open_for_us = True  # each folder's package.xml is read
-        folders = [path for path in package_folders(name, self.folder, self.package_dirs) if path.is_dir()]
-        given = set(package_folders(name, None, self.package_dirs))
-        self.open_for_us = False
+        try:
+            folders = [path for path in package_folders(name, self.folder, self.package_dirs) if path.is_dir()]
+            given = set(package_folders(name, None, self.package_dirs))
+        finally:
+            self.open_for_us = False
         if not folders:
             raise LookupError(f"$(find {name}): no such package in package_dirs, ROS_PACKAGE_PATH or the folders above the file")
         for folder in folders:

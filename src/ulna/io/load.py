@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ulna.errors import DescriptionWarning, InputError
 from ulna.io.by_name import find_by_name
-from ulna.io.document import Document, expanded, open_document, refuse_arguments
+from ulna.io.document import Document, expanded, is_text, open_document, refuse_arguments
 from ulna.io.mesh_paths import with_mesh_paths
 from ulna.io.srdf import read_srdf
 from ulna.io.urdf import decoded, read_urdf
@@ -62,7 +62,7 @@ def _document(source: str | Path, xacro_args: Mapping[str, object], package_dirs
         bundled = BUNDLED[source]
         refuse_arguments(source, xacro_args)
         return Document(bundled.text(), bundled.file, package_dirs=folders), bundled.home
-    if isinstance(source, str) and _may_be_a_name(source):
+    if isinstance(source, str) and not is_text(source) and _may_be_a_name(source):
         named = find_by_name(source)
         source, xacro_args, folders = named.path, {**named.xacro_args, **xacro_args}, (*folders, *named.package_dirs)
     return expanded(open_document("source", source, "URDF"), xacro_args, folders), None
@@ -73,7 +73,7 @@ def _may_be_a_name(source: str) -> bool:
     path = Path(source)
     try:
         return path.name == source and path.suffix not in _SUFFIXES and len(source) < _LONGEST_NAME and not path.exists()
-    except ValueError:  # a character that no path has
+    except (OSError, ValueError):  # no path is so long, or has such a character
         return False
 
 

@@ -18,11 +18,19 @@ class Reader:
         return DescriptionError(message, self.source, element.sourceline)
 
     def child(self, element: etree._Element, tag: str) -> etree._Element:
-        """The first child of that tag; an error if there is none."""
-        child = element.find(tag)
+        """The child of that tag; an error if there is none, or several."""
+        child = self.only(element, tag)
         if child is None:
             raise self.fail(element, f"<{element.tag}> {element.get('name')!r} has no <{tag}>")
         return child
+
+    def only(self, element: etree._Element, tag: str) -> etree._Element | None:
+        """The child of that tag, or None; an error if there are several, of which no one can say which is meant."""
+        children = element.findall(tag)
+        if len(children) > 1:
+            name = "".join(f" {value!r}" for value in [element.get("name")] if value)
+            raise self.fail(children[1], f"<{element.tag}>{name} has {len(children)} <{tag}>; one is expected")
+        return children[0] if children else None
 
     def attribute(self, element: etree._Element, key: str) -> str:
         """An attribute that must be there."""

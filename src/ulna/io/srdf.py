@@ -9,8 +9,10 @@ from collections.abc import Iterable
 from lxml import etree
 
 from ulna.io.reader import Reader
-from ulna.io.xml import parse
+from ulna.io.xml import parse, without_namespace
 from ulna.model.srdf import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
+
+_MOST = 2000  # groups, chains and states: what they come to takes their number times that of the joints
 
 
 def read_srdf(text: bytes, source: str) -> Srdf:
@@ -19,7 +21,7 @@ def read_srdf(text: bytes, source: str) -> Srdf:
     Raises:
         DescriptionError: It is no SRDF: not XML, a name or a number is missing, two groups or two states have one name.
     """
-    return _Reader(source).srdf(parse(text, source))
+    return _Reader(source).srdf(without_namespace(parse(text, source)))
 
 
 class _Reader(Reader):
@@ -30,6 +32,9 @@ class _Reader(Reader):
             raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not an SRDF")
         if root.find("link") is not None:
             raise self.fail(root.findall("link")[0], "defines a link: this is a URDF, where an SRDF is expected")
+        for path in ("group", "group/chain", "group_state"):
+            if len(root.findall(path)) > _MOST:
+                raise self.fail(root, f"has more than {_MOST} <{path.rpartition('/')[2]}>")
         return Srdf(
             name=root.get("name", ""),
             groups=self.unlike([self.group(element) for element in root.iterfind("group")], root, "group"),

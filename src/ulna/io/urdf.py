@@ -10,16 +10,19 @@ from numpy.typing import NDArray
 
 from ulna.errors import DescriptionError, did_you_mean
 from ulna.io.reader import Reader
-from ulna.io.xml import parse
+from ulna.io.xml import parse, without_namespace
 from ulna.model.description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+
+_OTHER_FORMATS = {"mujoco": "MJCF", "sdf": "SDF"}
+_SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 
 
 def read_urdf(text: bytes, source: str) -> Description:
     """The description in a URDF document. ``source`` names it in messages."""
     root = parse(text, source)
-    return _Reader(source).robot(root, decoded(root, text, source))
+    return _Reader(source).robot(without_namespace(root), decoded(root, text, source))
 
 
 def decoded(root: etree._Element, text: bytes, source: str) -> str:
@@ -42,11 +45,12 @@ class _Reader(Reader):
 
     def robot(self, root: etree._Element, text: str) -> Description:
         if root.tag != "robot":
-            raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF")
+            other = f" but {_OTHER_FORMATS[root.tag]}, which is not read" if root.tag in _OTHER_FORMATS else ""
+            raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF{other}")
         for material in root.iterfind("material"):
             color = self.color(material)
             if color is not None:
-                self.materials[material.get("name", "")] = color
+                self.materials[self.attribute(material, "name")] = color
         return Description(
             name=root.get("name", ""),
             links=tuple(self.link(element) for element in root.iterfind("link")),
@@ -67,16 +71,23 @@ class _Reader(Reader):
     def bodies(self, link: etree._Element, tag: str, link_name: str) -> Iterator[Body]:
         elements = link.findall(tag)
         for k, element in enumerate(elements):
-            geometry = element.find("geometry")
+            geometry = self.only(element, "geometry")
             if geometry is None or len(geometry) == 0:
                 raise self.fail(element, f"link {link_name!r}: <{tag}> has no <geometry>")
-            material = element.find("material")
+            material = self.only(element, "material")
             yield Body(
                 name=element.get("name") or (f"{link_name}_{tag}" + (f"_{k + 1}" if len(elements) > 1 else "")),
-                shape=self.shape(geometry[0], link_name),
+                shape=self.shape(self.geometry(geometry, link_name), link_name),
                 pose=self.origin(element),
                 color=None if material is None else self.color(material),
             )
+
+    def geometry(self, element: etree._Element, link_name: str) -> etree._Element:
+        """The one shape in a geometry; what else stands there, as a material, is not looked at."""
+        shapes = [child for child in element if child.tag in _SHAPES]
+        if len(shapes) > 1:
+            raise self.fail(shapes[1], f"link {link_name!r}: one <geometry> has {len(shapes)} shapes; one is expected")
+        return shapes[0] if shapes else element[0]
 
     def shape(self, element: etree._Element, link_name: str) -> Shape:
         if element.tag == "box":
@@ -94,7 +105,7 @@ class _Reader(Reader):
         )
 
     def color(self, material: etree._Element) -> tuple[float, float, float, float] | None:
-        element = material.find("color")
+        element = self.only(material, "color")
         if element is None:
             return self.materials.get(material.get("name", ""))
         red, green, blue, alpha = self.vector(element, "rgba", 4)
@@ -124,7 +135,7 @@ class _Reader(Reader):
         return JointType(value)
 
     def axis(self, element: etree._Element, name: str, kind: JointType) -> NDArray[np.float64]:
-        child = element.find("axis")
+        child = self.only(element, "axis")
         axis = np.array([1.0, 0.0, 0.0] if child is None else self.vector(child, "xyz", 3))
         if kind == JointType.FLOATING:
             return np.array([0.0, 0.0, 1.0])
@@ -137,10 +148,10 @@ class _Reader(Reader):
         return axis / length
 
     def limits(self, element: etree._Element, name: str, kind: JointType) -> Limits:
-        child = element.find("limit")
+        child = self.only(element, "limit")
         bounded = kind in (JointType.REVOLUTE, JointType.PRISMATIC)
         if child is None:
-            if bounded and element.find("mimic") is None:
+            if bounded and self.only(element, "mimic") is None:
                 hint = "; a joint without limits is of type 'continuous'" if kind == JointType.REVOLUTE else ""
                 raise self.fail(element, f"joint {name!r}: a {kind} joint needs a <limit>{hint}")
             return Limits()
@@ -153,7 +164,7 @@ class _Reader(Reader):
         return Limits(lower, upper, velocity, effort)
 
     def safety(self, element: etree._Element, name: str) -> Safety | None:
-        child = element.find("safety_controller")
+        child = self.only(element, "safety_controller")
         if child is None:
             return None
         lower, upper = self.number(child, "soft_lower_limit", -math.inf), self.number(child, "soft_upper_limit", math.inf)
@@ -162,7 +173,7 @@ class _Reader(Reader):
         return Safety(self.number(child, "k_velocity"), self.number(child, "k_position", 0.0), lower, upper)
 
     def mimic(self, element: etree._Element, name: str, kind: JointType) -> Mimic | None:
-        child = element.find("mimic")
+        child = self.only(element, "mimic")
         if child is None:
             return None
         if kind not in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
@@ -172,7 +183,7 @@ class _Reader(Reader):
         return Mimic(self.attribute(child, "joint"), self.number(child, "multiplier", 1.0), self.number(child, "offset", 0.0))
 
     def origin(self, element: etree._Element) -> NDArray[np.float64]:
-        child = element.find("origin")
+        child = self.only(element, "origin")
         if child is None:
             return np.eye(4)
         zero = (0.0, 0.0, 0.0)

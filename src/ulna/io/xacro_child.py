@@ -1,6 +1,7 @@
 """The child process that expands a xacro document: a JSON request on standard input, a JSON answer on standard output."""
 
 import codecs
+import io
 import json
 import os
 import re
@@ -18,8 +19,8 @@ import yaml
 from xacro import substitution_args
 
 from ulna.io.fence import Fence, FenceError
+from ulna.io.xml import LONGEST
 
-_LONGEST = 100_000_000  # characters of expanded text
 _ENCODINGS = ("ascii", "iso-8859-1", "iso-8859-15", "cp1252", "utf-16", "utf-32", "utf-8-sig", "unicode_escape")
 
 
@@ -81,6 +82,7 @@ def _limit(memory: int, seconds: float) -> None:
 
 def _expand(request: dict) -> dict[str, Any]:
     path = None if request["folder"] is None else Path(request["folder"]) / request["file"]
+    sys.stderr = io.StringIO()  # a document may print without end
     fence = Fence(None if path is None else path.parent, request["package_dirs"])
     _teach_xacro(fence, path)
     arguments = _Arguments(request["arguments"])
@@ -89,8 +91,8 @@ def _expand(request: dict) -> dict[str, Any]:
     fence.close()
     xacro.process_doc(document, mappings=arguments)
     text = document.toprettyxml(indent="  ")
-    if len(text) > _LONGEST:
-        raise ValueError(f"expands to {len(text)} characters")
+    if len(text) > LONGEST:
+        raise ValueError(f"expands to {len(text) / 1e6:.0f} MB; up to {LONGEST / 1e6:.0f} MB are read")
     return {"urdf": text, "asked": sorted(arguments.asked)}
 
 

@@ -19,12 +19,13 @@ A set without volume (of two flat cores in one plane) has depth zero along its o
 
 from ulna.kernels.box_box import relative_pose
 from ulna.kernels.compile import kernel, routine
-from ulna.kernels.gjk import difference, nearest_cores, reach_of
+from ulna.kernels.gjk import difference, nearest_cores
 from ulna.kernels.lanes import lane_count, lane_of, sqrt, with_lane
 from ulna.kernels.vectors import axis, cross, dot, minus, origin, place, seen_from, step, times, turn
 
 MAX_POINTS, MAX_FACES, MAX_EDGES = 160, 320, 320
 POINT_WIDTH, FACE_WIDTH = 6, 7
+_TETRAHEDRON = (0, 1, 2), (1, 0, 3), (2, 1, 3), (0, 2, 3)
 SCRATCH = (MAX_POINTS, POINT_WIDTH), (MAX_FACES, FACE_WIDTH), (MAX_EDGES, 2)  # shapes: points, faces, edges
 _EXACT = 1e-10  # of the bodies' size: bounds that near have met; faces much smaller have no normals to go by
 _TOUCHING = 1e-9  # of the bodies' size: a surface point so near to the origin gives no direction
@@ -77,8 +78,8 @@ def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, 
     relative is R_a_b, t_a_b. ``meeting`` is a point of both, the answer where the set has no volume.
     """
     r, t = relative
-    size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
     body = (kind_a, h, vertices_a, kind_b, g, vertices_b, r, t)
+    size = extent(body, points)
     flat, normal = first_polytope(body, size, points, faces)
     if flat:
         return 0.0, meeting, normal
@@ -128,12 +129,12 @@ def polished(body, depth, n, size, points):
 
 
 @routine
-def farthest(body, n, points, place_of_it):
-    """How far the set reaches along n; its farthest point there, and that point's p, are put in a place of the points."""
+def farthest(body, n, points, i):
+    """How far the set reaches along n; its farthest point there, and that point's p, are put in place i of the points."""
     kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
     w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-n[0], -n[1], -n[2]))
     for k in range(3):
-        points[place_of_it, k], points[place_of_it, 3 + k] = w[k], p[k]
+        points[i, k], points[i, 3 + k] = w[k], p[k]
     return dot(n, w)
 
 
@@ -144,52 +145,61 @@ def point(points, i):
 
 
 @kernel
+def extent(body, points):
+    """The size of the set: its widths along the three axes, together. The ends along the widest stand first in the points."""
+    size, widest = 0.0, -1.0
+    for k in range(3):
+        n = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
+        i = 2 if k > 0 else 0  # where the ends are tried
+        width = farthest(body, n, points, i) + farthest(body, times(n, -1.0), points, i + 1)
+        size += width
+        if width > widest:
+            widest = width
+            for c in range(POINT_WIDTH):
+                points[0, c], points[1, c] = points[i, c], points[i + 1, c]
+    return size
+
+
+@kernel
 def first_polytope(body, size, points, faces):
     """Make a tetrahedron of support points; or say that the set is flat, and along which normal.
 
-    The widest of the three axes gives two points, the farthest from their line a third, and from their plane a fourth.
+    Two points are there; the farthest from their line is the third, and the farthest from the plane of three the fourth.
     """
-    x = widest_axis(body, points)
-    d = minus(point(points, 1), point(points, 0))
-    length = sqrt(dot(d, d))
-    if length <= _FLAT * size:
-        return True, x
-    u = cross(d, (1.0, 0.0, 0.0)) if abs(d[0]) <= min(abs(d[1]), abs(d[2])) else (
-        cross(d, (0.0, 1.0, 0.0)) if abs(d[1]) <= abs(d[2]) else cross(d, (0.0, 0.0, 1.0))
-    )  # fmt: skip
-    u = times(u, 1.0 / sqrt(dot(u, u)))
-    across = farther_of_two(body, u, points, 2)
-    if across <= _FLAT * size:
-        u = times(cross(d, u), 1.0 / length)
-        across = farther_of_two(body, u, points, 2)
-    e = minus(point(points, 2), point(points, 0))
-    n = cross(d, e)
-    area = sqrt(dot(n, n))
-    if area <= _FLAT * size * length:
-        return True, u
-    n = times(n, 1.0 / area)
-    if farther_of_two(body, n, points, 3) <= _FLAT * size:
+    n = (1.0, 0.0, 0.0)
+    if size <= 0.0:
         return True, n
-    outwards = dot(n, minus(point(points, 3), point(points, 0))) < 0.0  # the fourth point lies below the first three
-    first, second = (1, 2) if outwards else (2, 1)
-    set_face(points, faces, 0, 0, first, second)
-    set_face(points, faces, 1, first, 0, 3)
-    set_face(points, faces, 2, second, first, 3)
-    set_face(points, faces, 3, 0, second, 3)
+    for found in (2, 3):
+        d, e = minus(point(points, 1), point(points, 0)), minus(point(points, 2), point(points, 0))
+        n = across(d) if found == 2 else unit_cross(d, e)
+        width = farther_of_two(body, n, points, found)
+        if found == 2 and width <= _FLAT * size:
+            n = unit_cross(d, n)
+            width = farther_of_two(body, n, points, found)
+        if width <= _FLAT * size:
+            return True, n
+    if dot(n, minus(point(points, 3), point(points, 0))) > 0.0:  # seen from the fourth point the others run clockwise
+        for k in range(POINT_WIDTH):
+            points[1, k], points[2, k] = points[2, k], points[1, k]
+    for f in range(4):
+        i, j, k = _TETRAHEDRON[f]
+        set_face(points, faces, f, i, j, k)
     return False, n
 
 
 @kernel
-def widest_axis(body, points):
-    """Put the ends of the set along its widest axis in the first two places of the points; the axis."""
-    widest, found = -1.0, (1.0, 0.0, 0.0)
-    for n in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
-        width = farthest(body, n, points, 2) + farthest(body, times(n, -1.0), points, 3)
-        if width > widest:
-            widest, found = width, n
-            for k in range(POINT_WIDTH):
-                points[0, k], points[1, k] = points[2, k], points[3, k]
-    return found
+def across(d):
+    """A unit vector perpendicular to d: its product with the axis along which d reaches least."""
+    x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
+    by_x, by_y = x <= y and x <= z, y < x and y <= z
+    return unit_cross(d, (1.0 if by_x else 0.0, 1.0 if by_y else 0.0, 0.0 if by_x or by_y else 1.0))
+
+
+@kernel
+def unit_cross(a, b):
+    """The cross product of two vectors, of length one."""
+    n = cross(a, b)
+    return times(n, 1.0 / sqrt(dot(n, n)))
 
 
 @kernel

@@ -59,14 +59,11 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
         active = active & logical_not(done)
         if not any_lane(active):
             break
-        v_new, points_new, sources_new, shares_new, within = advance(v, points, sources, shares, w, p)
+        v, points, sources, shares, better, within = advance(active, v, points, sources, shares, w, p)
         within = within & active & (below <= _EXACT * size)
         inside = inside | within
-        v = chosen(active, v_new, v)
-        points = chosen_three(active, points_new, points)
-        sources = chosen_three(active, sources_new, sources)
-        shares = chosen(active, shares_new, shares)
-        active = active & logical_not(within)
+        active = active & better & logical_not(within)
+    inside = inside | (below <= 0.0)  # nothing certain keeps them apart: the depth will tell
     distance = where(inside, 0.0, sqrt(dot(v, v)))
     n = times(v, -1.0 / where(inside, 1.0, distance))
     p = step(step(times(sources[0], shares[0]), shares[1], sources[1]), shares[2], sources[2])
@@ -93,8 +90,9 @@ def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
 
 
 @kernel
-def advance(v, points, sources, shares, w, p):
-    """The simplex with w: v, its three points with the points of A and the shares that make it up, and where it holds the origin.
+def advance(active, v, points, sources, shares, w, p):
+    """The simplex with w in the active lanes: v, its three points with the points of A and the shares that make it up; where v is
+    nearer than it was, for elsewhere it stays; and where the tetrahedron holds the origin.
 
     A candidate is (|v|^2, v, share of the first point, share of the second): the first and second besides w.
     """
@@ -109,12 +107,13 @@ def advance(v, points, sources, shares, w, p):
     k2 = chosen(third, points[0], chosen(second, points[2], points[1]))
     s1 = chosen(third, sources[2], chosen(second, sources[1], sources[0]))
     s2 = chosen(third, sources[0], chosen(second, sources[2], sources[1]))
-    better = square < dot(v, v)
+    better = active & (square < dot(v, v))
     return (
         chosen(better, nearest, v),
         chosen_three(better, (w, k1, k2), points),
         chosen_three(better, (p, s1, s2), sources),
         chosen(better, (1.0 - x - y, x, y), shares),
+        better,
         holds_origin(w, e0, e1, e2, n0, n1, n2),
     )
 

@@ -1,9 +1,11 @@
 """Support points: the point of a core that lies farthest along a direction, in the core's own frame."""
 
+import numpy as np
+
 from ulna.kernels.compile import kernel
 from ulna.kernels.lanes import splat, sqrt, where
-from ulna.kernels.layout import BOX, CYLINDER
-from ulna.kernels.vectors import chosen, dot
+from ulna.kernels.layout import BOX, CYLINDER, HULL
+from ulna.kernels.vectors import chosen, dot, times
 
 
 @kernel
@@ -13,7 +15,9 @@ def support(kind, h, vertices, d):
         return box_support(h, d)
     if kind == CYLINDER:
         return cylinder_support(h, d)
-    return hull_support(vertices, d)
+    if kind == HULL:
+        return hull_support(vertices, d)
+    return times(d, np.nan)  # a half-space has no farthest point
 
 
 @kernel

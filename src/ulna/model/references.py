@@ -43,10 +43,9 @@ class _Check:
     def __init__(self, srdf: Srdf, description: Description) -> None:
         self.srdf, self.warnings = srdf, []
         self.joints = {joint.name: joint for joint in description.joints}
-        self.virtual = {joint.name for joint in srdf.virtual_joints}
         self.known = {
             "link": {link.name: None for link in description.links},
-            "joint": {**self.joints, **dict.fromkeys(self.virtual)},
+            "joint": {**self.joints, **{joint.name: None for joint in srdf.virtual_joints}},
             "group": {group.name: None for group in srdf.groups},
         }
 
@@ -86,7 +85,7 @@ class _Check:
         if state.group is not None:
             self.has("group", state.group, who, state.line)
         values = dict(state.values)
-        known = [name for name in values if self.has("joint", name, who, state.line) and name not in self.virtual]
+        known = [name for name in values if self.has("joint", name, who, state.line) and name in self.joints]
         kept = tuple((name, values[name]) for name in known if self.value(name, values, who, state.line))
         return replace(state, values=kept)
 

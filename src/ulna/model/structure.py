@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.errors import DescriptionError, did_you_mean
-from ulna.model.description import N_POSITIONS, Description, Joint, JointType
+from ulna.model.description import N_POSITIONS, Description, Joint, JointType, Mimic
 
 _BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
 
@@ -60,7 +60,8 @@ def joints_from_root(description: Description) -> tuple[Joint, ...]:
         ordered.append(joint)
         waiting.extend(reversed(children[joint.child]))
     if len(ordered) < len(description.joints):
-        lost = next(j for j in description.joints if j not in ordered)
+        reached = {joint.name for joint in ordered}
+        lost = next(joint for joint in description.joints if joint.name not in reached)
         message = f"joint {lost.name!r} hangs on a loop of joints that the root does not reach"
         raise DescriptionError(message, description.source, lost.line)
     return tuple(ordered)
@@ -92,36 +93,49 @@ def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:
     return columns
 
 
-def drive_of(joint: Joint, joints: dict[str, Joint], columns: dict[str, slice], source: str) -> Drive:
-    """What moves a joint, mimics followed to the independent joint or to the fixed one at their end."""
-    ratio, offset, seen = 1.0, 0.0, [joint.name]
-    if joint.mimic is not None and N_POSITIONS[joint.type] > 1:
+def drives_of(joints: tuple[Joint, ...], columns: dict[str, slice], source: str) -> dict[str, Drive]:
+    """What moves each joint, mimics followed to the independent joint or to the fixed one at their end."""
+    by_name, drives = {joint.name: joint for joint in joints}, {}
+    for start in joints:
+        followers: dict[str, Joint] = {}
+        joint = start
+        while joint.name not in drives and joint.mimic is not None:
+            followers[joint.name] = joint
+            joint = _leader(joint, by_name, followers, source)
+        if joint.name not in drives:
+            fixed = joint.type == JointType.FIXED
+            drives[joint.name] = Drive(None, 0.0) if fixed else Drive(columns[joint.name].start)
+        for follower in reversed(followers.values()):
+            drive, mimic = drives[joint.name], follower.mimic or Mimic("")
+            ratio, offset = mimic.multiplier * drive.ratio, mimic.multiplier * drive.offset + mimic.offset
+            drives[follower.name], joint = Drive(drive.column, ratio, offset), follower
+    return drives
+
+
+def _leader(joint: Joint, joints: dict[str, Joint], followers: dict[str, Joint], source: str) -> Joint:
+    """The joint that a joint mimics, if it can be followed."""
+    followed = "" if joint.mimic is None else joint.mimic.joint
+    leader = joints.get(followed)
+    if N_POSITIONS[joint.type] > 1:
         raise DescriptionError(f"joint {joint.name!r}: a {joint.type} joint cannot mimic another", source, joint.line)
-    while joint.mimic is not None:
-        ratio, offset = ratio * joint.mimic.multiplier, ratio * joint.mimic.offset + offset
-        leader = joints.get(joint.mimic.joint)
-        if leader is None:
-            followed = joint.mimic.joint
-            message = f"joint {joint.name!r} mimics {followed!r}, which is not defined{did_you_mean(followed, joints)}"
-            raise DescriptionError(message, source, joint.line)
-        if leader.name in seen:
-            raise DescriptionError(f"joints {' -> '.join([*seen, leader.name])} mimic each other in a circle", source, joint.line)
-        if N_POSITIONS[leader.type] > 1:
-            message = f"joint {joint.name!r} mimics {leader.name!r}, a {leader.type} joint: no single number to follow"
-            raise DescriptionError(message, source, joint.line)
-        seen.append(leader.name)
-        joint = leader
-    if joint.type == JointType.FIXED:
-        return Drive(None, 0.0, offset)
-    return Drive(columns[joint.name].start, ratio, offset)
+    if leader is None:
+        message = f"joint {joint.name!r} mimics {followed!r}, which is not defined{did_you_mean(followed, joints)}"
+        raise DescriptionError(message, source, joint.line)
+    if leader.name in followers:
+        names = [*followers, leader.name]
+        names = [*names[:4], "...", *names[-4:]] if len(names) > 10 else names
+        raise DescriptionError(f"joints {' -> '.join(names)} mimic each other in a circle", source, joint.line)
+    if N_POSITIONS[leader.type] > 1:
+        message = f"joint {joint.name!r} mimics {leader.name!r}, a {leader.type} joint: no single number to follow"
+        raise DescriptionError(message, source, joint.line)
+    return leader
 
 
 def moving_joints(description: Description, joints: Iterable[Joint]) -> tuple[Joint, ...]:
     """Those of some joints that an entry of q moves, be it through a mimic."""
     ordered = joints_from_root(description)
-    columns, by_name = columns_of_q(ordered), {joint.name: joint for joint in ordered}
-    driven = (joint for joint in joints if joint.type != JointType.FIXED)
-    return tuple(joint for joint in driven if drive_of(joint, by_name, columns, description.source).column is not None)
+    drives = drives_of(ordered, columns_of_q(ordered), description.source)
+    return tuple(joint for joint in joints if joint.type != JointType.FIXED and drives[joint.name].column is not None)
 
 
 def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Parts of a robot, and a robot with a tool: descriptions made of descriptions."""
 
+from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
@@ -67,10 +68,12 @@ def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, 
 
 def _below(description: Description, base: str) -> set[str]:
     """The names of the joints that hang on a link."""
-    links, kept, growing = {base}, set(), True
-    while growing:
-        found = {joint.name: joint.child for joint in description.joints if joint.parent in links and joint.name not in kept}
-        kept |= set(found)
-        links |= set(found.values())
-        growing = bool(found)
+    hanging: dict[str, list[Joint]] = defaultdict(list)
+    for joint in description.joints:
+        hanging[joint.parent].append(joint)
+    kept, waiting = set(), [base]
+    while waiting:
+        joints = hanging[waiting.pop()]
+        kept |= {joint.name for joint in joints}
+        waiting += [joint.child for joint in joints]
     return kept

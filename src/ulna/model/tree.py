@@ -19,7 +19,7 @@ from ulna.model.structure import (
     Drive,
     bounds_of_q,
     columns_of_q,
-    drive_of,
+    drives_of,
     hard_bounds,
     joints_from_root,
     leaf_links,
@@ -117,8 +117,8 @@ class Tree:
 def build_tree(description: Description) -> Tree:
     """Check a description and lay it out as arrays."""
     root, ordered = root_link(description), joints_from_root(description)
-    columns, by_name = columns_of_q(ordered), {joint.name: joint for joint in ordered}
-    drives = {joint.name: drive_of(joint, by_name, columns, description.source) for joint in ordered}
+    columns = columns_of_q(ordered)
+    drives = drives_of(ordered, columns, description.source)
     link_row, link_offset, table = {root: BASE}, {root: np.eye(4)}, []
     for joint in ordered:
         drive = drives[joint.name]

@@ -70,7 +70,7 @@ def test_a_missing_file_is_named_and_a_mistyped_robot_is_suggested():
 
 
 @pytest.mark.parametrize(
-    "source", ["a\0b.urdf", "a" * 5000, "\udcff.urdf", '<robot name="\udcff"/>'], ids=lambda s: ascii(s[:20])
+    "source", ["a\0b.urdf", "a" * 5000, "\u8282" * 90, "\udcff.urdf", '<robot name="\udcff"/>'], ids=lambda s: ascii(s[:20])
 )
 def test_text_that_nothing_can_read_is_refused_as_an_ulna_error(source):
     with pytest.raises(UlnaError):

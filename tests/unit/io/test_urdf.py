@@ -44,6 +44,14 @@ def test_what_is_not_said_takes_the_value_that_the_format_gives_it():
     assert joint.limits == Limits(0.0, 0.0, 2.0, 1.0)
 
 
+def test_an_empty_origin_is_none_and_a_material_in_a_geometry_is_not_looked_at():
+    (joint,) = one_joint("fixed", "<origin/>").description.joints
+    np.testing.assert_array_equal(joint.origin, np.eye(4))
+    geometry = '<geometry><material name="black"/><sphere radius="0.1"/></geometry>'
+    (link,) = ulna.load(f'<robot name="r"><link name="a"><visual>{geometry}</visual></link></robot>').description.links
+    assert link.visuals[0].shape == Sphere(0.1)
+
+
 def test_an_axis_is_made_a_unit_vector():
     (joint,) = one_joint("continuous", '<axis xyz="0 3 -4"/>').description.joints
     np.testing.assert_allclose(joint.axis, [0, 0.6, -0.8], atol=1e-16)

@@ -127,3 +127,16 @@ def test_comments_and_elements_of_other_programs_are_passed_over():
     )
     assert robot.joint_names == ("wrist",)
     assert robot.link_names == ("base", "hand")
+
+
+@pytest.mark.parametrize("declared", ['xmlns="http://www.ros.org"', 'xmlns="http://www.ros.org" xmlns:gazebo="http://other"'])
+def test_a_namespace_for_the_whole_document_is_no_obstacle(declared):
+    robot = ulna.load(ARM.replace("<robot ", f"<robot {declared} "))
+    assert (robot.joint_names, robot.description.joints[0].line) == (("wrist",), 6)
+    srdf = f'<robot name="arm" {declared}><group name="g"><joint name="wrist"/></group></robot>'
+    assert ulna.load(ARM, srdf=srdf).groups["g"].joint_names == ("wrist",)
+
+
+def test_elements_of_another_namespace_are_those_of_other_programs():
+    extra = '<other:link xmlns:other="http://other" name="extra"/></robot>'
+    assert ulna.load(ARM.replace("</robot>", extra)).link_names == ("base", "hand")
