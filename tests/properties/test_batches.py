@@ -34,9 +34,13 @@ TARGET_QUERIES = {
     "levenberg_marquardt": {},
     "with a seed": {"q_seed": np.array([0.1, -0.5, 0.2, -1.8, 0.1, 1.4, 0.5])},
     "with a posture": {"posture": np.array([0.0, 0.3, 0.0, -1.5, 0.0, 1.8, 0.7]), "max_iterations": 100},
+    "within a step": {"q_seed": np.array([0.1, -0.5, 0.2, -1.8, 0.1, 1.4, 0.5]), "max_step": 1.5, "max_iterations": 400},
+    "a position": {"task": "position", "rank": "mid_range"},
     "jacobian_transpose": {"method": "jacobian_transpose", "max_iterations": 40},
+    "pseudo_inverse": {"method": "pseudo_inverse", "max_iterations": 40},
+    "damped_least_squares": {"method": "damped_least_squares", "max_iterations": 40},
 }
-FIELDS = ("q", "success", "status", "position_error", "rotation_error", "iterations")
+FIELDS = ("q", "success", "status", "position_error", "rotation_error", "iterations", "starts", "reach_excess")
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +112,7 @@ def test_one_verdict_is_a_plain_bool(panda, q):
 def test_a_target_is_solved_alike_in_any_company(panda, targets, rng, name):
     options = TARGET_QUERIES[name]
     whole = panda.inverse_kinematics(targets, **options)
-    assert np.mean(whole.success) > 0.5 or name == "jacobian_transpose"
+    assert np.mean(whole.success) > 0.5 or "method" in options or "max_step" in options
     for chosen in [slice(0, 1), slice(3, 20), slice(36, 37), slice(None, None, -1), rng.permutation(N)]:
         part = panda.inverse_kinematics(targets[chosen], **options)
         for field in FIELDS:
@@ -133,7 +137,7 @@ def test_the_axes_of_targets_come_back_unchanged(panda, targets, name, shape):
     assert s.q.shape == (*shape, 7)
     for field in FIELDS[1:]:
         assert np.shape(getattr(s, field)) == shape
-    if n:
+    if n and (shape or name != "levenberg_marquardt"):  # one target without a seed has all lanes: the first to arrive wins
         flat = panda.inverse_kinematics(targets[:n], **TARGET_QUERIES[name])
         assert_same_bits(s.q.reshape(n, 7), flat.q)
     assert isinstance(str(s), str)
