@@ -37,8 +37,9 @@ IK_KEYS = (
     "upper; position_error; rotation_error; iterations."
 )
 REPORT_KEYS = (
-    f"{_Q_KEYS}; in_collision; touching: shapes of the robot; pairs: name_a of the robot, name_b of the world, link, "
-    "signed_distance (negative: overlap), normal from a to b."
+    f"{_Q_KEYS}; in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the robot; "
+    "pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), witness_a and "
+    "witness_b: the nearest points, normal from a to b."
 )
 CHECKS_KEYS = "passed; checks: name, figure, bound, passed."
 
@@ -148,10 +149,11 @@ def ik_data(robot: Robot, link: str, T: Array, orientation: str, method: str, re
     }
 
 
-def report_data(robot: Robot, q: Array, report: Report) -> Data:
-    """What a collision check found; see ``REPORT_KEYS``."""
+def report_data(robot: Robot, q: Array, report: Report, distance: float) -> Data:
+    """What a collision check found, and the least distance; see ``REPORT_KEYS``."""
     pairs = [{field.name: getattr(pair, field.name) for field in fields(pair)} for pair in report.pairs]
-    return {**_data_of_q(robot, q), "in_collision": report.in_collision, "touching": report.touching, "pairs": pairs}
+    verdict = {"in_collision": report.in_collision, "signed_distance": distance, "touching": report.touching}
+    return {**_data_of_q(robot, q), **verdict, "pairs": pairs}
 
 
 def plain(value):
