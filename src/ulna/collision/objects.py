@@ -11,7 +11,6 @@ from ulna.model.shapes import HalfSpace, Solid
 
 ALONE = 64  # worlds of at most so many objects need no tree: meeting each with eight configurations at once is as fast
 _NOWHERE = 1e300  # bounds that nothing meets
-_MORTON_BITS = 21  # of each coordinate: 63 of a whole number
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +46,7 @@ def make_objects(shapes: dict[str, Solid], poses: dict[str, NDArray[np.float64]]
     n_endless = sum(isinstance(shape, HalfSpace) for shape in shapes.values())
     n_alone = len(names) if len(names) <= ALONE else n_endless
     low, high = bounds(table[n_alone:])
-    order = np.concatenate([np.arange(n_alone), n_alone + morton_order((low + high) / 2)])
+    order = np.concatenate([np.arange(n_alone), n_alone + compact_order((low + high) / 2)])
     nodes = tree_of_bounds(low[order[n_alone:] - n_alone], high[order[n_alone:] - n_alone])
     points = np.concatenate([np.zeros((0, 3)), *vertices])
     only_boxes = bool((table[:, SHAPE] == BOX).all())
@@ -61,21 +60,23 @@ def bounds(table: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
     return T[:, :, 3] - reach, T[:, :, 3] + reach
 
 
-def morton_order(centres: NDArray[np.float64]) -> NDArray[np.int64]:
-    """An order in which what is near in space is mostly near in the list: by the interleaved bits of x, y and z.
+def compact_order(centres: NDArray[np.float64]) -> NDArray[np.int64]:
+    """An order in which every node of the tree holds objects that are near each other.
 
-    Source: Morton, A computer oriented geodetic data base (IBM, 1966).
+    From the root down, what a node will hold is halved across its longest side, and these halves twice more, for eight children;
+    all nodes of a level at once. Source: Bentley, Multidimensional binary search trees (Communications of the ACM, 1975).
     """
-    if not len(centres):
-        return np.zeros(0, dtype=np.int64)
-    low = centres.min(axis=0)
-    span = max(float((centres.max(axis=0) - low).max()), 1e-300)
-    cells = ((centres - low) / span * (2**_MORTON_BITS - 1)).astype(np.uint64)
-    key = np.zeros(len(centres), dtype=np.uint64)
-    for bit in range(_MORTON_BITS):
-        for axis in range(3):
-            key |= (cells[:, axis] >> np.uint64(bit) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return np.argsort(key, kind="stable")
+    n, size = len(centres), 1
+    order = np.arange(n)
+    while size < n:
+        size *= 2
+    while size > WIDTH:
+        starts = np.arange(0, n, size)
+        spread = np.maximum.reduceat(centres[order], starts) - np.minimum.reduceat(centres[order], starts)
+        node = np.arange(n) // size
+        across = centres[order, np.argmax(spread, axis=1)[node]]
+        order, size = order[np.lexsort((across, node))], size // 2
+    return order
 
 
 def tree_of_bounds(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@ least x, y, z of each child and the greatest, and one node is tested in one go, 
 least values above all others, and greatest below.
 
 Source: Omohundro, Five balltree construction algorithms (1989), for the idea of a static tree over bounds; the order of the
-objects is Morton's (``collision.objects``).
+objects is that of ``collision.objects``.
 """
 
 from ulna.kernels.compile import kernel

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kernel_modes import compiled
-from ulna.collision.objects import bounds, make_objects, morton_order, tree_of_bounds
+from ulna.collision.objects import bounds, make_objects, compact_order, tree_of_bounds
 from ulna.kernels.bounds import STACK, first_leaf, objects_within
 from ulna.model.pose import pose
 from ulna.model.shapes import Box
@@ -60,7 +60,11 @@ def test_the_bounds_of_a_turned_box_hold_its_corners_and_touch_them(rng):
         np.testing.assert_allclose(high[0], corners.max(axis=0), rtol=0, atol=1e-14)
 
 
-def test_neighbours_in_the_order_are_near_in_space(rng):
-    centres = rng.uniform(0, 1, (4096, 3))
-    steps = np.linalg.norm(np.diff(centres[morton_order(centres)], axis=0), axis=1)
-    assert np.median(steps) < 0.15  # of random neighbours: 0.66
+def test_the_order_holds_everything_once_and_its_eights_are_compact(rng):
+    for n in (1, 8, 9, 100, 4096):
+        centres = rng.uniform(0, 1, (n, 3))
+        order = compact_order(centres)
+        assert sorted(order.tolist()) == list(range(n))
+    eights = centres[order].reshape(-1, 8, 3)
+    spread = (eights.max(axis=1) - eights.min(axis=1)).max(axis=1)
+    assert np.median(spread) < 0.15  # a cube that holds eight of 4096 has a side of 0.125
