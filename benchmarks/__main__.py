@@ -46,6 +46,7 @@ def main() -> None:
         "scaling_with_rows": [],
         "bounds": [],
         "first_use": [],
+        "first_use_ever": [],
         "memory": [],
         "size": [],
         "absent": [],
@@ -60,7 +61,8 @@ def main() -> None:
         _say("scaling, bounds, first use")
         panda = load_arm("panda")
         data.update(scaling_with_joints=joint_rows(), scaling_with_rows=size_rows(panda), bounds=bound_rows("panda", panda))
-        data.update(first_use=first_use.first_use_rows(), memory=first_use.memory_rows(), size=first_use.size_rows())
+        data.update(first_use=first_use.first_use_rows(), first_use_ever=first_use.cold_rows())
+        data.update(memory=first_use.memory_rows(), size=first_use.size_rows())
     _write(data, options.out)
 
 

@@ -22,13 +22,16 @@ def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str)
 
 
 def batch_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
-    """A batch of q: Ulna in one call, the peers in a loop of Python."""
+    """A batch of q: Ulna in one call, the peers in a loop of Python, or in one call where they have it."""
     q = random_positions(robot, BATCH, seed=0)
     works = {"ulna": Work(getattr(robot, kind), [q], BATCH)}
     for peer, offers in peers.items():
         function = offers.forward if kind == "forward_kinematics" else offers.jacobian
         if function is not None:
             works[f"{peer}, in a loop"] = Work(_loop(function), [[offers.own_q(x) for x in q]], BATCH)
+        at_once = offers.forward_batch if kind == "forward_kinematics" else offers.jacobian_batch
+        if at_once is not None:
+            works[f"{peer}, at once"] = Work(at_once, [q], BATCH)
     return _rows(name, f"{kind}, {BATCH} at once", time_interleaved(works, passes=11))
 
 
