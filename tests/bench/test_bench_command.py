@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from ulna.bench import first_use
 from ulna.bench.machine import machine_facts
 from ulna.cli import app
+from ulna.errors import UlnaError
 
 
 def run(*arguments):
@@ -62,11 +63,26 @@ def test_a_first_use_is_timed_step_by_step():
     assert all(row["seconds"] > 0 for row in rows)
 
 
+def test_a_first_use_ever_has_a_cache_folder_of_its_own(monkeypatch):
+    code = "import json, os; path = os.environ['NUMBA_CACHE_DIR']; print(json.dumps({path: len(os.listdir(path))}))"
+    monkeypatch.setattr(first_use, "_STEPS", code)
+    (row,) = first_use.cold_rows()
+    assert row["seconds"] == 0  # files in it
+    assert row["step"] != os.environ.get("NUMBA_CACHE_DIR")
+    assert not os.path.exists(row["step"])  # noqa: PTH110 -- and none is left behind
+
+
+def test_a_measuring_process_that_fails_says_why(monkeypatch):
+    monkeypatch.setattr(first_use, "_STEPS", "raise RuntimeError('no machine code today')")
+    with pytest.raises(UlnaError, match="no machine code today"):
+        first_use.cold_rows()
+
+
 def test_memory_is_told_for_each_call(monkeypatch):
-    call = (20_000, "random_positions(robot, n, 0)", "(lambda q: [q.copy(), robot.forward_kinematics(q)][1])", "answer")
+    call = (800_000, "random_positions(robot, n, 0)", "(lambda q: [q.copy(), robot.forward_kinematics(q)][1])", "answer")
     monkeypatch.setattr(first_use, "_CALLS", {"greedy": call})
     (row,) = first_use.memory_rows()
-    assert row["extra_megabytes"] >= 20_000 * 7 * 8 / 2**20 * 0.9
+    assert row["extra_megabytes"] >= 800_000 * 7 * 8 / 2**20 * 0.9
 
 
 @pytest.mark.skipif(first_use.size_rows() == [], reason="runs from source, without being installed")
