@@ -35,6 +35,23 @@ def test_the_figures_of_kinematics_and_collision_for_people():
         assert work in shown
 
 
+def test_what_cannot_be_measured_is_named_and_the_rest_is_measured():
+    answer = json.loads(run("jacobian", "collision", "--robot", "ur5", "--json").stdout)
+    assert answer["jacobian"]
+    assert answer["collision"] == []
+    assert [(row["robot"], row["subject"]) for row in answer["left_out"]] == [("ur5", "collision")]
+    assert "mesh" in answer["left_out"][0]["why"]
+
+
+def test_an_arm_that_reaches_everywhere_has_no_targets_out_of_reach(tmp_path):
+    path = tmp_path / "cart.urdf"
+    path.write_text("""<robot name="cart"><link name="a"/><link name="b"/>
+      <joint name="j" type="planar"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint></robot>""")
+    answer = json.loads(run("ik", "--robot", str(path), "--n", "5", "--json").stdout)
+    assert [row["protocol"] for row in answer["protocols"]] == ["reachable", "A", "B"]
+    assert answer["left_out"][0]["why"] == "it reaches everywhere"
+
+
 def test_an_unknown_subject_is_refused_with_a_suggestion():
     result = run("jacobain")
     assert result.exit_code == 2
