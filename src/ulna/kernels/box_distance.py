@@ -10,6 +10,8 @@ Boxes that overlap are first moved apart along the axis of least overlap (``box_
 finds where. Extents of zero are extents like any other.
 """
 
+import numpy as np
+
 from ulna.kernels.box_box import boxes_overlap, relative_pose, widest_gap
 from ulna.kernels.compile import kernel, routine
 from ulna.kernels.elementary import clamp, maximum
@@ -29,7 +31,9 @@ def box_pair(a, h, b, g):
     r, t = relative_pose(a, b)
     n = turn_into(a, direction)
     square, p, q = nearest_points(r, step(t, shift, n), h, g)
-    distance = sqrt(square)
+    # A clamp makes a number of what is none: so whether all are numbers is asked before.
+    numbers = dot(t, t) + dot(r[0], r[0]) + dot(r[1], r[1]) + dot(r[2], r[2]) >= 0.0
+    distance = where(numbers, sqrt(square), np.nan)
     normal = chosen(near, n, times(minus(q, p), 1.0 / where(near, 1.0, distance)))
     return where(gap > 0.0, distance, gap), place(a, p), place(a, step(q, -shift, n)), turn(a, normal)
 
@@ -123,27 +127,31 @@ def inside(p, h):
 def nearest_corner(c, edges, h):
     """Of the corners c +- x +- y +- z the one nearest to a box about the origin: the square of its distance, and the corner."""
     x, y, z = edges
-    return nearer(nearest_of_four(plus(c, x), y, z, h), nearest_of_four(minus(c, x), y, z, h))
+    return nearer_corner(nearest_of_four(plus(c, x), y, z, h), nearest_of_four(minus(c, x), y, z, h))
 
 
 @kernel
 def nearest_of_four(c, y, z, h):
     """The same for the corners c +- y +- z."""
     p, q = plus(c, y), minus(c, y)
-    return nearer(
-        nearer(outside_square(plus(p, z), h), outside_square(minus(p, z), h)),
-        nearer(outside_square(plus(q, z), h), outside_square(minus(q, z), h)),
+    return nearer_corner(
+        nearer_corner(outside_square(plus(p, z), h), outside_square(minus(p, z), h)),
+        nearer_corner(outside_square(plus(q, z), h), outside_square(minus(q, z), h)),
     )
 
 
 @kernel
 def nearer(best, other):
-    """The one of two with the smaller first number. What follows it are points."""
+    """The nearer of two pairs: the square of a distance and two points."""
     mask = other[0] < best[0]
-    square = where(mask, other[0], best[0])
-    if len(best) == 2:
-        return square, chosen(mask, other[1], best[1])
-    return square, chosen(mask, other[1], best[1]), chosen(mask, other[2], best[2])
+    return where(mask, other[0], best[0]), chosen(mask, other[1], best[1]), chosen(mask, other[2], best[2])
+
+
+@kernel
+def nearer_corner(best, other):
+    """The nearer of two corners: the square of a distance and a point."""
+    mask = other[0] < best[0]
+    return where(mask, other[0], best[0]), chosen(mask, other[1], best[1])
 
 
 @kernel

@@ -24,7 +24,8 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLoca
 _FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True}
 # Range reduction and compensated sums die of 'reassoc': with it, sin(1e5) is wrong by 4e-12 instead of 2e-16.
 _EXACT_FLAGS: dict[str, Any] = {**_FLAGS, "fastmath": {"contract", "nsz"}}
-# Kernels allocate nothing, so they need not count references: each array handed on would cost an atomic increment.
+# Kernels allocate nothing, so they need not count references: each array handed on would cost two atomic ones. It also keeps
+# kernels to their word: one that does allocate is not compiled.
 _COUNTS_NOTHING: dict[str, Any] = {"_nrt": False}
 _UNUSED_FOLDER_DAYS = 30
 
@@ -32,8 +33,8 @@ _UNUSED_FOLDER_DAYS = 30
 def kernel(function):
     """Compile a formula: inlined wherever it is called, so that tuples of numbers stay in registers.
 
-    Kernels count no references to arrays. An entry, which allocates and therefore does, must get no array back from one (a slice of
-    its own, say): it would let go of what nobody took hold of. ``workspace`` is for that.
+    Kernels count no references to arrays. An entry, which allocates and therefore does, must get no array back from one (a
+    slice of its own, say): it would let go of what nobody took hold of. ``workspace`` is for that.
     """
     return njit(forceinline=True, **_COUNTS_NOTHING, **_FLAGS)(function)
 

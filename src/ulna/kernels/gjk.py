@@ -6,9 +6,9 @@ origin; the farthest point w along -v bounds the distance from below by v . w / 
 the answer is certified: it is done where the two bounds meet.
 
 One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. The nearest point of it lies where it was, or on a feature at w,
-for w lies deeper than all points seen: on one of three edges or three triangles. All six are worked out, each a point of the set for
-sure, and the nearest is kept: no step goes back, whatever is degenerate, and all lanes take the same path. What is
-robust in it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross products, and
+for w lies deeper than all points seen: on one of three edges or three triangles. All six are worked out, each a point of the set
+for sure, and the nearest is kept: no step goes back, whatever is degenerate, and all lanes take the same path. What is robust in
+it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross products, and
 a nearest point on a face along the face's normal instead of as a sum of its corners.
 """
 
@@ -36,8 +36,8 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
         reach: [m] A lane also ends as soon as it is certain that the distance is more than this, or not; negative: not so.
 
     Returns:
-        The least distance that is certain and that of the points, both [m] and zero where the cores overlap; the points p of A and
-        q of B; the unit normal from p to q; and where the cores overlap.
+        The least distance that is certain and that of the points, both [m] and zero where the cores overlap; the points p of A
+        and q of B; the unit normal from p to q; and where the cores overlap.
     """
     r, t = relative_pose(a, b)
     size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
