@@ -37,9 +37,9 @@ IK_KEYS = (
     "upper; position_error; rotation_error; iterations."
 )
 REPORT_KEYS = (
-    f"{_Q_KEYS}; in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the robot; "
-    "pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), witness_a and "
-    "witness_b: the nearest points, normal from a to b."
+    f"{_Q_KEYS}; in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
+    "robot; pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
+    "witness_a and witness_b: the nearest points, normal from a to b."
 )
 CHECKS_KEYS = "passed; checks: name, figure, bound, passed."
 

@@ -44,7 +44,9 @@ class World:
         """
         if not isinstance(shape, Solid):
             kind = type(shape).__name__
-            raise GeometryError(f"object {name!r} is a {kind}, which cannot be checked; ulna.ConvexMesh.from_points() makes a hull")
+            raise GeometryError(
+                f"object {name!r} is a {kind}, which cannot be checked; ulna.ConvexMesh.from_points() makes a hull"
+            )
         if not isinstance(name, str):
             raise InputError("name", f"{name!r} is not text")
         T = as_one_pose(np.eye(4) if pose is None else pose, "pose")

@@ -30,8 +30,8 @@ _UNUSED_FOLDER_DAYS = 30
 def kernel(function):
     """Compile a formula: inlined wherever it is called, so that tuples of numbers stay in registers.
 
-    Kernels count no references to arrays. An entry, which allocates and therefore does, must get no array back from one (a slice of
-    its own, say): it would let go of what nobody took hold of.
+    Kernels count no references to arrays. An entry, which allocates and therefore does, must get no array back from one (a
+    slice of its own, say): it would let go of what nobody took hold of.
     """
     return njit(forceinline=True, _nrt=False, **_FLAGS)(function)
 

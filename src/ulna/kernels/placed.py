@@ -1,12 +1,12 @@
 """Where the robot's bodies stand at q, and rows of tables of bodies met two by two.
 
-Each table goes with its vertices. Where both are None all shapes are boxes: so a scene of boxes, the most frequent, compiles without
-the search for distances of convex shapes, in a fraction of the time.
+Each table goes with its vertices. Where both are None all shapes are boxes: so a scene of boxes, the most frequent, compiles
+without the search for distances of convex shapes, in a fraction of the time.
 """
 
+from ulna.kernels.box_box import boxes_overlap, widest_gap
 from ulna.kernels.box_distance import box_pair
 from ulna.kernels.compile import kernel, routine
-from ulna.kernels.box_box import boxes_overlap, widest_gap
 from ulna.kernels.lanes import load, splat, sqrt
 from ulna.kernels.layout import BOX, HALF_EXTENTS, REACH, SHAPE
 from ulna.kernels.pair import body_of, pair_distance, pair_overlap

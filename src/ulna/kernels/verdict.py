@@ -1,8 +1,8 @@
 """Verdicts: whether the robot at q touches itself or the world.
 
-The robot is ``joints``, ``bodies`` with their ``vertices``, and ``pairs``: the bodies that may not touch each other, two indices a
-row. The world is ``objects`` with their vertices (``points``): the first ``n_alone`` are met one by one, the others hang in the tree
-of ``nodes`` (``bounds``).
+The robot is ``joints``, ``bodies`` with their ``vertices``, and ``pairs``: the bodies that may not touch each other, two
+indices a row. The world is ``objects`` with their vertices (``points``): the first ``n_alone`` are met one by one, the others
+hang in the tree of ``nodes`` (``bounds``).
 """
 
 import numpy as np
@@ -98,7 +98,9 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_alo
         for lane in range(WIDTH):
             out[min(start + lane, n - 1)] = hit_rows[0, lane] > 0.0 or (
                 n_hung > 0
-                and tree_hit(bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, found, scratch)
+                and tree_hit(
+                    bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, found, scratch
+                )
             )
     return good
 
