@@ -11,12 +11,17 @@ import kernel_modes
 import kernel_probes as probes
 import naive
 import zoo
+from ulna.kernels.depth import SCRATCH
+from ulna.kernels.layout import BODY_WIDTH, BOX, HULL, N_VERTICES, SHAPE
 from ulna.model.tree import build_tree
 
 N = 24
 TREE = build_tree(zoo.every_joint())
 CHAIN = TREE.chain("fingertip")
 N_DOF, N_JOINTS, N_LINKS = TREE.n_dof, len(TREE.joints), len(TREE.link_names)
+BODIES = np.arange(2 * BODY_WIDTH).reshape(2, BODY_WIDTH) / 10.0
+BODIES[1, [SHAPE, N_VERTICES - 1, N_VERTICES]] = HULL, 2, 3
+WEDGE = np.array([(0, 0, 0), (0.7, 0, 0.1), (0, 0.8, 0), (0.1, 0.2, 0.9), (0.4, 0.3, -0.5)])
 LIMITS = np.array([np.full(N_DOF, -1.0), np.full(N_DOF, 1.0)])
 
 
@@ -30,6 +35,7 @@ def cases():
     J, e = rng.normal(size=(6 * N_DOF, N)), rng.normal(size=(6, N))
     system = np.vstack([J, np.full(N, 0.1), e])
     halves = rng.uniform(0.3, 1.5, (6, N))
+    bodies = np.vstack([poses[:12], halves[:3], halves[:1] * 0.1, poses[12:], halves[3:], halves[:1] * 0.0])
     return {
         "arithmetic": (probes.arithmetic, plain, 16, ()),
         "comparisons": (probes.comparisons, plain, 12, ()),
@@ -49,6 +55,9 @@ def cases():
         "damped step": (probes.damped_step, np.vstack([system, q]), 7 * N_DOF + 28, (LIMITS, np.zeros(N_DOF), False)),
         "posture step": (probes.damped_step, np.vstack([system, q]), 7 * N_DOF + 28, (LIMITS, np.zeros(N_DOF), True)),
         "length of a step": (probes.length_of_step, np.vstack([J, e, q]), 6 * N_DOF + 1, (LIMITS,)),
+        "two bodies": (probes.two_bodies, bodies, 11, (HULL, WEDGE, BOX, WEDGE[:0], tuple(map(np.zeros, SCRATCH)))),
+        "row of bodies": (probes.row_of_bodies, poses[:12], 7, (BODIES, WEDGE)),
+        "single lanes": (probes.single_lanes, plain[:1], 2, ()),
         "two boxes": (probes.two_boxes, np.vstack([poses[:12], halves[:3], poses[12:], halves[3:]]), 3, ()),
     }
 

@@ -123,27 +123,31 @@ def inside(p, h):
 def nearest_corner(c, edges, h):
     """Of the corners c +- x +- y +- z the one nearest to a box about the origin: the square of its distance, and the corner."""
     x, y, z = edges
-    return nearer(nearest_of_four(plus(c, x), y, z, h), nearest_of_four(minus(c, x), y, z, h))
+    return nearer_corner(nearest_of_four(plus(c, x), y, z, h), nearest_of_four(minus(c, x), y, z, h))
 
 
 @kernel
 def nearest_of_four(c, y, z, h):
     """The same for the corners c +- y +- z."""
     p, q = plus(c, y), minus(c, y)
-    return nearer(
-        nearer(outside_square(plus(p, z), h), outside_square(minus(p, z), h)),
-        nearer(outside_square(plus(q, z), h), outside_square(minus(q, z), h)),
+    return nearer_corner(
+        nearer_corner(outside_square(plus(p, z), h), outside_square(minus(p, z), h)),
+        nearer_corner(outside_square(plus(q, z), h), outside_square(minus(q, z), h)),
     )
 
 
 @kernel
 def nearer(best, other):
-    """The one of two with the smaller first number. What follows it are points."""
+    """The nearer of two pairs: the square of a distance and two points."""
     mask = other[0] < best[0]
-    square = where(mask, other[0], best[0])
-    if len(best) == 2:
-        return square, chosen(mask, other[1], best[1])
-    return square, chosen(mask, other[1], best[1]), chosen(mask, other[2], best[2])
+    return where(mask, other[0], best[0]), chosen(mask, other[1], best[1]), chosen(mask, other[2], best[2])
+
+
+@kernel
+def nearer_corner(best, other):
+    """The nearer of two corners: the square of a distance and a point."""
+    mask = other[0] < best[0]
+    return where(mask, other[0], best[0]), chosen(mask, other[1], best[1])
 
 
 @kernel

@@ -21,9 +21,12 @@ from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 # 'nnan' and 'ninf' are left out on purpose: NaN in must give NaN out, and then an error, never a plausible number.
-_FLAGS = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True}
+_FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True}
 # Range reduction and compensated sums die of 'reassoc': with it, sin(1e5) is wrong by 4e-12 instead of 2e-16.
-_EXACT_FLAGS = {**_FLAGS, "fastmath": {"contract", "nsz"}}
+_EXACT_FLAGS: dict[str, Any] = {**_FLAGS, "fastmath": {"contract", "nsz"}}
+# What allocates nothing needs no reference counts, and each array that is passed on would cost two atomic ones. It also keeps
+# kernels to their word: one that does allocate is not compiled.
+_UNCOUNTED: dict[str, Any] = {"_nrt": False}
 _UNUSED_FOLDER_DAYS = 30
 
 
@@ -33,17 +36,17 @@ def kernel(function):
     Kernels count no references to arrays. An entry, which allocates and therefore does, must get no array back from one (a
     slice of its own, say): it would let go of what nobody took hold of.
     """
-    return njit(forceinline=True, _nrt=False, **_FLAGS)(function)
+    return njit(forceinline=True, **_FLAGS, **_UNCOUNTED)(function)
 
 
 def routine(function):
     """Compile a longer piece that works on rows: called, not inlined, which keeps compilation short."""
-    return njit(_nrt=False, **_FLAGS)(function)
+    return njit(**_FLAGS, **_UNCOUNTED)(function)
 
 
 def exact_kernel(function):
     """Compile without reassociation, for code that counts on the order of its operations."""
-    return njit(forceinline=True, _nrt=False, **_EXACT_FLAGS)(function)
+    return njit(forceinline=True, **_EXACT_FLAGS, **_UNCOUNTED)(function)
 
 
 def entry(function: Callable) -> Any:

@@ -9,7 +9,7 @@ continuous collision detection for non-convex polyhedra, The Visual Computer 200
 2. If at the middle of an interval of t a pair is farther apart than its speed times half the interval's length, it is free in
    all of the interval. Eight intervals in a row are looked at together, a lane each.
 3. Advance over those at the front of which all pairs are free. If all eight were, try intervals eight times as long from there;
-   if not, cut the first that was not into eight. If nothing moves farther within an interval than the resolution, it is a contact.
+   if not, cut the first that was not into eight. If nothing moves farther in an interval than the resolution, it is a contact.
 
 The arguments are those of ``verdict``.
 """
