@@ -40,7 +40,9 @@ class Peer:
             for body in link.collisions:
                 placement = frame.placement * pin.SE3(body.pose)
                 shape = coal.Box(*body.shape.extents)
-                bodies.append(self.geometry.addGeometryObject(pin.GeometryObject(next(names), frame.parentJoint, placement, shape)))
+                bodies.append(
+                    self.geometry.addGeometryObject(pin.GeometryObject(next(names), frame.parentJoint, placement, shape))
+                )
         for name in world.names:
             shape = coal.Box(*world.shape(name).extents)
             other = self.geometry.addGeometryObject(pin.GeometryObject(f"world {name}", 0, pin.SE3(world.pose(name)), shape))
@@ -79,7 +81,11 @@ def against_the_peer(robot: ulna.Robot) -> None:
     one.add("crate", ulna.Box((0.15, 0.09, 0.126)), ulna.pose((0.5, 0, 0.21)))
     hundred, nothing = scattered(100, 0.06, 1.0), ulna.World()
     print(f"{'microseconds a configuration':42} {'Ulna':>10} {'pin+coal':>10} {'ratio':>10} {'aim':>7}")
-    cases = {"one box (12 pairs)": (one, False, 15), "100 boxes (1200 pairs)": (hundred, False, 50), "itself (37 pairs)": (nothing, True, 15)}
+    cases = {
+        "one box (12 pairs)": (one, False, 15),
+        "100 boxes (1200 pairs)": (hundred, False, 50),
+        "itself (37 pairs)": (nothing, True, 15),
+    }
     for name, (world, itself, least) in cases.items():
         peer = Peer(robot, world, itself=itself)
         wrong = np.count_nonzero(robot.in_collision(q[:N_LOOP], world, itself) != [peer.collides(x) for x in q[:N_LOOP]])
@@ -103,7 +109,9 @@ def growth(robot: ulna.Robot) -> None:
     """The time of a query in worlds of 1 to 10 000 boxes, as dense at any number from 100 on, and denser and denser."""
     q = np.random.default_rng(1).uniform(robot.lower, robot.upper, (4 * N, robot.n_dof))
     q = q[~robot.in_collision(q)]
-    print(f"\n{'objects':>8} {'world':>8} {'free':>6} {'build [ms]':>11} {'one call [us]':>14} {'batch [us]':>11} {'distance [us]':>14}")
+    print(
+        f"\n{'objects':>8} {'world':>8} {'free':>6} {'build [ms]':>11} {'one [us]':>14} {'batch [us]':>11} {'distance [us]':>14}"
+    )
     for kind, size, reach in (("sparse", 0.05, None), ("crowded", 0.008, 2.0)):
         for n in (1, 10, 100, 1000, 10_000):
             world = scattered(n, size, reach or max(1.0, (n / 100) ** (1 / 3)))
@@ -128,7 +136,7 @@ def edges(robot: ulna.Robot) -> None:
     a = q[~robot.in_collision(q, world)][:500]
     b = np.clip(a + 0.3 * rng.normal(size=a.shape), robot.lower, robot.upper)
     found = robot.edge_in_collision(a, b, world)
-    print(f"\n{len(a)} edges, {str(found)}: {seconds(lambda: robot.edge_in_collision(a, b, world)) / len(a) * 1e6:.1f} us an edge")
+    print(f"\n{len(a)} edges, {found!s}: {seconds(lambda: robot.edge_in_collision(a, b, world)) / len(a) * 1e6:.1f} us an edge")
 
 
 if __name__ == "__main__":

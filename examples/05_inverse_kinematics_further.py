@@ -8,8 +8,9 @@ robot = ulna.load("panda")
 rng = np.random.default_rng(0)
 
 targets = robot.forward_kinematics(rng.uniform(robot.lower, robot.upper, (1000, 7)))
-print(f"a batch: {robot.inverse_kinematics(targets)}")
-assert robot.inverse_kinematics(targets).success.all()
+found = robot.inverse_kinematics(targets)
+print(f"a batch: {found}")
+assert np.all(found.success)
 
 drill = robot.inverse_kinematics(targets[0], task="pointing")
 print(f"pointing: {drill}")

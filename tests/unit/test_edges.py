@@ -9,7 +9,8 @@ from ulna.errors import InputError
 # A cube of 0.2 that slides along x and turns about z at the end of an arm of 0.5.
 SLIDER = """<robot name="slider">
   <link name="rail"/><link name="car"/>
-  <link name="cube"><collision name="cube"><origin xyz="0.5 0 0"/><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <link name="cube">
+    <collision name="cube"><origin xyz="0.5 0 0"/><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
   <joint name="slide" type="prismatic"><parent link="rail"/><child link="car"/><axis xyz="1 0 0"/>
     <limit lower="-5" upper="5" velocity="1" effort="1"/></joint>
   <joint name="turn" type="continuous"><parent link="car"/><child link="cube"/><axis xyz="0 0 1"/></joint>

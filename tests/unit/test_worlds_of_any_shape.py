@@ -98,7 +98,7 @@ def test_meshes_are_refused_and_half_spaces_cannot_be_held(panda):
     for shape in (mesh, ulna.HalfSpace()):
         with pytest.raises(GeometryError, match="nothing can hold"):
             panda.with_attached("part", shape, np.eye(4))
-    with pytest.raises(GeometryError, match="link 'l': collision shape .* a Mesh has no collision kernel"):
+    with pytest.raises(GeometryError, match=r"link 'l': collision shape .* a Mesh has no collision kernel"):
         ulna.load(
             '<robot name="r"><link name="l"><collision><geometry><mesh filename="a.stl"/></geometry></collision></link></robot>'
         ).in_collision([])

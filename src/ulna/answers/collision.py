@@ -11,9 +11,9 @@ from ulna.collision.report import Report
 from ulna.robot import Robot
 
 REPORT_KEYS = (
-    f"{Q_KEYS}; in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the robot; "
-    "pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), witness_a and "
-    "witness_b: the nearest points, normal from a to b."
+    f"{Q_KEYS}; in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
+    "robot; pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
+    "witness_a and witness_b: the nearest points, normal from a to b."
 )
 CHECKS_KEYS = "passed; checks: name, figure, bound, passed."
 

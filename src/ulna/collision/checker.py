@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -86,7 +87,7 @@ class Checker:
             refuse_out_of_range(q)
         return hits
 
-    def signed_distance(self, q: ArrayLike, world: World | None, self_collision: bool) -> float | NDArray[np.float64]:
+    def signed_distance(self, q: ArrayLike, world: World | None, self_collision: bool) -> Any:
         """The least signed distance: a number for one q, else shape (...,)."""
         q = as_positions(q, self.tree)
         distances = self._nearest(q, self._scene(world, self_collision))[..., NEAREST]
@@ -135,7 +136,7 @@ class Checker:
         hit = (status == EDGE_CONTACT).reshape(batch)
         return EdgeReport(hit if batch else bool(hit), free.reshape(batch) if batch else float(free[0]), q)
 
-    def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float) -> Report | NDArray:
+    def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float) -> Any:
         """The pairs that are no farther apart than ``max_distance``: a report for one q, else an array of them, shape (...,)."""
         if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
             raise InputError("max_distance", f"{max_distance!r}; a distance [m] of at least 0 is expected")
@@ -177,7 +178,7 @@ class Checker:
         while len(hung) < count:
             hung = np.empty((count, 2), dtype=np.int64)
             count = candidates_hung(joints, bodies, nodes, n_hung, max_distance, for_kernel(q), hung)
-        return np.concatenate([alone, hung[:count] + [0, n + n_alone], pairs])
+        return np.concatenate([alone, hung[:count] + np.array((0, n + n_alone)), pairs])
 
     def _pair(self, candidate: NDArray[np.int64], found: NDArray[np.float64], object_names: tuple[str, ...]) -> Pair:
         (a, b), names, owners = candidate.tolist(), self.bodies.names, self.bodies.owners

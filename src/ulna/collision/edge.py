@@ -1,6 +1,7 @@
 """What a check of the straight line between two configurations found."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class EdgeReport:
-    """Whether the robot touches anything on the way from q_a to q_b. One edge can be asked as a bool: ``if robot.edge_in_collision(...)``.
+    """Whether the robot touches anything from q_a to q_b; of one edge, a bool too: ``if robot.edge_in_collision(...)``.
 
     Attributes:
         in_collision: True if it does: a bool for one edge, else shape (...,).
@@ -17,8 +18,8 @@ class EdgeReport:
         q: The configuration at ``free_until`` [rad or m], shape (..., n_dof).
     """
 
-    in_collision: bool | NDArray[np.bool_]
-    free_until: float | NDArray[np.float64]
+    in_collision: Any
+    free_until: Any
     q: NDArray[np.float64]
 
     def __bool__(self) -> bool:

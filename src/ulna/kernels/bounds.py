@@ -1,9 +1,9 @@
 """Boxes along the axes of the base that hold bodies, and the tree of such boxes over the objects of a world.
 
-The tree is complete: eight children a node, node 0 the root, node i above nodes 8 i + 1 to 8 i + 8, and under the nodes of the last
-level the objects, eight a node, in the order of their table. So it needs no pointers: a node is six rows of eight numbers, the
-least x, y, z of each child and the greatest, and one node is tested in one go, a child a lane. A child that is not there has
-least values above all others, and greatest below.
+The tree is complete: eight children a node, node 0 the root, node i above nodes 8 i + 1 to 8 i + 8, and under the nodes of the
+last level the objects, eight a node, in the order of their table. So it needs no pointers: a node is six rows of eight numbers,
+the least x, y, z of each child and the greatest, and one node is tested in one go, a child a lane. A child that is not there
+has least values above all others, and greatest below.
 
 Source: Omohundro, Five balltree construction algorithms (1989), for the idea of a static tree over bounds; the order of the
 objects is that of ``collision.objects``.

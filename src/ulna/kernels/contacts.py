@@ -70,7 +70,7 @@ def write_gradient(joints, bodies, joint_rows, i, j, contacts, out, row):
 
 @kernel
 def add_speeds(joints, joint_rows, joint, contacts, row, witness, sign, out):
-    """Add to a row of out, for each entry of q, sign times the speed along the normal of a witness point that moves with a joint."""
+    """Add to a row of out, for each entry of q, sign times the speed along the normal of a witness point moved by a joint."""
     point = contacts[row, witness], contacts[row, witness + 1], contacts[row, witness + 2]
     normal = contacts[row, NORMAL], contacts[row, NORMAL + 1], contacts[row, NORMAL + 2]
     while joint >= 0:

@@ -3,13 +3,13 @@
 Conservative advancement (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996; Zhang, Lee and Kim, Interactive
 continuous collision detection for non-convex polyhedra, The Visual Computer 2006), eight steps at a time:
 
-1. On q(t) = q_a + t (q_b - q_a) no point of a body moves faster than the sum, over the joints that carry it, of the joint's rate
-   times the greatest distance that the point can have from the joint's axis: the lengths of the links between, added up. Two
-   bodies come no nearer to each other than by the sum over the joints that carry one of them only.
+1. On q(t) = q_a + t (q_b - q_a) no point of a body moves faster than the sum, over the joints that carry it, of the joint's
+   rate times the greatest distance that the point can have from the joint's axis: the lengths of the links between, added up.
+   Two bodies come no nearer to each other than by the sum over the joints that carry one of them only.
 2. If at the middle of an interval of t a pair is farther apart than its speed times half the interval's length, it is free in
    all of the interval. Eight intervals in a row are looked at together, a lane each.
 3. Advance over those at the front of which all pairs are free. If all eight were, try intervals eight times as long from there;
-   if not, cut the first that was not into eight. If nothing moves farther within an interval than the resolution, it is a contact.
+   if not, cut the first that was not into eight. If nothing moves farther in an interval than the resolution, it is a contact.
 
 The arguments are those of ``verdict``.
 """
@@ -116,7 +116,7 @@ def bounds_of_all(bodies, k, a, reach):
 
 @entry
 def edges_each(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q_a, q_b, resolution, status, contact):
-    """Write to status, shape (n,), what the edge from each row of q_a to that of q_b is, and to contact how far on it all is free."""
+    """Write to status, shape (n,), what the edge from each row of q_a to that of q_b is, and to contact how far it is free."""
     n_dof, n_hung = q_a.shape[1], objects.shape[0] - n_alone
     q_rows, centre_row = np.zeros((max(1, n_dof), WIDTH)), np.empty((1, WIDTH))
     joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))

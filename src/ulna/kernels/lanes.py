@@ -197,7 +197,7 @@ def _emit_any_lane(context, builder, sig, args):
 
 def _emit_lane_bits(context, builder, sig, args):
     bits = builder.bitcast(args[0], _I8) if isinstance(sig.args[0], LaneMask) else args[0]
-    return builder.zext(bits, ir.IntType(types.intp.bitwidth))
+    return builder.zext(bits, context.get_value_type(types.intp))
 
 
 def _emit_lowest_bit(context, builder, sig, args):

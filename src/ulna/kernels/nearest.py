@@ -47,8 +47,8 @@ def nearest_alone(bodies, vertices, pairs, objects, points, n_alone, body_rows, 
 def nearest_hung(best, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, heights, scratch):
     """The nearer of an answer and that over the objects of the tree and the robot in one lane.
 
-    Depth first, the nearest child first; what is known to be farther than the best so far is passed over. All lanes do the same, so
-    that the distance of two bodies is compiled for lanes only.
+    Depth first, the nearest child first; what is known to be farther than the best so far is passed over. All lanes do the
+    same, so that the distance of two bodies is compiled for lanes only.
     """
     n, n_hung, like = bodies.shape[0], objects.shape[0] - n_alone, best[0]
     first_object = WIDTH * first_leaf(n_hung) + 1

@@ -1,7 +1,7 @@
 """Where the robot's bodies stand at q, and rows of tables of bodies met two by two.
 
-Each table goes with its vertices. Where both are None all shapes are boxes: so a scene of boxes, the most frequent, compiles without
-the search for distances of convex shapes, in a fraction of the time.
+Each table goes with its vertices. Where both are None all shapes are boxes: so a scene of boxes, the most frequent, compiles
+without the search for distances of convex shapes, in a fraction of the time.
 """
 
 from ulna.kernels.box_box import boxes_overlap, widest_gap

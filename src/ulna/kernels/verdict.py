@@ -1,8 +1,8 @@
 """Verdicts: whether the robot at q touches itself or the world.
 
-The robot is ``joints``, ``bodies`` with their ``vertices``, and ``pairs``: the bodies that may not touch each other, two indices a
-row. The world is ``objects`` with their vertices (``points``): the first ``n_alone`` are met one by one, the others hang in the tree
-of ``nodes`` (``bounds``).
+The robot is ``joints``, ``bodies`` with their ``vertices``, and ``pairs``: the bodies that may not touch each other, two
+indices a row. The world is ``objects`` with their vertices (``points``): the first ``n_alone`` are met one by one, the others
+hang in the tree of ``nodes`` (``bounds``).
 """
 
 import numpy as np

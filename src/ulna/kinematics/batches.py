@@ -1,7 +1,7 @@
 """Large batches in parts, one after the other or side by side in threads.
 
-The parts begin at multiples of the number of lanes, so that every row stands in a block with the same neighbours' places as in one
-go, and the kernels give each row the same result whatever its block: the answer is bit for bit that of one call.
+The parts begin at multiples of the number of lanes, so that no block is cut, and the kernels give each row the same result
+whatever its block: the answer is bit for bit that of one call.
 """
 
 import os

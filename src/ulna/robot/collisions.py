@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +16,6 @@ from ulna.robot.kinematics import Kinematics
 if TYPE_CHECKING:
     from ulna.collision.checker import Checker
     from ulna.collision.edge import EdgeReport
-    from ulna.collision.report import Report
 
 Array = NDArray[np.float64]
 
@@ -46,7 +45,7 @@ class Collisions(Kinematics):
 
     def check_collision(
         self, q: ArrayLike, world: World | None = None, self_collision: bool = True, *, max_distance: float = 0.0
-    ) -> Report | NDArray:
+    ) -> Any:
         """Which of the robot's shapes overlap which objects, or each other, how deep and where.
 
         Args:
@@ -60,8 +59,8 @@ class Collisions(Kinematics):
         """
         return self._checker.check_collision(q, world, self_collision, max_distance)
 
-    def signed_distance(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> float | Array:
-        """The least distance of any of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
+    def signed_distance(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> Any:
+        """The least distance of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
@@ -76,8 +75,8 @@ class Collisions(Kinematics):
     def distance_gradient(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> Array:
         """The derivative of ``signed_distance`` by q [m/rad or m/m], shape (..., n_dof).
 
-        Where two pairs are equally near, or a pair has several nearest points, it is the derivative of one of them; zero where there
-        is nothing to measure to. The arguments are those of ``signed_distance``.
+        Where two pairs are equally near, or a pair has several nearest points, it is the derivative of one of them; zero where
+        there is nothing to measure to. The arguments are those of ``signed_distance``.
         """
         return self._checker.distance_gradient(q, world, self_collision)
 
@@ -94,7 +93,7 @@ class Collisions(Kinematics):
 
         Args:
             q_a: Joint positions at the start [rad or m], shape (..., n_dof).
-            q_b: Joint positions at the end, of a shape that goes with the other. Joints move evenly; none takes a shorter way round.
+            q_b: Joint positions at the end, of a shape that goes with the other. Joints move evenly; none takes a shorter way.
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
             resolution: A clearance below this [m] may count as a contact; none above does.

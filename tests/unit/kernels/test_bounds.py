@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kernel_modes import compiled
-from ulna.collision.objects import bounds, make_objects, compact_order, tree_of_bounds
+from ulna.collision.objects import bounds, compact_order, make_objects, tree_of_bounds
 from ulna.kernels.bounds import STACK, first_leaf, objects_within
 from ulna.model.pose import pose
 from ulna.model.shapes import Box

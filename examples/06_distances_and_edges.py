@@ -1,0 +1,33 @@
+"""How far the arm with a cup is from two hundred books and from itself, which way leads out, and which motions are free."""
+
+import numpy as np
+
+import ulna
+
+robot, world, rng = ulna.load("panda"), ulna.World(), np.random.default_rng(0)
+world.add("floor", ulna.HalfSpace(), ulna.pose(xyz=(0.0, 0.0, -0.4)))
+for k in range(200):
+    place = (0.75, rng.uniform(-0.6, 0.6), rng.uniform(0.1, 0.9))
+    world.add(f"book {k}", ulna.Box(extents=(0.15, 0.03, 0.2)), ulna.pose(place, rpy=(0.0, 0.0, rng.normal(scale=0.1))))
+robot = robot.with_attached("cup", ulna.Cylinder(radius=0.03, length=0.1), ulna.pose(xyz=(0.0, 0.0, 0.05)))
+
+nearest = robot.check_collision(robot.home, world, max_distance=np.inf).pairs[0]
+print(f"at home {nearest.name_a} is {1000 * nearest.signed_distance:.1f} mm from {nearest.name_b}")
+assert np.isclose(nearest.signed_distance, robot.signed_distance(robot.home, world), atol=1e-9)
+assert nearest.signed_distance > 0
+
+# Up the gradient, step by step: the clearance from the world grows.
+q, before = robot.home.copy(), robot.signed_distance(robot.home, world, self_collision=False)
+for _ in range(20):
+    q = np.clip(q + 0.02 * robot.distance_gradient(q, world, self_collision=False), robot.lower, robot.upper)
+after = robot.signed_distance(q, world, self_collision=False)
+print(f"from the world it is {1000 * before:.1f} mm, and twenty steps later {1000 * after:.1f} mm")
+assert after > before + 0.02
+
+# Every edge that is certified free is free at a thousand samples of it.
+goals = np.clip(q + rng.normal(scale=0.5, size=(40, 7)), robot.lower, robot.upper)
+edges = robot.edge_in_collision(q, goals, world)
+print(edges)
+samples = q + np.linspace(0, 1, 1000)[:, None, None] * (goals - q)
+assert not np.any(robot.in_collision(samples[:, ~edges.in_collision], world))
+assert 0 < np.count_nonzero(edges.in_collision) < 40
