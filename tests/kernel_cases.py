@@ -12,7 +12,9 @@ import kernel_probes as probes
 import naive
 import zoo
 from ulna.kernels.damped_step import N_SYSTEM
+from ulna.kernels.depth import SCRATCH
 from ulna.kernels.lane_search import N_STATE
+from ulna.kernels.layout import BODY_WIDTH, BOX, HULL, N_VERTICES, SHAPE
 from ulna.kernels.search_layout import N_SETTINGS, POINTING, SLACK, TASK, WHOLE_POSE, WITH_POSTURE, WITH_SLACK
 from ulna.model.tree import build_tree
 
@@ -23,6 +25,9 @@ N_DOF, N_JOINTS, N_LINKS = TREE.n_dof, len(TREE.joints), len(TREE.link_names)
 BOUNDS = np.concatenate([np.full(N_DOF, -1.0), np.full(N_DOF, 1.0)])[:, None].repeat(N, axis=1)
 HALVES = np.full(N_DOF, 0.5)
 N_ADVANCE = 2 * N_DOF + N_STATE + 6 * len(CHAIN) + 6 * N_DOF + N_SYSTEM
+BODIES = np.arange(2 * BODY_WIDTH).reshape(2, BODY_WIDTH) / 10.0
+BODIES[1, [SHAPE, N_VERTICES - 1, N_VERTICES]] = HULL, 2, 3
+WEDGE = np.array([(0, 0, 0), (0.7, 0, 0.1), (0, 0.8, 0), (0.1, 0.2, 0.9), (0.4, 0.3, -0.5)])
 
 
 def cases():
@@ -35,6 +40,7 @@ def cases():
     J, e = rng.normal(size=(6 * N_DOF, N)), rng.normal(size=(6, N))
     system = np.vstack([J, np.full(N, 0.1), e])
     halves = rng.uniform(0.3, 1.5, (6, N))
+    bodies = np.vstack([poses[:12], halves[:3], halves[:1] * 0.1, poses[12:], halves[3:], halves[:1] * 0.0])
     return {
         "arithmetic": (probes.arithmetic, plain, 16, ()),
         "comparisons": (probes.comparisons, plain, 12, ()),
@@ -59,6 +65,9 @@ def cases():
         "pointing": (probes.error_of_task, np.vstack([poses, e, J]), 6 + 6 * N_DOF, (settings(POINTING, np.inf), N_DOF)),
         "swing": (probes.swing_of_axes, poses, 3, ()),
         "two boxes": (probes.two_boxes, np.vstack([poses[:12], halves[:3], poses[12:], halves[3:]]), 3, ()),
+        "two bodies": (probes.two_bodies, bodies, 11, (HULL, WEDGE, BOX, WEDGE[:0], tuple(map(np.zeros, SCRATCH)))),
+        "row of bodies": (probes.row_of_bodies, poses[:12], 7, (BODIES, WEDGE)),
+        "single lanes": (probes.single_lanes, plain[:1], 2, ()),
     }
 
 
