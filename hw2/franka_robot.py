@@ -89,7 +89,7 @@ class FrankaRobot:
         box = np.asarray(box, dtype=float)
         world = ulna.World()
         world.add("box", ulna.Box(extents=box[6:9]), ulna.pose(box[:3], box[3:6]))
-        return self.boxes.in_collision(self._moving(joints), world)
+        return self.boxes.in_collision(self._moving(joints), world, self_collision=False)
 
     def _moving(self, joints):
         return np.array(joints, dtype=float)[: self.num_dof]

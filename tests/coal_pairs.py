@@ -20,7 +20,7 @@ def as_coal(shape):
             return coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
     points = coal.StdVec_Vec3s()
     points.extend(list(shape.vertices))
-    return coal.Convex.convexHull(points, True, "Qt")  # noqa: FBT003 - its own way to say so
+    return coal.Convex.convexHull(points, True, "Qt")
 
 
 def coal_request(tolerance):

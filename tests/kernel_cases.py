@@ -22,6 +22,9 @@ N = 24
 TREE = build_tree(zoo.every_joint())
 CHAIN = TREE.chain("fingertip")
 N_DOF, N_JOINTS, N_LINKS = TREE.n_dof, len(TREE.joints), len(TREE.link_names)
+BODIES = np.arange(2 * BODY_WIDTH).reshape(2, BODY_WIDTH) / 10.0
+BODIES[1, [SHAPE, N_VERTICES - 1, N_VERTICES]] = HULL, 2, 3
+WEDGE = np.array([(0, 0, 0), (0.7, 0, 0.1), (0, 0.8, 0), (0.1, 0.2, 0.9), (0.4, 0.3, -0.5)])
 BOUNDS = np.concatenate([np.full(N_DOF, -1.0), np.full(N_DOF, 1.0)])[:, None].repeat(N, axis=1)
 HALVES = np.full(N_DOF, 0.5)
 N_ADVANCE = 2 * N_DOF + N_STATE + 6 * len(CHAIN) + 6 * N_DOF + N_SYSTEM
@@ -64,6 +67,9 @@ def cases():
         "slack": (probes.error_of_task, np.vstack([poses, e, J]), 6 + 6 * N_DOF, (settings(WITH_SLACK, 0.5), N_DOF)),
         "pointing": (probes.error_of_task, np.vstack([poses, e, J]), 6 + 6 * N_DOF, (settings(POINTING, np.inf), N_DOF)),
         "swing": (probes.swing_of_axes, poses, 3, ()),
+        "two bodies": (probes.two_bodies, bodies, 11, (HULL, WEDGE, BOX, WEDGE[:0], tuple(map(np.zeros, SCRATCH)))),
+        "row of bodies": (probes.row_of_bodies, poses[:12], 7, (BODIES, WEDGE)),
+        "single lanes": (probes.single_lanes, plain[:1], 2, ()),
         "two boxes": (probes.two_boxes, np.vstack([poses[:12], halves[:3], poses[12:], halves[3:]]), 3, ()),
         "two bodies": (probes.two_bodies, bodies, 11, (HULL, WEDGE, BOX, WEDGE[:0], tuple(map(np.zeros, SCRATCH)))),
         "row of bodies": (probes.row_of_bodies, poses[:12], 7, (BODIES, WEDGE)),

@@ -126,7 +126,7 @@ def assert_proved(pairs, answer, exactness=1e-11):
     """The points lie on the shapes, as far apart along the normal as the answer says, and so far apart are the shadows there."""
     for (a, T_a, b, T_b), d, p, q, n, overlap in zip(pairs, *answer, strict=True):
         assert_close(np.linalg.norm(n), 1, atol=1e-12)
-        assert_close(q - p, d * n, atol=1e-12)
+        assert_close(q - p, d * n, atol=1e-12 + 1e-15 * abs(d))
         assert outside(a, T_a, p) < exactness
         assert outside(b, T_b, q) < exactness
         assert_close(gap_along(a, T_a, b, T_b, n), d, atol=exactness)

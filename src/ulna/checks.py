@@ -124,8 +124,8 @@ def boxes_against_reference(robot: Robot, q: NDArray, rng: np.random.Generator) 
         hits = {name for name, gap in zip(robot.collision_names, gaps, strict=True) if gap < 0}
         if np.abs(gaps).min() > CONTACT:
             touching += bool(hits)
-            wrong += set(robot.check_collision(q[k], world).touching) != hits
-            wrong += bool(np.all(robot.in_collision(q[k : k + 1], world))) != bool(hits)
+            wrong += set(robot.check_collision(q[k], world, self_collision=False).touching) != hits
+            wrong += bool(np.all(robot.in_collision(q[k : k + 1], world, self_collision=False))) != bool(hits)
     figure = f"{wrong} of {2 * len(q)} verdicts differ, {touching} of {len(q)} touch"
     return Check("boxes against a slow reference", figure, "none differ, a third touch", wrong == 0 and 3 * touching > len(q))
 

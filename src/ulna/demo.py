@@ -102,7 +102,7 @@ class Demo:
 
     def check(self, q: ArrayLike) -> Report:
         """What the movable box touches while the arm stands at q; ``str(report)`` is the word beside the light."""
-        return self.robot.check_collision(q, self.world)
+        return self.robot.check_collision(q, self.world, self_collision=False)
 
 
 def light_color(report: Report) -> tuple[int, int, int]:

@@ -28,8 +28,8 @@ def test_collision_is_exit_status_1_with_the_depth(ask, slider):
 def test_people_see_millimetres(run, slider):
     result = run("check", slider, "--q", "0.5", "--box", NEAR)
     assert result.exit_code == 1
-    assert re.search(r"cube +cube +box 1 +100\.000 +1\.000 +0\.000 +0\.000", result.stdout)
-    assert result.stdout.splitlines()[-1] == "collision"
+    assert re.search(r"cube +cube +box 1 +-100\.000 +1\.00 0\.00 0\.00 +1\.000 \S+ \S+", result.stdout)
+    assert result.stdout.splitlines()[-2:] == ["least distance: -100.000 mm", "collision"]
 
 
 def test_boxes_are_numbered_and_the_deepest_comes_first(ask, slider):
@@ -78,14 +78,30 @@ def test_check_refuses_what_it_cannot_take(refusal, arguments, start):
 
 
 def test_a_robot_whose_shapes_cannot_be_checked_is_an_error(refusal, odd):
-    assert "is a cylinder" in refusal("check", odd, "--box", FAR)
+    assert "a Mesh has no collision kernel" in refusal("check", odd, "--box", FAR)
 
 
 def test_a_robot_without_shapes_is_an_error_not_free(refusal, xacro):
     assert "has no collision shapes" in refusal("check", xacro, "--xacro-arg", "length:=1", "--box", FAR)
 
 
-def test_check_without_a_box_is_a_usage_error(run):
-    result = run("check")
-    assert result.exit_code == 2
-    assert "--box" in result.stderr
+def test_without_a_box_the_robot_is_checked_against_itself(ask):
+    answer = ask("check")
+    assert (answer.exit_code, answer.pairs) == (0, [])
+    assert answer.signed_distance == pytest.approx(0.0357, abs=1e-4)
+    folded = ask("check", "--q", "0 1.7 0 -3 0 0 0")
+    assert folded.exit_code == 1
+    assert {pair["link_b"] for pair in folded.pairs} & {"panda_link5", "panda_link7"}
+    assert ask("check", "--q", "0 1.7 0 -3 0 0 0", "--no-self", "--box", FAR).exit_code == 0
+
+
+def test_nothing_to_check_is_a_usage_error_or_an_empty_world(ask):
+    assert ask("check", "--no-self").signed_distance is None
+
+
+def test_pairs_that_are_near_are_shown_on_request(ask, slider):
+    answer = ask("check", slider, "--box", "1.3,0,0,0,0,0,1,1,1", "--within", "0.35")
+    assert answer.exit_code == 0
+    (pair,) = answer.pairs
+    assert pair["signed_distance"] == answer.signed_distance == pytest.approx(0.3, abs=1e-12)
+    assert pair["witness_b"][0] - pair["witness_a"][0] == pytest.approx(0.3, abs=1e-12)

@@ -94,13 +94,13 @@ def test_two_thousand_configurations_collide_exactly_where_coal_says_so(panda, b
     crate = as_coal(CRATE, T)
     expected = np.array([[overlap(box, crate) for box in boxes.at(row)] for row in q])
     world = world_of(CRATE, T)
-    hits = panda.in_collision(q, world)
+    hits = panda.in_collision(q, world, self_collision=False)
     assert 0.02 < hits.mean() < 0.98
     np.testing.assert_array_equal(hits, expected.any(axis=1))
     for row, of_boxes in zip(q[:200], expected, strict=False):
-        report = panda.check_collision(row, world)
+        report = panda.check_collision(row, world, self_collision=False)
         assert report.touching == tuple(name for name, touched in zip(NAMES, of_boxes, strict=True) if touched)
-        assert panda.in_collision(row, world) is report.in_collision
+        assert panda.in_collision(row, world, self_collision=False) is report.in_collision
 
 
 def test_several_crates_collide_where_any_of_them_does(panda):
@@ -109,9 +109,9 @@ def test_several_crates_collide_where_any_of_them_does(panda):
     together, single = ulna.World(), np.zeros(500, dtype=bool)
     for k, T in enumerate(poses):
         together.add(f"crate {k}", ulna.Box(CRATE), T)
-        single |= panda.in_collision(q, world_of(CRATE, T))
-    np.testing.assert_array_equal(panda.in_collision(q, together), single)
-    assert not panda.in_collision(q, ulna.World()).any()
+        single |= panda.in_collision(q, world_of(CRATE, T), self_collision=False)
+    np.testing.assert_array_equal(panda.in_collision(q, together, self_collision=False), single)
+    assert not panda.in_collision(q, ulna.World(), self_collision=False).any()
 
 
 @pytest.mark.parametrize("k", range(12), ids=NAMES)
@@ -121,7 +121,7 @@ def test_a_crate_wholly_within_a_box_of_the_robot_is_found(panda, boxes, k):
     world = world_of(extents, T @ ulna.pose((0.01, -0.008, 0.012), (0.3, 0.2, 0.1)))
     assert panda.in_collision(panda.home, world) is True
     assert panda.in_collision([panda.home] * 3, world).tolist() == [True] * 3
-    report = panda.check_collision(panda.home, world)
+    report = panda.check_collision(panda.home, world, self_collision=False)
     crate = as_coal(extents, world.pose("crate"))
     assert NAMES[k] in report.touching
     for pair in report.pairs:
@@ -133,7 +133,7 @@ def test_a_robot_wholly_within_a_huge_crate_touches_it_with_every_box(panda, box
     extents, T = (9.0, 8.0, 10.0), ulna.pose((0.2, -0.1, 0.3), (0.5, 0.4, 0.3))
     world = world_of(extents, T)
     assert panda.in_collision(random_positions(panda, 50), world).all()
-    report = panda.check_collision(panda.home, world)
+    report = panda.check_collision(panda.home, world, self_collision=False)
     assert report.touching == NAMES
     assert [pair.signed_distance for pair in report.pairs] == sorted(pair.signed_distance for pair in report.pairs)
     for pair in report.pairs:

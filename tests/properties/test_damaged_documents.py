@@ -99,13 +99,13 @@ def use(urdf: str, srdf: str | None = None) -> None:
         assert str(error)  # noqa: PT017
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(trees)
 def test_words_of_urdf_without_sense_are_a_robot_or_an_ulna_error(text):
     use(text)
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(st.lists(elements, max_size=6))
 def test_words_of_srdf_without_sense_are_a_robot_or_an_ulna_error(parts):
     joint = '<joint name="c" type="continuous"><parent link="a"/><child link="b"/></joint>'
@@ -113,13 +113,13 @@ def test_words_of_srdf_without_sense_are_a_robot_or_an_ulna_error(parts):
     use(urdf, srdf)
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(st.integers(0, len(SRDF)), st.integers(0, 300), splinters)
 def test_a_damaged_srdf_is_a_robot_or_an_ulna_error(start, length, splinter):
     use("panda", (SRDF[:start] + splinter + SRDF[start + length :]).strip() or "<")
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(st.integers(0, len(XACRO)), st.integers(0, 30), splinters)
 def test_a_damaged_xacro_file_is_a_robot_or_an_ulna_error(start, length, splinter):
     use("<" + (XACRO[:start] + splinter + XACRO[start + length :]).lstrip("<"))
@@ -128,7 +128,7 @@ def test_a_damaged_xacro_file_is_a_robot_or_an_ulna_error(start, length, splinte
 EXPRESSIONS = [m.span(1) for m in re.finditer(r'="([^"]*[$][^"]*)"', XACRO)]
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(st.sampled_from(EXPRESSIONS), st.text(alphabet="w0.5*/-+()[]{}'$ <>=nxyz_,:", max_size=12))
 def test_expressions_at_random_are_a_robot_or_an_ulna_error(span, expression):
     use(XACRO[: span[0]] + "${" + expression.replace("<", "&lt;") + "}" + XACRO[span[1] :])

@@ -7,7 +7,7 @@ import ulna
 import zoo
 from ulna import Box, GeometryError, InputError, Robot, SingularityError, UlnaError, UnknownNameError, World
 from ulna.model.description import Body, Description, Link
-from ulna.model.shapes import Sphere
+from ulna.model.shapes import Mesh
 
 Q = np.zeros(7)
 WORLD = World()
@@ -20,6 +20,8 @@ TAKE_Q = {
     "analytical_jacobian": lambda robot, q: robot.analytical_jacobian(q),
     "in_collision": lambda robot, q: robot.in_collision(q, WORLD),
     "check_collision": lambda robot, q: robot.check_collision(q, WORLD),
+    "signed_distance": lambda robot, q: robot.signed_distance(q, WORLD),
+    "distance_gradient": lambda robot, q: robot.distance_gradient(q, WORLD),
     "collision_poses": lambda robot, q: robot.collision_poses(q),
     "q_seed": lambda robot, q: robot.inverse_kinematics(ulna.pose((0.4, 0, 0.4)), q_seed=q),
     "posture": lambda robot, q: robot.inverse_kinematics(ulna.pose((0.4, 0, 0.4)), posture=q),
@@ -94,11 +96,6 @@ def test_complex_positions_lose_no_imaginary_part_in_silence(panda):
     refusal(InputError, panda.forward_kinematics, np.full(7, 1j))
 
 
-def test_a_report_is_of_one_configuration(panda):
-    error = refusal(InputError, panda.check_collision, np.zeros((2, 7)), WORLD)
-    assert str(error) == "q: shape (2, 7): a report is of one configuration; in_collision() takes a batch"
-
-
 def test_a_robot_without_joints_says_so():
     error = refusal(InputError, Robot(zoo.two_links("fixed", zoo.Z)).forward_kinematics, [0.0])
     assert str(error) == "q: shape (1,), but shape (..., 0) is expected: the robot has no moving joints"
@@ -156,6 +153,10 @@ def test_roll_and_yaw_without_rates_are_refused_with_the_rows():
 ASK_OF_SHAPES = {
     "in_collision": lambda robot: robot.in_collision(np.zeros(robot.n_dof), WORLD),
     "check_collision": lambda robot: robot.check_collision(np.zeros(robot.n_dof), WORLD),
+    "signed_distance": lambda robot: robot.signed_distance(np.zeros(robot.n_dof), WORLD),
+    "distance_gradient": lambda robot: robot.distance_gradient(np.zeros(robot.n_dof), WORLD),
+    "edge_in_collision": lambda robot: robot.edge_in_collision(np.zeros(robot.n_dof), np.zeros(robot.n_dof), WORLD),
+    "allowed_collisions": lambda robot: robot.allowed_collisions,
     "collision_poses": lambda robot: robot.collision_poses(np.zeros(robot.n_dof)),
     "collision_names": lambda robot: robot.collision_names,
 }
@@ -169,6 +170,6 @@ def test_a_robot_without_shapes_is_never_called_free(method):
 
 @pytest.mark.parametrize("method", ASK_OF_SHAPES)
 def test_a_shape_that_cannot_be_checked_is_never_called_free(method):
-    bodies = (Body("hull", Box((1, 1, 1)), np.eye(4)), Body("ball", Sphere(0.1), np.eye(4)))
+    bodies = (Body("hull", Box((1, 1, 1)), np.eye(4)), Body("part", Mesh("part.stl"), np.eye(4)))
     error = refusal(GeometryError, ASK_OF_SHAPES[method], Robot(Description("r", (Link("a", collisions=bodies),), ())))
-    assert str(error) == "link 'a': collision shape 'ball' is a sphere; this version checks boxes only"
+    assert str(error).startswith("link 'a': collision shape 'part': a Mesh has no collision kernel")

@@ -7,7 +7,7 @@ import pytest
 
 import ulna
 import zoo
-from ulna import Box, DescriptionError, FileError, GeometryError, InputError, Robot, Sphere, UlnaError, UnknownNameError, World
+from ulna import Box, DescriptionError, FileError, GeometryError, InputError, Mesh, Robot, UlnaError, UnknownNameError, World
 from ulna.errors import SingularityError
 
 METHODS = ["levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares"]
@@ -192,7 +192,8 @@ def test_a_name_stands_for_one_object(world):
 
 
 def test_a_shape_that_cannot_be_checked_is_refused(world):
-    assert refused(GeometryError, world.add, "ball", Sphere(0.1)) == "object 'ball' is a Sphere; this version checks boxes only"
+    message = "object 'part' is a Mesh, which cannot be checked; ulna.ConvexMesh.from_points() makes a hull"
+    assert refused(GeometryError, world.add, "part", Mesh("part.stl")) == message
     assert refused(GeometryError, world.add, "ball", (1, 1, 1)).startswith("object 'ball' is a tuple")
     assert world.names == ("crate",)
 

@@ -1,87 +1,206 @@
-"""Collision queries: the robot's boxes at q against the boxes of a world."""
+"""Collision queries: the robot at q against itself and against the objects of a world."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.cores import shape_columns
+from ulna.collision.allowed import AllowedCollisions
+from ulna.collision.attached import Attached
+from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
+from ulna.collision.edge import EdgeReport
+from ulna.collision.evidence import find_allowed
+from ulna.collision.objects import Objects
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
-from ulna.errors import GeometryError, InputError
-from ulna.kernels.layout import BODY_WIDTH
-from ulna.kernels.robot_boxes import OUT_OF_RANGE, OVERLAPS, gaps_one, overlap_batch, overlap_one
+from ulna.errors import InputError
+from ulna.kernels.contacts import (
+    CONTACT_WIDTH,
+    DISTANCE,
+    NORMAL,
+    WITNESS_A,
+    WITNESS_B,
+    candidates_hung,
+    contacts_each,
+)
+from ulna.kernels.edge import EDGE_CONTACT, EDGE_OUT_OF_RANGE, edges_each
+from ulna.kernels.nearest import BODY, NEAREST, NEAREST_WIDTH, nearest_batch
+from ulna.kernels.verdict import OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
+from ulna.kinematics.batches import in_parts
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
-from ulna.model.description import Body, Description, frozen
-from ulna.model.shapes import Box
+from ulna.model.description import Description
 from ulna.model.tree import Tree
+
+NO_OBJECTS = World().objects()
+NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
+LEAST_RESOLUTION = 1e-7  # [m]
+WORTH_A_THREAD = 64  # edges
+FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
 
 
 @dataclass(frozen=True, eq=False)
-class BoxBodies:
-    """The collision boxes of a robot: names, the links that carry them, and the table that the kernels read."""
+class Checker:
+    """Answers the collision queries of one robot.
 
-    names: tuple[str, ...]
-    links: tuple[str, ...]
-    table: NDArray[np.float64]
-
-
-def box_bodies(description: Description, tree: Tree) -> BoxBodies:
-    """The collision boxes of a robot.
-
-    Raises:
-        GeometryError: It has no collision shapes, or has some that are not boxes: a query would be wrong without a word.
+    Attributes:
+        description: The robot.
+        tree: The same as arrays.
+        attached: What it carries.
+        given: The pairs of links that may touch, where the user said so; otherwise they are found when first needed.
     """
-    bodies = [(link.name, body) for link in description.links for body in link.collisions]
-    if not bodies:
-        raise GeometryError(f"robot {description.name!r} has no collision shapes, so nothing can be said of its collisions")
-    rows = []
-    for link, body in bodies:
-        if not isinstance(body.shape, Box):
-            kind = type(body.shape).__name__.lower()
-            raise GeometryError(f"link {link!r}: collision shape {body.name!r} is a {kind}; this version checks boxes only")
-        rows.append([*tree.frame_row(link, body.pose), *shape_columns(body.shape)])
-    table = frozen(rows, (len(rows), BODY_WIDTH))
-    return BoxBodies(_distinct_names(bodies), tuple(link for link, _ in bodies), table)
 
+    description: Description
+    tree: Tree
+    attached: tuple[Attached, ...]
+    given: AllowedCollisions | None
 
-def _distinct_names(bodies: list[tuple[str, Body]]) -> tuple[str, ...]:
-    """The shapes' names; one that stands twice gets its link before it, and a number behind it if need be."""
-    plain = [body.name for _, body in bodies]
-    long = [f"{link}/{body.name}" if plain.count(body.name) > 1 else body.name for link, body in bodies]
-    return tuple(f"{name} ({long[: k + 1].count(name)})" if long.count(name) > 1 else name for k, name in enumerate(long))
+    @cached_property
+    def bodies(self) -> Bodies:
+        """The robot's collision bodies, and those of what it carries."""
+        return make_bodies(self.description, self.tree, self.attached)
 
+    @cached_property
+    def allowed(self) -> AllowedCollisions:
+        """The pairs of links that may touch."""
+        return find_allowed(self.description, self.tree, self.bodies) if self.given is None else self.given
 
-def in_collision(tree: Tree, bodies: BoxBodies, q: ArrayLike, world: World) -> bool | NDArray[np.bool_]:
-    """Whether any box overlaps any object: a bool for one q, else shape (...,)."""
-    q, (_, objects) = as_positions(q, tree), _objects(world)
-    if q.ndim == 1:
-        answer = overlap_one(tree.joints, bodies.table, objects, for_kernel(q))
-        if answer == OUT_OF_RANGE:
+    @cached_property
+    def pairs(self) -> NDArray[np.int64]:
+        """The pairs of bodies that may not touch."""
+        return checked_pairs(self.bodies, self.tree, self.allowed, self.attached)
+
+    def in_collision(self, q: ArrayLike, world: World | None, self_collision: bool) -> bool | NDArray[np.bool_]:
+        """Whether anything touches: a bool for one q, else shape (...,)."""
+        scene = self._scene(world, self_collision)
+        q = as_positions(q, self.tree)
+        if q.ndim == 1:
+            answer = overlap_one(*scene, for_kernel(q))
+            if answer == OUT_OF_RANGE:
+                refuse_out_of_range(q)
+            return answer == OVERLAPS
+        hits, rows = np.empty(q.shape[:-1], dtype=np.bool_), flat(q)
+        out = hits.reshape(-1)
+        if not in_parts(lambda part: overlap_batch(*scene, rows[part], out[part]), len(rows)):
             refuse_out_of_range(q)
-        return answer == OVERLAPS
-    hits = np.empty(q.shape[:-1], dtype=np.bool_)
-    if not overlap_batch(tree.joints, bodies.table, objects, flat(q), hits.reshape(-1)):
+        return hits
+
+    def signed_distance(self, q: ArrayLike, world: World | None, self_collision: bool) -> float | NDArray[np.float64]:
+        """The least signed distance: a number for one q, else shape (...,)."""
+        q = as_positions(q, self.tree)
+        distances = self._nearest(q, self._scene(world, self_collision))[..., NEAREST]
+        return float(distances) if q.ndim == 1 else distances
+
+    def distance_gradient(self, q: ArrayLike, world: World | None, self_collision: bool) -> NDArray[np.float64]:
+        """The gradient of the least signed distance, shape (..., n_dof)."""
+        scene = self._scene(world, self_collision)
+        q = as_positions(q, self.tree)
+        pairs = self._nearest(q, scene).reshape(-1, NEAREST_WIDTH)[:, BODY:].astype(np.int64)
+        contacts, gradient, rows = np.empty((len(pairs), CONTACT_WIDTH)), np.empty(q.shape), flat(q)
+        out = gradient.reshape(rows.shape)
+
+        def run(part: slice) -> bool:
+            of_q = np.arange(part.stop - part.start)
+            return contacts_each(*_shapes(scene), for_kernel(rows[part]), of_q, pairs[part], contacts[part], out[part])
+
+        in_parts(run, len(rows))
+        return gradient
+
+    def edge_in_collision(
+        self, q_a: ArrayLike, q_b: ArrayLike, world: World | None, self_collision: bool, resolution: float
+    ) -> EdgeReport:
+        """Whether anything touches on the straight lines from q_a to q_b."""
+        if isinstance(resolution, bool) or not isinstance(resolution, Real) or not LEAST_RESOLUTION <= resolution < np.inf:
+            raise InputError("resolution", f"{resolution!r}; a length of at least {LEAST_RESOLUTION:g} m is expected")
+        scene = self._scene(world, self_collision)
+        starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
+        try:
+            batch = np.broadcast_shapes(starts.shape[:-1], ends.shape[:-1])
+        except ValueError:
+            raise InputError("q_b", f"shape {ends.shape} does not go with q_a of shape {starts.shape}") from None
+        shape = *batch, self.tree.n_dof
+        a, b = (flat(np.ascontiguousarray(np.broadcast_to(side, shape))) for side in (starts, ends))
+        status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
+
+        def run(part: slice) -> bool:
+            ways = for_kernel(a[part]), for_kernel(b[part])
+            return edges_each(*scene, *ways, float(resolution), status[part], free[part])
+
+        in_parts(run, len(a), least=WORTH_A_THREAD)
+        if (status == EDGE_OUT_OF_RANGE).any():
+            refuse_out_of_range(starts, "q_a")
+            refuse_out_of_range(ends, "q_b")
+        q = (a + free[:, None] * (b - a)).reshape(shape)
+        hit = (status == EDGE_CONTACT).reshape(batch)
+        return EdgeReport(hit if batch else bool(hit), free.reshape(batch) if batch else float(free[0]), q)
+
+    def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float) -> Report | NDArray:
+        """The pairs that are no farther apart than ``max_distance``: a report for one q, else an array of them, shape (...,)."""
+        if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
+            raise InputError("max_distance", f"{max_distance!r}; a distance [m] of at least 0 is expected")
+        objects, scene = self._objects(world), self._scene(world, self_collision)
+        q = as_positions(q, self.tree)
+        if q.ndim == 1:
+            return self._report(q, scene, objects.names, float(max_distance))
         refuse_out_of_range(q)
-    return hits
+        reports = np.empty(q.shape[:-1], dtype=object)
+        for place in np.ndindex(reports.shape):
+            reports[place] = self._report(q[place], scene, objects.names, float(max_distance))
+        return reports
+
+    def _nearest(self, q: NDArray[np.float64], scene: tuple) -> NDArray[np.float64]:
+        """The nearest pair of each q (``kernels.nearest``), shape (..., NEAREST_WIDTH)."""
+        nearest, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
+        out = nearest.reshape(-1, NEAREST_WIDTH)
+        if not in_parts(lambda part: nearest_batch(*scene, rows[part], out[part]), len(rows)):
+            refuse_out_of_range(q)
+        return nearest
+
+    def _report(self, q: NDArray[np.float64], scene: tuple, object_names: tuple[str, ...], max_distance: float) -> Report:
+        candidates = self._candidates(q, scene, max_distance)
+        found = np.empty((len(candidates), CONTACT_WIDTH))
+        rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, self.tree.n_dof))
+        if not contacts_each(*_shapes(scene), for_kernel(q)[None], rows, candidates, found, no_gradients):
+            refuse_out_of_range(q)
+        order = np.argsort(found[:, DISTANCE], kind="stable")
+        return Report(
+            tuple(self._pair(candidates[k], found[k], object_names) for k in order if found[k, DISTANCE] <= max_distance)
+        )
+
+    def _candidates(self, q: NDArray[np.float64], scene: tuple, max_distance: float) -> NDArray[np.int64]:
+        """The pairs that may be near enough."""
+        joints, bodies, _, pairs, objects, _, nodes, n_alone = scene
+        n, n_hung = len(bodies), len(objects) - n_alone
+        alone = np.stack(np.meshgrid(np.arange(n), n + np.arange(n_alone), indexing="ij"), axis=-1).reshape(-1, 2)
+        hung, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_hung else 0
+        while len(hung) < count:
+            hung = np.empty((count, 2), dtype=np.int64)
+            count = candidates_hung(joints, bodies, nodes, n_hung, max_distance, for_kernel(q), hung)
+        return np.concatenate([alone, hung[:count] + [0, n + n_alone], pairs])
+
+    def _pair(self, candidate: NDArray[np.int64], found: NDArray[np.float64], object_names: tuple[str, ...]) -> Pair:
+        (a, b), names, owners = candidate.tolist(), self.bodies.names, self.bodies.owners
+        name_b, link_b = (names[b], owners[b]) if b < len(names) else (object_names[b - len(names)], None)
+        points = (found[first : first + 3].copy() for first in (WITNESS_A, WITNESS_B, NORMAL))
+        return Pair(names[a], name_b, owners[a], link_b, float(found[DISTANCE]), *points)
+
+    def _objects(self, world: World | None) -> Objects:
+        if world is not None and not isinstance(world, World):
+            raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+        return NO_OBJECTS if world is None else world.objects()
+
+    def _scene(self, world: World | None, self_collision: bool) -> tuple:
+        """The robot and the world, as the kernels take them."""
+        if world is None and not self_collision:
+            raise InputError("world", "is None and self_collision is False, so there is nothing to check")
+        objects, bodies, pairs = self._objects(world), self.bodies, self.pairs if self_collision else NO_PAIRS
+        boxes = bodies.only_boxes and objects.only_boxes
+        vertices, points = (None, None) if boxes else (bodies.vertices, objects.vertices)
+        return self.tree.joints, bodies.table, vertices, pairs, objects.table, points, objects.nodes, objects.n_alone
 
 
-def check_collision(tree: Tree, bodies: BoxBodies, q: ArrayLike, world: World) -> Report:
-    """Every pair of a robot's box and an object that overlap, for one q."""
-    q, (names, objects) = as_positions(q, tree), _objects(world)
-    if q.ndim != 1:
-        raise InputError("q", f"shape {q.shape}: a report is of one configuration; in_collision() takes a batch")
-    gaps, normals = np.empty((len(bodies.names), len(names))), np.empty((len(bodies.names), len(names), 3))
-    if not gaps_one(tree.joints, bodies.table, objects, for_kernel(q), gaps, normals):
-        refuse_out_of_range(q)
-    pairs = [
-        Pair(bodies.names[k], names[w], bodies.links[k], float(gaps[k, w]), normals[k, w].copy())
-        for k, w in np.argwhere(gaps <= 0.0)
-    ]
-    return Report(tuple(sorted(pairs, key=lambda pair: pair.signed_distance)))
-
-
-def _objects(world: World) -> tuple[tuple[str, ...], NDArray[np.float64]]:
-    if not isinstance(world, World):
-        raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
-    return world.boxes()
+def _shapes(scene: tuple) -> tuple:
+    """What of a scene says where things are and what they are like."""
+    joints, bodies, vertices, _, objects, points, _, _ = scene
+    return joints, bodies, vertices, objects, points

@@ -1,5 +1,7 @@
 """Shapes as the columns that the kernels read: a core, and the radius of the ball that sweeps it (``kernels.layout``)."""
 
+from math import inf
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +23,12 @@ def shape_columns(shape: Shape | Solid, first_vertex: int = 0) -> tuple[float, .
     Raises:
         GeometryError: It is a mesh as a file gives it, which need not be convex.
     """
+    columns = _core_columns(shape, first_vertex)
+    reach = inf if isinstance(shape, HalfSpace) else float(np.linalg.norm(columns[1:4])) + columns[4]
+    return *columns, reach
+
+
+def _core_columns(shape: Shape | Solid, first_vertex: int) -> tuple[float, ...]:
     match shape:
         case Sphere(radius):
             return SPHERE, 0.0, 0.0, 0.0, radius, 0, 0

@@ -8,41 +8,49 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Two shapes that overlap.
+    """Two shapes, and how near they are.
 
     Attributes:
         name_a: The robot's shape.
-        name_b: The object of the world.
-        link: The link that carries ``name_a``.
-        signed_distance: Minus the penetration depth [m]: how far one would have to move out, to 1e-8 of the boxes' size.
-        normal: The unit vector from a to b along which they overlap least, in the base frame, shape (3,).
+        name_b: Another shape of the robot, or the object of the world.
+        link: The link of ``name_a``, or its own name if it is an attached object.
+        link_b: The same of ``name_b``; None if that is of the world.
+        signed_distance: Their distance [m]; negative: how far one would have to move out of the other.
+        witness_a: The point of a that lies deepest in b, or nearest to it, in the base frame [m], shape (3,).
+        witness_b: The same of b: witness_b - witness_a = signed_distance * normal.
+        normal: The unit vector from a to b along which they are nearest, or overlap least, in the base frame, shape (3,).
     """
 
     name_a: str
     name_b: str
     link: str
+    link_b: str | None
     signed_distance: float
+    witness_a: NDArray[np.float64]
+    witness_b: NDArray[np.float64]
     normal: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The pairs that overlap, deepest first."""
+    """The pairs that overlap, deepest first, and behind them those that are apart, if these were asked for too."""
 
     pairs: tuple[Pair, ...]
 
     @property
     def in_collision(self) -> bool:
         """True if any pair overlaps."""
-        return bool(self.pairs)
+        return bool(self.pairs) and self.pairs[0].signed_distance <= 0.0
 
     @property
     def touching(self) -> tuple[str, ...]:
-        """The robot's shapes that overlap anything, each once, in the order of the robot."""
-        return tuple(dict.fromkeys(pair.name_a for pair in sorted(self.pairs, key=lambda p: _natural(p.name_a))))
+        """The robot's shapes that overlap anything, each once, sorted."""
+        overlapping = [pair for pair in self.pairs if pair.signed_distance <= 0.0]
+        names = [pair.name_a for pair in overlapping] + [pair.name_b for pair in overlapping if pair.link_b is not None]
+        return tuple(sorted(dict.fromkeys(names), key=_natural))
 
     def __str__(self) -> str:
-        return f"collision: {', '.join(self.touching)}" if self.pairs else "free"
+        return f"collision: {', '.join(self.touching)}" if self.in_collision else "free"
 
 
 def _natural(name: str) -> tuple:

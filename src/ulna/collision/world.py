@@ -5,11 +5,10 @@ import threading
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.cores import shape_columns
+from ulna.collision.objects import Objects, make_objects
 from ulna.errors import GeometryError, InputError, UnknownNameError
-from ulna.kernels.layout import BASE, BODY_WIDTH
 from ulna.model.pose import as_one_pose
-from ulna.model.shapes import Box
+from ulna.model.shapes import Solid
 
 
 class World:
@@ -17,6 +16,7 @@ class World:
 
     Example:
         >>> from ulna.model.pose import pose
+        >>> from ulna.model.shapes import Box
         >>> world = World()
         >>> world.add("crate", Box(extents=(0.15, 0.09, 0.126)), pose((0.5, 0, 0.21)))
         >>> world.names
@@ -25,48 +25,51 @@ class World:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._shapes: dict[str, Box] = {}
+        self._shapes: dict[str, Solid] = {}
         self._poses: dict[str, NDArray[np.float64]] = {}
-        self._table: tuple[tuple[str, ...], NDArray[np.float64]] | None = None
+        self._objects: Objects | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the objects, in the order in which they were added."""
         return tuple(self._shapes)
 
-    def add(self, name: str, shape: Box, pose: ArrayLike | None = None) -> None:
+    def add(self, name: str, shape: Solid, pose: ArrayLike | None = None) -> None:
         """Add an object.
 
         Args:
             name: A name that no other object has.
-            shape: A ``Box``.
+            shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh`` or ``HalfSpace``.
             pose: T_base_object, shape (4, 4); the origin unless given.
         """
-        if not isinstance(shape, Box):
-            raise GeometryError(f"object {name!r} is a {type(shape).__name__}; this version checks boxes only")
+        if not isinstance(shape, Solid):
+            kind = type(shape).__name__
+            raise GeometryError(
+                f"object {name!r} is a {kind}, which cannot be checked; ulna.ConvexMesh.from_points() makes a hull"
+            )
         if not isinstance(name, str):
             raise InputError("name", f"{name!r} is not text")
         T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")
-            self._shapes[name], self._poses[name], self._table = shape, T, None
+            self._shapes[name], self._poses[name], self._objects = shape, T, None
 
     def move(self, name: str, pose: ArrayLike) -> None:
         """Put an object at another pose T_base_object, shape (4, 4)."""
         T = as_one_pose(pose, "pose")
         with self._lock:
             self._known(name)
-            self._poses[name], self._table = T, None
+            self._poses[name], self._objects = T, None
 
     def remove(self, name: str) -> None:
         """Take an object away."""
         with self._lock:
             self._known(name)
             del self._shapes[name], self._poses[name]
-            self._table = None
+            self._objects = None
 
-    def shape(self, name: str) -> Box:
+    def shape(self, name: str) -> Solid:
         """The shape of an object."""
         with self._lock:
             self._known(name)
@@ -78,13 +81,12 @@ class World:
             self._known(name)
             return self._poses[name].copy()
 
-    def boxes(self) -> tuple[tuple[str, ...], NDArray[np.float64]]:
-        """The names and the table of boxes that the kernels read (``kernels.layout``), of one moment."""
+    def objects(self) -> Objects:
+        """The objects as the kernels read them, of one moment; made anew only after a change."""
         with self._lock:
-            if self._table is None:
-                rows = [[*T[:3].ravel(), BASE, 0.0, *shape_columns(self._shapes[name])] for name, T in self._poses.items()]
-                self._table = self.names, np.array(rows, dtype=np.float64).reshape(len(rows), BODY_WIDTH)
-            return self._table
+            if self._objects is None:
+                self._objects = make_objects(self._shapes, self._poses)
+            return self._objects
 
     def _known(self, name: str) -> None:
         if name not in self._shapes:

@@ -1,4 +1,4 @@
-"""``ulna check``: whether a robot touches boxes."""
+"""``ulna check``: whether a robot touches boxes or itself."""
 
 from typing import Annotated
 
@@ -16,27 +16,30 @@ def check(
     robot: RobotName = "panda",
     *,
     box: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             metavar="NUMBERS", help='A box: "x, y, z, roll, pitch, yaw, length, width, height"; repeatable: box 1, box 2 ...'
         ),
-    ],
+    ] = None,
     q: Positions = None,
+    itself: Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")] = True,
+    within: Annotated[float, typer.Option(min=0, metavar="METRES", help="Show pairs too that are so near.")] = 0.0,
     degrees: Degrees = False,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
     as_json: Json = False,
 ) -> None:
-    """Whether the robot touches boxes, and how deep.
+    """Whether the robot touches itself or boxes, how deep and where, and how far it is from them.
 
     As in: ulna check --box "0.5,0,0.21,0,0,0,0.15,0.09,0.126". Exit status 0 if it is free, 1 if not.
     """
     arm = load_robot(robot, xacro_arg, package_dir)
     world = ulna.World()
-    for k, text in enumerate(box, start=1):
+    for k, text in enumerate(box or (), start=1):
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
         world.add(f"box {k}", ulna.Box((length, width, height)), ulna.pose(place[:3], place[3:]))
     at = positions("--q", q, arm, degrees=degrees)
-    report = arm.check_collision(at, world)
-    show(report_data(arm, at, report), None if as_json else report_view)
+    report = arm.check_collision(at, world, itself, max_distance=within)
+    distance = arm.signed_distance(at, world, itself)
+    show(report_data(arm, at, report, distance), None if as_json else report_view)
     raise typer.Exit(1 if report.in_collision else 0)

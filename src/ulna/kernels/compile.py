@@ -30,7 +30,11 @@ _UNUSED_FOLDER_DAYS = 30
 
 
 def kernel(function):
-    """Compile a formula: inlined wherever it is called, so that tuples of numbers stay in registers."""
+    """Compile a formula: inlined wherever it is called, so that tuples of numbers stay in registers.
+
+    Kernels count no references to arrays. An entry, which allocates and therefore does, must get no array back from one (a slice of
+    its own, say): it would let go of what nobody took hold of. ``workspace`` is for that.
+    """
     return njit(forceinline=True, **_COUNTS_NOTHING, **_FLAGS)(function)
 
 
@@ -45,10 +49,7 @@ def exact_kernel(function):
 
 
 def workspace(function):
-    """Compile what makes arrays for an entry: besides entries the only kind that may return one.
-
-    The kinds above do not count references, so an array that one of them returned would be freed twice.
-    """
+    """Compile what makes arrays for an entry: besides entries the only kind that may return one."""
     return njit(**_FLAGS)(function)
 
 

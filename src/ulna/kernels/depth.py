@@ -8,30 +8,45 @@ Penetration Depth Computation on 3D Game Objects, GDC 2001).
 2. Of its faces take the one whose plane lies least far out, the origin being in or out. Its offset bounds the depth from below.
 3. The set's farthest point along that face's normal bounds the depth from above. Where the bounds meet, that is the depth.
 4. Else the point joins the polytope: the faces that see it go, and their rim is joined to it. Go on with 2.
-
 5. At the end the surface's nearest point, which may lie on another face about as low, must fulfil 3 as well: it is a sum of
    corners, and the sums of the points p and q that belong to these are the witness points.
 
 For polytopes this ends with the exact depth after finitely many steps; for cylinders the bounds close in on it. Should the
-points not suffice, as where all ways out across an axis are equally long, the least upper bound found is the answer.
+points not suffice, as where all ways out across an axis are equally long, the least upper bound that is found is the answer.
 A set without volume (of two flat cores in one plane) has depth zero along its own normal.
 """
 
+import numpy as np
+
 from ulna.kernels.box_box import relative_pose
 from ulna.kernels.compile import kernel, routine
-from ulna.kernels.gjk import difference, nearest_cores
+from ulna.kernels.elementary import sincos
+from ulna.kernels.gjk import nearest_cores
 from ulna.kernels.lanes import lane_count, lane_of, sqrt, with_lane
-from ulna.kernels.vectors import axis, cross, dot, minus, origin, place, seen_from, step, times, turn
+from ulna.kernels.layout import CYLINDER
+from ulna.kernels.polytope import (
+    FACE_WIDTH,
+    MAX_EDGES,
+    MAX_FACES,
+    MAX_POINTS,
+    POINT_WIDTH,
+    across,
+    extent,
+    farthest,
+    first_polytope,
+    lowest_face,
+    nearest_of_surface,
+    remove_seen,
+    set_face,
+)
+from ulna.kernels.vectors import axis, cross, dot, origin, place, seen_from, step, times, turn
 
-MAX_POINTS, MAX_FACES, MAX_EDGES = 160, 320, 320
-POINT_WIDTH, FACE_WIDTH = 6, 7
-_TETRAHEDRON = (0, 1, 2), (1, 0, 3), (2, 1, 3), (0, 2, 3)
-SCRATCH = (MAX_POINTS, POINT_WIDTH), (MAX_FACES, FACE_WIDTH), (MAX_EDGES, 2)  # shapes: points, faces, edges
+SCRATCH = (MAX_POINTS, POINT_WIDTH), (MAX_FACES, FACE_WIDTH), (MAX_EDGES, 2)  # shapes of the points, faces and edges
 _EXACT = 1e-10  # of the bodies' size: bounds that near have met; faces much smaller have no normals to go by
 _TOUCHING = 1e-9  # of the bodies' size: a surface point so near to the origin gives no direction
 _CLEARANCE = 1e-3  # of the bodies' size
 _ROUNDS = 8
-_FLAT = 1e-13  # of the bodies' size: a set so thin has no volume
+_DIRECTIONS, _SECTIONS, _GOLDEN = 64, 40, 0.6180339887498949
 _LEVEL = 1e-13  # of the bodies' size: a point no higher than this above a face does not see it
 
 
@@ -107,6 +122,53 @@ def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, 
     return polished(body, depth, normal, size, points)
 
 
+@kernel
+def around_axes(body, depth, n, points):
+    """The least bound and its normal among the given ones and the normals across the axis of each cylinder.
+
+    Bodies that share an axis, or nearly so, have a way out that is about as short all around it. There no polytope is fine
+    enough, but a search around the circle is.
+    """
+    r = body[6]
+    if body[0] == CYLINDER:
+        depth, n = around(body, (0.0, 0.0, 1.0), depth, n, points)
+    if body[3] == CYLINDER:
+        depth, n = around(body, (r[0][2], r[1][2], r[2][2]), depth, n, points)
+    return depth, n
+
+
+@routine
+def around(body, z, depth, n, points):
+    """The same for one axis: the lowest of many directions, then sections of the arc about it (Kiefer, Proc. AMS 1953)."""
+    u = across(z)
+    v = cross(z, u)
+    best, lowest = 0.0, 1e300
+    for k in range(_DIRECTIONS):
+        angle = 2.0 * np.pi * k / _DIRECTIONS
+        height = farthest(body, on_circle(u, v, angle), points, 0)
+        if height < lowest:
+            best, lowest = angle, height
+    low, high = best - 2.0 * np.pi / _DIRECTIONS, best + 2.0 * np.pi / _DIRECTIONS
+    for _ in range(_SECTIONS):
+        first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        if farthest(body, on_circle(u, v, first), points, 0) < farthest(body, on_circle(u, v, second), points, 0):
+            high = second
+        else:
+            low = first
+    found = on_circle(u, v, 0.5 * (low + high))
+    height = farthest(body, found, points, 0)
+    if height < depth:
+        return height, found
+    return depth, n
+
+
+@kernel
+def on_circle(u, v, angle):
+    """The unit vector at an angle from u towards v."""
+    sine, cosine = sincos(angle)
+    return step(times(u, cosine), sine, v)
+
+
 @routine
 def polished(body, depth, n, size, points):
     """The depth, the point of A and the normal, from an upper bound of the depth and its normal.
@@ -115,6 +177,7 @@ def polished(body, depth, n, size, points):
     long as it lowers the bound; in the end these points, moved back, are the witness points.
     """
     kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
+    depth, n = around_axes(body, depth, n, points)
     a = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     p = (0.0, 0.0, 0.0)
     for _ in range(_ROUNDS):
@@ -126,169 +189,3 @@ def polished(body, depth, n, size, points):
             break
         depth, n = height, nearest
     return max(depth, 0.0), p, n
-
-
-@routine
-def farthest(body, n, points, i):
-    """How far the set reaches along n; its farthest point there, and that point's p, are put in place i of the points."""
-    kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
-    w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-n[0], -n[1], -n[2]))
-    for k in range(3):
-        points[i, k], points[i, 3 + k] = w[k], p[k]
-    return dot(n, w)
-
-
-@kernel
-def point(points, i):
-    """Point i of the set."""
-    return points[i, 0], points[i, 1], points[i, 2]
-
-
-@kernel
-def extent(body, points):
-    """The size of the set: its widths along the three axes, together. The ends along the widest stand first in the points."""
-    size, widest = 0.0, -1.0
-    for k in range(3):
-        n = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-        i = 2 if k > 0 else 0  # where the ends are tried
-        width = farthest(body, n, points, i) + farthest(body, times(n, -1.0), points, i + 1)
-        size += width
-        if width > widest:
-            widest = width
-            for c in range(POINT_WIDTH):
-                points[0, c], points[1, c] = points[i, c], points[i + 1, c]
-    return size
-
-
-@kernel
-def first_polytope(body, size, points, faces):
-    """Make a tetrahedron of support points; or say that the set is flat, and along which normal.
-
-    Two points are there; the farthest from their line is the third, and the farthest from the plane of three the fourth.
-    """
-    n = (1.0, 0.0, 0.0)
-    if size <= 0.0:
-        return True, n
-    for found in (2, 3):
-        d, e = minus(point(points, 1), point(points, 0)), minus(point(points, 2), point(points, 0))
-        n = across(d) if found == 2 else unit_cross(d, e)
-        width = farther_of_two(body, n, points, found)
-        if found == 2 and width <= _FLAT * size:
-            n = unit_cross(d, n)
-            width = farther_of_two(body, n, points, found)
-        if width <= _FLAT * size:
-            return True, n
-    if dot(n, minus(point(points, 3), point(points, 0))) > 0.0:  # seen from the fourth point the others run clockwise
-        for k in range(POINT_WIDTH):
-            points[1, k], points[2, k] = points[2, k], points[1, k]
-    for f in range(4):
-        i, j, k = _TETRAHEDRON[f]
-        set_face(points, faces, f, i, j, k)
-    return False, n
-
-
-@kernel
-def across(d):
-    """A unit vector perpendicular to d: its product with the axis along which d reaches least."""
-    x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
-    by_x, by_y = x <= y and x <= z, y < x and y <= z
-    return unit_cross(d, (1.0 if by_x else 0.0, 1.0 if by_y else 0.0, 0.0 if by_x or by_y else 1.0))
-
-
-@kernel
-def unit_cross(a, b):
-    """The cross product of two vectors, of length one."""
-    n = cross(a, b)
-    return times(n, 1.0 / sqrt(dot(n, n)))
-
-
-@kernel
-def farther_of_two(body, n, points, i):
-    """Put the point of the set that is farthest from point 0 along n or -n in place i; how far it is."""
-    start = dot(n, point(points, 0))
-    above = farthest(body, n, points, i) - start
-    below = farthest(body, times(n, -1.0), points, i + 1) + start
-    if below > above:
-        for k in range(POINT_WIDTH):
-            points[i, k] = points[i + 1, k]
-    return max(above, below)
-
-
-@routine
-def set_face(points, faces, f, i, j, k):
-    """Write face f with the corners i, j, k, counter-clockwise seen from without: corners, unit normal, offset."""
-    p = point(points, i)
-    n = cross(minus(point(points, j), p), minus(point(points, k), p))
-    length = sqrt(dot(n, n))
-    n = times(n, 1.0 / length) if length > 0.0 else (0.0, 0.0, 0.0)
-    faces[f, 0], faces[f, 1], faces[f, 2] = i, j, k
-    faces[f, 3], faces[f, 4], faces[f, 5] = n
-    faces[f, 6] = dot(n, p) if length > 0.0 else 1e300  # corners in one line: no face to leave by
-
-
-@kernel
-def lowest_face(faces, n_faces):
-    """The face whose plane lies least far out."""
-    lowest = 0
-    for f in range(1, n_faces):
-        if faces[f, 6] < faces[lowest, 6]:
-            lowest = f
-    return lowest
-
-
-@kernel
-def remove_seen(points, w, faces, n_faces, edges, level):
-    """Take away the faces that point w sees from above; how many faces are left, and how many edges their hole has."""
-    n_edges, f = 0, 0
-    p = point(points, w)
-    while f < n_faces:
-        height = faces[f, 3] * p[0] + faces[f, 4] * p[1] + faces[f, 5] * p[2] - faces[f, 6]
-        if height <= level:
-            f += 1
-            continue
-        for k in range(3):
-            n_edges = toggle_edge(edges, n_edges, faces[f, k], faces[f, (k + 1) % 3])
-        n_faces -= 1
-        for k in range(FACE_WIDTH):
-            faces[f, k] = faces[n_faces, k]
-    return n_faces, n_edges
-
-
-@kernel
-def toggle_edge(edges, n_edges, i, j):
-    """Add an edge, or take it away with its reverse where that stands already: it lies between two faces that went."""
-    for k in range(n_edges):
-        if edges[k, 0] == j and edges[k, 1] == i:
-            edges[k, 0], edges[k, 1] = edges[n_edges - 1, 0], edges[n_edges - 1, 1]
-            return n_edges - 1
-    if n_edges < MAX_EDGES:
-        edges[n_edges, 0], edges[n_edges, 1] = i, j
-        n_edges += 1
-    return n_edges
-
-
-@routine
-def nearest_of_surface(points, faces, n_faces):
-    """The point of the polytope's surface nearest to the origin, and the point of A that belongs to it.
-
-    Faces in one plane have one offset, and the nearest point lies in one of them only: so each is asked.
-    """
-    nearest, found, deepest = 1e300, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    for f in range(n_faces):
-        i, j, k = int(faces[f, 0]), int(faces[f, 1]), int(faces[f, 2])
-        w, e, d = point(points, i), minus(point(points, j), point(points, i)), minus(point(points, k), point(points, i))
-        n = cross(e, d)
-        square = max(dot(n, n), 1e-300)
-        x = min(max(dot(cross(d, w), n) / square, 0.0), 1.0)
-        y = min(max(dot(cross(w, e), n) / square, 0.0), 1.0 - x)
-        v = step(step(w, x, e), y, d)
-        if dot(v, v) < nearest:
-            nearest, found, z = dot(v, v), v, 1.0 - x - y
-            deepest = step(step(times(source(points, i), z), x, source(points, j)), y, source(points, k))
-    return found, deepest
-
-
-@kernel
-def source(points, i):
-    """The point of A that belongs to point i of the set."""
-    return points[i, 3], points[i, 4], points[i, 5]

@@ -5,8 +5,8 @@ a direction is a difference of support points. The search keeps a triangle of su
 origin; the farthest point w along -v bounds the distance from below by v . w / |v|, while |v| bounds it from above, so that
 the answer is certified: it is done where the two bounds meet.
 
-One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. The nearest point of it lies where it was, or on a feature at w, for
-w is nearer than all points seen: on one of three edges or three triangles. All six are worked out, each a point of the set for
+One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. The nearest point of it lies where it was, or on a feature at w,
+for w lies deeper than all points seen: on one of three edges or three triangles. All six are worked out, each a point of the set for
 sure, and the nearest is kept: no step goes back, whatever is degenerate, and all lanes take the same path. What is
 robust in it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross products, and
 a nearest point on a face along the face's normal instead of as a sum of its corners.
@@ -36,8 +36,8 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
         reach: [m] A lane also ends as soon as it is certain that the distance is more than this, or not; negative: not so.
 
     Returns:
-        The least distance that is certain, the distance of the points, both [m] and zero where the cores overlap; the points p of A
-        and q of B; the unit normal from p to q; and where the cores overlap.
+        The least distance that is certain and that of the points, both [m] and zero where the cores overlap; the points p of A and
+        q of B; the unit normal from p to q; and where the cores overlap.
     """
     r, t = relative_pose(a, b)
     size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
@@ -91,8 +91,10 @@ def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
 
 @kernel
 def advance(active, v, points, sources, shares, w, p):
-    """The simplex with w in the active lanes: v, its three points with the points of A and the shares that make it up; where v is
-    nearer than it was, for elsewhere it stays; and where the tetrahedron holds the origin.
+    """The simplex with w, in the active lanes.
+
+    v, its three points with the points of A and the shares that make it up; where v is nearer than it was, for elsewhere it
+    stays; and where the tetrahedron holds the origin.
 
     A candidate is (|v|^2, v, share of the first point, share of the second): the first and second besides w.
     """

@@ -18,7 +18,7 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
 
-WIDTH = 8
+from ulna.kernels.layout import WIDTH
 
 _F64 = ir.DoubleType()
 _VECTOR = ir.VectorType(_F64, WIDTH)
@@ -81,6 +81,16 @@ def logical_not(mask):
 def any_lane(mask):
     """True if any lane of the mask is: a plain bool, fit for ``if``."""
     return bool(np.any(mask))
+
+
+def lane_bits(mask):
+    """The mask as a whole number: bit k is lane k. For a search that one number leads and eight things await."""
+    return int(np.sum(np.asarray(mask, dtype=np.int64) << np.arange(np.size(mask))))
+
+
+def lowest_bit(bits):
+    """The place of the lowest bit that is set in a whole number above zero."""
+    return (bits & -bits).bit_length() - 1
 
 
 def splat(x, like):
@@ -185,6 +195,15 @@ def _emit_any_lane(context, builder, sig, args):
     return args[0]
 
 
+def _emit_lane_bits(context, builder, sig, args):
+    bits = builder.bitcast(args[0], _I8) if isinstance(sig.args[0], LaneMask) else args[0]
+    return builder.zext(bits, ir.IntType(types.intp.bitwidth))
+
+
+def _emit_lowest_bit(context, builder, sig, args):
+    return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
+
+
 def _emit_splat(context, builder, sig, args):
     return _cast(context, builder, args[0], sig.args[0], sig.return_type)
 
@@ -250,6 +269,8 @@ _primitive(rint, _number_type, _llvm_unary("rint"))
 _primitive(where, _where_type, _emit_where)
 _primitive(logical_not, _mask_type, lambda context, builder, sig, args: builder.not_(args[0]))
 _primitive(any_lane, lambda mask: types.boolean if _mask_type(mask) else None, _emit_any_lane)
+_primitive(lane_bits, lambda mask: types.intp if _mask_type(mask) else None, _emit_lane_bits)
+_primitive(lowest_bit, lambda bits: types.intp if bits == types.intp else None, _emit_lowest_bit)
 _primitive(splat, lambda x, like: _number_type(like) if isinstance(x, types.Number) else None, _emit_splat)
 _primitive(lane_count, lambda x: types.intp if _number_type(x) is not None else None, _emit_lane_count)
 _primitive(lane_of, _lane_type, _emit_lane_of)

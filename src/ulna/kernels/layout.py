@@ -23,10 +23,13 @@ HALF_EXTENTS from here on three numbers: half the edges [m] of the smallest box 
              core. They say all of it for a box, a point (0, 0, 0), a segment along z (0, 0, h) and a cylinder (r, r, h).
 RADIUS       of the ball that sweeps the core [m]
 FIRST_VERTEX and N_VERTICES: where the points of a hull stand in the array of vertices, shape (m, 3), which goes with the table
+REACH        the radius of a ball about the frame's origin that holds the body [m]; infinite for a half-space
 ============ ===================================================================================================
 
 A half-space is all that lies below the plane z = 0 of its frame: its z axis is the outward normal. It has no extents.
 """
+
+WIDTH = 8  # of the number that is eight numbers
 
 KIND, COLUMN, RATIO, OFFSET, PARENT = 12, 13, 14, 15, 16
 TABLE_WIDTH = 17
@@ -36,8 +39,8 @@ BASE = -1
 JOINT, AT_JOINT = 12, 13
 FRAME_WIDTH = 14
 
-SHAPE, HALF_EXTENTS, RADIUS, FIRST_VERTEX, N_VERTICES = 14, 15, 18, 19, 20
-BODY_WIDTH = 21
+SHAPE, HALF_EXTENTS, RADIUS, FIRST_VERTEX, N_VERTICES, REACH = 14, 15, 18, 19, 20, 21
+BODY_WIDTH = 22
 SPHERE, CAPSULE, BOX, CYLINDER, HULL, HALF_SPACE = 0, 1, 2, 3, 4, 5  # a pair is worked out with the lower number first
 
 LARGEST_DEFECT = 1e-6  # of a pose that comes in from a rigid motion

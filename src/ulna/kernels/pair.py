@@ -1,8 +1,8 @@
 """Two bodies of any shapes: their signed distance, witness points and normal, and whether they overlap.
 
-A body is (kind, pose, size, vertices): a kind of ``layout``; a pose; four numbers, the half extents and the radius; and the points
-of a hull, a plain array of shape (n, 3), else of shape (0, 3). The kind and the points are the same in all lanes; pose and size are
-numbers, so that lanes can be eight configurations, or eight bodies of one kind.
+A body is (kind, pose, size, vertices): a kind of ``layout``; a pose; four numbers, the half extents and the radius; and the
+points of a hull, a plain array of shape (n, 3), else of shape (0, 3). The kind and the points are the same in all lanes; pose
+and size are numbers, so that lanes can be eight configurations, or eight bodies of one kind.
 
 An answer is (signed distance [m], witness_a, witness_b, normal): three numbers each, in the frame in which the poses are given.
 The normal is a unit vector from a to b, and witness_b - witness_a = signed distance * normal.

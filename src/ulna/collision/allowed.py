@@ -1,0 +1,134 @@
+"""Pairs of links whose contact is no collision, each with the reason and the evidence for it."""
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+from xml.sax.saxutils import quoteattr
+
+from ulna.errors import InputError, UnknownNameError
+
+ADJACENT = "adjacent"  # joined by one joint: they are built to touch
+FIXED = "fixed"  # joined by fixed joints only: no motion brings them nearer
+ALWAYS = "always"  # touching in every configuration that was tried
+SOMETIMES = "sometimes"  # touching in some: a collision
+NEVER = "never"  # touching in none that was tried: checked all the same, unless the user says otherwise
+USER = "user"  # the user's word
+
+
+@dataclass(frozen=True)
+class LinkPair:
+    """Two links, in the order of their names, and what is known of their contact.
+
+    Attributes:
+        link_a: The link whose name comes first.
+        link_b: The other.
+        reason: ``"adjacent"``, ``"fixed"``, ``"always"``, ``"sometimes"``, ``"never"`` or ``"user"``, or what a file gives.
+        touched: In how many random configurations they touch.
+        samples: Of how many that were tried; 0 if none had to be.
+        q: A configuration that shows it: one in which they touch (or, if they never do, one in which they do not) [rad or m].
+    """
+
+    link_a: str
+    link_b: str
+    reason: str = USER
+    touched: int = 0
+    samples: int = 0
+    q: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if self.link_a == self.link_b:
+            raise InputError("link_b", f"{self.link_b!r} stands twice; a link is not checked against itself")
+        first, second = sorted((self.link_a, self.link_b))
+        object.__setattr__(self, "link_a", first)
+        object.__setattr__(self, "link_b", second)
+
+    @property
+    def links(self) -> frozenset[str]:
+        """The two links, without order."""
+        return frozenset((self.link_a, self.link_b))
+
+    def __str__(self) -> str:
+        seen = f" ({self.touched} of {self.samples})" if self.samples else ""
+        return f"{self.link_a} - {self.link_b}: {self.reason}{seen}"
+
+
+@dataclass(frozen=True)
+class AllowedCollisions(Collection):
+    """The pairs of links that may touch: a collection of ``LinkPair``, which answers ``("a", "b") in allowed`` too.
+
+    Attributes:
+        pairs: The pairs that are allowed.
+        checked: The other pairs of links that carry shapes, as far as they were sampled: what touches sometimes, and what was
+            never seen to touch. Both are checked.
+
+    Example:
+        >>> import ulna
+        >>> allowed = ulna.load("panda").allowed_collisions
+        >>> ("panda_link5", "panda_link7") in allowed, ("panda_link1", "panda_link7") in allowed
+        (True, False)
+    """
+
+    pairs: tuple[LinkPair, ...]
+    checked: tuple[LinkPair, ...] = field(default=(), repr=False)
+
+    def __contains__(self, pair: object) -> bool:
+        links = pair.links if isinstance(pair, LinkPair) else frozenset(pair) if isinstance(pair, tuple | list | set) else None
+        return any(links == known.links for known in self.pairs)
+
+    def __iter__(self) -> Iterator[LinkPair]:
+        return iter(self.pairs)
+
+    def __len__(self) -> int:
+        return len(self.pairs)
+
+    @property
+    def never_seen(self) -> tuple[LinkPair, ...]:
+        """The pairs that no sample saw touching. They are not allowed: ``plus(*allowed.never_seen)`` would allow them."""
+        return tuple(pair for pair in self.checked if pair.reason == NEVER)
+
+    def plus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":
+        """These and more pairs, given as ``LinkPair`` or as two names."""
+        added = as_link_pairs(pairs)
+        allowed = {pair.links for pair in added}
+        kept = tuple(pair for pair in self.pairs if pair.links not in allowed)
+        return AllowedCollisions(kept + added, tuple(pair for pair in self.checked if pair.links not in allowed))
+
+    def minus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":
+        """These without some pairs, which are checked from then on."""
+        taken = as_link_pairs(pairs)
+        for pair in taken:
+            if pair not in self:
+                raise UnknownNameError("allowed pair", f"{pair.link_a} - {pair.link_b}", map(str, self.pairs))
+        away = {pair.links for pair in taken}
+        moved = tuple(pair for pair in self.pairs if pair.links in away)
+        return AllowedCollisions(tuple(pair for pair in self.pairs if pair.links not in away), self.checked + moved)
+
+    def to_srdf(self, robot: str) -> str:
+        """SRDF text with a ``disable_collisions`` element for each pair, for the robot of this name."""
+        rows = [map(quoteattr, (pair.link_a, pair.link_b, pair.reason.title())) for pair in self.pairs]
+        lines = [f"  <disable_collisions link1={a} link2={b} reason={reason}/>" for a, b, reason in rows]
+        return "\n".join(['<?xml version="1.0"?>', f"<robot name={quoteattr(robot)}>", *lines, "</robot>", ""])
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.pairs)) or "no pair of links may touch"
+
+
+def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
+    """The pairs as ``LinkPair``, each once: given so, as two names, or as what an SRDF says (link_a, link_b, reason)."""
+    found: dict[frozenset[str], LinkPair] = {}
+    for pair in pairs:
+        links = (pair.link_a, pair.link_b) if hasattr(pair, "link_a") and hasattr(pair, "link_b") else pair
+        if not (isinstance(links, tuple | list) and len(links) == 2 and all(isinstance(link, str) for link in links)):
+            raise InputError(name, f"{pair!r}; the names of two links are expected")
+        known = pair if isinstance(pair, LinkPair) else LinkPair(*links, reason=(getattr(pair, "reason", "") or USER).lower())
+        found[known.links] = known
+    return tuple(found.values())
+
+
+def as_allowed(allowed: Iterable, link_names: tuple[str, ...]) -> AllowedCollisions:
+    """Pairs of links as a user gives them, their names looked up."""
+    collection = allowed if isinstance(allowed, AllowedCollisions) else AllowedCollisions(as_link_pairs(allowed, "allowed"))
+    for pair in collection:
+        for link in pair.links:
+            if link not in link_names:
+                raise UnknownNameError("link", link, link_names)
+    return collection

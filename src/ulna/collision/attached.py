@@ -1,0 +1,63 @@
+"""What a robot carries: shapes that move with a link and are no part of its description."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.errors import GeometryError, InputError, UnknownNameError
+from ulna.model.description import frozen
+from ulna.model.pose import as_one_pose
+from ulna.model.shapes import HalfSpace, Solid
+
+
+@dataclass(frozen=True, eq=False)
+class Attached:
+    """A shape that a link holds.
+
+    Attributes:
+        name: Its name in reports.
+        shape: What it is.
+        T_link_object: Its pose in the frame of the link, shape (4, 4).
+        link: The link that holds it: never checked against it.
+        touch_links: Other links, or other attached objects, that it may touch.
+    """
+
+    name: str
+    shape: Solid
+    T_link_object: NDArray[np.float64]
+    link: str
+    touch_links: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str):
+            raise InputError("name", f"{self.name!r} is not text")
+        if isinstance(self.shape, HalfSpace) or not isinstance(self.shape, Solid):
+            raise GeometryError(f"{self.name!r} is a {type(self.shape).__name__}, which nothing can hold and check")
+        if isinstance(self.touch_links, str):
+            raise InputError("touch_links", f"{self.touch_links!r} is one name; a list of names is expected")
+        object.__setattr__(self, "T_link_object", frozen(as_one_pose(self.T_link_object, "T_link_object"), (4, 4)))
+        object.__setattr__(self, "touch_links", frozenset(self.touch_links))
+
+    def __reduce__(self):
+        return Attached, (self.name, self.shape, self.T_link_object, self.link, self.touch_links)
+
+
+def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:
+    """One more attached object, its names looked up."""
+    taken = (*link_names, *(one.name for one in held))
+    if new.name in taken:
+        raise InputError("name", f"the robot already has a link or an attached object {new.name!r}")
+    if new.link not in link_names:
+        raise UnknownNameError("link", new.link, link_names)
+    for name in new.touch_links:
+        if name not in taken:
+            raise UnknownNameError("link or attached object", name, taken)
+    return (*held, new)
+
+
+def detach(held: tuple[Attached, ...], name: str) -> tuple[Attached, ...]:
+    """Without the attached object of this name."""
+    if name not in {one.name for one in held}:
+        raise UnknownNameError("attached object", name, [one.name for one in held])
+    return tuple(one for one in held if one.name != name)

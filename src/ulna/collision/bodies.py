@@ -1,0 +1,95 @@
+"""The robot's collision bodies as the kernels read them, and which pairs of them are checked against each other."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.allowed import AllowedCollisions
+from ulna.collision.attached import Attached
+from ulna.collision.cores import NO_VERTICES, shape_columns, shape_vertices
+from ulna.errors import GeometryError
+from ulna.kernels.layout import BODY_WIDTH, BOX, SHAPE
+from ulna.model.description import Description, frozen
+from ulna.model.tree import Tree
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """The collision bodies of a robot and of what it carries.
+
+    Attributes:
+        names: One for each body, all different.
+        links: The link that each is fixed to.
+        owners: The link, or the attached object, that each is part of. Bodies of one owner are not checked against each other.
+        table: What the kernels read (``kernels.layout``), shape (n, BODY_WIDTH).
+        vertices: Those of all hulls, shape (m, 3).
+    """
+
+    names: tuple[str, ...]
+    links: tuple[str, ...]
+    owners: tuple[str, ...]
+    table: NDArray[np.float64]
+    vertices: NDArray[np.float64]
+
+    @cached_property
+    def only_boxes(self) -> bool:
+        """Whether there are no other shapes."""
+        return bool((self.table[:, SHAPE] == BOX).all())
+
+    def pairs_of(self, owners: Iterable[tuple[str, str]]) -> list[tuple[int, int]]:
+        """Every body of the one owner with every body of the other, for each pair of owners."""
+        rows = {owner: [k for k, name in enumerate(self.owners) if name == owner] for owner in self.owners}
+        return [(i, j) for a, b in owners for i in rows[a] for j in rows[b]]
+
+
+def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, ...]) -> Bodies:
+    """The collision bodies of a robot.
+
+    Raises:
+        GeometryError: It has no collision shapes, or has meshes, which need not be convex: a query would be wrong without a word.
+    """
+    parts = [(link.name, link.name, body.name, body.shape, body.pose) for link in description.links for body in link.collisions]
+    if not parts:
+        raise GeometryError(f"robot {description.name!r} has no collision shapes, so nothing can be said of its collisions")
+    parts += [(held.link, held.name, held.name, held.shape, held.T_link_object) for held in attached]
+    rows, vertices = [], [NO_VERTICES]
+    for link, _, name, shape, T in parts:
+        try:
+            columns = shape_columns(shape, sum(map(len, vertices)))
+        except GeometryError as error:
+            raise GeometryError(f"link {link!r}: collision shape {name!r}: {error}") from None
+        rows.append([*tree.frame_row(link, T), *columns])
+        vertices.append(shape_vertices(shape))
+    links, owners, names, *_ = zip(*parts, strict=True)
+    table, points = frozen(rows, (len(rows), BODY_WIDTH)), np.concatenate(vertices)
+    return Bodies(_distinct(names, links), links, owners, table, frozen(points, points.shape))
+
+
+def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attached: tuple[Attached, ...]) -> NDArray[np.int64]:
+    """The pairs of bodies that may not touch, two indices a row.
+
+    Not checked are links that are allowed to touch, an attached object and the links that it may touch, and what no joint moves
+    against each other.
+    """
+    free = {pair.links for pair in allowed}
+    free |= {frozenset((held.name, other)) for held in attached for other in held.touch_links}
+    carriers = dict(zip(bodies.owners, bodies.links, strict=True))
+    held = {one.name for one in attached}
+    kept = []
+    for a, b in combinations(carriers, 2):
+        rigid = tree.link_row[carriers[a]] == tree.link_row[carriers[b]] and (a in held or b in held)
+        if not rigid and frozenset((a, b)) not in free:
+            kept.append((a, b))
+    pairs = np.array(bodies.pairs_of(kept), dtype=np.int64).reshape(-1, 2)
+    pairs.setflags(write=False)
+    return pairs
+
+
+def _distinct(names: tuple[str, ...], links: tuple[str, ...]) -> tuple[str, ...]:
+    """The shapes' names; one that stands twice gets its link before it, and a number behind it if need be."""
+    long = [f"{link}/{name}" if names.count(name) > 1 else name for name, link in zip(names, links, strict=True)]
+    return tuple(f"{name} ({long[: k + 1].count(name)})" if long.count(name) > 1 else name for k, name in enumerate(long))

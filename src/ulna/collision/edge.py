@@ -1,0 +1,30 @@
+"""What a check of the straight line between two configurations found."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeReport:
+    """Whether the robot touches anything on the way from q_a to q_b. One edge can be asked as a bool: ``if robot.edge_in_collision(...)``.
+
+    Attributes:
+        in_collision: True if it does: a bool for one edge, else shape (...,).
+        free_until: The share of the way, in [0, 1], that is free for sure; 1 if all of it is. Where ``in_collision``, something
+            is as near as the resolution here, or touches.
+        q: The configuration at ``free_until`` [rad or m], shape (..., n_dof).
+    """
+
+    in_collision: bool | NDArray[np.bool_]
+    free_until: float | NDArray[np.float64]
+    q: NDArray[np.float64]
+
+    def __bool__(self) -> bool:
+        return bool(self.in_collision)
+
+    def __str__(self) -> str:
+        if np.ndim(self.in_collision):
+            return f"{np.count_nonzero(self.in_collision)} of {np.size(self.in_collision)} edges in collision"
+        return f"collision at {self.free_until:.4f} of the way" if self.in_collision else "free"

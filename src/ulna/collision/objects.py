@@ -1,0 +1,99 @@
+"""The objects of a world as the kernels read them, at one moment: a table, and a tree of bounds over all but a few."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.cores import shape_columns, shape_vertices
+from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE, WIDTH
+from ulna.model.shapes import HalfSpace, Solid
+
+ALONE = 64  # worlds of at most so many objects need no tree: meeting each with eight configurations at once is as fast
+_NOWHERE = 1e300  # bounds that nothing meets
+
+
+@dataclass(frozen=True, eq=False)
+class Objects:
+    """The objects of a world.
+
+    Attributes:
+        names: In the order of the table.
+        table: What the kernels read of each (``kernels.layout``), shape (n, BODY_WIDTH).
+        vertices: Those of all hulls, shape (m, 3).
+        nodes: The tree over the objects from ``n_alone`` on (``kernels.bounds``), shape (6 n_nodes, 8); none if there is no tree.
+        n_alone: How many objects, the first of the table, are in no tree.
+        only_boxes: Whether there are no other shapes.
+    """
+
+    names: tuple[str, ...]
+    table: NDArray[np.float64]
+    vertices: NDArray[np.float64]
+    nodes: NDArray[np.float64]
+    n_alone: int
+    only_boxes: bool
+
+
+def make_objects(shapes: dict[str, Solid], poses: dict[str, NDArray[np.float64]]) -> Objects:
+    """The table of named shapes at poses T_base_object, and the tree."""
+    names = sorted(shapes, key=lambda name: not isinstance(shapes[name], HalfSpace))
+    table = np.empty((len(names), BODY_WIDTH))
+    for row, name in zip(table, names, strict=True):
+        row[:12], row[12:14] = poses[name][:3].ravel(), (BASE, 0.0)
+        row[14:] = shape_columns(shapes[name])
+    vertices = [shape_vertices(shapes[name]) for name in names]
+    table[:, FIRST_VERTEX] = np.cumsum([0, *map(len, vertices)])[:-1]
+    n_endless = sum(isinstance(shape, HalfSpace) for shape in shapes.values())
+    n_alone = len(names) if len(names) <= ALONE else n_endless
+    low, high = bounds(table[n_alone:])
+    order = np.concatenate([np.arange(n_alone), n_alone + compact_order((low + high) / 2)])
+    nodes = tree_of_bounds(low[order[n_alone:] - n_alone], high[order[n_alone:] - n_alone])
+    points = np.concatenate([np.zeros((0, 3)), *vertices])
+    only_boxes = bool((table[:, SHAPE] == BOX).all())
+    return Objects(tuple(names[k] for k in order), np.ascontiguousarray(table[order]), points, nodes, n_alone, only_boxes)
+
+
+def bounds(table: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The least and greatest x, y, z of each body of a table, shape (n, 3) each."""
+    T = table[:, :12].reshape(-1, 3, 4)
+    reach = (np.abs(T[:, :, :3]) * table[:, None, HALF_EXTENTS : HALF_EXTENTS + 3]).sum(axis=2) + table[:, RADIUS, None]
+    return T[:, :, 3] - reach, T[:, :, 3] + reach
+
+
+def compact_order(centres: NDArray[np.float64]) -> NDArray[np.int64]:
+    """An order in which every node of the tree holds objects that are near each other.
+
+    From the root down, what a node will hold is halved across its longest side, and these halves twice more, for eight children;
+    all nodes of a level at once. Source: Bentley, Multidimensional binary search trees (Communications of the ACM, 1975).
+    """
+    n, size = len(centres), 1
+    order = np.arange(n)
+    while size < n:
+        size *= 2
+    while size > WIDTH:
+        starts = np.arange(0, n, size)
+        spread = np.maximum.reduceat(centres[order], starts) - np.minimum.reduceat(centres[order], starts)
+        node = np.arange(n) // size
+        across = centres[order, np.argmax(spread, axis=1)[node]]
+        order, size = order[np.lexsort((across, node))], size // 2
+    return order
+
+
+def tree_of_bounds(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The nodes of a complete tree, eight children each, over bounds in the order given (``kernels.bounds``)."""
+    levels = []
+    while len(low) and (not levels or len(low) > 1):
+        n = -(-len(low) // WIDTH)
+        low, high = _filled_up(low, n * WIDTH, _NOWHERE), _filled_up(high, n * WIDTH, -_NOWHERE)
+        sides = [side.reshape(n, WIDTH, 3).swapaxes(1, 2) for side in (low, high)]
+        levels.append(np.concatenate(sides, axis=1))
+        low, high = sides[0].min(axis=2), sides[1].max(axis=2)
+    nodes = np.empty((0, 6, WIDTH))
+    for level, sides in enumerate(reversed(levels)):
+        nodes = np.concatenate([_filled_up(nodes, (WIDTH**level - 1) // (WIDTH - 1), 0.0), sides])
+    return nodes.reshape(-1, WIDTH)
+
+
+def _filled_up(rows: NDArray[np.float64], n: int, value: float) -> NDArray[np.float64]:
+    """The rows, and further ones of one value until there are n."""
+    return np.concatenate([rows, np.full((n - len(rows), *rows.shape[1:]), value)])

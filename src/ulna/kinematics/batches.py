@@ -1,0 +1,46 @@
+"""Large batches in parts, one after the other or side by side in threads.
+
+The parts begin at multiples of the number of lanes, so that every row stands in a block with the same neighbours' places as in one
+go, and the kernels give each row the same result whatever its block: the answer is bit for bit that of one call.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+from ulna.kernels.layout import WIDTH
+
+LEAST_ROWS = 1024  # of a part, where a row takes less than a microsecond
+
+
+def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS) -> bool:
+    """Run a kernel over rows 0 to n in parts, and say whether it said yes to all.
+
+    Args:
+        run: Calls the kernel for the rows of a slice; the kernel lets go of the interpreter's lock (``nogil``).
+        n: How many rows there are.
+        least: How few rows are worth a thread.
+
+    Example:
+        >>> import numpy as np
+        >>> x, y = np.arange(5000.0), np.empty(5000)
+        >>> in_parts(lambda rows: np.sqrt(x[rows], out=y[rows]) is not None, 5000), float(y[4900])
+        (True, 70.0)
+    """
+    n_parts = min(4 * _n_threads(), n // least)
+    if n_parts < 2 or _n_threads() < 2:
+        return run(slice(0, n))
+    step = -(-n // n_parts // WIDTH) * WIDTH
+    return all(_pool(os.getpid()).map(run, [slice(start, min(start + step, n)) for start in range(0, n, step)]))
+
+
+@cache
+def _n_threads() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@cache
+def _pool(process: int) -> ThreadPoolExecutor:  # noqa: ARG001 - a fork has no threads but the one that made it: it gets its own
+    return ThreadPoolExecutor(_n_threads(), thread_name_prefix="ulna")

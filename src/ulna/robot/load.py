@@ -1,0 +1,56 @@
+"""A robot from a file, a text or a name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from ulna.io.load import load_description
+from ulna.model.subtree import cut_out
+from ulna.robot.robot import Robot
+
+
+def load(
+    source: str | Path,
+    *,
+    xacro_args: Mapping[str, object] | None = None,
+    package_dirs: Iterable[str | Path] = (),
+    base: str | None = None,
+    tip: str | None = None,
+    srdf: str | Path | None = None,
+) -> Robot:
+    """The robot of a description.
+
+    Args:
+        source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text. Or the
+            name of a robot of the packages example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"ur5e"``), where
+            they are installed; nothing is downloaded. A bundled name comes first, then a file, then these in their order.
+        xacro_args: Arguments of a xacro file, or of the one macro that it defines.
+        package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie, or such packages themselves. A
+            xacro file reads files in them, in its own folder and in its package, and nowhere else.
+        base: The link to begin at; the root unless given.
+        tip: The link to end at: only the chain from base to tip is kept.
+        srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
+            Words of it that name nothing in the robot are passed over, with a ``DescriptionWarning``.
+
+    Raises:
+        DescriptionError: The description cannot be understood; the message gives file and line.
+        FileError: There is no such file or name, or it cannot be read.
+        InputError: A xacro file has no argument of a name in ``xacro_args``.
+
+    Example:
+        >>> load("panda").n_dof
+        7
+    """
+    description, home = load_description(source, xacro_args or {}, package_dirs, srdf)
+    robot = Robot(description, home=home)
+    if base is None and tip is None:
+        return robot
+    part = Robot(cut_out(description, base, tip))
+    return Robot(part.description, home=[robot.home[column] for column in _columns(part, robot)])
+
+
+def _columns(part: Robot, whole: Robot) -> list[int]:
+    """For each entry of the part's q, the entry of the whole's that means the same."""
+    slices = dict(zip(whole.joint_names, whole.joint_slices, strict=True))
+    return [column for name in part.joint_names for column in range(*slices[name].indices(whole.n_dof))]
