@@ -28,9 +28,6 @@ WEDGE = np.array([(0, 0, 0), (0.7, 0, 0.1), (0, 0.8, 0), (0.1, 0.2, 0.9), (0.4, 
 BOUNDS = np.concatenate([np.full(N_DOF, -1.0), np.full(N_DOF, 1.0)])[:, None].repeat(N, axis=1)
 HALVES = np.full(N_DOF, 0.5)
 N_ADVANCE = 2 * N_DOF + N_STATE + 6 * len(CHAIN) + 6 * N_DOF + N_SYSTEM
-BODIES = np.arange(2 * BODY_WIDTH).reshape(2, BODY_WIDTH) / 10.0
-BODIES[1, [SHAPE, N_VERTICES - 1, N_VERTICES]] = HULL, 2, 3
-WEDGE = np.array([(0, 0, 0), (0.7, 0, 0.1), (0, 0.8, 0), (0.1, 0.2, 0.9), (0.4, 0.3, -0.5)])
 
 
 def cases():
@@ -71,9 +68,6 @@ def cases():
         "row of bodies": (probes.row_of_bodies, poses[:12], 7, (BODIES, WEDGE)),
         "single lanes": (probes.single_lanes, plain[:1], 2, ()),
         "two boxes": (probes.two_boxes, np.vstack([poses[:12], halves[:3], poses[12:], halves[3:]]), 3, ()),
-        "two bodies": (probes.two_bodies, bodies, 11, (HULL, WEDGE, BOX, WEDGE[:0], tuple(map(np.zeros, SCRATCH)))),
-        "row of bodies": (probes.row_of_bodies, poses[:12], 7, (BODIES, WEDGE)),
-        "single lanes": (probes.single_lanes, plain[:1], 2, ()),
     }
 
 
