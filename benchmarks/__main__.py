@@ -8,6 +8,8 @@ import warnings
 from datetime import date
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.bounds import bound_rows
 from benchmarks.inverse import protocol_rows
 from benchmarks.kinematics import batch_rows, single_call_rows
@@ -20,13 +22,13 @@ from ulna.bench.clock import time_each
 from ulna.bench.machine import machine_facts
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import Forward, Solver, follow_path, ulna_solver
-from ulna.bench.targets import middle
+from ulna.bench.targets import path_positions
 from ulna.errors import UlnaError
 from ulna.robot import Robot
 
 RESULTS = Path(__file__).parent / "results"
 KINEMATICS_ON = ("panda", "ur5")  # the cost of a call depends on the number of joints, hardly on the arm
-FOLLOW_LONGEST_S = 20.0
+FOLLOW_LONGEST_S = 10.0  # that one pass along the path may take
 FOLLOW = ("ulna", "roboticstoolbox-python", "pytracik", "ssik")  # those that take a configuration to start from
 
 
@@ -46,6 +48,7 @@ def main() -> None:
         "scaling_with_rows": [],
         "bounds": [],
         "first_use": [],
+        "first_use_ever": [],
         "memory": [],
         "size": [],
         "absent": [],
@@ -60,7 +63,8 @@ def main() -> None:
         _say("scaling, bounds, first use")
         panda = load_arm("panda")
         data.update(scaling_with_joints=joint_rows(), scaling_with_rows=size_rows(panda), bounds=bound_rows("panda", panda))
-        data.update(first_use=first_use.first_use_rows(), memory=first_use.memory_rows(), size=first_use.size_rows())
+        data.update(first_use=first_use.first_use_rows(), first_use_ever=first_use.cold_rows())
+        data.update(memory=first_use.memory_rows(), size=first_use.size_rows())
     _write(data, options.out)
 
 
@@ -92,8 +96,9 @@ def measure(name: str, robot: Robot, n: int, data: dict) -> None:
 
 def _track(name: str, robot: Robot, solver: Solver, n: int, forward: Forward, data: dict) -> None:
     """Add the row of a solver that follows n poses, or the reason why it does not."""
-    start = middle(robot)
-    pose_ns = time_each(solver.solve, [(solver.prepare(robot.forward_kinematics(start)), start)] * 20, passes=1).mean()
+    path = path_positions(robot, n, seed=1)[:20]
+    steps = [(solver.prepare(T), q) for T, q in zip(robot.forward_kinematics(path), path, strict=True)]
+    pose_ns = float(np.median(time_each(solver.solve, steps)))
     if pose_ns * n > FOLLOW_LONGEST_S * 1e9:
         why = f"too slow to follow {n} poses: {pose_ns / 1e6:.1f} ms a pose"
         data["absent"].append({"robot": name, "peer": solver.name, "why": why})

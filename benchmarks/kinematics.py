@@ -5,7 +5,8 @@ from ulna.bench.clock import Timing, Work, ratio, time_interleaved
 from ulna.bench.targets import random_positions
 from ulna.robot import Robot
 
-ONE, BATCH = 256, 4096
+# A pass is short beside the time that the system gives a process: a longer one would be interrupted by other work.
+ONE, LOOP, BATCH = 64, 128, 4096
 
 
 def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
@@ -18,18 +19,21 @@ def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str)
             works[peer] = Work(function, [offers.own_q(x) for x in q])
         if kind == "forward_kinematics" and offers.forward_kept is not None:
             works[f"{peer}, placement kept"] = Work(offers.forward_kept, [offers.own_q(x) for x in q])
-    return _rows(name, kind, time_interleaved(works, passes=41))
+    return _rows(name, kind, time_interleaved(works, passes=81))
 
 
 def batch_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
-    """A batch of q: Ulna in one call, the peers in a loop of Python."""
+    """A batch of q: Ulna in one call, the peers in a loop of Python (some of the batch), or in one call where they have it."""
     q = random_positions(robot, BATCH, seed=0)
     works = {"ulna": Work(getattr(robot, kind), [q], BATCH)}
     for peer, offers in peers.items():
         function = offers.forward if kind == "forward_kinematics" else offers.jacobian
         if function is not None:
-            works[f"{peer}, in a loop"] = Work(_loop(function), [[offers.own_q(x) for x in q]], BATCH)
-    return _rows(name, f"{kind}, {BATCH} at once", time_interleaved(works, passes=11))
+            works[f"{peer}, in a loop"] = Work(_loop(function), [[offers.own_q(x) for x in q[:LOOP]]], LOOP)
+        at_once = offers.forward_batch if kind == "forward_kinematics" else offers.jacobian_batch
+        if at_once is not None:
+            works[f"{peer}, at once"] = Work(at_once, [q], BATCH)
+    return _rows(name, f"{kind}, {BATCH} at once", time_interleaved(works, passes=41))
 
 
 def _loop(function):

@@ -28,6 +28,7 @@ PEERS = {
     "EAIK": "eaik",
     "mujoco": "mujoco",
     "ikpy": "ikpy",
+    "pytorch-kinematics": "pytorch_kinematics",
 }
 
 
@@ -45,6 +46,7 @@ class Peer:
         solver: For a protocol, the solver.
         own_q: From Ulna's q, shape (n_dof,), to the library's.
         forward_kept: As ``forward``, with what can be looked up once kept between calls, as a control loop would.
+        forward_batch, jacobian_batch: Of many q at once, shape (n, n_dof).
     """
 
     forward: Callable[[Array], Array] | None = None
@@ -52,6 +54,8 @@ class Peer:
     solver: Callable[[Protocol], Solver] | None = None
     own_q: Callable[[Array], Array] = lambda q: q
     forward_kept: Callable[[Array], Array] | None = None
+    forward_batch: Callable[[Array], Array] | None = None
+    jacobian_batch: Callable[[Array], Array] | None = None
 
 
 def make_peer(name: str, robot: Robot) -> tuple[Peer | None, str]:
@@ -65,15 +69,25 @@ def make_peer(name: str, robot: Robot) -> tuple[Peer | None, str]:
     return check(peer, robot)
 
 
-def check(peer: Peer, robot: Robot, tolerance: float = 1e-8) -> tuple[Peer | None, str]:
+def check(peer: Peer, robot: Robot, tolerance: float = 1e-7) -> tuple[Peer | None, str]:
     """The peer if what it computes is what Ulna computes, at a hundred configurations; or None, and by how much it is not."""
-    for kind, theirs, ours in (("poses", peer.forward, robot.forward_kinematics), ("Jacobians", peer.jacobian, robot.jacobian)):
-        if theirs is not None:
-            q = random_positions(robot, 100, seed=3)
-            off = max(float(np.abs(theirs(peer.own_q(x)) - ours(x)).max()) for x in q)
-            if not off <= tolerance:
-                return None, f"its {kind} differ by {off:.1e}"
+    q = random_positions(robot, 100, seed=3)
+    poses, jacobians = robot.forward_kinematics(q), robot.jacobian(q)
+    answers = {
+        "poses": (_one_by_one(peer, peer.forward, q), poses),
+        "Jacobians": (_one_by_one(peer, peer.jacobian, q), jacobians),
+        "poses of a batch": (peer.forward_batch and peer.forward_batch(q), poses),
+        "Jacobians of a batch": (peer.jacobian_batch and peer.jacobian_batch(q), jacobians),
+    }
+    for kind, (theirs, ours) in answers.items():
+        off = 0.0 if theirs is None else float(np.abs(theirs - ours).max())
+        if not off <= tolerance:
+            return None, f"its {kind} differ by {off:.1e}"
     return peer, ""
+
+
+def _one_by_one(peer: Peer, function: Callable[[Array], Array] | None, q: Array) -> Array | None:
+    return None if function is None else np.array([function(peer.own_q(x)) for x in q])
 
 
 def peer_version(name: str) -> str:

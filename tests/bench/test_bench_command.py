@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from ulna.bench import first_use
 from ulna.bench.machine import machine_facts
 from ulna.cli import app
+from ulna.errors import UlnaError
 
 
 def run(*arguments):
@@ -32,6 +33,23 @@ def test_the_figures_of_kinematics_and_collision_for_people():
     shown = run("fk", "jacobian", "collision").stdout
     for work in ("forward_kinematics, one", "link_poses, 8192", "jacobian, one", "in_collision, one", "check_collision, one"):
         assert work in shown
+
+
+def test_what_cannot_be_measured_is_named_and_the_rest_is_measured():
+    answer = json.loads(run("jacobian", "collision", "--robot", "ur5", "--json").stdout)
+    assert answer["jacobian"]
+    assert answer["collision"] == []
+    assert [(row["robot"], row["subject"]) for row in answer["left_out"]] == [("ur5", "collision")]
+    assert "mesh" in answer["left_out"][0]["why"]
+
+
+def test_an_arm_that_reaches_everywhere_has_no_targets_out_of_reach(tmp_path):
+    path = tmp_path / "cart.urdf"
+    path.write_text("""<robot name="cart"><link name="a"/><link name="b"/>
+      <joint name="j" type="planar"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint></robot>""")
+    answer = json.loads(run("ik", "--robot", str(path), "--n", "5", "--json").stdout)
+    assert [row["protocol"] for row in answer["protocols"]] == ["reachable", "A", "B"]
+    assert answer["left_out"][0]["why"] == "it reaches everywhere"
 
 
 def test_an_unknown_subject_is_refused_with_a_suggestion():
@@ -62,11 +80,26 @@ def test_a_first_use_is_timed_step_by_step():
     assert all(row["seconds"] > 0 for row in rows)
 
 
+def test_a_first_use_ever_has_a_cache_folder_of_its_own(monkeypatch):
+    code = "import json, os; path = os.environ['NUMBA_CACHE_DIR']; print(json.dumps({path: len(os.listdir(path))}))"
+    monkeypatch.setattr(first_use, "_STEPS", code)
+    (row,) = first_use.cold_rows()
+    assert row["seconds"] == 0  # files in it
+    assert row["step"] != os.environ.get("NUMBA_CACHE_DIR")
+    assert not os.path.exists(row["step"])  # noqa: PTH110 -- and none is left behind
+
+
+def test_a_measuring_process_that_fails_says_why(monkeypatch):
+    monkeypatch.setattr(first_use, "_STEPS", "raise RuntimeError('no machine code today')")
+    with pytest.raises(UlnaError, match="no machine code today"):
+        first_use.cold_rows()
+
+
 def test_memory_is_told_for_each_call(monkeypatch):
-    call = (20_000, "random_positions(robot, n, 0)", "(lambda q: [q.copy(), robot.forward_kinematics(q)][1])", "answer")
+    call = (800_000, "random_positions(robot, n, 0)", "(lambda q: [q.copy(), robot.forward_kinematics(q)][1])", "answer")
     monkeypatch.setattr(first_use, "_CALLS", {"greedy": call})
     (row,) = first_use.memory_rows()
-    assert row["extra_megabytes"] >= 20_000 * 7 * 8 / 2**20 * 0.9
+    assert row["extra_megabytes"] >= 800_000 * 7 * 8 / 2**20 * 0.9
 
 
 @pytest.mark.skipif(first_use.size_rows() == [], reason="runs from source, without being installed")

@@ -39,6 +39,10 @@ def test_a_peer_that_computes_something_else_is_not_timed(panda):
     assert peer.check(wrong, panda) == (None, "its poses differ by 1.0e-06")
     turned = peer.Peer(jacobian=lambda q: panda.jacobian(q, expressed_in="link"))
     assert peer.check(turned, panda)[1].startswith("its Jacobians differ")
+    shuffled = peer.Peer(forward_batch=lambda q: panda.forward_kinematics(q)[::-1])
+    assert peer.check(shuffled, panda)[1].startswith("its poses of a batch differ")
+    right = peer.Peer(forward=panda.forward_kinematics, jacobian_batch=panda.jacobian)
+    assert peer.check(right, panda) == (right, "")
 
 
 def test_a_tip_that_stands_still_on_ours_is_found_and_another_arm_refused(panda):

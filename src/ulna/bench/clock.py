@@ -2,7 +2,8 @@
 
 A pass calls a function once for each of its inputs, so that no call meets only what the one before left in the caches. What the
 loop itself costs, measured the same way with a body that does nothing, is taken off. The first pass of each function warms it up
-(compiles it, if need be) and is not counted.
+(compiles it, if need be) and is not counted. A pass is best kept under a millisecond or two: on a busy machine a longer one is
+interrupted by other work, and its time is no longer that of the call.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,12 +1,14 @@
 """What is paid before the first answer: importing, loading, first calls in a new process, the bytes on disk and in memory."""
 
 import json
+import os
 import re
 import subprocess
 import sys
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 
 import ulna
 from ulna.errors import UlnaError
@@ -61,6 +63,12 @@ def first_use_rows(processes: int = 3) -> list[dict[str, object]]:
     return [{"step": step, "seconds": median(run[step] for run in runs)} for step in runs[0]]
 
 
+def cold_rows() -> list[dict[str, object]]:
+    """Seconds of each step on a machine that has no machine code yet: all that the steps call is compiled."""
+    with TemporaryDirectory() as folder:
+        return [{"step": step, "seconds": seconds} for step, seconds in _child(_STEPS, NUMBA_CACHE_DIR=folder).items()]
+
+
 def memory_rows() -> list[dict[str, object]]:
     """How much memory a large batch takes beyond its input and its answer [MB]; nothing where the system does not tell."""
     if not Path("/proc/self/status").exists():
@@ -111,9 +119,10 @@ def _megabytes(package: Distribution) -> float:
     return sum(path.stat().st_size for path in paths if path.is_file()) / 1e6
 
 
-def _child(code: str):
+def _child(code: str, **environment: str):
     """What a new Python process prints, as JSON."""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)  # noqa: S603 -- our own code
+    command, variables = [sys.executable, "-c", code], os.environ | environment
+    done = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)  # noqa: S603 -- our own code
     if done.returncode:
         raise UlnaError(f"a measuring process failed: {done.stderr.strip().splitlines()[-1:]}")
     return json.loads(done.stdout)

@@ -2,13 +2,16 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ulna.bench.arms import load_arm
 from ulna.bench.first_use import first_use_rows, memory_rows, size_rows
 from ulna.bench.machine import machine_facts
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import STEP_BOUND, follow_path, run_protocol, ulna_solver
+from ulna.bench.targets import longest_reach
 from ulna.bench.works import BATCH, WORKS, timed_rows
-from ulna.errors import InputError, did_you_mean
+from ulna.errors import GeometryError, InputError, did_you_mean
 from ulna.robot import Robot
 
 Rows = list[dict[str, object]]
@@ -30,25 +33,39 @@ def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str,
             raise InputError("subject", f"{subject!r} is none{did_you_mean(subject, SUBJECTS)}")
     arms = {name: load_arm(name) for name in robots}
     data: dict[str, object] = {"machine": machine_facts()}
+    left_out: Rows = []
     for subject in subjects or SUBJECTS:
         if subject in WORKS:
-            data[subject] = [
-                row for name, arm in arms.items() for row in timed_rows(name, WORKS[subject](arm, _batch(subject, n)))
-            ]
+            data[subject] = [row for name, arm in arms.items() for row in work_rows(subject, name, arm, n, left_out)]
         if subject == "ik":
-            data["protocols"] = [row for name, arm in arms.items() for row in protocol_rows(name, arm, n)]
+            data["protocols"] = [row for name, arm in arms.items() for row in protocol_rows(name, arm, n, left_out)]
             data["tracking"] = [row for name, arm in arms.items() for row in tracking_rows(name, arm, n)]
         if subject == "load":
             data.update(first_use=first_use_rows(), memory=memory_rows(), size=size_rows())
-    return data
+    return {**data, "left_out": left_out}
 
 
-def protocol_rows(name: str, robot: Robot, n: int) -> Rows:
+def work_rows(subject: str, name: str, robot: Robot, n: int, left_out: Rows) -> Rows:
+    """The works of a subject, interleaved; or none, and why not in ``left_out``."""
+    try:
+        works = WORKS[subject](robot, n if subject == "ik" else BATCH)
+        for work in works.values():
+            work.function(work.inputs[0])
+    except GeometryError as error:
+        left_out.append({"robot": name, "subject": subject, "why": str(error)})
+        return []
+    return timed_rows(name, works)
+
+
+def protocol_rows(name: str, robot: Robot, n: int, left_out: Rows) -> Rows:
     """Ulna under every protocol. Its answers are judged by its own forward kinematics."""
     rows = []
-    for protocol in PROTOCOLS:
-        count = n if PROTOCOLS[protocol].reachable else max(1, n // _UNREACHABLE_SHARE)
-        rows.append(run_protocol(ulna_solver(robot, PROTOCOLS[protocol]), robot, protocol, count, robot.forward_kinematics))
+    for protocol, asked in PROTOCOLS.items():
+        if not asked.reachable and not np.isfinite(longest_reach(robot)):
+            left_out.append({"robot": name, "subject": f"protocol {protocol}", "why": "it reaches everywhere"})
+            continue
+        count = n if asked.reachable else max(1, n // _UNREACHABLE_SHARE)
+        rows.append(run_protocol(ulna_solver(robot, asked), robot, protocol, count, robot.forward_kinematics))
     return [{**row, "robot": name} for row in rows]
 
 
@@ -56,7 +73,3 @@ def tracking_rows(name: str, robot: Robot, n: int) -> Rows:
     """Ulna along a path of ten times as many poses as a protocol has targets."""
     solver = ulna_solver(robot, PROTOCOLS["reachable"])
     return [{**follow_path(solver, robot, 10 * n, robot.forward_kinematics), "robot": name, "step_bound": STEP_BOUND}]
-
-
-def _batch(subject: str, n: int) -> int:
-    return n if subject == "ik" else BATCH

@@ -84,7 +84,7 @@ def follow_path(solver: Solver, robot: Robot, n: int, forward: Forward) -> dict[
         answers[k] = q = q if answer is None else answer
     steps = np.abs(np.diff(answers, axis=0)).max(axis=1)
     reached = PROTOCOLS["reachable"].reached(pose_errors(forward(answers), targets)) & within_limits(robot, answers)
-    times = time_each(solver.solve, list(zip(map(solver.prepare, targets[1:]), answers[:-1], strict=True)), passes=1) / 1e3
+    times = time_each(solver.solve, list(zip(map(solver.prepare, targets[1:]), answers[:-1], strict=True))) / 1e3
     return {
         "robot": robot.name,
         "solver": solver.name,

@@ -13,7 +13,7 @@ from ulna.robot import Robot
 
 Array = NDArray[np.float64]
 
-ONE, BATCH = 256, 8192  # calls of a pass that asks for one, and rows of the batch
+ONE, BATCH = 64, 8192  # calls of a pass that asks for one, and rows of the batch
 
 
 def forward_works(robot: Robot, n: int) -> dict[str, Work]:
@@ -64,7 +64,7 @@ def collision_works(robot: Robot, n: int) -> dict[str, Work]:
 WORKS = {"fk": forward_works, "jacobian": jacobian_works, "ik": ik_works, "collision": collision_works}
 
 
-def timed_rows(name: str, works: dict[str, Work], passes: int = 21) -> list[dict[str, object]]:
+def timed_rows(name: str, works: dict[str, Work], passes: int = 41) -> list[dict[str, object]]:
     """Rows of the table: the works of a robot called ``name``, interleaved."""
     return [{"robot": name, "work": work, **_figures(timing)} for work, timing in time_interleaved(works, passes).items()]
 

@@ -154,8 +154,8 @@ def settle_open(search: Search, price: Price | None, *, out_of_time: bool) -> No
         return
     part, before = Round(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True), search.info[rest]
     q, info = jobs(replace(problem, seeds=search.q), rest, part)
-    info[:, :, layout.START] = before[:, None, layout.START]
-    info[:, :, layout.ITERATIONS] += before[:, None, layout.ITERATIONS]
+    for column in (layout.START, layout.ITERATIONS):  # of the search: what follows is no step towards the target
+        info[:, :, column] = before[:, None, column]
     search.keep(rest, q, info, part, price)
     unsolved = search.info[rest, layout.STATUS] != layout.SOLVED
     search.info[rest[unsolved], layout.STATUS] = before[unsolved, layout.STATUS]

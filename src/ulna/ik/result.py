@@ -161,7 +161,10 @@ class IKResult:
 
     @property
     def trace(self) -> Array:
-        """With ``trace=True``, a row a step: position error [m], rotation error [rad], largest joint step [rad or m], damping."""
+        """With ``trace=True``, a row a step: position error [m], rotation error [rad], largest joint step [rad or m], damping.
+
+        Where the target is not solved it ends where the best start ended, before that was let come to rest.
+        """
         if not self.has_trace:
             raise AttributeError("there is no trace: ask for one by inverse_kinematics(..., trace=True)")
         return self._notes["trace"]

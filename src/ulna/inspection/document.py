@@ -7,7 +7,8 @@ from pathlib import Path
 from lxml import etree
 
 from ulna.errors import DescriptionError, InputError
-from ulna.io.xacro import expand_xacro, is_xacro
+from ulna.io import document as io_document
+from ulna.io.document import expanded, is_text
 from ulna.io.xml import parse
 from ulna.robot import Robot, load
 
@@ -48,9 +49,8 @@ def read_document(source: str | Path, xacro_args: Mapping[str, object], package_
 
 
 def _path(source: str | Path) -> Path | None:
-    """The path that a source is, or None for the text itself or a bundled name."""
-    is_text = isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")
-    return None if is_text or not Path(source).is_file() else Path(source)
+    """The path that a source is, or None for the text itself or a name."""
+    return None if (isinstance(source, str) and is_text(source)) or not Path(source).is_file() else Path(source)
 
 
 def _elements(
@@ -58,10 +58,8 @@ def _elements(
 ) -> etree._Element | None:
     """The root of a document that was refused: the expanded one of a xacro file, or None if it is not XML or does not expand."""
     try:
-        root = parse(text, source)
-        if is_xacro(root):
-            arguments = {key: str(value) for key, value in xacro_args.items()}
-            root = parse(expand_xacro(text, source, folder, arguments, package_dirs), source)
-    except DescriptionError:
+        whole = expanded(io_document.Document(text, source, folder), xacro_args, tuple(map(Path, package_dirs)))
+        root = parse(whole.text, source)
+    except (DescriptionError, InputError):
         return None
     return root if root.tag == "robot" else None
