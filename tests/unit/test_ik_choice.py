@@ -83,7 +83,7 @@ def world():
         {},
         {"rank": "mid_range"},
         {"task": "position"},
-        pytest.param({"rank": "clearance"}, marks=pytest.mark.xfail(reason="needs Robot.signed_distance", raises=AttributeError)),
+        {"rank": "clearance"},
     ],
     ids=str,
 )
