@@ -1,7 +1,8 @@
-"""Pairs of every kind against Coal: agreement, and nanoseconds a pair. Run: python benchmarks/pairs.py [pairs of boxes] [of others].
+"""Pairs of every kind against Coal: agreement, and nanoseconds a pair.
 
-The million pairs of boxes and the hundred thousand of every other kind that the tests have no time for. Where the two differ by more
-than 1e-6 m the row counts how often Ulna's answer proves itself, so that Coal's cannot be right.
+Run: python benchmarks/pairs.py [pairs of boxes] [pairs of every other kind]. These are the million and the hundred thousand that
+the tests have no time for. Where the two differ by more than 1e-6 m the row counts how often
+Ulna's answer proves itself, so that Coal's cannot be right.
 """
 
 import sys

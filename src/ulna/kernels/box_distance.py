@@ -10,6 +10,8 @@ Boxes that overlap are first moved apart along the axis of least overlap (``box_
 finds where. Extents of zero are extents like any other.
 """
 
+import numpy as np
+
 from ulna.kernels.box_box import boxes_overlap, relative_pose, widest_gap
 from ulna.kernels.compile import kernel, routine
 from ulna.kernels.elementary import clamp, maximum
@@ -29,7 +31,9 @@ def box_pair(a, h, b, g):
     r, t = relative_pose(a, b)
     n = turn_into(a, direction)
     square, p, q = nearest_points(r, step(t, shift, n), h, g)
-    distance = sqrt(square)
+    # A clamp makes a number of what is none: so whether all are numbers is asked before.
+    numbers = dot(t, t) + dot(r[0], r[0]) + dot(r[1], r[1]) + dot(r[2], r[2]) >= 0.0
+    distance = where(numbers, sqrt(square), np.nan)
     normal = chosen(near, n, times(minus(q, p), 1.0 / where(near, 1.0, distance)))
     return where(gap > 0.0, distance, gap), place(a, p), place(a, step(q, -shift, n)), turn(a, normal)
 

@@ -16,9 +16,7 @@ ZOO = zoo.every_joint()
 LINKS = ["fingertip", "hand", "tray", "propeller", "rotor", "base"]
 N = 3
 
-of_no_columns = kernel_modes.compiled(
-    lambda chain, q, rows: chain_jacobian(chain, q, BASE, np.empty(6 * chain.shape[0]), rows[:0])
-)
+of_no_columns = kernel_modes.compiled(lambda chain, q, axis_rows, rows: chain_jacobian(chain, q, BASE, axis_rows, rows[:0]))
 
 
 def jacobians(run, tree, link, frame, q):
@@ -108,5 +106,5 @@ def test_a_joint_that_nothing_drives_writes_no_column():
     tip = zoo.Joint("l", zoo.JointType.FIXED, "c", "d", ahead, zoo.Z)
     tree = build_tree(zoo.Description("no dof", tuple(map(zoo.Link, "abcd")), (fixed, follower, tip)))
     rows_behind = np.full(6, 7.0)  # the Jacobian has no rows: what is written anywhere is written here
-    of_no_columns(tree.chain("d"), np.full(1, np.nan), rows_behind)
+    of_no_columns(tree.chain("d"), np.full(1, np.nan), np.empty(6 * len(tree.chain("d"))), rows_behind)
     assert np.array_equal(rows_behind, np.full(6, 7.0))

@@ -74,6 +74,14 @@ def test_a_flat_hull_has_a_distance(run, rng, kind):
         assert_close(solids.gap_along(*pair, n), d, atol=1e-9)
 
 
+@pytest.mark.parametrize("kinds", solids.PAIRS, ids="-".join)
+def test_what_is_no_number_has_no_distance(run, rng, kinds):
+    pairs = solids.random_pairs(rng, kinds, 9)
+    for T in (pairs[3][1], pairs[5][3]):
+        T[1, 3] = np.nan
+    assert np.flatnonzero(np.isnan(ask(run, pairs)[0])).tolist() == [3, 5]
+
+
 @pytest.mark.parametrize("kinds", [("box", "box"), ("box", "cylinder"), ("cylinder", "cylinder"), ("box", "hull")], ids="-".join)
 @pytest.mark.parametrize("gap", [0.1, 1e-3, 1e-6, -1e-6, -1e-3])
 def test_parallel_faces_keep_their_gap(run, kinds, gap):

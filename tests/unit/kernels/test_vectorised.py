@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 from numba import njit
+from numba.core.errors import TypingError
 
 import kernel_modes
 import kernel_probes
@@ -63,3 +64,13 @@ def test_a_batch_kernel_computes_on_eight_doubles_at_once(name):
 def test_a_kernel_of_one_configuration_does_not():
     code = code_of(forward_one, (CHAIN, Q[0], TARGETS[0]))
     assert not ARITHMETIC.search(code)
+
+
+def allocate(n):
+    return np.empty(n)
+
+
+def test_a_kernel_that_allocates_is_not_compiled():
+    for decorator in (compiling.kernel, compiling.exact_kernel, compiling.routine):
+        with pytest.raises(TypingError, match="Only accept returning of array passed into the function"):
+            decorator(allocate)(3)
