@@ -41,7 +41,7 @@ def rows_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
 @routine
 def others_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
     """The same for any shapes."""
-    return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), scratch)
+    return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b))
 
 
 @routine
