@@ -152,7 +152,10 @@ def test_a_pair_names_the_box_the_crate_and_the_link(panda):
 def test_the_arm_collides_with_itself_exactly_where_coal_says_so(panda, boxes):
     q, links = random_positions(panda, 500), [f"panda_link{link}" for link, *_ in TABLE]
     checked = [
-        (i, j) for j in range(12) for i in range(j) if links[i] != links[j] and (links[i], links[j]) not in panda.allowed_collisions
+        (i, j)
+        for j in range(12)
+        for i in range(j)
+        if links[i] != links[j] and (links[i], links[j]) not in panda.allowed_collisions
     ]
     assert len(checked) == 37
     expected = [any(overlap(at[i], at[j]) for i, j in checked) for at in map(boxes.at, q)]
