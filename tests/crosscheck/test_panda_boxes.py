@@ -147,3 +147,31 @@ def test_a_pair_names_the_box_the_crate_and_the_link(panda):
     assert {pair.name_b for pair in report.pairs} == {"crate"}
     assert link_of == {name: f"panda_link{TABLE[NAMES.index(name)][0]}" for name in report.touching}
     assert str(report) == "collision: " + ", ".join(report.touching)
+
+
+def test_the_arm_collides_with_itself_exactly_where_coal_says_so(panda, boxes):
+    q, links = random_positions(panda, 500), [f"panda_link{link}" for link, *_ in TABLE]
+    checked = [
+        (i, j)
+        for j in range(12)
+        for i in range(j)
+        if links[i] != links[j] and (links[i], links[j]) not in panda.allowed_collisions
+    ]
+    assert len(checked) == 37
+    expected = [any(overlap(at[i], at[j]) for i, j in checked) for at in map(boxes.at, q)]
+    assert 0.05 < np.mean(expected) < 0.2
+    assert panda.in_collision(q).tolist() == expected
+
+
+def test_the_least_distance_to_crates_and_to_itself_is_coals(panda, boxes):
+    q, rng, world = random_positions(panda, 60), np.random.default_rng(4), ulna.World()
+    poses = ulna.pose(rng.uniform((-0.8, -0.8, 0), (0.8, 0.8, 1.2), (3, 3)), rng.uniform(-3, 3, (3, 3)))
+    for k, T in enumerate(poses):
+        world.add(f"crate {k}", ulna.Box(CRATE), T)
+    crates = [as_coal(CRATE, T) for T in poses]
+    for row, to_world, to_all in zip(q, panda.signed_distance(q, world, False), panda.signed_distance(q, world), strict=True):
+        at = boxes.at(row)
+        expected = min(distance(box, crate) for box in at for crate in crates)
+        itself = min(distance(at[i], at[j]) for i, j in panda._checker.pairs)
+        assert to_world == pytest.approx(expected, rel=0, abs=1e-6)
+        assert to_all == pytest.approx(min(expected, itself), rel=0, abs=1e-6)

@@ -36,7 +36,7 @@ from ulna.model.tree import Tree
 
 NO_OBJECTS = World().objects()
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
-LEAST_RESOLUTION = 1e-7  # [m]
+LEAST_RESOLUTION = 1e-5  # [m] distances of cylinders are good to 1e-6
 WORTH_A_THREAD = 64  # edges
 FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
 

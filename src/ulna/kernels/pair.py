@@ -50,25 +50,36 @@ def pair_distance(a, b, scratch):
     """The answer for two bodies; NaN for two half-spaces, which have no distance to speak of."""
     ordered = a[0] <= b[0]
     first, second = (a, b) if ordered else (b, a)
-    kind_a, pose_a, (h0, h1, h2, radius_a), vertices_a = first
-    kind_b, pose_b, (g0, g1, g2, radius_b), vertices_b = second
-    h, g = (h0, h1, h2), (g0, g1, g2)
-    if kind_b == HALF_SPACE:
-        core = core_half_space(kind_a, pose_a, h, vertices_a, pose_b)
-    elif kind_b <= CAPSULE:
-        core = segment_segment(pose_a, h2, pose_b, g2)
-    elif kind_a == SPHERE and kind_b == BOX:
-        core = point_box(pose_a, pose_b, g)
-    elif kind_a == SPHERE and kind_b == CYLINDER:
-        core = point_cylinder(pose_a, pose_b, g)
-    elif kind_b == BOX:
-        core = box_pair(pose_a, h, pose_b, g)
+    kind_a, pose_a, size_a, vertices_a = first
+    kind_b, pose_b, size_b, vertices_b = second
+    if is_searched(kind_a, kind_b):
+        core = convex_distance(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second), vertices_b, scratch)
     else:
-        core = convex_distance(kind_a, pose_a, h, vertices_a, kind_b, pose_b, g, vertices_b, scratch)
-    distance, p, q, n = swept(core, radius_a, radius_b)
+        core = closed_core(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second))
+    distance, p, q, n = swept(core, size_a[3], size_b[3])
     if ordered:
         return distance, p, q, n
     return distance, q, p, times(n, -1.0)
+
+
+@kernel
+def is_searched(kind_a, kind_b):
+    """Whether the distance of two cores, the lower kind first, has no closed form."""
+    return kind_b == HULL or (kind_b == CYLINDER and kind_a != SPHERE)
+
+
+@kernel
+def closed_core(kind_a, a, h, vertices_a, kind_b, b, g):
+    """The answer for two cores that need no search, the lower kind first."""
+    if kind_b == HALF_SPACE:
+        return core_half_space(kind_a, a, h, vertices_a, b)
+    if kind_b <= CAPSULE:
+        return segment_segment(a, h[2], b, g[2])
+    if kind_a == SPHERE and kind_b == BOX:
+        return point_box(a, b, g)
+    if kind_a == SPHERE and kind_b == CYLINDER:
+        return point_cylinder(a, b, g)
+    return box_pair(a, h, b, g)
 
 
 @routine
@@ -89,15 +100,15 @@ def box_of(body):
 
 
 @kernel
-def pair_overlap(a, b, scratch):
+def pair_overlap(a, b):
     """True where two bodies share a point. Cheaper than their distance where the kinds allow it."""
     first, second = (a, b) if a[0] <= b[0] else (b, a)
     if first[0] == BOX and second[0] == BOX:
         return boxes_overlap(first[1], box_of(first), second[1], box_of(second))
-    if second[0] == HULL or (second[0] == CYLINDER and first[0] != SPHERE):
-        reach = first[2][3] + second[2][3]
+    reach = first[2][3] + second[2][3]
+    if is_searched(first[0], second[0]):
         return cores_within(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second), second[3], reach)
-    return pair_distance(first, second, scratch)[0] <= 0.0
+    return closed_core(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second))[0] <= reach
 
 
 @routine

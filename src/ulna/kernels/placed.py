@@ -14,6 +14,8 @@ from ulna.kernels.se3 import store_pose
 from ulna.kernels.tree import frame_pose, tree_poses
 from ulna.kernels.vectors import dot, minus, origin
 
+_SEARCH_ERROR = 2e-6  # [m] a distance that was searched for may be too long by half of this, where parallel faces are a tie
+
 
 @kernel
 def place_bodies(joints, bodies, q_rows, joint_rows, body_rows):
@@ -39,7 +41,7 @@ def rows_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
 @routine
 def others_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
     """The same for any shapes."""
-    return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), scratch)
+    return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b))
 
 
 @routine
@@ -52,12 +54,12 @@ def rows_answer(bodies, vertices, i, a, others, points, j, b, scratch):
 
 @kernel
 def rows_gap(bodies, vertices, i, a, others, points, j, b, scratch):
-    """No more than the distance of two bodies [m], and above zero where they are apart: of boxes the widest of fifteen gaps."""
+    """Less than the distance of two bodies [m] for sure: of boxes the widest of fifteen gaps, of others less by its error."""
     if vertices is None or points is None:
         return widest_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))[0]
     if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
         return widest_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))[0]
-    return rows_answer(bodies, vertices, i, a, others, points, j, b, scratch)[0]
+    return rows_answer(bodies, vertices, i, a, others, points, j, b, scratch)[0] - _SEARCH_ERROR
 
 
 @kernel
