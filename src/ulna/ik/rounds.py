@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 Price = Callable[[NDArray[np.int64], Array], Array]
 
 _JOBS_A_THREAD = 1024
+_JOBS_AT_ONCE = 1 << 16
 _MOST_STARTS = 128  # of a target in one round
 
 
@@ -80,7 +81,9 @@ class Search:
     def run(self, part: Round, price: Price | None) -> None:
         """Give every open target the starts of a round, and keep what is better than before."""
         order = np.flatnonzero(self.open)
-        self.keep(order, *jobs(self.problem, order, part), part, price)
+        size = max(1, _JOBS_AT_ONCE // part.count)  # what they answer would fill the memory otherwise
+        for piece in (order[begin : begin + size] for begin in range(0, len(order), size)):
+            self.keep(piece, *jobs(self.problem, piece, part), part, price)
 
     def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Round, price: Price | None) -> None:
         """Keep what is better than before for some targets, and close those that are solved."""
