@@ -54,9 +54,11 @@ class Peer:
         self.answers = self.geometry.createData()
 
     def collides(self, q) -> bool:
+        """Whether any pair touches."""
         return pin.computeCollisions(self.model, self.data, self.geometry, self.answers, q, True)  # noqa: FBT003
 
     def distances(self, q) -> int:
+        """The distances of all pairs: the number of the nearest."""
         return pin.computeDistances(self.model, self.data, self.geometry, self.answers, q)
 
 
@@ -71,6 +73,7 @@ def scattered(n: int, size: float, reach: float) -> ulna.World:
 
 
 def line(name: str, ours: float, theirs: float, least: float) -> None:
+    """Print one line of the table."""
     print(f"{name:42} {ours * 1e6:10.3f} {theirs * 1e6:10.2f} {theirs / ours:9.1f}x {least:6.0f}x")
 
 

@@ -26,7 +26,7 @@ def place_bodies(joints, bodies, q_rows, joint_rows, body_rows):
 
 
 @kernel
-def rows_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
+def rows_overlap(bodies, vertices, i, a, others, points, j, b):
     """True where body i of one table, at pose a, and body j of another, at pose b, share a point.
 
     Boxes, the most frequent, are met here; the rest is called, not inlined, which keeps the loops over boxes tight.
@@ -35,11 +35,11 @@ def rows_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
         return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
     if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
         return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
-    return others_overlap(bodies, vertices, i, a, others, points, j, b, scratch)
+    return others_overlap(bodies, vertices, i, a, others, points, j, b)
 
 
 @routine
-def others_overlap(bodies, vertices, i, a, others, points, j, b, scratch):
+def others_overlap(bodies, vertices, i, a, others, points, j, b):
     """The same for any shapes."""
     return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b))
 
