@@ -16,9 +16,9 @@ test: $(VENV)/.dev
 	$(RUN)/ruff check
 	$(RUN)/ruff format --check
 	$(RUN)/pyright --pythonpath $(RUN)/python
-	$(RUN)/python -m pytest $(ARGS)
-	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest tests/unit/kernels
-	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest tests/unit/kernels
+	$(RUN)/python -m pytest -n auto $(ARGS)
+	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/unit/kernels
+	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/unit/kernels
 
 # The peers, side by side with Ulna: writes benchmarks/results/. ARGS="--robot panda --n 10000" asks for less or more.
 bench: $(BENCH_VENV)/.bench

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.allowed import AllowedCollisions
+from ulna.collision.allowed import AllowedCollisions, as_link_pairs
 from ulna.collision.attached import Attached
 from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
 from ulna.collision.edge import EdgeReport
@@ -64,8 +64,12 @@ class Checker:
 
     @cached_property
     def allowed(self) -> AllowedCollisions:
-        """The pairs of links that may touch."""
-        return find_allowed(self.description, self.tree, self.bodies) if self.given is None else self.given
+        """The pairs of links that may touch: those given, or else those found and those of the SRDF."""
+        if self.given is not None:
+            return self.given
+        return find_allowed(self.description, self.tree, self.bodies).plus(
+            *as_link_pairs(self.description.srdf.disabled_collisions)
+        )
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
