@@ -105,6 +105,7 @@ def bare_urdf(robot: Robot) -> str:
     without which some refuse it.
     """
     text = re.sub(r"<(visual|collision)\b.*?</\1>", "", write_urdf(robot.description), flags=re.DOTALL)
+    text = re.sub(r"<safety_controller\b[^>]*/>", "", text)
     for attribute in ("effort", "velocity"):
         text = re.sub(rf"<limit (?![^>]*{attribute}=)", f'<limit {attribute}="1" ', text)
     return text
