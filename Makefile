@@ -6,7 +6,7 @@ RUN = $(VENV)/bin
 BENCH_VENV ?= .venv-bench
 ARGS ?=
 
-.PHONY: demo test bench clean
+.PHONY: demo test test-ros bench hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -32,6 +32,14 @@ $(BENCH_VENV)/.bench: pyproject.toml
 	$(BENCH_VENV)/bin/python -m pip install --quiet --editable .
 	$(BENCH_VENV)/bin/python -m pip install --quiet --only-binary :all: --group bench || $(BENCH_VENV)/bin/python -m benchmarks.install
 	touch $@
+
+# The assignment's submission, hw2.zip: its files, the wheel of ulna that they need, and a video if one lies there (hw2/*.mp4).
+hw2-zip:
+	rm -rf build/hw2 && mkdir -p build/hw2
+	cp -L $(wildcard hw2/*.*) build/hw2
+	$(PYTHON) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/hw2 .
+	rm -f hw2.zip && $(PYTHON) -m zipfile -c hw2.zip build/hw2
+	@echo "hw2.zip: unzip it, then pip install -r hw2/requirements.txt"
 
 $(RUN)/python:
 	$(PYTHON) -m venv $(VENV)
