@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 
-from browser import FLAGS, SIZE, around, count, pixels, project, wait_for
+from browser import FLAGS, SIZE, around, pixels, project
+from colors import count
+from processes import wait_for
 from ulna.demo import BOX_START, LIGHT_POSITION, Demo
 from ulna.viewer.app import DemoApp
 
