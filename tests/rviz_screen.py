@@ -1,4 +1,4 @@
-"""RViz on a screen of its own, seen and touched as a person does: its pixels, where a point of the scene is among them, the mouse."""
+"""RViz on a screen of its own, seen and touched as by a person: its pixels, where a point of the scene is among them, the mouse."""
 
 import contextlib
 import io
@@ -43,7 +43,9 @@ class Screen:
 
     def mouse(self, *words: object) -> None:
         """One command of xdotool."""
-        subprocess.run(["xdotool", *map(str, words)], env={**os.environ, "DISPLAY": self.name}, check=True, stderr=subprocess.DEVNULL)
+        subprocess.run(
+            ["xdotool", *map(str, words)], env={**os.environ, "DISPLAY": self.name}, check=True, stderr=subprocess.DEVNULL
+        )
 
     def drag(self, start: np.ndarray, end: np.ndarray) -> None:
         """Press at one place [pixel x, y], move on to another in small steps, and let go."""

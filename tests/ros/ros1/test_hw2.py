@@ -18,7 +18,9 @@ from ulna.demo import BOX_START, LIGHT_POSITION
 
 HW2 = Path(__file__).parents[3] / "hw2"
 AT_ZERO = np.zeros(7)
-pytestmark = pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")  # rospy's
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # rospy's
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +55,9 @@ def test_robot_description_is_the_arm_with_meshes_that_are_there(rviz):
 
 def test_the_arm_stands_upright_and_the_static_boxes_about_it(display, rviz, script):
     robot = ulna.load("panda")
-    elbow, wrist, flange = (robot.forward_kinematics(AT_ZERO, link)[:3, 3] for link in ("panda_link4", "panda_link5", "panda_link8"))
+    elbow, wrist, flange = (
+        robot.forward_kinematics(AT_ZERO, link)[:3, 3] for link in ("panda_link4", "panda_link5", "panda_link8")
+    )
     with script("test_collision_boxes.py"):
         wait_for(lambda: all(differs(display.pixels(), rviz, p) for p in (elbow, wrist, flange)), "the arm at zero")
         beside = [0.0, 0.11, 0.333]  # in box 4, beside the arm
@@ -64,7 +68,7 @@ def test_the_arm_stands_upright_and_the_static_boxes_about_it(display, rviz, scr
 
 def test_the_box_dragged_by_the_mouse_turns_the_light_red_and_back_green(display, rviz, script):
     heard = []
-    rospy.Subscriber("/basic_controls/feedback", InteractiveMarkerFeedback, lambda message: heard.append(message))
+    rospy.Subscriber("/basic_controls/feedback", InteractiveMarkerFeedback, heard.append)
     with script("test_collision_detection.py"), script("6DoF_Box.py"):
         wait_for(lambda: light_is(display, rviz, "green"), "a green light")
         wait_for(lambda: arrow_up(display.pixels(), rviz, BOX_START) is not None, "the arrow that points up")

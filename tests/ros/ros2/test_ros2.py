@@ -35,7 +35,9 @@ def machine():
 
 @pytest.fixture(scope="module")
 def demo(machine):
-    with running(sys.executable, "-m", "ulna", "ros2", "demo", env=machine, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as node:
+    with running(
+        sys.executable, "-m", "ulna", "ros2", "demo", env=machine, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    ) as node:
         yield node
 
 
