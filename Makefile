@@ -6,7 +6,7 @@ RUN = $(VENV)/bin
 BENCH_VENV ?= .venv-bench
 ARGS ?=
 
-.PHONY: demo test bench clean
+.PHONY: demo test test-ros1 test-ros2 bench hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -33,6 +33,34 @@ $(BENCH_VENV)/.bench: pyproject.toml
 	$(BENCH_VENV)/bin/python -m pip install --quiet --only-binary :all: --group bench || $(BENCH_VENV)/bin/python -m benchmarks.install
 	touch $@
 
+# The demo in ROS, with the real parts, each ROS in an environment of its own. Without ROS 1 its tests are skipped and say so.
+test-ros1: .venv-ros1/.ready
+	.ci/offline .venv-ros1/bin/python -m pytest tests/ros/ros1 $(ARGS)
+
+test-ros2: .venv-ros2/.ready
+	.ci/offline .venv-ros2/bin/python -m pytest tests/ros/ros2 $(ARGS)
+
+# Debian's own Python, which sees Debian's rospy; what is in the environment comes first.
+.venv-ros1/.ready: pyproject.toml
+	/usr/bin/python3 -m venv --system-site-packages .venv-ros1
+	.venv-ros1/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	.venv-ros1/bin/python -m pip install --quiet --editable '.[meshes]' --group ros
+	touch $@
+
+.venv-ros2/.ready: pyproject.toml
+	$(PYTHON) -m venv .venv-ros2
+	.venv-ros2/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	.venv-ros2/bin/python -m pip install --quiet --only-binary :all: --editable . --group ros2
+	touch $@
+
+# The assignment's submission, hw2.zip: its files, the wheel of ulna that they need, and a video if one lies there (hw2/*.mp4).
+hw2-zip:
+	rm -rf build/hw2 && mkdir -p build/hw2
+	cp -L $(wildcard hw2/*.*) build/hw2
+	$(PYTHON) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/hw2 .
+	rm -f hw2.zip && $(PYTHON) -m zipfile -c hw2.zip build/hw2
+	@echo "hw2.zip: unzip it, then pip install -r hw2/requirements.txt"
+
 $(RUN)/python:
 	$(PYTHON) -m venv $(VENV)
 
@@ -46,4 +74,4 @@ $(VENV)/.dev: pyproject.toml | $(RUN)/python
 	touch $(VENV)/.demo $@
 
 clean:
-	rm -rf $(VENV) $(BENCH_VENV) .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(BENCH_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache

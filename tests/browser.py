@@ -1,8 +1,6 @@
 """A real page of the demo in headless Chromium, and what its pixels show."""
 
 import io
-import time
-from collections.abc import Callable
 
 import numpy as np
 from PIL import Image
@@ -19,7 +17,6 @@ FLAGS = (
     "--no-first-run",
 )
 SIZE = (1280, 800)
-PATIENCE_S = 60.0  # for software rendering on a busy machine
 
 
 def pixels(page: Page) -> np.ndarray:
@@ -40,18 +37,3 @@ def around(image: np.ndarray, centre, half: int) -> np.ndarray:
     """The square of pixels about a point."""
     x, y = (round(v) for v in centre)
     return image[y - half : y + half, x - half : x + half]
-
-
-def count(image: np.ndarray, like: str) -> int:
-    """How many pixels are clearly "red", "green" or "blue"."""
-    k = ("red", "green", "blue").index(like)
-    others = np.delete(image, k, axis=-1).max(axis=-1)
-    return int(np.count_nonzero(image[..., k] - others > 60))
-
-
-def wait_for(condition: Callable[[], bool], what: str) -> None:
-    """Wait until something is seen."""
-    end = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end, f"not seen within {PATIENCE_S:g} s: {what}"
-        time.sleep(0.1)

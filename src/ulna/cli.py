@@ -28,6 +28,7 @@ from ulna.commands.dh import dh
 from ulna.commands.inspect import inspect
 from ulna.commands.kinematics import fk, ik, jacobian
 from ulna.commands.robot import info, urdf
+from ulna.commands.ros import ros1, ros2
 from ulna.errors import UlnaError
 
 # Each subcommand, with what its JSON means.
@@ -94,3 +95,5 @@ def main(*, version: Version = False) -> None:  # noqa: ARG001 -- its callback h
 
 for command, keys in _COMMANDS:
     app.command(epilog=keys and f"JSON: {keys}")(command)
+app.add_typer(ros1, name="ros1")
+app.add_typer(ros2, name="ros2")

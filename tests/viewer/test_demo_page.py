@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 
-from browser import FLAGS, SIZE, around, count, pixels, project, wait_for
+from browser import FLAGS, SIZE, around, pixels, project
+from colors import count
+from processes import wait_for
 from ulna.demo import BOX_START, LIGHT_POSITION, Demo
 from ulna.viewer.app import DemoApp
 
@@ -53,7 +55,7 @@ def light_is(page, camera, color):
 
 def test_the_arm_is_seen_where_forward_kinematics_puts_it(app, page, still):
     page.get_by_role("checkbox", name="Boxes").uncheck()
-    wrist, hand = (app.demo.robot.forward_kinematics(app.q, link)[:3, 3] for link in ("panda_link6", "panda_link8"))
+    wrist, hand = (app.demo.robot.forward_kinematics(app.show.q, link)[:3, 3] for link in ("panda_link6", "panda_link8"))
 
     def arm_is_there(image):
         return all(np.count_nonzero(around(image, project(still, p), 10).max(axis=-1) < 245) > 200 for p in (wrist, hand))
@@ -80,9 +82,9 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     wait_for(lambda: light_is(page, still, "red"), "a red light")
     assert app.scene.handles.position[2] > BOX_START[2] + 0.1
     assert np.allclose(app.scene.handles.position[:2], BOX_START[:2], atol=1e-3)
-    assert app.answer_time > 0.0
+    assert app.show.answer_time > 0.0
     words = page.get_by_role("status").inner_text()
-    report = app.demo.check(app.q)
+    report = app.demo.check(app.show.q)
     assert words.strip() == f"collision: {', '.join(report.touching)}"
     assert "box 12" in report.touching
     assert app.scene.boxes["box 12"].color == (225, 45, 45)
@@ -98,15 +100,15 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
 
 def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
     page.get_by_role("checkbox", name="Play").check()
-    wait_for(lambda: not np.allclose(app.q, app.demo.robot.home, atol=0.01), "a moving arm")
+    wait_for(lambda: not np.allclose(app.show.q, app.demo.robot.home, atol=0.01), "a moving arm")
     box = page.get_by_role("textbox").nth(1)
     box.click()
     box.press("Control+a")
     box.press_sequentially("1.5", delay=150)  # as slowly as a person: the arm plays on meanwhile
     box.press("Enter")
-    wait_for(lambda: not app.playing.value and app.q[0] == pytest.approx(1.5), "joint 1 where the slider is")
+    wait_for(lambda: not app.playing.value and app.show.q[0] == pytest.approx(1.5), "joint 1 where the slider is")
     page.wait_for_timeout(1000)
-    assert app.q[0] == pytest.approx(1.5)
+    assert app.show.q[0] == pytest.approx(1.5)
     wait_for(lambda: not page.get_by_role("checkbox", name="Play").is_checked(), "the box Play unchecked")
 
 

@@ -4,6 +4,9 @@ from math import pi
 
 HOME = (0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4)  # [rad]
 
+# The hand is not moved by this description; it is drawn with its fingers half open.
+FINGER_JOINTS, FINGER_POSITION = ("panda_finger_joint1", "panda_finger_joint2"), 0.02  # [m]
+
 # Modified (Craig) rows: a [m], d [m], alpha [rad], theta_offset [rad]; joints 1 to 7, the flange, the end-effector.
 # Source: Franka Control Interface documentation, "Denavit-Hartenberg parameters"; the last row is the assignment's.
 DH_ROWS = (

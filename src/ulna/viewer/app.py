@@ -21,6 +21,7 @@ from ulna.collision.report import Report
 from ulna.demo import BOX_START, Demo, light_color
 from ulna.errors import InputError
 from ulna.model.pose import pose
+from ulna.show import Show
 from ulna.viewer.scene import DemoScene
 
 FRAMES_PER_SECOND = 30.0
@@ -60,15 +61,12 @@ class DemoApp:
             self.server = viser.ViserServer(host=host, port=port, label="Ulna", verbose=False)
         self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
         self.url = f"http://{'127.0.0.1' if host in ('0.0.0.0', '') else host}:{self.server.get_port()}"  # noqa: S104
-        self.q = demo.robot.home
-        self.time = 0.0
-        self.answer_time = 0.0  # s from the last event of the handles to the colours that it changed
-        self._lock = threading.RLock()
+        self.show = Show(demo, self)
         self._stopping = threading.Event()
         self.scene = DemoScene(self.server, demo)
         self._add_widgets()
         self.scene.handles.on_update(lambda _: self._box_moved())
-        self._draw()
+        self.show.stand(self.show.q)
         self._thread = threading.Thread(target=self._play, name="ulna-demo", daemon=True)
         self._thread.start()
 
@@ -89,11 +87,21 @@ class DemoApp:
 
     def set_configuration(self, q: NDArray[np.float64]) -> None:
         """Stand still at q."""
-        with self._lock:
+        with self.show.lock, self.server.atomic():
             self.playing.value = False
-            self.q = q
-            self._draw()
+            self.show.stand(q)
             self._show_joints()
+
+    def draw_arm(self, q: NDArray[np.float64]) -> None:
+        """Put the arm at q."""
+        self.scene.draw_arm(q)
+
+    def draw_report(self, report: Report) -> None:
+        """Colour the light and the boxes, and say it in words."""
+        self.scene.draw_report(report)
+        words = _verdict_html(report)
+        if self.verdict.content != words:
+            self.verdict.content = words
 
     # ---- widgets ------------------------------------------------------------------------------------------------------
 
@@ -117,7 +125,7 @@ class DemoApp:
                     min=float(low[j]),
                     max=float(high[j]),
                     step=0.001,
-                    initial_value=float(self.q[j]),
+                    initial_value=float(self.show.q[j]),
                     hint=f"{name}: moving it stops the trajectory",
                 )
                 for j, name in enumerate(robot.joint_names)
@@ -127,8 +135,8 @@ class DemoApp:
 
     def _slider_moved(self, j: int, event: viser.GuiEvent) -> None:
         if event.client is not None:  # a person's hand, not ``_show_joints``
-            with self._lock:
-                q = self.q.copy()
+            with self.show.lock:
+                q = self.show.q.copy()
                 q[j] = self.sliders[j].value
                 self.set_configuration(q)
 
@@ -139,42 +147,23 @@ class DemoApp:
     # ---- what moves ---------------------------------------------------------------------------------------------------
 
     def _box_moved(self) -> None:
-        """The handles were dragged: move the box in the world and answer at once."""
-        start = time.perf_counter()
-        with self._lock:
-            self.demo.move_box(self.scene.handle_pose())
-            self._draw_verdict()
-            self.answer_time = time.perf_counter() - start
+        self.show.drag(self.scene.handle_pose())
 
     def _play(self) -> None:
         last = time.perf_counter()
         while not self._stopping.wait(1.0 / FRAMES_PER_SECOND):
             now = time.perf_counter()
-            with self._lock:
+            with self.show.lock, self.server.atomic():
                 if self.playing.value and self.speed.value > 0.0:
-                    self.time += (now - last) * self.speed.value
-                    self.q = self.demo.trajectory.at(self.time)
-                    self._draw()
+                    self.show.advance((now - last) * self.speed.value)
             last = now
-
-    def _draw(self) -> None:
-        with self.server.atomic():
-            self.scene.draw_arm(self.q)
-            self._draw_verdict()
 
     def _show_joints(self) -> None:
         """Set the sliders to where the arm stands. Not while it moves: that would take a number out of the hands that type it."""
-        with self._lock:
+        with self.show.lock:
             if not self.playing.value:
-                for slider, value in zip(self.sliders, self.q, strict=True):
+                for slider, value in zip(self.sliders, self.show.q, strict=True):
                     slider.value = round(float(value), 3)
-
-    def _draw_verdict(self) -> None:
-        report = self.demo.check(self.q)
-        self.scene.draw_report(report)
-        words = _verdict_html(report)
-        if self.verdict.content != words:
-            self.verdict.content = words
 
 
 def _verdict_html(report: Report) -> str:

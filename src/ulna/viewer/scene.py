@@ -6,14 +6,11 @@ from numpy.typing import NDArray
 from trimesh.exchange.gltf import export_glb
 
 from ulna.collision.report import Report
-from ulna.demo import BOX, BOX_NAME, GREEN, LIGHT, LIGHT_POSITION, Demo, light_color
+from ulna.demo import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, Demo, light_color
 from ulna.model.pose import pose, quaternion_from_matrix
-from ulna.model.shapes import Box
+from ulna.picture import MOVABLE, WORD_POSITION, arm_boxes
 from ulna.robot import Robot
 from ulna.viewer.body import link_meshes
-
-FREE_BOX, TOUCHING_BOX, MOVABLE_BOX = (90, 140, 220), (225, 45, 45), (240, 170, 40)
-PALE = 0.2
 
 
 class DemoScene:
@@ -30,15 +27,17 @@ class DemoScene:
         server.initial_camera.fov = 0.7
         self.links = _add_links(scene, demo.robot)
         self.boxes = _add_boxes(scene, demo.robot)
-        self.light = scene.add_cylinder("/light", LIGHT.radius, LIGHT.length, GREEN, position=LIGHT_POSITION)
+        untouched = Report(())
+        color = light_color(untouched)
+        self.light = scene.add_cylinder("/light", LIGHT.radius, LIGHT.length, color, position=LIGHT_POSITION)
         self.word = scene.add_label(
-            "/light/word", "free", position=(0.0, 0.0, -LIGHT.length), anchor="top-center", font_screen_scale=1.3
+            "/light/word", str(untouched), position=WORD_POSITION, anchor="top-center", font_screen_scale=1.3
         )
         start = demo.world.pose(BOX_NAME)
         self.handles = scene.add_transform_controls(
             "/movable", scale=0.22, line_width=3.0, depth_test=False, position=start[:3, 3], wxyz=quaternion_from_matrix(start)
         )
-        scene.add_box("/movable/box", MOVABLE_BOX, BOX.extents)
+        scene.add_box("/movable/box", MOVABLE, BOX.extents)
         self._touching: tuple[str, ...] = ()
 
     def handle_pose(self) -> NDArray[np.float64]:
@@ -62,9 +61,9 @@ class DemoScene:
             return
         self.light.color = light_color(report)
         self.word.text = str(report)
-        for name in set(self._touching) ^ set(report.touching):
-            self.boxes[name].color = TOUCHING_BOX if name in report.touching else FREE_BOX
-            self.boxes[name].opacity = 0.75 if name in report.touching else PALE
+        for solid in arm_boxes(self.demo.robot, report.touching):
+            if (solid.name in self._touching) != (solid.name in report.touching):
+                self.boxes[solid.name].color, self.boxes[solid.name].opacity = solid.color, solid.opacity
         self._touching = report.touching
 
     def show_boxes(self, visible: bool) -> None:  # noqa: FBT001 - viser calls it so
@@ -87,18 +86,16 @@ def _add_links(scene: viser.SceneApi, robot: Robot) -> dict[int, viser.FrameHand
 
 
 def _add_boxes(scene: viser.SceneApi, robot: Robot) -> dict[str, viser.BoxHandle]:
-    boxes = {}
-    for link in robot.description.links:
-        for body in link.collisions:
-            if isinstance(body.shape, Box):
-                boxes[body.name] = scene.add_box(
-                    f"/arm/{link.name}/{body.name}",
-                    FREE_BOX,
-                    body.shape.extents,
-                    position=body.pose[:3, 3],
-                    wxyz=quaternion_from_matrix(body.pose),
-                    opacity=PALE,
-                    cast_shadow=False,
-                    receive_shadow=False,
-                )
-    return boxes
+    return {
+        solid.name: scene.add_box(
+            f"/arm/{solid.link}/{solid.name}",
+            solid.color,
+            solid.shape.extents,
+            position=solid.pose[:3, 3],
+            wxyz=quaternion_from_matrix(solid.pose),
+            opacity=solid.opacity,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        for solid in arm_boxes(robot)
+    }

@@ -1,0 +1,42 @@
+"""The twelve boxes in the global frame at q = 0, as static markers; the arm: test_collision_boxes.py.
+
+They are shown twice, and RViz lists both: "drawn by hand" are the plain numbers below, "link table" is the assignment's table of
+boxes in link frames, placed by forward kinematics. The two differ by centimetres; the table is what collisions are checked with.
+"""
+
+import numpy as np
+
+import ulna
+from ulna.picture import MOVABLE, PALE, Solid, standing_boxes
+from ulna.ros.adapter import ros1_or_exit
+
+UPRIGHT = (1, 0, 0, 0)
+# Position of the centre [m], size along x, y, z [m], rotation as a quaternion w, x, y, z.
+BOXES = (
+    ((-0.04, 0, 0.05), (0.23, 0.2, 0.1), UPRIGHT),
+    ((-0.009, 0, 0.15), (0.13, 0.12, 0.1), UPRIGHT),
+    ((0, -0.032, 0.251), (0.12, 0.1, 0.2), (0.9514, 0.3079, 0, 0)),
+    ((-0.0008, 0, 0.333), (0.12, 0.27, 0.11), UPRIGHT),
+    ((0, 0.042, 0.42), (0.12, 0.1, 0.2), (0.9514, 0.3079, 0, 0)),
+    ((0.00687, 0, 0.53), (0.13, 0.12, 0.22), UPRIGHT),
+    ((0.0745, 0, 0.653), (0.13, 0.23, 0.12), UPRIGHT),
+    ((0.00422, 0.00367, 0.77), (0.12, 0.12, 0.22), UPRIGHT),
+    ((0, 0.0745, 0.9077), (0.12, 0.12, 0.2), UPRIGHT),
+    ((0.00328, 0.0176, 1.0275), (0.13, 0.23, 0.12), UPRIGHT),
+    ((0.0744, -0.0092, 1.0247), (0.12, 0.12, 0.2), UPRIGHT),
+    ((0.0744, -0.0092, 0.9223), (0.10, 0.23, 0.15), (0.8823, 0.0189, -0.0101, 0.4702)),
+)
+
+
+def drawn_by_hand(robot):
+    """The boxes of the numbers above."""
+    return [
+        Solid(f"box {k}", robot.base, ulna.pose(position, wxyz=rotation), ulna.Box(size), MOVABLE, PALE)
+        for k, (position, size, rotation) in enumerate(BOXES, start=1)
+    ]
+
+
+if __name__ == "__main__":
+    ros1 = ros1_or_exit()
+    panda = ulna.load("panda")
+    ros1.show_solids({"drawn by hand": drawn_by_hand(panda), "link table": list(standing_boxes(panda, np.zeros(panda.n_dof)))})

@@ -1,0 +1,12 @@
+#!/bin/sh
+# Prints the arm for RViz: expanded URDF, for franka_robot.urdf only defines a macro. roslaunch runs in a terminal without the
+# virtual environment, so ulna is also looked for in the usual places. Without the meshes the arm is seen by its boxes.
+here=$(dirname "$0")
+for ulna in "${ULNA:-ulna}" "$VIRTUAL_ENV/bin/ulna" "$here/.venv/bin/ulna" "$here/venv/bin/ulna" "$here/../.venv/bin/ulna"; do
+    if command -v "$ulna" >/dev/null; then
+        "$ulna" urdf panda --mesh-paths file || "$ulna" urdf panda
+        exit
+    fi
+done
+echo "ulna is not found: ULNA=/path/to/venv/bin/ulna roslaunch hw2.launch; the same in the browser, without ROS: ulna demo" >&2
+exit 1

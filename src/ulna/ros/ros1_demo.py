@@ -1,0 +1,93 @@
+"""``ulna ros1 demo``: everything that the demo needs of ROS 1, started by one command and ended with it."""
+# pyright: reportMissingImports=false
+
+import os
+import signal
+import time
+from contextlib import ExitStack, suppress
+from importlib.resources import as_file, files
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import rosgraph
+import rospy
+
+from ulna.demo import Demo
+from ulna.ros.adapter import MissingROSError
+from ulna.ros.children import Children
+from ulna.ros.description import robot_description
+from ulna.ros.ros1 import ArmAndLight, MovableBox, beat
+
+_MASTER_WITHIN_S = 20.0
+_HERE = ("localhost", "127.0.0.1", "::1")
+_PUBLISHER = "robot_state_publisher"
+
+
+def run(*, rviz: bool = True) -> None:
+    """A master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C.
+
+    Raises:
+        MissingROSError: A program is not on this machine, or a master elsewhere does not answer.
+    """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # whoever ends us, we end our children
+    demo = Demo()
+    with ExitStack() as stack:
+        children = stack.enter_context(Children())
+        _have_master(children)
+        rospy.init_node("ulna_demo", disable_signals=True)
+        stack.callback(rospy.signal_shutdown, "the demo ends")
+        programs = stack.enter_context(Children())
+        rospy.set_param("robot_description", robot_description(demo.robot, rospy.logwarn))
+        programs.start(_PUBLISHER, _find_state_publisher(), quiet=True)  # it complains of the fingers, which no link follows
+        arm, _box = ArmAndLight(demo), MovableBox(demo.robot)
+        if rviz:
+            _open_rviz(programs, str(stack.enter_context(as_file(files("ulna.ros") / "demo.rviz"))))
+        print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - nothing else is seen without RViz
+        _play(arm, (children, programs))
+
+
+def _play(arm: ArmAndLight, groups: tuple[Children, ...]) -> None:
+    def step(seconds: float) -> None:
+        arm.show.advance(seconds)
+        for group in groups:
+            for sentence in group.ended():
+                rospy.logwarn(f"{sentence}; the demo goes on")
+
+    with suppress(KeyboardInterrupt):
+        beat(step)
+
+
+def _have_master(children: Children) -> None:
+    """Start a master where ROS_MASTER_URI says, if none answers."""
+    if rosgraph.is_master_online():
+        return
+    uri = urlsplit(rosgraph.get_master_uri())
+    if uri.hostname not in _HERE:
+        raise MissingROSError(f"the master at {uri.geturl()} does not answer, and only one on this machine can be started here")
+    children.start("rosmaster", "rosmaster", "--core", "-p", str(uri.port or 11311))
+    end = time.monotonic() + _MASTER_WITHIN_S
+    while not rosgraph.is_master_online():
+        if time.monotonic() > end or any(children.ended()):
+            raise MissingROSError(f"the master did not start; rosmaster --core -p {uri.port} says why")
+        time.sleep(0.05)
+
+
+def _find_state_publisher() -> str:
+    """Where ROS puts the programs of its packages: under each prefix that its setup script names, or under Debian's."""
+    prefixes = [*filter(None, os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)), "/usr"]
+    for prefix in prefixes:
+        path = Path(prefix, "lib", _PUBLISHER, _PUBLISHER)
+        if path.exists():
+            return str(path)
+    raise MissingROSError(f"no {_PUBLISHER} under {' or '.join(prefixes)}; docs/ros.md says how to install it")
+
+
+def _open_rviz(programs: Children, config: str) -> None:
+    """RViz with the demo's picture; without one, or without a screen, the command to type elsewhere."""
+    if os.environ.get("DISPLAY"):
+        try:
+            programs.start("RViz", "rviz", "-d", config)
+        except MissingROSError as error:
+            rospy.logwarn(f"{error}; the demo goes on without RViz")
+    else:
+        rospy.logwarn(f"no screen for RViz here; where there is one: rviz -d {config}")

@@ -1,0 +1,55 @@
+"""ROS 1 with its real parts, on this machine alone: a master, the programs beside it, a screen for RViz."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from processes import free_port, running
+from rviz_screen import screen
+
+NEEDED = ("rosmaster", "roslaunch", "rostopic", "rviz", "Xvfb", "xdotool", "import")
+
+
+@pytest.fixture(scope="session")
+def machine(tmp_path_factory):
+    """The environment of everything that is started: a master's address that is free, logs in a folder of their own."""
+    missing = [name for name in NEEDED if not shutil.which(name)]
+    if missing:
+        pytest.skip(f"not on this machine: {', '.join(missing)}; docs/ros.md says how to install them")
+    folder = tmp_path_factory.mktemp("ros")
+    folder.chmod(0o700)
+    words = {"ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}", "ROS_IP": "127.0.0.1", "ROS_HOME": str(folder)}
+    words |= {"XDG_RUNTIME_DIR": str(folder), "ULNA": str(Path(sys.executable).with_name("ulna")), "PYTHONUNBUFFERED": "1"}
+    os.environ.update(words)  # rospy of this process reads them too
+    os.environ.pop("DISPLAY", None)
+    return dict(os.environ)
+
+
+@pytest.fixture
+def another(machine):
+    """The same with a master's address of its own."""
+    return machine | {"ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"}
+
+
+@pytest.fixture(scope="session")
+def display(machine):
+    with screen() as found:
+        yield found
+
+
+@pytest.fixture
+def script(machine):
+    """Starts a script of hw2 as the assignment says: ``python NAME`` in that folder."""
+
+    def start(name, **options):
+        options = {"env": machine, "cwd": HW2, "stderr": subprocess.PIPE} | options
+        return running(sys.executable, name, **options)
+
+    return start
+
+
+HW2 = Path(__file__).parents[3] / "hw2"

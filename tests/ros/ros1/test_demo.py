@@ -1,0 +1,122 @@
+"""``ulna ros1 demo`` alone starts what it needs and ends it; its node outlives RViz, a master, and a place that is none."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+
+import pytest
+
+pytest.importorskip("rospy", reason="no ROS 1 for this Python: docs/ros.md says how to install it")
+import rosgraph
+
+from colors import count
+from processes import running, wait_for
+from rviz_screen import BACKGROUND, CONFIG, View
+from ulna.demo import LIGHT_POSITION
+
+FEEDBACK = "visualization_msgs/InteractiveMarkerFeedback"
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # rospy's
+LIGHT = "m.ns=='light' and m.type==9"  # its word
+
+
+@pytest.fixture
+def node(another):
+    """The demo without RViz, at a master of its own that it must start."""
+    with running(sys.executable, "-m", "ulna", "ros1", "demo", "--no-rviz", env=another, stdout=subprocess.PIPE) as program:
+        assert "The demo runs" in program.stdout.readline()
+        yield program
+
+
+def rostopic(environment, *words):
+    """What ``rostopic`` prints."""
+    command = ["rostopic", *words]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60).stdout
+
+
+def tell_box(environment, x, w):
+    place = f"{{position: {{x: {x}, z: 0.1}}, orientation: {{w: {w}}}}}"
+    place = f"{{header: {{frame_id: panda_link0}}, marker_name: box, event_type: 1, pose: {place}}}"
+    rostopic(environment, "pub", "-1", "/basic_controls/feedback", FEEDBACK, place)
+
+
+def word(environment):
+    """The word beside the light."""
+    return rostopic(environment, "echo", "-n1", "--filter", LIGHT, "/visualization_marker/text").splitlines()[0].strip('"')
+
+
+def is_alive(uri):
+    with suppress(OSError):
+        return rosgraph.Master("/test", uri).is_online()
+    return False
+
+
+def test_the_joints_are_told_by_name(node, another):
+    text = rostopic(another, "echo", "-n1", "/joint_states/name")
+    names = [*(f"panda_joint{k}" for k in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
+    assert re.findall(r"\w+_joint\d", text) == names
+
+
+def test_a_zero_quaternion_is_passed_over_and_the_node_goes_on(node, another):
+    tell_box(another, 0.0, 1.0)
+    wait_for(lambda: "collision" in word(another), "the word collision")
+    tell_box(another, 2.0, 0.0)
+    assert "collision" in word(another)
+    tell_box(another, 2.0, 1.0)
+    wait_for(lambda: word(another) == "free", "the word free")
+    assert node.poll() is None
+
+
+def test_a_lost_master_is_found_again(node, another):
+    uri = another["ROS_MASTER_URI"]
+    os.kill(rosgraph.Master("/test", uri).getPid(), signal.SIGTERM)
+    wait_for(lambda: not is_alive(uri), "the master's end")
+    port = uri.rsplit(":", 1)[1]
+    with running("rosmaster", "--core", "-p", port, env=another, stdout=subprocess.DEVNULL):
+        wait_for(lambda: "/joint_states" in rostopic_list(another), "the joints at the new master")
+        tell_box(another, 0.0, 1.0)
+        wait_for(lambda: "collision" in word(another), "the word collision, by the new master")
+        assert node.poll() is None
+
+
+def rostopic_list(environment):
+    run = subprocess.run(["rostopic", "list"], env=environment, capture_output=True, text=True, check=False)
+    return run.stdout.splitlines()
+
+
+def test_one_command_shows_it_all_and_ends_what_it_started(another, display):
+    environment = another | {"DISPLAY": display.name}
+    with running(sys.executable, "-m", "ulna", "ros1", "demo", env=environment, stdout=subprocess.PIPE) as program:
+        assert "The demo runs" in program.stdout.readline()
+        wait_for(lambda: light_is_seen(display), "the light in RViz")
+        (first,) = children(program.pid, "-x", "rviz")
+        os.kill(first, signal.SIGTERM)
+        wait_for(lambda: not light_is_seen(display), "an empty screen")
+        with running("rviz", "-d", str(CONFIG), env=environment, stdout=subprocess.DEVNULL):
+            wait_for(lambda: light_is_seen(display), "the light in the next RViz")
+        assert program.poll() is None
+        started = children(program.pid)
+        assert len(started) == 2  # the master and robot_state_publisher
+    assert program.returncode == 0
+    wait_for(lambda: not any(alive(pid) for pid in started), "the end of what it started")
+    assert not is_alive(another["ROS_MASTER_URI"])
+
+
+def light_is_seen(display):
+    image = display.pixels()
+    if (image == BACKGROUND).all(axis=-1).sum() < 200_000:
+        return False
+    return count(View(image).around(image, LIGHT_POSITION, 12), "green") > 200
+
+
+def children(pid, *named):
+    run = subprocess.run(["pgrep", "-P", str(pid), *named], capture_output=True, text=True, check=False)
+    return [int(word) for word in run.stdout.split()]
+
+
+def alive(pid):
+    return subprocess.run(["ps", "-p", str(pid)], capture_output=True, check=False).returncode == 0
