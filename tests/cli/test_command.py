@@ -36,7 +36,8 @@ from ulna.cli import app
 app(["demo", "--check"], prog_name="ulna")
 """
 ENDLESS = """
-import time
+import signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the background would have it ignored
 import ulna.cli
 import ulna.commands.demo
 from ulna.checks import Check

@@ -48,13 +48,17 @@ def test_what_is_no_set_of_points_is_refused_by_name(points):
 
 
 def test_every_solid_has_its_columns():
-    assert shape_columns(ulna.Sphere(0.3)) == (SPHERE, 0, 0, 0, 0.3, 0, 0)
-    assert shape_columns(ulna.Capsule(radius=0.1, length=0.6)) == (CAPSULE, 0, 0, 0.3, 0.1, 0, 0)
-    assert shape_columns(ulna.Box((1, 2, 3))) == (BOX, 0.5, 1, 1.5, 0, 0, 0)
-    assert shape_columns(ulna.Cylinder(radius=0.1, length=0.6)) == (CYLINDER, 0.1, 0.1, 0.3, 0, 0, 0)
-    assert shape_columns(ulna.HalfSpace()) == (HALF_SPACE, 0, 0, 0, 0, 0, 0)
+    expected = {
+        ulna.Sphere(0.3): (SPHERE, 0, 0, 0, 0.3, 0, 0, 0.3),
+        ulna.Capsule(radius=0.1, length=0.6): (CAPSULE, 0, 0, 0.3, 0.1, 0, 0, 0.4),
+        ulna.Box((1, 2, 3)): (BOX, 0.5, 1, 1.5, 0, 0, 0, np.sqrt(3.5)),
+        ulna.Cylinder(radius=0.1, length=0.6): (CYLINDER, 0.1, 0.1, 0.3, 0, 0, 0, np.sqrt(0.11)),
+        ulna.HalfSpace(): (HALF_SPACE, 0, 0, 0, 0, 0, 0, np.inf),
+    }
+    for shape, columns in expected.items():
+        assert shape_columns(shape) == pytest.approx(columns)
     mesh = ulna.ConvexMesh([(-3, 0, 0), (1, 2, 0), (0, -1, 4)])
-    assert shape_columns(mesh, 5) == (HULL, 3, 2, 4, 0, 5, 3)
+    assert shape_columns(mesh, 5) == pytest.approx((HULL, 3, 2, 4, 0, 5, 3, np.sqrt(29)))
     assert_close(shape_vertices(mesh), mesh.vertices)
     assert shape_vertices(ulna.HalfSpace()).shape == (0, 3)
 
