@@ -50,7 +50,7 @@ test-ros2: .venv-ros2/.ready
 .venv-ros2/.ready: pyproject.toml
 	$(PYTHON) -m venv .venv-ros2
 	.venv-ros2/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	.venv-ros2/bin/python -m pip install --quiet --only-binary :all: --editable . --group ros2
+	.venv-ros2/bin/python -m pip install --quiet --editable . --group ros2
 	touch $@
 
 # The assignment's submission, hw2.zip: its files, the wheel of ulna that they need, and a video if one lies there (hw2/*.mp4).

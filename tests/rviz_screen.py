@@ -1,4 +1,4 @@
-"""RViz on a screen of its own, seen and touched as by a person: its pixels, where a point of the scene is among them, the mouse."""
+"""RViz on a screen of its own, seen and touched as by a person: pixels, the mouse, and where a point of the scene appears."""
 
 import contextlib
 import io
