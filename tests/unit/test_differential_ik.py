@@ -86,7 +86,7 @@ def test_a_line_is_followed_and_stops_at_the_limits(panda):
     assert (q <= panda.upper + 1e-12).all()
 
 
-def test_the_callers_array_is_written_to_and_nothing_else_is_made(panda):
+def test_the_callers_array_is_written_to_and_returned(panda):
     out = np.full(7, np.nan)
     assert panda.differential_ik(panda.home, np.ones(6), DT, out=out) is out
     np.testing.assert_array_equal(out, panda.differential_ik(panda.home, np.ones(6), DT))

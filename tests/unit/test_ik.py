@@ -5,17 +5,9 @@ import pinocchio as pin
 import pytest
 
 import ulna
+import zoo
 from ulna import InputError
 
-# The DH table of a UR5: Universal Robots, "Parameters for calculations of kinematics and dynamics".
-UR5 = [
-    (0, 0.089159, np.pi / 2, 0),
-    (-0.425, 0, 0, 0),
-    (-0.39225, 0, 0, 0),
-    (0, 0.10915, np.pi / 2, 0),
-    (0, 0.09465, -np.pi / 2, 0),
-    (0, 0.0823, 0, 0),
-]
 METHODS = ("levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares")
 
 
@@ -145,7 +137,7 @@ def test_targets_as_nested_lists_are_as_good_as_arrays_and_are_not_changed(panda
 @pytest.mark.parametrize("limit", [1e3, 1e9, 1e16], ids=lambda limit: f"{limit:g}")
 def test_limits_so_wide_that_they_are_none_do_not_scatter_the_search(limit):
     """Descriptions write 1e16 for "no limit" (iris.urdf does); the answers must be angles that can be used again."""
-    arm = ulna.Robot.from_dh(UR5, convention="standard", limits=[(-limit, limit)] * 6)
+    arm = ulna.Robot.from_dh(zoo.UR5, convention="standard", limits=[(-limit, limit)] * 6)
     targets = arm.forward_kinematics(np.random.default_rng(5).uniform(-3, 3, (100, 6)))
     result = arm.inverse_kinematics(targets)
     assert result.success.all()

@@ -135,21 +135,10 @@ def test_of_two_elbows_that_pass_a_limit_the_lesser_is_told():
 # ---- singular
 
 
-# The DH table of a UR5: Universal Robots, "Parameters for calculations of kinematics and dynamics".
-UR5 = [
-    (0, 0.089159, np.pi / 2, 0),
-    (-0.425, 0, 0, 0),
-    (-0.39225, 0, 0, 0),
-    (0, 0.10915, np.pi / 2, 0),
-    (0, 0.09465, -np.pi / 2, 0),
-    (0, 0.0823, 0, 0),
-]
-
-
 @pytest.mark.parametrize("case", ["stretched", "over the shoulder"])
 def test_where_no_joint_can_lessen_what_is_missing_the_arm_is_singular(rng, case):
     """A centimetre beyond the stretched arm, which the bound of the reach does not prove; and a wrist too near the first axis."""
-    arm = Robot.from_dh(UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
+    arm = Robot.from_dh(zoo.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
     target = ulna.pose((0.05, 0, 0.5), (0, np.pi, 0))
     if case == "stretched":
         q = np.array([0, -0.5, 0, -1, -1.5, 0])

@@ -12,7 +12,7 @@ from ulna.ik.reach import Reach, reach_of
 from ulna.ik.result import CODES, Status
 from ulna.ik.rounds import Price, Round, Search, jobs
 from ulna.kernels import search_layout as layout
-from ulna.kernels.layout import COLUMN, FIXED, KIND, REVOLUTE
+from ulna.kernels.layout import COLUMN, FIXED, KIND, RATIO, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.model.tree import Tree
 
@@ -141,7 +141,7 @@ def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
     """The entries of q that drive revolute joints at ratio 1 or -1 alone: a whole turn of one changes nothing."""
     turning = np.ones(n_dof, dtype=bool)
     for row in chain:
-        if int(row[KIND]) != FIXED and (int(row[KIND]) != REVOLUTE or abs(row[14]) != 1.0):
+        if int(row[KIND]) != FIXED and (int(row[KIND]) != REVOLUTE or abs(row[RATIO]) != 1.0):
             turning[int(row[COLUMN])] = False
     return turning
 

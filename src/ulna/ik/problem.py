@@ -46,7 +46,7 @@ class Problem:
     max_step: float
     budget: int
     time_limit: float
-    threads: int
+    threads: int | None
 
 
 def make_problem(
@@ -64,7 +64,7 @@ def make_problem(
     seed: int,
     budget: int,
     time_limit: float | None,
-    threads: int,
+    threads: int | None,
 ) -> Problem:
     """Check the arguments of a search. Whether targets are rigid motions the kernels see, at no cost."""
     refuse_immovable(tree)
@@ -100,7 +100,7 @@ def make_problem(
         seed=as_count("seed", seed),
         budget=as_count("max_iterations", budget),
         time_limit=np.inf if time_limit is None else _at_least_zero("time_limit", time_limit),
-        threads=as_count("threads", threads),
+        threads=None if threads is None else as_count("threads", threads),
     )
 
 

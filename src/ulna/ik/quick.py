@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 _STARTS = 64  # eight in each lane; a target that needs more goes the long way
 _MATRIX = (4, 4)
 LEAST_BUDGET = _STARTS * STEPS
+QuickKey = tuple[str | None, float, float, int]  # link, tolerances [m, rad], seed
 
 
 class QuickSearch:

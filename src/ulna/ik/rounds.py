@@ -6,7 +6,6 @@ batch, nor on how the batch is cut for the threads.
 
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ from ulna.ik.bounds import seed_share, shares
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
 from ulna.kernels import search_layout as layout
 from ulna.kernels.levenberg_marquardt import search_jobs
+from ulna.kinematics.batches import in_parts
 
 Array = NDArray[np.float64]
 # The price of every job that has solved its target, shape (m, n_starts); infinite: not acceptable. Called with the numbers of the
@@ -134,16 +134,12 @@ def jobs(problem: Problem, order: NDArray[np.int64], part: Round) -> tuple[Array
     settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
 
-    def piece(begin: int, end: int) -> None:
+    def piece(rows: slice) -> bool:
         search_jobs(
-            problem.chain, problem.targets, order[begin:end], problem.seeds, problem.bounds, starts, problem.posture, settings,
-            q[begin:end].reshape(-1, n_dof), info[begin:end].reshape(-1, layout.N_INFO),
+            problem.chain, problem.targets, order[rows], problem.seeds, problem.bounds, starts, problem.posture, settings,
+            q[rows].reshape(-1, n_dof), info[rows].reshape(-1, layout.N_INFO),
         )  # fmt: skip
+        return True
 
-    size = max(1, _JOBS_A_THREAD // len(starts))
-    if problem.threads < 2 or len(order) <= size:
-        piece(0, len(order))
-    else:
-        with ThreadPoolExecutor(problem.threads) as pool:
-            list(pool.map(piece, range(0, len(order), size), range(size, len(order) + size, size)))
+    in_parts(piece, len(order), max(1, _JOBS_A_THREAD // len(starts)), problem.threads)
     return q, info

@@ -1,7 +1,6 @@
 """The search itself: the method by its name, the rounds below, the reasons behind what was not found, the result above."""
 
-import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +12,7 @@ from ulna.ik.choice import price_of
 from ulna.ik.explain import Reasons, close_unreachable, explain_open, reach_in_words, settle_open
 from ulna.ik.obstacles import Obstacles
 from ulna.ik.problem import DEFAULT_BUDGET, Problem, as_count, make_problem, refuse_what_is_no_pose
-from ulna.ik.quick import LEAST_BUDGET, QuickSearch
+from ulna.ik.quick import LEAST_BUDGET, QuickKey, QuickSearch
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.rounds import Price, Search, search_in_rounds
 from ulna.ik.task import Task, as_task
@@ -48,6 +47,7 @@ def inverse_kinematics(
     threads: int | None,
     trace: bool,
     obstacles: Obstacles | None,
+    quick: Callable[[QuickKey], QuickSearch],
 ) -> IKResult:
     """Configurations at which ``link`` stands at T; see ``Robot.inverse_kinematics``."""
     if method not in METHODS:
@@ -56,7 +56,7 @@ def inverse_kinematics(
     problem = make_problem(
         tree, T, link, home, q_seed=q_seed, task=as_task(task), posture=posture, held=held, max_step=max_step,
         tolerances=tolerances, seed=seed, budget=budget if max_iterations is None else max_iterations, time_limit=time_limit,
-        threads=_cores() if threads is None else threads,
+        threads=threads,
     )  # fmt: skip
     if trace and problem.batch:
         raise InputError("trace", "a trace is of one target, shape (4, 4)")
@@ -65,22 +65,22 @@ def inverse_kinematics(
             if given is not None:
                 raise InputError(name, f"the method {method!r} takes none: it goes from the seed alone, wherever that leads")
         return _as_result(problem, *follow(problem, method, trace=trace), T)
-    return _levenberg_marquardt(problem, T, q_seed, home, rank, obstacles, trace=trace)
+    return _levenberg_marquardt(problem, T, q_seed, rank, obstacles, quick, trace=trace)
 
 
 def _levenberg_marquardt(
     problem: Problem,
     T: ArrayLike,
     q_seed: ArrayLike | None,
-    home: Array,
     rank: str | None,
     obstacles: Obstacles | None,
+    quick: Callable[[QuickKey], QuickSearch],
     *,
     trace: bool,
 ) -> IKResult:
     price = price_of(problem, rank, obstacles)
     if _is_plain(problem, rank, obstacles):
-        result = QuickSearch(problem.tree, problem.link, home, problem.tolerances, problem.seed).solve(T, q_seed)
+        result = quick((problem.link, *problem.tolerances, problem.seed)).solve(T, q_seed)
         if result is not None:
             notes = {"trace": convergence(problem, result.info[0])} if trace else {}
             return _as_result(problem, result.q[None], result.info, notes, T)
@@ -145,10 +145,6 @@ def _as_result(problem: Problem, q: Array, info: Array, notes: dict, T: ArrayLik
         raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
     q = q.reshape(*problem.batch, q.shape[-1])
     return IKResult(q, info, problem.batch, problem.tolerances, notes)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def entry_names(tree: Tree) -> list[str]:

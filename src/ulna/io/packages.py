@@ -43,11 +43,6 @@ def _is_package(folder: Path, name: str) -> bool:
     return declared is not None and declared[1] == name
 
 
-def find_package(name: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> Path | None:
-    """The folder of a package, or None."""
-    return next((f for f in package_folders(name, description_folder, package_dirs) if f.is_dir()), None)
-
-
 def resolve_uri(
     uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()
 ) -> tuple[Path | None, list[Path]]:

@@ -14,13 +14,14 @@ from ulna.kernels.layout import WIDTH
 LEAST_ROWS = 1024  # of a part, where a row takes less than a microsecond
 
 
-def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS) -> bool:
+def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, threads: int | None = None) -> bool:
     """Run a kernel over rows 0 to n in parts, and say whether it said yes to all.
 
     Args:
         run: Calls the kernel for the rows of a slice; the kernel lets go of the interpreter's lock (``nogil``).
         n: How many rows there are.
         least: How few rows are worth a thread.
+        threads: How many to use; as many as there are processors unless given.
 
     Example:
         >>> import numpy as np
@@ -28,19 +29,20 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS) -> b
         >>> in_parts(lambda rows: np.sqrt(x[rows], out=y[rows]) is not None, 5000), float(y[4900])
         (True, 70.0)
     """
-    n_parts = min(4 * _n_threads(), n // least)
-    if n_parts < 2 or _n_threads() < 2:
+    threads = _n_processors() if threads is None else threads
+    n_parts = min(4 * threads, n // least)
+    if n_parts < 2 or threads < 2:
         return run(slice(0, n))
     step = -(-n // n_parts // WIDTH) * WIDTH
-    return all(_pool(os.getpid()).map(run, [slice(start, min(start + step, n)) for start in range(0, n, step)]))
+    return all(_pool(os.getpid(), threads).map(run, [slice(start, min(start + step, n)) for start in range(0, n, step)]))
 
 
 @cache
-def _n_threads() -> int:
+def _n_processors() -> int:
     """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @cache
-def _pool(process: int) -> ThreadPoolExecutor:  # noqa: ARG001 - a fork has no threads but the one that made it: it gets its own
-    return ThreadPoolExecutor(_n_threads(), thread_name_prefix="ulna")
+def _pool(process: int, threads: int) -> ThreadPoolExecutor:  # noqa: ARG001 - a fork has no threads but the one that made it: it gets its own
+    return ThreadPoolExecutor(threads, thread_name_prefix="ulna")

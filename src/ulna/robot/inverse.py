@@ -13,6 +13,7 @@ from ulna.collision.world import World
 from ulna.robot.structure import Structure
 
 if TYPE_CHECKING:
+    from ulna.ik.quick import QuickKey, QuickSearch
     from ulna.ik.result import IKResult
     from ulna.ik.task import Task
 
@@ -87,7 +88,7 @@ class InverseKinematics(Structure):
         plain = plain and type(task) is str and type(held) is tuple and not held and (link is None or type(link) is str)
         if plain and task == "pose" and method == "levenberg_marquardt":
             key = link, position_tolerance, rotation_tolerance, seed
-            quick = self._quick.get(key) or self._quick_search(key)
+            quick = self._quick.get(key) or self._make_quick(key)
             result = quick.solve(T, q_seed)
             if result is not None:
                 return result
@@ -110,6 +111,7 @@ class InverseKinematics(Structure):
             threads=threads,
             trace=trace,
             obstacles=None if world is None else self._obstacles(self, world),
+            quick=lambda key: self._quick.get(key) or self._make_quick(key),
         )
 
     def inverse_kinematics_all(
@@ -222,7 +224,7 @@ class InverseKinematics(Structure):
     def _quick(self) -> dict:
         return {}
 
-    def _quick_search(self, key: tuple[str | None, float, float, int]):
+    def _make_quick(self, key: QuickKey) -> QuickSearch:
         """What stays the same from call to call of ``inverse_kinematics``, kept for the next."""
         from ulna.ik.quick import QuickSearch
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ulna.io.packages import find_package, resolve_uri
+from ulna.io.packages import package_folders, resolve_uri
 
 
 @pytest.fixture(autouse=True)
@@ -38,12 +38,13 @@ def test_the_places_are_asked_in_their_order(tmp_path, monkeypatch):
         found, _ = resolve_uri(URI, description, [tmp_path / "first", str(tmp_path / "second")])
         assert found is not None
         assert found.samefile(file)
-        assert find_package("arm_description", description, [tmp_path / "first", tmp_path / "second"]).samefile(file.parents[1])
+        folders = package_folders("arm_description", description, [tmp_path / "first", tmp_path / "second"])
+        assert next(filter(Path.is_dir, folders)).samefile(file.parents[1])
         file.unlink()
         file.parent.rmdir()
         file.parents[1].rmdir()
     assert resolve_uri(URI, description, [tmp_path / "first"])[0] is None
-    assert find_package("arm_description", description) is None
+    assert not any(map(Path.is_dir, package_folders("arm_description", description, ())))
 
 
 def test_a_package_without_the_file_does_not_hide_one_that_has_it(tmp_path):
