@@ -1,7 +1,7 @@
 """Where a picture is taken from, and what that makes of points: the maps that the raster's kernels take."""
 
 from dataclasses import dataclass
-from math import tan
+from math import atan, cos, sin, tan
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,14 +22,12 @@ class Camera:
     fov: float = 0.6
 
     @classmethod
-    def around(cls, low: ArrayLike, high: ArrayLike, turn: float, aspect: float) -> "Camera":
-        """A camera that sees all between two corners [m], ``turn`` [rad] about z from x; ``aspect`` is width by height."""
-        low, high = np.asarray(low), np.asarray(high)
-        middle, radius = (low + high) / 2.0, 0.5 * float(np.linalg.norm(high - low))
-        half = np.arctan(tan(cls.fov / 2.0) * min(aspect, 1.0))
-        away = np.array([np.cos(turn), np.sin(turn), 0.42])
-        position = middle + away / np.linalg.norm(away) * radius / np.sin(half)
-        return cls(tuple(position.tolist()), tuple(middle.tolist()))
+    def around(cls, middle: ArrayLike, radius: float, turn: float, aspect: float) -> "Camera":
+        """A camera that sees a ball [m], from above and ``turn`` [rad] about z from x; ``aspect`` is width by height."""
+        half = atan(tan(cls.fov / 2.0) * min(aspect, 1.0))
+        away = np.array([cos(turn), sin(turn), 0.42])
+        position = np.asarray(middle) + away / np.linalg.norm(away) * radius / sin(half)
+        return cls(tuple(position.tolist()), tuple(np.asarray(middle).tolist()))
 
     def rays(self, width: int, height: int) -> NDArray[np.float64]:
         """Where it is, the direction through a raster's corner, and its gain by a sample, right and down: shape (4, 3)."""

@@ -7,6 +7,7 @@ from pathlib import Path
 import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
+from numpy.typing import NDArray
 from PIL import Image
 
 from ulna.errors import FileError
@@ -15,7 +16,7 @@ from ulna.viewer.record.film import Film
 _QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
 _THREADS = 4  # of the encoder: what it writes depends on their number, which is therefore the same on every machine
 _COLORS = 255  # of a moving picture: the last of its 256 is kept for what does not change
-_LOOKED_AT = 12  # frames, to choose them
+_LOOKED_AT = 30  # frames, to choose them
 
 
 def write_film(path: Path, film: Film) -> None:
@@ -54,10 +55,17 @@ def _write_mp4(path: Path, film: Film) -> None:
 
 def _write_gif(path: Path, film: Film) -> None:
     """A moving picture that repeats for ever, in colours chosen once: what stands still is then the same in every frame."""
-    palette = Image.fromarray(np.concatenate(film.some(_LOOKED_AT))).quantize(_COLORS, Image.Quantize.MEDIANCUT)
+    palette = _palette(np.concatenate(film.some(_LOOKED_AT)))
     frames = (Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE) for pixels in film.frames())
     ticks = np.diff(np.round(np.arange(len(film) + 1) * 100 / film.rate)) * 10  # the format counts hundredths of a second
     next(frames).save(path, "GIF", save_all=True, append_images=frames, duration=ticks.astype(int).tolist(), loop=0)
+
+
+def _palette(pixels: NDArray[np.uint8]) -> Image.Image:
+    """Colours near all of those in a picture, however few pixels have them: what is small and red is what is looked for."""
+    colors, counts = np.unique(pixels.reshape(-1, 3) >> 2, axis=0, return_counts=True)
+    seen = (colors.repeat(np.minimum(np.ceil(np.sqrt(counts) / 8).astype(int), 64), axis=0) << 2) + 2
+    return Image.fromarray(seen[None].astype(np.uint8)).quantize(_COLORS, Image.Quantize.MEDIANCUT, kmeans=1)
 
 
 def _write_png(path: Path, film: Film) -> None:

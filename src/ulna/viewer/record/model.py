@@ -1,6 +1,7 @@
 """What all pictures of one robot share: its triangles, and those of the solids that are not seen through."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
@@ -11,6 +12,15 @@ from ulna.picture import Solid
 from ulna.robot import Robot
 from ulna.viewer.body import link_meshes
 from ulna.viewer.record.skin import linear, make_skin
+
+
+@dataclass(frozen=True, eq=False)
+class Extent:
+    """A ball that holds a robot: its middle and radius; and the height of the robot's lowest point [m]."""
+
+    middle: NDArray[np.float64]
+    radius: float
+    lowest: float
 
 
 class Model:
@@ -48,13 +58,14 @@ class Model:
                 colors[own], glow[own] = linear(solid.color), float(solid.glows)
         return colors, glow
 
-    def corners(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The least and the greatest x, y, z of the robot at q [m]."""
+    def extent(self, q: NDArray[np.float64]) -> Extent:
+        """How much room the robot takes at q."""
         poses, skin = self.robot.link_poses(q), self.skin
         own = skin.frames < len(poses)
         T, p = poses[skin.frames[own]], skin.points[own]
         placed = np.einsum("nij,nj->ni", T[:, :3, :3], p) + T[:, :3, 3]
-        return placed.min(axis=0), placed.max(axis=0)
+        low, middle = placed.min(axis=0), (placed.min(axis=0) + placed.max(axis=0)) / 2
+        return Extent(middle, float(np.linalg.norm(placed - middle, axis=1).max()), float(low[2]))
 
 
 def is_opaque(solid: Solid) -> bool:

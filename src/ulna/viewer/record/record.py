@@ -16,7 +16,7 @@ from ulna.story import Moment, Story
 from ulna.viewer.record.camera import Camera
 from ulna.viewer.record.files import WRITERS, write_film
 from ulna.viewer.record.film import Film
-from ulna.viewer.record.model import Model
+from ulna.viewer.record.model import Extent, Model
 from ulna.viewer.record.painter import Ground, Picture
 
 DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.37), fov=0.62)
@@ -116,11 +116,11 @@ def record_robot(form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: boo
     """A robot that stands at q, while the camera goes round it once."""
     solids = tuple(arm_boxes(robot)) if boxes else ()
     model = Model(robot, solids)
-    low, high = model.corners(q)
+    extent = model.extent(q)
     aspect = form.size[0] / form.size[1]
     turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
-    pictures = [Picture(q, Camera.around(low, high, turn, aspect), solids) for turn in turns]
-    _write(form, model, pictures, _ground(low, high), tell)
+    pictures = [Picture(q, Camera.around(extent.middle, extent.radius, turn, aspect), solids) for turn in turns]
+    _write(form, model, pictures, _ground(extent), tell)
 
 
 def _write(form: Form, model: Model, pictures: list[Picture], ground: Ground, tell: Tell) -> None:
@@ -140,8 +140,7 @@ def _widened(camera: Camera, size: tuple[int, int]) -> Camera:
     return replace(camera, fov=2 * atan(narrow * tan(camera.fov / 2)))
 
 
-def _ground(low: NDArray[np.float64], high: NDArray[np.float64]) -> Ground:
-    """A floor under the lowest point, or at the base if that is lower; its cells are a tenth of a small arm's size."""
-    radius = 0.5 * float(np.linalg.norm(high - low))
-    cell = 10.0 ** np.round(np.log10(max(radius, 1e-3) / 10.0))
-    return Ground(tuple(((low + high) / 2).tolist()), 1.5 * radius, min(float(low[2]), 0.0), float(cell))
+def _ground(extent: Extent) -> Ground:
+    """A floor under the lowest point, or at the base if that is lower; its cells are about a tenth of the robot's size."""
+    cell = 10.0 ** np.round(np.log10(max(extent.radius, 1e-3) / 6.0))
+    return Ground(tuple(extent.middle.tolist()), 1.5 * extent.radius, min(extent.lowest, 0.0), float(cell))
