@@ -35,7 +35,7 @@ def _serve(host: str, port: int, *, open_browser: bool) -> None:
     try:
         from ulna.viewer.app import serve  # noqa: PLC0415 -- the one layer that needs the extra
     except ImportError as error:
-        if (error.name or "").partition(".")[0] not in ("viser", "trimesh"):
+        if (error.name or "").partition(".")[0] not in ("viser", "trimesh", "av", "PIL"):
             raise
         raise UlnaError("the view needs the viewer extra: pip install 'ulna[viewer]'") from None
     serve(demo=Demo(), host=host, port=port, open_browser=open_browser)

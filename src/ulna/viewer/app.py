@@ -22,6 +22,7 @@ from ulna.demo import BOX_START, Demo, light_color
 from ulna.errors import InputError
 from ulna.model.pose import pose
 from ulna.show import Show
+from ulna.viewer.record_button import RecordButton
 from ulna.viewer.scene import DemoScene
 
 FRAMES_PER_SECOND = 30.0
@@ -82,6 +83,7 @@ class DemoApp:
         """End the loop and the server."""
         self._stopping.set()
         self._thread.join(timeout=STOP_WITHIN_S)
+        self.recording.close()
         with _quiet():
             self.server.stop()
 
@@ -115,6 +117,7 @@ class DemoApp:
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
         self.show_boxes.on_update(lambda _: self.scene.show_boxes(self.show_boxes.value))
         gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self._put_box_back())
+        self.recording = RecordButton(self.server, self.show, lambda: self.show_boxes.value)
         robot = self.demo.robot
         low = np.where(np.isinf(robot.lower), -np.pi, robot.lower)  # a turn where there is no limit
         high = np.where(np.isinf(robot.upper), np.pi, robot.upper)
@@ -156,6 +159,7 @@ class DemoApp:
             with self.show.lock, self.server.atomic():
                 if self.playing.value and self.speed.value > 0.0:
                     self.show.advance((now - last) * self.speed.value)
+                self.recording.take(now)
             last = now
 
     def _show_joints(self) -> None:

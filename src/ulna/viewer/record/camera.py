@@ -6,6 +6,8 @@ from math import atan, cos, sin, tan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+_UPRIGHT = 1e-9  # the sine of the angle between its axis and z, below which a camera has no upright
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -53,6 +55,8 @@ class Camera:
         forward = np.subtract(self.look_at, self.position)
         forward /= np.linalg.norm(forward)
         right = np.cross(forward, (0.0, 0.0, 1.0))
+        if not np.linalg.norm(right) > _UPRIGHT:  # it looks straight down, or up
+            right = np.array([0.0, -1.0, 0.0])
         right /= np.linalg.norm(right)
         return np.array([right, np.cross(forward, right), forward])
 

@@ -1,6 +1,6 @@
 """Records the demo, or a robot that stands still while the camera goes round it, into a file."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import atan, pi, tan
 from pathlib import Path
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ulna.demo import Demo
 from ulna.errors import InputError, did_you_mean
-from ulna.picture import Solid, arm_boxes, light, movable_box
+from ulna.picture import arm_boxes, light, movable_box
 from ulna.robot import Robot
 from ulna.story import Moment, Story
 from ulna.viewer.record.camera import Camera
@@ -99,17 +99,21 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
     at = 0.1 * form.seconds if at is None else at
     if not 0.0 <= at <= form.seconds:
         raise InputError("--at", f"{at:g} s is not between 0 and {form.seconds:g} s")
-    moments = [story.moment(at)] if form.is_still else list(story.moments(form.rate))
-    record_moments(form, demo.robot, moments, _widened(DEMO_CAMERA, form.size), boxes=boxes, tell=tell)
+    moments = [story.moment(at)] if form.is_still else story.moments(form.rate)
+    camera = _widened(DEMO_CAMERA, form.size)
+    record_pictures(form, demo.robot, [demo_picture(demo.robot, moment, camera, boxes=boxes) for moment in moments], tell)
 
 
-def record_moments(
-    form: Form, robot: Robot, moments: list[Moment], camera: Camera, *, boxes: bool = True, tell: Tell = _no_one
-) -> None:
-    """Moments of the demo, as many a second as the form says."""
-    solids = [_solids(robot, moment, boxes=boxes) for moment in moments]
-    pictures = [Picture(m.q, camera, shown, str(m.report)) for m, shown in zip(moments, solids, strict=True)]
-    _write(form, Model(robot, solids[0]), pictures, DEMO_GROUND, tell)
+def demo_picture(robot: Robot, moment: Moment, camera: Camera, *, boxes: bool = True) -> Picture:
+    """One moment of the demo as it is seen from a camera."""
+    panes = tuple(arm_boxes(robot, moment.report.touching)) if boxes else ()
+    solids = (*panes, movable_box(robot, moment.T_base_box), light(robot, moment.report))
+    return Picture(moment.q, camera, solids, str(moment.report))
+
+
+def record_pictures(form: Form, robot: Robot, pictures: Sequence[Picture], tell: Tell = _no_one) -> None:
+    """Pictures of the demo, as many a second as the form says."""
+    _write(form, Model(robot, pictures[0].solids), pictures, DEMO_GROUND, tell)
 
 
 def record_robot(form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = _no_one) -> None:
@@ -123,15 +127,10 @@ def record_robot(form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: boo
     _write(form, model, pictures, _ground(extent), tell)
 
 
-def _write(form: Form, model: Model, pictures: list[Picture], ground: Ground, tell: Tell) -> None:
+def _write(form: Form, model: Model, pictures: Sequence[Picture], ground: Ground, tell: Tell) -> None:
     samples = 4 if form.is_still else 2
     film = Film(model, pictures, form.size, form.rate, ground, samples, tell)
     write_film(form.path, film)
-
-
-def _solids(robot: Robot, moment: Moment, *, boxes: bool) -> tuple[Solid, ...]:
-    panes = tuple(arm_boxes(robot, moment.report.touching)) if boxes else ()
-    return (*panes, movable_box(robot, moment.T_base_box), light(robot, moment.report))
 
 
 def _widened(camera: Camera, size: tuple[int, int]) -> Camera:
