@@ -64,8 +64,8 @@ class HalfSpace:
     """All that lies below the plane z = 0 of its frame, without end: a floor, or a wall if its frame is turned."""
 
 
-Shape = Box | Sphere | Cylinder | Capsule | Mesh
-"""What a description can give to a link."""
+Shape = Box | Sphere | Cylinder | Capsule | Mesh | ConvexMesh
+"""What a link can have. A description gives meshes as files; ``robot.with_convex_hulls()`` takes their hulls."""
 Solid = Box | Sphere | Cylinder | Capsule | ConvexMesh | HalfSpace
 """What a collision query can take."""
 
