@@ -48,7 +48,10 @@ nb_merge_streams = True
 
 # Every name in a signature must lead somewhere. Other projects' names are not linked: their inventories are not here.
 nitpicky = True
-nitpick_ignore_regex = [("py:.*", r"(numpy|np|pathlib|collections|typing)\..*"), ("py:class", r"(ArrayLike|Array|NDArray|Path|Solid|Shape)")]
+nitpick_ignore_regex = [
+    ("py:.*", r"(numpy|np|pathlib|collections|typing)\..*"),
+    ("py:class", r"(ArrayLike|Array|NDArray|Path|Solid|Shape)"),
+]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # docstrings.py tells them, in the words of the source

@@ -19,7 +19,7 @@ class Block(NamedTuple):
 def blocks(path):
     """The fenced blocks of a page in their order; ``text`` directly behind ``python`` is what that prints."""
     found = []
-    for gap, language, text in re.findall(r"([\s\S]*?)(?m:^)```([^\n]*)\n([\s\S]*?)^```[^\n]*\n", path.read_text("utf-8"), re.M):
+    for gap, language, text in re.findall(r"(?m)([\s\S]*?)^```([^\n]*)\n([\s\S]*?)^```[^\n]*\n", path.read_text("utf-8")):
         if language == "text" and not gap.strip() and found and found[-1].language == "python":
             found[-1] = found[-1]._replace(printed=text)
         else:

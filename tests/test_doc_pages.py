@@ -17,7 +17,8 @@ SERVERS = ("ulna demo", "ulna view", "ulna record", "ulna bench", "ulna ros1", "
 ARM = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:arg name="prefix" default=""/>
   <link name="base_link"/><link name="$(arg prefix)forearm"/><link name="tool0"/>
-  <joint name="$(arg prefix)elbow" type="revolute"><parent link="base_link"/><child link="$(arg prefix)forearm"/><axis xyz="0 0 1"/>
+  <joint name="$(arg prefix)elbow" type="revolute">
+    <parent link="base_link"/><child link="$(arg prefix)forearm"/><axis xyz="0 0 1"/>
     <limit lower="-2" upper="2" velocity="1" effort="1"/></joint>
   <joint name="flange" type="fixed"><parent link="$(arg prefix)forearm"/><child link="tool0"/><origin xyz="0.4 0 0"/></joint>
 </robot>"""

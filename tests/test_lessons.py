@@ -5,6 +5,7 @@ import runpy
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 import pytest
 from matplotlib import pyplot as plt
 
@@ -22,10 +23,11 @@ def notebook_at(path):
 def run(notebook):
     """Run the code of a notebook in one namespace, without a screen."""
     names = {"__name__": "__main__"}
+    code = [(cell["id"], "".join(cell["source"])) for cell in notebook["cells"] if cell["cell_type"] == "code"]
     try:
-        for cell in notebook["cells"]:
-            if cell["cell_type"] == "code":
-                exec(compile("".join(cell["source"]), cell["id"], "exec"), names)  # noqa: S102 - our own lessons
+        with np.printoptions():  # lessons set their own, for the whole process
+            for cell, text in code:
+                exec(compile(text, cell, "exec"), names)  # noqa: S102 - our own lessons
     finally:
         plt.close("all")
 

@@ -1,7 +1,7 @@
 """Refuses a reference that leaves a public name out.
 
-Public is what stands in ``ulna.__all__``, every class that a user reaches from there through an annotation (what a method returns,
-what an attribute holds), and every attribute and method of these that has no underscore in front.
+Public is what stands in ``ulna.__all__``, every class that a user reaches from there through an annotation (what a method
+returns, what an attribute holds), and every attribute and method of these that has no underscore in front.
 """
 
 import dataclasses

@@ -57,8 +57,9 @@ def _types(function):
 
 
 def _words(annotation):
-    """The annotation as it is written, without quotes."""
-    return annotation.value if isinstance(annotation, ast.Constant) else ast.unparse(annotation).replace("'", "").replace("np.bool_", "np.bool")
+    """The annotation as it is written, without quotes; a name that ends in a bar would be markup."""
+    text = annotation.value if isinstance(annotation, ast.Constant) else ast.unparse(annotation)
+    return str(text).replace("'", "").replace("np.bool_", "np.bool")
 
 
 def setup(app):
