@@ -1,8 +1,11 @@
 """Every block of Python on every page runs, and prints what the page says; every command in its shell blocks does its work."""
 
 import doctest
+import os
 import re
 import shlex
+import subprocess
+import sys
 
 import pytest
 from typer.testing import CliRunner
@@ -76,3 +79,36 @@ def test_a_command_of_a_page_does_its_work(page, command, a_users_folder):
 def test_pages_have_code_that_is_run():
     assert len(WITH_PYTHON) >= 10
     assert len(COMMANDS) >= 10
+
+
+LANES = ROOT / "docs" / "lanes.md"
+
+
+def test_the_page_about_lanes_runs_without_the_compiler_too(tmp_path):
+    """All but the last block, which looks at machine code."""
+    code = [block.text for block in blocks(LANES) if block.language == "python"]
+    assert "inspect_llvm" in code[-1]
+    assert "inspect_llvm" not in "".join(code[:-1])
+    (tmp_path / "page.py").write_text("".join(code[:-1]))
+    run_without_compiler(["page.py"], tmp_path)
+
+
+def test_the_debugger_stops_in_a_kernel_as_the_page_about_lanes_says(tmp_path):
+    (command,) = [block.text for block in blocks(LANES) if block.language == "console"]
+    _, _, script, _ = [block.text for block in blocks(LANES) if block.language == "python"]
+    (tmp_path / "reach.py").write_text(script)
+    words = shlex.split(command.replace("$ NUMBA_DISABLE_JIT=1 python ", ""))
+    further = [argument for say in ("next", "p pose[11]", "quit") for argument in ("-c", say)]
+    said = run_without_compiler([*words[:-1], *further, words[-1]], tmp_path)
+    assert "chain.py" in said
+    assert "0.333" in said
+
+
+def run_without_compiler(arguments, folder):
+    """What Python prints, with kernels as plain functions."""
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
