@@ -14,7 +14,13 @@ if TYPE_CHECKING:
 
 
 def view(
-    robot: Robot, world: World | None = None, *, host: str = "127.0.0.1", port: int = 0, open_browser: bool = False, origins: Iterable[str] = ()
+    robot: Robot,
+    world: World | None = None,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    open_browser: bool = False,
+    origins: Iterable[str] = (),
 ) -> View:
     """Show a robot on a page: drag its hand, move its joints, put obstacles in its way. The program runs on meanwhile.
 

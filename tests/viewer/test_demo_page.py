@@ -87,7 +87,7 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     report = app.demo.check(app.show.q)
     assert words.strip() == f"collision: {', '.join(report.touching)}"
     assert "box 12" in report.touching
-    assert app.scene.boxes["box 12"].color == (225, 45, 45)
+    assert app.scene.arm.solids["box 12"].color == (225, 45, 45)
 
     for climb in range(130, -1, -10):
         page.mouse.move(tip[0], tip[1] - climb)
@@ -95,7 +95,7 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     page.mouse.up()
     wait_for(lambda: light_is(page, still, "green"), "a green light again")
     assert page.get_by_role("status").inner_text().strip() == "free"
-    assert app.scene.boxes["box 12"].color != (225, 45, 45)
+    assert app.scene.arm.solids["box 12"].color != (225, 45, 45)
 
 
 def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):

@@ -37,7 +37,9 @@ class MeshFiles:
         except (OSError, ValueError) as error:  # a name that no file system takes
             raise FileError(uri, getattr(error, "message", "") or str(error)) from None
         if found is None:
-            raise FileError(uri, f"no such file; tried {'; '.join(map(str, candidates)) or 'no folder, for there is no such package'}")
+            raise FileError(
+                uri, f"no such file; tried {'; '.join(map(str, candidates)) or 'no folder, for there is no such package'}"
+            )
         return found
 
     def beside(self, mesh: Path, name: str) -> Path:

@@ -39,7 +39,7 @@ class Clearance:
     def __str__(self) -> str:
         if self.report is None:
             return "not checked"
-        hits = [f"{pair.name_a} – {pair.name_b}" for pair in self.report.pairs if pair.signed_distance <= 0.0]
+        hits = [f"{pair.name_a} and {pair.name_b}" for pair in self.report.pairs if pair.signed_distance <= 0.0]
         more = f" and {len(hits) - 3} more" if len(hits) > 3 else ""
         return f"collision: {', '.join(hits[:3])}{more}" if hits else "free"
 
@@ -51,5 +51,9 @@ def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True) 
         distance = robot.signed_distance(q, world, self_collision=False)
     except GeometryError as error:
         return Clearance(None, refusal=str(error))
-    near = robot.check_collision(q, world, self_collision=False, max_distance=max(distance, 0.0) + _ROUNDING).pairs if world.names else ()
+    near = (
+        robot.check_collision(q, world, self_collision=False, max_distance=max(distance, 0.0) + _ROUNDING).pairs
+        if world.names
+        else ()
+    )
     return Clearance(report, near[0] if near else None)

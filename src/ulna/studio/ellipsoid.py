@@ -40,7 +40,7 @@ def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
     axes[:, 2] *= np.sign(np.linalg.det(axes))
     T = robot.forward_kinematics(q, link).copy()
     T[:3, :3] = axes
-    values = np.linalg.svd(J, compute_uv=False) if J.size else np.zeros(0)
+    values = np.asarray(np.linalg.svd(J, compute_uv=False), dtype=np.float64)
     return Mobility(T, radii, values, float(robot.manipulability(q, link)))
 
 

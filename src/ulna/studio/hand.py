@@ -1,11 +1,11 @@
-"""The hand of a robot, dragged: each frame the arm goes on from where it stands, as a control loop would, and says why it cannot."""
+"""The hand of a robot, dragged: each frame the arm goes on from where it stands, or says why it cannot."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ulna.collision.world import World
 from ulna.ik.result import IKResult, Status
@@ -54,7 +54,7 @@ class Hand:
         unhurried = tuple(_unhurried(joint) for joint in joints)
         self._loop = Robot(replace(robot.description, joints=unhurried, text=""), home=robot.home)
 
-    def follow(self, q: Array, T: ArrayLike, world: World | None = None) -> Followed:
+    def follow(self, q: Array, T: Array, world: World | None = None) -> Followed:
         """One frame towards a pose.
 
         The search continues the branch of q and may move no joint by more than MOST_A_FRAME. Where that does not arrive, the arm
@@ -65,7 +65,6 @@ class Hand:
             T: The pose to reach, T_base_link, shape (4, 4).
             world: What must not be hit, the robot itself too; nothing unless given.
         """
-        T = np.asarray(T, dtype=np.float64)
         found = self._search(q, T, world, max_iterations=_QUICK)
         if found.success:
             return Followed(found.q, reached=True, moving=False)
@@ -77,7 +76,8 @@ class Hand:
         found = self._search(nearer, T, world)  # at rest: time to ask why
         if found.success:
             return Followed(found.q, reached=True, moving=False)
-        return Followed(nearer, False, False, f"{found.status}: {found.reason}" if found.reason else str(found.status))
+        reason = f"{found.status}: {found.reason}" if found.reason else str(found.status)
+        return Followed(nearer, reached=False, moving=False, reason=reason)
 
     def _search(self, q: Array, T: Array, world: World | None, max_iterations: int | None = None) -> IKResult:
         return self.robot.inverse_kinematics(

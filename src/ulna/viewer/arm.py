@@ -55,7 +55,9 @@ class Arm:
         self.missing = visuals.missing
         self.extent = _extent(robot, visuals.scenes)
         self.frames = [
-            self._scene.add_frame(f"{root}/{k}", show_axes=False, axes_length=0.2 * self.extent.radius, axes_radius=0.007 * self.extent.radius)
+            self._scene.add_frame(
+                f"{root}/{k}", show_axes=False, axes_length=0.2 * self.extent.radius, axes_radius=0.007 * self.extent.radius
+            )
             for k in range(len(robot.link_names))
         ]
         self._places = np.zeros((len(self.frames), 4, 4))

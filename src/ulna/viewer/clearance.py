@@ -21,7 +21,8 @@ class ClearancePanel:
         point = np.zeros(3)
         self.line = server.scene.add_cylinder("/nearest/line", 0.004 * size, 1.0, INK, visible=False, cast_shadow=False)
         self.ends = [
-            server.scene.add_icosphere(f"/nearest/end{k}", 0.012 * size, INK, position=point, visible=False, cast_shadow=False) for k in (0, 1)
+            server.scene.add_icosphere(f"/nearest/end{k}", 0.012 * size, INK, position=point, visible=False, cast_shadow=False)
+            for k in (0, 1)
         ]
         self.label = server.scene.add_label("/nearest/label", "", visible=False, anchor="bottom-center", font_screen_scale=1.2)
         self.lined = True
@@ -30,8 +31,11 @@ class ClearancePanel:
         """Say what touches and what is nearest."""
         color = {"free": GREEN, "collision": RED}.get(clearance.verdict, _UNKNOWN)
         pair = clearance.nearest
-        words = clearance.refusal if pair is None else f"{clearance.distance}: {pair.name_a} – {pair.name_b}"
-        for element, content in ((self.verdict, marked(str(clearance), color, filled=clearance.verdict == "collision")), (self.nearest, plain(words) if words else "")):
+        words = clearance.refusal if pair is None else f"{clearance.distance}: {pair.name_a} and {pair.name_b}"
+        for element, content in (
+            (self.verdict, marked(str(clearance), color, filled=clearance.verdict == "collision")),
+            (self.nearest, plain(words) if words else ""),
+        ):
             if element.content != content:
                 element.content = content
         seen = pair is not None and self.lined

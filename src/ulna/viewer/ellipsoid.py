@@ -1,5 +1,6 @@
 """The manipulability ellipsoid in the scene, and the singular values in the panel."""
 
+import numpy as np
 import viser
 
 from ulna.model.pose import quaternion_from_matrix
@@ -31,7 +32,8 @@ class EllipsoidPanel:
             return
         found = mobility(self._session.robot, self._session.q, self._session.link)
         self.node.position, self.node.wxyz = found.T[:3, 3], quaternion_from_matrix(found.T)
-        self.node.scale = tuple(max(_SECONDS * float(radius), _THINNEST) for radius in found.radii)
+        x, y, z = np.maximum(_SECONDS * found.radii, _THINNEST).tolist()
+        self.node.scale = (x, y, z)
         content = mobility_html(found)
         if self.numbers.content != content:
             self.numbers.content = content

@@ -24,7 +24,9 @@ class HandPanel:
             "/hand/reason", "", position=(0.0, 0.0, 0.0), anchor="bottom-center", visible=False, font_screen_scale=1.1
         )
         gui = server.gui
-        self.link = gui.add_dropdown("Hand", _choices(session.robot), initial_value=session.link, hint="The link that the handles pull")
+        self.link = gui.add_dropdown(
+            "Hand", _choices(session.robot), initial_value=session.link, hint="The link that the handles pull"
+        )
         self.avoiding = gui.add_checkbox(
             "Avoid collisions",
             initial_value=False,
@@ -51,7 +53,9 @@ class HandPanel:
         if not pulled:
             self.handles.put(session.hand_pose)
         color = RED if trouble else GREEN if pulled else _RESTING
-        words = trouble or ("the hand is on its way" if session.moving else "the hand follows" if pulled else "drag the handles to move the hand")
+        words = trouble or (
+            "the hand is on its way" if session.moving else "the hand follows" if pulled else "drag the handles to move the hand"
+        )
         if (self.mark.color, self.reason.text) != (color, trouble.partition(":")[0]):
             self.mark.color, self.reason.text = color, trouble.partition(":")[0]
             self.reason.visible = bool(trouble)
@@ -66,7 +70,7 @@ class HandPanel:
             self._session.link = self.link.value
             self._moved()
 
-    def _avoid(self, event: viser.GuiEvent) -> None:
+    def _avoid(self, _: viser.GuiEvent) -> None:
         self._session.avoiding = self.avoiding.value
         self._moved()
 
@@ -74,4 +78,6 @@ class HandPanel:
 def _choices(robot: Robot) -> list[str]:
     """Every link that a joint moves, the tips first."""
     moved = [name for name in robot.link_names if robot.tree.link_row[name] >= 0]
-    return [name for name in moved if name in robot.tree.leaves] + [name for name in moved if name not in robot.tree.leaves] or [robot.base]
+    return [name for name in moved if name in robot.tree.leaves] + [name for name in moved if name not in robot.tree.leaves] or [
+        robot.base
+    ]

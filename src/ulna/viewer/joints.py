@@ -64,7 +64,7 @@ class JointSliders:
         slider = gui.add_slider(
             follower.name.removeprefix(self._prefix),
             min=min(ends),
-            max=max(max(ends), min(ends) + 10.0**-_DIGITS),
+            max=max(*ends, min(ends) + 10.0**-_DIGITS),
             step=10.0**-_DIGITS,
             initial_value=round(follower.position(home), _DIGITS),
             disabled=True,

@@ -4,6 +4,7 @@ viser writes a label beside each field, but ties it to the first control alone, 
 fields, and the second and third number of a vector. A script in the page ties the others. Source: WCAG 2.2, criterion 4.1.2.
 """
 
+import http
 from typing import Any
 
 _SCRIPT = b"""<script>
@@ -25,7 +26,7 @@ _SCRIPT = b"""<script>
       name(e, e.closest('div[class*=InputWrapper]')?.textContent.trim() || 'Server');
     for (const e of document.querySelectorAll('input[type=file]')) name(e, e.parentElement.textContent.trim() || 'File');
     for (const e of document.querySelectorAll('button'))
-      if (!e.textContent.trim()) name(e, e.querySelector('.tabler-icon-minus, .tabler-icon-plus') ? 'Fold the panel' : 'Settings');
+      if (!e.textContent.trim()) name(e, e.matches('[class*=CloseButton]') ? 'Close' : 'Settings');
   };
   let waiting = false;
   new MutationObserver(() => {
@@ -39,11 +40,12 @@ _SCRIPT = b"""<script>
 
 def with_names(response: Any) -> Any:
     """The page with the script; any other answer as it is."""
-    head, found, rest = response.body.partition(b"</head>") if response is not None and response.status_code == 200 else (b"", b"", b"")
-    if found:
-        response.body = head + _SCRIPT + found + rest
-        del response.headers["Content-Length"]
-        response.headers["Content-Length"] = str(len(response.body))
+    if response is None or response.status_code != http.HTTPStatus.OK:
+        return response
+    head, found, rest = response.body.partition(b"</head>")
+    response.body = head + _SCRIPT + found + rest
+    del response.headers["Content-Length"]
+    response.headers["Content-Length"] = str(len(response.body))
     return response
 
 

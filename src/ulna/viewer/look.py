@@ -11,7 +11,9 @@ class LookPanel:
 
     def __init__(self, gui: viser.GuiApi, arm: Arm, *, solids: bool) -> None:
         self.looks = gui.add_checkbox("Visuals", initial_value=True, hint="What the robot looks like")
-        self.solids = gui.add_checkbox("Collision shapes", initial_value=solids, disabled=not arm.solids, hint="What it collides as")
+        self.solids = gui.add_checkbox(
+            "Collision shapes", initial_value=solids, disabled=not arm.solids, hint="What it collides as"
+        )
         self.frames = gui.add_checkbox("Link frames", initial_value=False, hint="x red, y green, z blue")
         self.names = gui.add_checkbox("Link names", initial_value=False)
         self.looks.on_update(lambda _: arm.show_looks(visible=self.looks.value))

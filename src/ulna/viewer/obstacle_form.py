@@ -1,4 +1,4 @@
-"""The form of the chosen obstacle: its name, its sizes, its place. What is typed goes to the world, what is dragged comes back."""
+"""The form of the chosen obstacle: its name, its sizes, its place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ulna.model.shapes import Box, Capsule, Cylinder, Solid, Sphere
 if TYPE_CHECKING:
     from ulna.viewer.obstacles import Obstacles
 
-_NONE = "none"
+_NONE: str = "none"
 _DIGITS = 4  # behind the point: tenths of millimetres
 Known = dict[str, tuple[Solid, "NDArray[Any]"]]
 
@@ -25,7 +25,9 @@ class ObstacleForm:
     def __init__(self, gui: viser.GuiApi, obstacles: Obstacles) -> None:
         self._obstacles = obstacles
         zero = (0.0, 0.0, 0.0)
-        self.choice = gui.add_dropdown("Obstacle", (_NONE,), initial_value=_NONE, hint="Or click it in the scene")
+        self.choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+            "Obstacle", [_NONE], initial_value=_NONE, hint="Or click it in the scene"
+        )
         self.name = gui.add_text("Name", "", visible=False)
         self.extents = gui.add_vector3("Extents [m]", zero, min=zero, step=0.001, visible=False, hint="Edges along x, y, z")
         self.radius = gui.add_number("Radius [m]", 0.0, min=0.0, step=0.001, visible=False)

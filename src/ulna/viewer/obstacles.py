@@ -37,7 +37,9 @@ class Obstacles:
         moved: Called when there is something to do.
     """
 
-    def __init__(self, server: viser.ViserServer, world: World, place: NDArray[np.float64], size: float, moved: Callable[[], None]) -> None:
+    def __init__(
+        self, server: viser.ViserServer, world: World, place: NDArray[np.float64], size: float, moved: Callable[[], None]
+    ) -> None:
         self._server, self.world, self._place, self.moved = server, world, place, moved
         self._edge = round(_EDGE * size, 2) or 0.01
         self.nodes: dict[str, Any] = {}
@@ -49,7 +51,9 @@ class Obstacles:
         self.form = ObstacleForm(server.gui, self)
         self.delete = server.gui.add_button("Delete", hint="Take the chosen obstacle away", visible=False)
         self.save = server.gui.add_button("Save scene", hint="Download the obstacles as a file that can be read and edited")
-        self.load = server.gui.add_upload_button("Load scene", hint="Replace the obstacles by those of a saved file", mime_type="application/json")
+        self.load = server.gui.add_upload_button(
+            "Load scene", hint="Replace the obstacles by those of a saved file", mime_type="application/json"
+        )
         self.add_buttons.on_click(lambda event: self.add(event.target.value))
         self.delete.on_click(lambda _: self.remove())
         self.save.on_click(self._download)

@@ -15,7 +15,13 @@ _GROUND = (4.0, 4.0, 0.004)  # what is drawn of a half-space [m]
 
 
 def add_solid(
-    scene: viser.SceneApi, name: str, shape: Solid, color: Color, opacity: float, T: NDArray[np.float64] | None = None, **look: Any
+    scene: viser.SceneApi,
+    name: str,
+    shape: Solid,
+    color: Color,
+    opacity: float,
+    T: NDArray[np.float64] | None = None,
+    **look: Any,
 ) -> Any:
     """Draw a shape at T_parent_shape."""
     T = np.eye(4) if T is None else T

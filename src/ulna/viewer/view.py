@@ -4,6 +4,7 @@ import html
 import threading
 import time
 import traceback
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,7 +36,9 @@ class View:
         answer_time: From the last event to the end of drawing its answer [s].
     """
 
-    def __init__(self, robot: Robot, world: World | None = None, *, host: str = HOST, port: int = 0, origins: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, robot: Robot, world: World | None = None, *, host: str = HOST, port: int = 0, origins: tuple[str, ...] = ()
+    ) -> None:
         self.session = Session(robot, world)
         self.answer_time = 0.0
         self._event_time: float | None = None
@@ -64,7 +67,10 @@ class View:
             beside = np.round([extent.high[0] + 0.2 * extent.radius, 0.0, extent.centre[2]], 2)
             self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened)
             self.itself = server.gui.add_checkbox(
-                "Check the robot against itself", initial_value=session.itself, disabled=bool(session.unchecked), hint=session.unchecked or None
+                "Check the robot against itself",
+                initial_value=session.itself,
+                disabled=bool(session.unchecked),
+                hint=session.unchecked or None,
             )
             self.itself.on_update(lambda _: self._set_itself())
         with tabs.add_tab("Look"):
@@ -107,7 +113,7 @@ class View:
         except KeyboardInterrupt:
             pass
 
-    def __enter__(self) -> "View":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -116,7 +122,8 @@ class View:
     def _repr_html_(self) -> str:
         """The page inside a notebook."""
         title = html.escape(f"{self.session.robot.name} in 3-D", quote=True)
-        return f'<iframe src="{html.escape(self.url, quote=True)}" title="{title}" width="100%" height="600" style="border:0"></iframe>'
+        look = 'width="100%" height="600" style="border:0"'
+        return f'<iframe src="{html.escape(self.url, quote=True)}" title="{title}" {look}></iframe>'
 
     # ---- the loop -----------------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from trimesh.resolvers import Resolver
 from ulna.errors import FileError
 from ulna.io.mesh_files import MeshFiles
 from ulna.model.convex_mesh import ConvexMesh
-from ulna.model.description import Body, Description
+from ulna.model.description import Body
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from ulna.robot import Robot
 from ulna.viewer.body import SHELL, joined, painted, plain_body
@@ -53,7 +53,7 @@ def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
         scene.apply_transform(np.diag([*mesh.scale, 1.0]))
     except FileError:
         raise
-    except Exception as error:  # trimesh and what it calls raise whatever comes to them
+    except Exception as error:  # noqa: BLE001 -- trimesh and what it calls raise whatever comes to them
         raise FileError(mesh.uri, f"cannot be read: {' '.join(str(error).split())[:120] or type(error).__name__}") from None
     return scene
 
@@ -79,7 +79,7 @@ def _coloured(body: Body, files: MeshFiles) -> trimesh.Scene:
     if isinstance(body.shape, Mesh):
         scene = read_mesh(body.shape, files)
         for mesh in scene.geometry.values():
-            if isinstance(mesh, trimesh.Trimesh) and not mesh.visual.defined:
+            if isinstance(mesh, trimesh.Trimesh) and not (mesh.visual and mesh.visual.defined):
                 painted(mesh, rgba)
     else:
         scene = trimesh.Scene(painted(triangles(body.shape), rgba))
@@ -94,7 +94,7 @@ def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
     except (ImportError, ValueError, RuntimeError):  # Qhull's own error is a RuntimeError
         radius = 0.02 * max(float(np.ptp(vertices, axis=0).max()), 0.05)
         balls = [trimesh.creation.icosphere(subdivisions=1, radius=radius).apply_translation(point) for point in vertices]
-        return trimesh.util.concatenate(balls)
+        return trimesh.util.concatenate(balls)  # type: ignore[return-value]
 
 
 def _lowered(distance: float) -> NDArray[np.float64]:

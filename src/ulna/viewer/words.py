@@ -34,7 +34,11 @@ def tree_html(robot: Robot) -> str:
     """The kinematic tree: links strong, and the joints that carry them."""
     rows = [
         f'<div style="padding-left:{0.7 * branch.depth:.1f}em"><b>{html.escape(branch.link)}</b>'
-        + ("" if branch.joint is None else f' <span style="opacity:0.65">{_kind(branch.joint.type)}{html.escape(branch.joint.name)}</span>')
+        + (
+            ""
+            if branch.joint is None
+            else f' <span style="opacity:0.65">{_kind(branch.joint.type)}{html.escape(branch.joint.name)}</span>'
+        )
         + "</div>"
         for branch in outline(robot)
     ]
@@ -45,8 +49,11 @@ def mobility_html(mobility: Mobility) -> str:
     """The singular values and the manipulability."""
     values = " ".join(f"{value:.3f}" for value in mobility.singular_values)
     radii = " ".join(f"{radius:.3f}" for radius in mobility.radii)
-    rows = [("singular values of J", values), ("half axes [m/s]", radii), ("manipulability", f"{mobility.manipulability:.4g}")]
-    cells = "".join(f'<tr><th scope="row" style="text-align:left;padding-right:1em;font-weight:500">{name}</th><td>{value}</td></tr>' for name, value in rows)
+    rows = [("singular values", values), ("half axes [m/s]", radii), ("manipulability", f"{mobility.manipulability:.4g}")]
+    cells = "".join(
+        f'<tr><th scope="row" style="text-align:left;padding-right:1em;font-weight:500">{name}</th><td>{value}</td></tr>'
+        for name, value in rows
+    )
     return f'<table style="{_STYLE};font-size:0.8em;margin-left:0.75em;font-variant-numeric:tabular-nums">{cells}</table>'
 
 
