@@ -26,44 +26,45 @@ class MeshFiles:
         """The file behind ``package://``, ``file://`` or a path that is relative to the description.
 
         Raises:
-            FileError: It is not there, may not be read, or is no mesh; the message says which, and lists every path tried.
+            FileError: It is not there, may not be read, or is no mesh; the message says which, and what was tried.
         """
         scheme, separator, rest = uri.partition("://")
         if Path(uri).suffix.lower() not in MESHES:
             raise FileError(uri, f"is not read as a mesh; {', '.join(MESHES)} are")
         try:
-            candidates = self._in_package(uri, rest) if scheme == "package" else [self._plain(rest if separator else uri)]
-            found = next((path for path in candidates if path.is_file()), None)
-        except (OSError, ValueError) as error:  # a name that no file system takes
-            raise FileError(uri, getattr(error, "message", "") or str(error)) from None
-        if found is None:
-            raise FileError(
-                uri, f"no such file; tried {'; '.join(map(str, candidates)) or 'no folder, for there is no such package'}"
-            )
-        return found
+            return self._in_package(uri, rest) if scheme == "package" else self._plain(uri, rest if separator else uri)
+        except (OSError, ValueError) as error:
+            if isinstance(error, FileError):
+                raise
+            raise FileError(uri, str(error)) from None  # a name that no file system takes
 
     def beside(self, mesh: Path, name: str) -> Path:
-        """A file that a mesh names, as a texture."""
+        """A file that a mesh names, as a texture: in the mesh's folder, or where the description may read."""
         path = mesh.parent / unquote(name)
-        if not (self.fence.admits(str(path)) or self._in(mesh.parent, path)):
+        if not (self.fence.admits(str(path)) or path.resolve().is_relative_to(mesh.parent.resolve())):
             raise FileError(name, f"lies outside {mesh.parent}, whose {mesh.name} names it")
         return path
 
-    def _plain(self, given: str) -> Path:
+    def _plain(self, uri: str, given: str) -> Path:
         path = Path(unquote(given)) if self.folder is None else self.folder / unquote(given)
         if not self.fence.admits(str(path)):
-            raise FileError(given, "lies outside the description's folder, its package and package_dirs, so it is not read")
+            raise FileError(uri, "lies outside the description's folder, its package and package_dirs, so it is not read")
+        if not path.is_file():
+            raise FileError(uri, f"no such file; tried {path}")
         return path
 
-    def _in_package(self, uri: str, rest: str) -> list[Path]:
+    def _in_package(self, uri: str, rest: str) -> Path:
         name, _, inside = rest.partition("/")
         inside = os.path.normpath(unquote(inside).lstrip("/"))
         if not name or name.startswith(".") or inside.startswith(".."):
             raise FileError(uri, "leads out of its package, so it is not read")
         given = set(package_folders(name, None, self.package_dirs))
         folders = dict.fromkeys(package_folders(name, self.folder, self.package_dirs))
-        return [folder / inside for folder in folders if folder in given or (folder / "package.xml").is_file()]
-
-    @staticmethod
-    def _in(folder: Path, path: Path) -> bool:
-        return path.resolve().is_relative_to(folder.resolve())
+        holding = [folder for folder in folders if (folder / inside).is_file()]
+        for folder in holding:
+            if folder in given or (folder / "package.xml").is_file():
+                self.fence.admit(folder)  # for its textures
+                return folder / inside
+        if holding:
+            raise FileError(uri, f"{holding[0]} has no package.xml; if it is the package, name its folder in package_dirs")
+        raise FileError(uri, f"no such file; tried {'; '.join(str(folder / inside) for folder in folders)}")
