@@ -29,6 +29,7 @@ from ulna.commands.inspect import inspect
 from ulna.commands.kinematics import fk, ik, jacobian
 from ulna.commands.robot import info, urdf
 from ulna.commands.ros import ros1, ros2
+from ulna.commands.view import view
 from ulna.errors import UlnaError
 
 # Each subcommand, with what its JSON means.
@@ -42,6 +43,7 @@ _COMMANDS = (
     (compare, COMPARISON_KEYS),
     (inspect, INSPECTION_KEYS),
     (urdf, None),
+    (view, None),
     (demo, CHECKS_KEYS),
     (bench, BENCH_KEYS),
 )
