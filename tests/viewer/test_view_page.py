@@ -9,7 +9,6 @@ import ulna
 from browser import around, pixels, project
 from colors import count
 from processes import wait_for
-from ulna.viewer.ellipsoid import COLOR
 
 
 @pytest.fixture(scope="module")
@@ -50,30 +49,6 @@ def drag(page, start, way, steps=12):
 def arrow(camera, T, axis, size):
     """Where the head of an arrow of some handles is seen."""
     return project(camera, T[:3, 3] + 0.95 * size * T[:3, axis])
-
-
-def test_the_parts_of_the_robot_are_shown_and_hidden(view, page, camera, panda):
-    tab(page, "Look")
-    elbow = project(camera, panda.forward_kinematics(panda.home, "panda_link4")[:3, 3])
-
-    def drawn():
-        return np.count_nonzero(around(pixels(page), elbow, 12).max(axis=-1) < 245) > 200
-
-    wait_for(drawn, "the elbow")
-    page.get_by_role("checkbox", name="Visuals").uncheck()
-    wait_for(lambda: not drawn(), "nothing at the elbow")
-    page.get_by_role("checkbox", name="Link names").check()
-    page.get_by_text("panda_link4", exact=True).first.wait_for()
-    page.get_by_role("checkbox", name="Link frames").check()
-    wait_for(lambda: count(around(pixels(page), elbow, 40), "blue") > 20, "the blue axis of link 4")
-    page.get_by_role("checkbox", name="Link frames").uncheck()
-    page.get_by_role("checkbox", name="Link names").uncheck()
-    page.get_by_role("checkbox", name="Collision shapes").check()
-    wait_for(drawn, "the boxes at the elbow")
-    page.get_by_role("checkbox", name="Collision shapes").uncheck()
-    page.get_by_role("checkbox", name="Visuals").check()
-    page.get_by_text("Tree (10 links)").click()
-    page.get_by_text("revolute panda_joint3").wait_for()
 
 
 def test_a_number_typed_at_a_slider_moves_that_joint_alone(view, page, camera, panda):
@@ -119,7 +94,7 @@ def test_obstacles_are_added_sized_moved_named_and_deleted(view, page, camera):
     tab(page, "Obstacles")
     page.get_by_role("button", name="Cylinder").click()
     wait_for(lambda: view.world.names == ("cylinder 1",), "a cylinder")
-    for label, value in (("Radius [m]", "0.05"), ("Length [m]", "0.3"), ("Position [m], x", "0.7"), ("Name", "post")):
+    for label, value in (("Radius [m]", "0.05"), ("Length [m]", "0.3"), ("Position [m]", "0.7"), ("Name", "post")):
         field = page.get_by_label(label, exact=True)
         field.fill(value)
         field.press("Enter")
@@ -136,30 +111,10 @@ def test_the_nearest_pair_has_a_line_with_its_distance(view, page, camera, panda
     wait_for(lambda: view.session.clearance.nearest is not None, "a nearest pair")
     pair = view.session.clearance.nearest
     distance = panda.signed_distance(panda.home, view.world, self_collision=False)
-    page.get_by_text(f"{1000 * distance:.1f} mm", exact=True).first.wait_for()
+    page.get_by_text(f"{1000 * distance:.1f} mm: {pair.name_a} and ball").wait_for()
     assert pair.name_b == "ball"
     middle = project(camera, (pair.witness_a + pair.witness_b) / 2)
     wait_for(lambda: np.count_nonzero(around(pixels(page), middle, 8).max(axis=-1) < 130) > 5, "a dark line")
-
-
-def test_dragging_an_obstacle_into_the_robot_changes_word_and_colour(view, page, camera, panda):
-    tab(page, "Obstacles")
-    view.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.31, -0.33, 0.5)))
-    page.get_by_label("Obstacle", exact=True).click()
-    page.get_by_role("option", name="crate").click()
-    wait_for(lambda: view.obstacles.chosen == "crate" and view.obstacles.handles.control.visible, "its handles")
-    page.wait_for_timeout(500)
-    T, size = view.world.pose("crate"), view.obstacles.handles.control.scale
-    start, end = arrow(camera, T, 1, size), arrow(camera, T, 1, size + 0.30)
-    drag(page, start, end - start)
-    page.get_by_text("collision: ").first.wait_for()
-    page.mouse.up()
-    assert view.world.pose("crate")[1, 3] > -0.2
-    assert view.session.clearance.report.in_collision
-    assert view.obstacles.nodes["crate"].opacity == 1.0
-    red = project(camera, view.world.pose("crate")[:3, 3])
-    wait_for(lambda: count(around(pixels(page), red, 25), "red") > 300, "a red crate")
-    assert 0.0 < view.answer_time < 5.0
 
 
 def test_a_scene_is_saved_and_loaded_by_the_page(view, page, camera, tmp_path):
@@ -176,27 +131,9 @@ def test_a_scene_is_saved_and_loaded_by_the_page(view, page, camera, tmp_path):
     page.locator("input[type=file]").set_input_files(path)
     wait_for(lambda: view.world.names == ("globe",), "the loaded scene")
     path.write_text('{"ulna_scene": 1, "objects": [{"name": "a", "shape": "bix"}]}')
-    page.locator("input[type=file]").set_input_files(path)
-    page.get_by_text("scene.json: object 1 'a': 'bix' is no shape; did you mean 'box'?").wait_for()
+    page.locator("input[type=file]").set_input_files(path.rename(tmp_path / "bad.json"))
+    page.get_by_text("bad.json: object 1 'a': 'bix' is no shape; did you mean 'box'?").wait_for()
     assert view.world.names == ("globe",)
-
-
-def test_the_ellipsoid_and_the_singular_values_are_an_option(view, page, camera, panda):
-    tab(page, "Move")
-    page.get_by_role("checkbox", name="Manipulability").check()
-    values = np.linalg.svd(panda.jacobian(panda.home), compute_uv=False)
-    page.get_by_text(" ".join(f"{value:.3f}" for value in values)).wait_for()
-    page.get_by_text(f"{panda.manipulability(panda.home):.4g}", exact=True).wait_for()
-    place = project(camera, view.session.hand_pose[:3, 3] + (0, 0, 0.09))
-
-    def violet():
-        near = around(pixels(page), place, 40)
-        return np.count_nonzero((near[..., 2] - near[..., 1] > 25) & (near[..., 0] - near[..., 1] > 0))
-
-    wait_for(lambda: violet() > 300, "a violet ellipsoid")
-    assert COLOR[2] > COLOR[0] > COLOR[1]
-    page.get_by_role("checkbox", name="Manipulability").uncheck()
-    wait_for(lambda: violet() < 100, "no ellipsoid")
 
 
 def test_every_control_has_a_name(view, page, camera):

@@ -67,7 +67,7 @@ class Arm:
         ]
         self.names = [
             self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor="bottom-center")
-            for k, name in enumerate(robot.link_names)
+            for k, name in _names_of_places(robot)
         ]
         self.solids = self._add_solids(number)
         self._touching: tuple[str, ...] = ()
@@ -131,6 +131,15 @@ class Arm:
         if any(isinstance(body.shape, Mesh) for _, body in bodies) or not bodies:
             return [f"{link}/{body.name} ({n})" for n, (link, body) in enumerate(bodies)]
         return list(self.robot.collision_names[: len(bodies)])
+
+
+def _names_of_places(robot: Robot) -> list[tuple[int, str]]:
+    """The first link at each place, and the names of all whose origins stay together: they would hide each other."""
+    places = np.hstack([robot.link_poses(q)[:, :3, 3] for q in (robot.home, np.clip(robot.home + 0.1, robot.lower, robot.upper))])
+    together: dict[bytes, list[int]] = {}
+    for k, place in enumerate(places.round(6) + 0.0):
+        together.setdefault(place.tobytes(), []).append(k)
+    return [(links[0], ", ".join(robot.link_names[k] for k in links)) for links in together.values()]
 
 
 def _extent(robot: Robot, scenes: dict[str, Any]) -> Extent:

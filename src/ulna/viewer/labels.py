@@ -13,12 +13,14 @@ _SCRIPT = b"""<script>
   const named = (e) => e.ariaLabel || (e.labels && e.labels.length) || e.getAttribute('aria-labelledby');
   const name = (e, words) => { if (!named(e)) e.setAttribute('aria-label', words); };
   const rowOf = (label) => {
-    for (let e = label.parentElement; e; e = e.parentElement) if (e.querySelector(FIELDS)) return e;
+    let row = label;
+    while (row.parentElement && row.parentElement.querySelectorAll('label[for]').length === 1) row = row.parentElement;
+    return row;
   };
   const axes = ['x', 'y', 'z'];
   const nameAll = () => {
     for (const label of document.querySelectorAll('label[for]')) {
-      const fields = [...(rowOf(label)?.querySelectorAll(FIELDS) ?? [])];
+      const fields = [...rowOf(label).querySelectorAll(FIELDS)];
       const words = label.textContent.trim();
       fields.forEach((e, k) => name(e, fields.length === 3 ? `${words}, ${axes[k]}` : words));
     }

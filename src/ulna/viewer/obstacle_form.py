@@ -24,7 +24,7 @@ class ObstacleForm:
     """The fields of one obstacle; those that it has not are hidden."""
 
     def __init__(self, gui: viser.GuiApi, obstacles: Obstacles) -> None:
-        self._obstacles = obstacles
+        self._obstacles, self._next, self._changed = obstacles, "", False
         zero = (0.0, 0.0, 0.0)
         self.choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             "Obstacle", [_NONE], initial_value=_NONE, hint="Or click it in the scene"
@@ -44,11 +44,14 @@ class ObstacleForm:
         """The name that is chosen."""
         return self._next or self.choice.value
 
-    _next = ""
-
     def choose(self, name: str) -> None:
         """Choose an obstacle that the next ``show`` finds."""
-        self._next = name
+        self._next, self._changed = name, True
+
+    def take(self) -> bool:
+        """Whether another one was chosen since the last call."""
+        changed, self._changed = self._changed, False
+        return changed
 
     def show(self, known: Known) -> None:
         """Tell of the chosen obstacle as it is now."""
@@ -93,7 +96,7 @@ class ObstacleForm:
 
     def _chosen(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
-            self._obstacles.handles.take()
+            self._changed = True
             self._obstacles.moved()
 
     def _typed(self, event: viser.GuiEvent) -> None:

@@ -101,11 +101,15 @@ class Obstacles:
                 self.world.add(name, world.shape(name), world.pose(name))
         self.moved()
 
-    def take(self) -> None:
-        """Put the chosen obstacle where a person has dragged the handles."""
+    def take(self) -> bool:
+        """Put the chosen obstacle where a person has dragged the handles, and tell whether another one was chosen."""
         with self.lock:
+            if self.form.take():
+                self.handles.take()  # of the one before
+                return True
             if self.handles.take() and self.chosen is not None:
                 self.world.move(self.chosen, self.handles.pose)
+            return False
 
     def show(self, touching: set[str]) -> None:
         """Draw the world as it is now; what touches the robot is red."""

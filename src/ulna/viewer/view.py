@@ -153,8 +153,8 @@ class View:
                 session.q = q
             if self.hand is not None:
                 self.hand.take()
-            self.obstacles.take()
-            if session.frame():
+            chosen = self.obstacles.take()
+            if session.frame() or chosen:
                 self._show()
             elif self.hand is not None:
                 self.hand.show()
