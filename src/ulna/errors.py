@@ -61,6 +61,17 @@ class FileError(UlnaError, OSError):
         return type(self), (self.path, self.message)
 
 
+class MissingExtraError(UlnaError, ImportError):
+    """Something that needs an extra of Ulna's which is not installed. ``extra`` names it."""
+
+    def __init__(self, what: str, extra: str) -> None:
+        super().__init__(f"{what} needs the {extra} extra: pip install 'ulna[{extra}]'")
+        self.what, self.extra = what, extra
+
+    def __reduce__(self):
+        return type(self), (self.what, self.extra)
+
+
 class GeometryError(UlnaError, ValueError):
     """A collision query that this robot's geometry cannot answer."""
 

@@ -7,7 +7,7 @@ import typer
 from ulna.checks import run_checks
 from ulna.commands.options import Json
 from ulna.demo import Demo
-from ulna.errors import InputError, UlnaError
+from ulna.errors import InputError, MissingExtraError
 from ulna.tables.checks import show_checks
 
 
@@ -37,5 +37,5 @@ def _serve(host: str, port: int, *, open_browser: bool) -> None:
     except ImportError as error:
         if (error.name or "").partition(".")[0] not in ("viser", "trimesh"):
             raise
-        raise UlnaError("the view needs the viewer extra: pip install 'ulna[viewer]'") from None
+        raise MissingExtraError("the view", "viewer") from None
     serve(demo=Demo(), host=host, port=port, open_browser=open_browser)

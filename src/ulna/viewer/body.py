@@ -11,6 +11,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from ulna.io.packages import resolve_uri
+from ulna.model.convex_mesh import ConvexMesh
 from ulna.model.description import Body, Joint, JointType
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from ulna.robot import Robot
@@ -105,6 +106,8 @@ def _triangles(body: Body, package_dirs: Iterable[str | Path]) -> trimesh.Trimes
             return _painted(trimesh.creation.cylinder(radius, length), SHELL)
         case Capsule(radius, length):
             return _painted(trimesh.creation.capsule(length, radius, transform=_down(length / 2)), SHELL)
+        case ConvexMesh(vertices):
+            return _painted(trimesh.PointCloud(vertices).convex_hull, SHELL)
         case Mesh(uri, scale):
             path, tried = resolve_uri(uri, None, package_dirs)
             if path is None:
