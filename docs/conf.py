@@ -50,7 +50,7 @@ nb_merge_streams = True
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pathlib|collections|typing)\..*"),
-    ("py:class", r"(ArrayLike|Array|NDArray|Path|Solid|Shape)"),
+    ("py:class", r"(ArrayLike|Array|NDArray|Path|Solid|Shape|Obstacle)"),
 ]
 
 autodoc_member_order = "bysource"
