@@ -43,8 +43,9 @@ myst_url_schemes = ["http", "https", "mailto"]
 nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
-nb_execution_excludepatterns = []
 nb_merge_streams = True
+nb_code_prompt_show = "Show how this is drawn"
+nb_code_prompt_hide = "Hide how this is drawn"
 
 # Every name in a signature must lead somewhere. Other projects' names are not linked: their inventories are not here.
 nitpicky = True
