@@ -27,6 +27,7 @@ exclude_patterns = ["site"]
 
 html_theme = "furo"
 html_title = "Ulna"
+html_logo = html_favicon = "static/ulna.svg"
 html_static_path = ["static"]
 html_css_files = ["ulna.css"]
 html_theme_options = {"sidebar_hide_name": False, "navigation_with_keys": True}

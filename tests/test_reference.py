@@ -1,6 +1,7 @@
-"""Every public name has its place in the reference. (`make docs` looks at more: it reads what is written there.)"""
+"""Every public name has its place in the reference, and the site fetches nothing. (`make docs` looks at what is written.)"""
 
 import re
+import runpy
 import sys
 from pathlib import Path
 
@@ -45,3 +46,20 @@ def test_a_class_is_reached_through_what_methods_return_and_what_attributes_hold
     reached = set(public.public_classes())
     assert {"ulna.collision.edge.EdgeReport", "ulna.model.groups.JointGroup", "ulna.model.description.Mimic"} <= reached
     assert not any("Checker" in name for name in reached)
+
+
+@pytest.mark.parametrize(
+    ("text", "refused"),
+    [
+        ('<script async src="https://cdn.example/x.js"></script>', True),
+        ("<link rel='stylesheet' href='//fonts.example/a.css'>", True),
+        ('<img alt="a" src="http://example/a.png">', True),
+        ('@import "https://fonts.example/a.css";', True),
+        ("a { background: url( https://example/a.png ) }", True),
+        ('<script src="_static/x.js"></script><link href="_static/a.css"><img src="a.png">', False),
+        ('<a href="https://www.ros.org/reps/rep-0103.html">a link is for the reader to follow</a>', False),
+    ],
+)
+def test_what_a_page_would_fetch_from_elsewhere_is_seen(text, refused):
+    found = runpy.run_path(str(DOCS / "site" / "self_contained.py"))["fetched_from_elsewhere"](text)
+    assert bool(found) == refused
