@@ -34,7 +34,7 @@ html_theme_options = {"sidebar_hide_name": False, "navigation_with_keys": True}
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sphinx = False
-smartquotes = False  # "--q" is an option, not a dash
+smartquotes_action = "D"  # dashes alone
 
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3

@@ -4,6 +4,7 @@ import enum
 import inspect
 from functools import cached_property
 
+from docstrings import fields_without_words, type_words
 from public import fields_told_by_the_class, in_order, public_classes, public_members
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
@@ -14,14 +15,20 @@ _log = logging.getLogger(__name__)
 
 
 def _rst(path):
-    """What autodoc is to show of a class: all that is public, but what the class's own docstring lists."""
+    """What autodoc is to show of a class: all that is public, but what the class's own docstring lists.
+
+    Fields without a docstring come first, with their types: their names and the class say what they are.
+    """
     cls = public_classes()[path]
-    told = fields_told_by_the_class(cls) if not issubclass(cls, enum.Enum) else set()
-    lines = [f".. autoclass:: {path}"]
+    told = set() if issubclass(cls, enum.Enum) else fields_told_by_the_class(cls)
     members = [name for name in in_order(cls) if name not in told]
-    if members:
-        lines += [f"   :members: {', '.join(members)}", "   :undoc-members:"]
-    return lines
+    silent = [name for name in members if name in fields_without_words(cls)]
+    listed = [name for name in members if name not in silent]
+    yield f".. autoclass:: {path}"
+    if listed:
+        yield from (f"   :members: {', '.join(listed)}", "   :undoc-members:")
+    for name in silent:
+        yield from ("", f"   .. autoattribute:: {name}", f"      :annotation: : {type_words(cls, name)}")
 
 
 class Classes(SphinxDirective):
