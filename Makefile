@@ -36,10 +36,10 @@ $(BENCH_VENV)/.bench: pyproject.toml
 	touch $@
 
 # The documentation site. A warning is a failure: a public name without documentation, a link that leads nowhere, a lesson that fails.
-# Nothing is fetched while it is written, nor when it is read.
+# Nothing is fetched while it is written (there is no network then), nor when it is read.
 docs: $(DOCS_VENV)/.docs
 	rm -rf build/docs
-	$(DOCS_VENV)/bin/python -m sphinx --quiet --fail-on-warning --keep-going --fresh-env -d build/docs-read -b html docs build/docs $(ARGS)
+	.ci/offline $(DOCS_VENV)/bin/python -m sphinx --quiet --fail-on-warning --keep-going --fresh-env -d build/docs-read -b html docs build/docs $(ARGS)
 	@echo "build/docs/index.html"
 
 $(DOCS_VENV)/.docs: pyproject.toml

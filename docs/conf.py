@@ -27,13 +27,14 @@ exclude_patterns = ["site"]
 
 html_theme = "furo"
 html_title = "Ulna"
+html_logo = html_favicon = "static/ulna.svg"
 html_static_path = ["static"]
 html_css_files = ["ulna.css"]
 html_theme_options = {"sidebar_hide_name": False, "navigation_with_keys": True}
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sphinx = False
-smartquotes = False  # "--q" is an option, not a dash
+smartquotes_action = "D"  # dashes alone
 
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
@@ -43,14 +44,15 @@ myst_url_schemes = ["http", "https", "mailto"]
 nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
-nb_execution_excludepatterns = []
 nb_merge_streams = True
+nb_code_prompt_show = "Show how this is drawn"
+nb_code_prompt_hide = "Hide how this is drawn"
 
 # Every name in a signature must lead somewhere. Other projects' names are not linked: their inventories are not here.
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pathlib|collections|typing)\..*"),
-    ("py:class", r"(ArrayLike|Array|NDArray|Path|Solid|Shape)"),
+    ("py:class", r"(ArrayLike|Array|NDArray|Path|Solid|Shape|Obstacle)"),
 ]
 
 autodoc_member_order = "bysource"

@@ -97,7 +97,7 @@ def test_the_debugger_stops_in_a_kernel_as_the_page_about_lanes_says(tmp_path):
     (command,) = [block.text for block in blocks(LANES) if block.language == "console"]
     _, _, script, _ = [block.text for block in blocks(LANES) if block.language == "python"]
     (tmp_path / "reach.py").write_text(script)
-    words = shlex.split(command.replace("$ NUMBA_DISABLE_JIT=1 python ", ""))
+    words = shlex.split(command.replace("$ NUMBA_DISABLE_JIT=1 python ", "").replace("\\\n", " "))
     further = [argument for say in ("next", "p pose[11]", "quit") for argument in ("-c", say)]
     said = run_without_compiler([*words[:-1], *further, words[-1]], tmp_path)
     assert "chain.py" in said

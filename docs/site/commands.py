@@ -1,5 +1,7 @@
 """The reference of the command line: what ``ulna COMMAND --help`` says, of every command."""
 
+import re
+
 import typer
 
 from ulna.cli import app as command_line
@@ -25,7 +27,7 @@ def _sections(group, path):
 def _lines(command, path):
     yield f"## {path}"
     yield ""
-    yield " ".join((command.help or "").split("\f")[0].split())
+    yield _plain((command.help or "").split("\f")[0])
     yield ""
     for parameter in command.params:
         if parameter.param_type_name == "argument":
@@ -38,8 +40,13 @@ def _lines(command, path):
 
 
 def _told(parameter):
-    told = " ".join((getattr(parameter, "help", None) or "").split()) or "(see above)"
+    told = _plain(getattr(parameter, "help", None) or "") or "(see above)"
     return f"{told} Required." if parameter.required else told
+
+
+def _plain(text):
+    """On one line, with options as code."""
+    return re.sub(r"(?<!\S)(--[\w-]+)", r"`\1`", " ".join(text.split()))
 
 
 def setup(app):

@@ -7,6 +7,7 @@ import ast
 import inspect
 import re
 import textwrap
+from pydoc import locate
 
 from sphinx.ext.napoleon import Config, GoogleDocstring
 
@@ -17,7 +18,9 @@ _UNTOLD = {None, "None", "Any"}
 def _process(app, what, name, obj, options, lines):
     text = [_plain(line) for line in lines]
     if what in {"attribute", "property"}:  # in these Napoleon would take what stands before a colon for a type
-        lines[:] = text
+        owner, _, own = name.rpartition(".")
+        kind = type_words(locate(owner), own)
+        lines[:] = [f"``{kind}``: {text[0]}", *text[1:]] if kind else text
         return
     lines[:] = GoogleDocstring(text, _SETTINGS, app, what, name, obj, options).lines()
     if what in {"function", "method"}:
@@ -49,11 +52,35 @@ def _return_type(types):
         yield from ("", f":rtype: {types['return']}", "")
 
 
+def type_words(cls, name):
+    """The annotation of an attribute, or of what a property returns, where the class or one of its bases has it; else empty."""
+    for base in cls.__mro__:
+        for part in source_of(base).body if base.__module__.startswith("ulna.") else ():
+            if isinstance(part, ast.AnnAssign) and ast.unparse(part.target) == name:
+                return _words(part.annotation)
+            if isinstance(part, ast.FunctionDef) and part.name == name and part.returns is not None:
+                return _words(part.returns)
+    return ""
+
+
+def fields_without_words(cls):
+    """The names of a class's annotated attributes behind which no docstring stands."""
+    bodies = [source_of(base).body for base in cls.__mro__ if base.__module__.startswith("ulna.")]
+    pairs = [pair for body in bodies for pair in zip(body, [*body[1:], None], strict=True)]
+    fields = [(part, behind) for part, behind in pairs if isinstance(part, ast.AnnAssign)]
+    return {ast.unparse(part.target) for part, behind in fields if not isinstance(behind, ast.Expr)}
+
+
 def _types(function):
-    tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(function)))).body[0]
+    tree = source_of(inspect.unwrap(function))
     arguments = [*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs]
     found = {argument.arg: argument.annotation for argument in arguments} | {"return": tree.returns}
     return {name: _words(annotation) for name, annotation in found.items() if annotation is not None}
+
+
+def source_of(thing):
+    """A class or a function as it is written."""
+    return ast.parse(textwrap.dedent(inspect.getsource(thing))).body[0]
 
 
 def _words(annotation):

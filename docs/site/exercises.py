@@ -8,6 +8,7 @@ import ast
 import json
 from pathlib import Path
 
+_FOLDED = {"tags": ["hide-cell"], "mystnb": {"code_prompt_show": "Show a solution", "code_prompt_hide": "Hide the solution"}}
 _SOLUTIONS = Path(__file__).parents[1] / "lessons" / "solutions.py"
 
 
@@ -18,7 +19,7 @@ def with_solutions(notebook):
         solved.append(cell)
         if "exercise" in cell["metadata"].get("tags", ()):
             solution = _solution_of(exercise_name("".join(cell["source"])))
-            solved.append({**cell, "id": f"{cell['id']}-solved", "source": solution, "metadata": {"tags": ["hide-cell"]}})
+            solved.append({**cell, "id": f"{cell['id']}-solved", "source": solution, "metadata": _FOLDED})
     return {**notebook, "cells": solved}
 
 

@@ -3,8 +3,6 @@
 import re
 from pathlib import Path
 
-from sphinx.errors import ExtensionError
-
 _FETCHED = re.compile(r"""<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)=["'](?:https?:)?//[^"']+["'][^>]*>""")
 _IN_STYLES = re.compile(r"""(?:@import\s+["']|url\(\s*["']?)(?:https?:)?//[^"')]+""")
 
@@ -20,7 +18,7 @@ def _check(app, exception):
     files = [path for kind in ("*.html", "*.css") for path in Path(app.outdir).rglob(kind)]
     found = [f"{path.name}: {link}" for path in files for link in fetched_from_elsewhere(path.read_text(encoding="utf-8"))]
     if found:
-        raise ExtensionError("the site is not self-contained:\n" + "\n".join(sorted(set(found))))
+        raise RuntimeError("the site is not self-contained:\n" + "\n".join(sorted(set(found))))
 
 
 def setup(app):
