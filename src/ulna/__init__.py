@@ -1,6 +1,7 @@
 """Robot-arm kinematics and collision checking in pure Python, at SIMD speed."""
 
 from ulna.collision.report import Pair, Report
+from ulna.collision.scene_file import load_world, save_world
 from ulna.collision.world import World
 from ulna.comparison.compare import compare
 from ulna.comparison.result import Comparison
@@ -10,6 +11,7 @@ from ulna.errors import (
     FileError,
     GeometryError,
     InputError,
+    MissingExtraError,
     SingularityError,
     UlnaError,
     UnknownNameError,
@@ -18,11 +20,13 @@ from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
 from ulna.inspection.inspect import inspect
 from ulna.inspection.result import Finding, Inspection, Severity
+from ulna.model.clouds import HeightMap, PointCloud
 from ulna.model.convex_mesh import ConvexMesh
 from ulna.model.dh_table import DHTable
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
 from ulna.robot import Robot, load
+from ulna.viewing import view
 
 __version__ = "0.1.0"
 
@@ -39,11 +43,14 @@ __all__ = [
     "Finding",
     "GeometryError",
     "HalfSpace",
+    "HeightMap",
     "IKResult",
     "InputError",
     "Inspection",
     "Mesh",
+    "MissingExtraError",
     "Pair",
+    "PointCloud",
     "Report",
     "Robot",
     "Severity",
@@ -57,5 +64,8 @@ __all__ = [
     "compare",
     "inspect",
     "load",
+    "load_world",
     "pose",
+    "save_world",
+    "view",
 ]

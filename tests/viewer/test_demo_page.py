@@ -1,19 +1,15 @@
-import shutil
 import threading
 
 import av
 import numpy as np
 import pytest
-from playwright.sync_api import sync_playwright
 
-from browser import FLAGS, SIZE, around, pixels, project
+from browser import SIZE, around, pixels, project
 from colors import count
 from processes import wait_for
 from ulna.demo import BOX_START, LIGHT_POSITION, Demo
 from ulna.model.pose import pose
 from ulna.viewer.app import DemoApp
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 @pytest.fixture(scope="module")
@@ -24,19 +20,12 @@ def app():
 
 
 @pytest.fixture(scope="module")
-def page(app):
-    if CHROMIUM is None:
-        pytest.skip("no Chromium on this machine: on Debian, apt-get install chromium")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-        page.addresses = []
-        page.on("request", lambda request: page.addresses.append(request.url))
-        page.goto(app.url)
-        page.get_by_text("free", exact=True).first.wait_for(timeout=60_000)
-        wait_for(lambda: bool(app.server.get_clients()), "the page's connection")
-        yield page
-        browser.close()
+def page(app, open_page):
+    page = open_page(app.url)
+    page.get_by_text("free", exact=True).first.wait_for(timeout=60_000)
+    wait_for(lambda: bool(app.server.get_clients()), "the page's connection")
+    yield page
+    page.close()
 
 
 @pytest.fixture
@@ -89,7 +78,7 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     report = app.demo.check(app.show.q)
     assert words.strip() == f"collision: {', '.join(report.touching)}"
     assert "box 12" in report.touching
-    assert app.scene.boxes["box 12"].color == (225, 45, 45)
+    assert app.scene.arm.solids["box 12"].color == (225, 45, 45)
 
     for climb in range(130, -1, -10):
         page.mouse.move(tip[0], tip[1] - climb)
@@ -97,7 +86,7 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     page.mouse.up()
     wait_for(lambda: light_is(page, still, "green"), "a green light again")
     assert page.get_by_role("status").inner_text().strip() == "free"
-    assert app.scene.boxes["box 12"].color != (225, 45, 45)
+    assert app.scene.arm.solids["box 12"].color != (225, 45, 45)
 
 
 def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
