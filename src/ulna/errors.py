@@ -52,7 +52,7 @@ class UnknownNameError(UlnaError, LookupError):
 
 
 class FileError(UlnaError, OSError):
-    """A file that cannot be read. ``path`` names it."""
+    """A file that cannot be read or written. ``path`` names it."""
 
     def __init__(self, path: str, message: str) -> None:
         super().__init__(f"{path}: {message}")

@@ -32,6 +32,6 @@ def demo(
 
 
 def _serve(host: str, port: int, *, open_browser: bool) -> None:
-    with needs_extra("the view", "viewer", "viser", "trimesh"):
+    with needs_extra("the view", "viewer", "viser", "trimesh", "av", "PIL"):
         from ulna.viewer.app import serve  # noqa: PLC0415 -- the one layer that needs the extra
     serve(demo=Demo(), host=host, port=port, open_browser=open_browser)
