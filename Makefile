@@ -8,10 +8,14 @@ BENCH_VENV ?= .venv-bench
 DOCS_VENV ?= .venv-docs
 ARGS ?=
 
-.PHONY: demo test test-ros1 test-ros2 bench docs hw2-zip clean
+.PHONY: demo video test test-ros1 test-ros2 bench docs hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
+
+# The assignment's video, made with no display: hw2-zip packs it. ARGS="--seconds 60" makes another.
+video: $(VENV)/.demo
+	$(RUN)/ulna record hw2/demo.mp4 $(ARGS)
 
 # Everything that CI runs: style, types, layers, tests; then the kernels again without the compiler, and for a plain CPU.
 test: $(VENV)/.dev

@@ -1,6 +1,7 @@
 """Robot-arm kinematics and collision checking in pure Python, at SIMD speed."""
 
 from ulna.collision.report import Pair, Report
+from ulna.collision.scene_file import load_world, save_world
 from ulna.collision.world import World
 from ulna.comparison.compare import compare
 from ulna.comparison.result import Comparison
@@ -25,6 +26,7 @@ from ulna.model.dh_table import DHTable
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
 from ulna.robot import Robot, load
+from ulna.viewing import view
 
 __version__ = "0.1.0"
 
@@ -62,5 +64,8 @@ __all__ = [
     "compare",
     "inspect",
     "load",
+    "load_world",
     "pose",
+    "save_world",
+    "view",
 ]

@@ -27,8 +27,10 @@ from ulna.commands.demo import demo
 from ulna.commands.dh import dh
 from ulna.commands.inspect import inspect
 from ulna.commands.kinematics import fk, ik, jacobian
+from ulna.commands.record import record
 from ulna.commands.robot import info, urdf
 from ulna.commands.ros import ros1, ros2
+from ulna.commands.view import view
 from ulna.errors import UlnaError
 
 # Each subcommand, with what its JSON means.
@@ -42,7 +44,9 @@ _COMMANDS = (
     (compare, COMPARISON_KEYS),
     (inspect, INSPECTION_KEYS),
     (urdf, None),
+    (view, None),
     (demo, CHECKS_KEYS),
+    (record, None),
     (bench, BENCH_KEYS),
 )
 

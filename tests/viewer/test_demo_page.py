@@ -1,17 +1,15 @@
-import shutil
 import threading
 
+import av
 import numpy as np
 import pytest
-from playwright.sync_api import sync_playwright
 
-from browser import FLAGS, SIZE, around, pixels, project
+from browser import SIZE, around, pixels, project
 from colors import count
 from processes import wait_for
 from ulna.demo import BOX_START, LIGHT_POSITION, Demo
+from ulna.model.pose import pose
 from ulna.viewer.app import DemoApp
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 @pytest.fixture(scope="module")
@@ -22,19 +20,12 @@ def app():
 
 
 @pytest.fixture(scope="module")
-def page(app):
-    if CHROMIUM is None:
-        pytest.skip("no Chromium on this machine: on Debian, apt-get install chromium")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-        page.addresses = []
-        page.on("request", lambda request: page.addresses.append(request.url))
-        page.goto(app.url)
-        page.get_by_text("free", exact=True).first.wait_for(timeout=60_000)
-        wait_for(lambda: bool(app.server.get_clients()), "the page's connection")
-        yield page
-        browser.close()
+def page(app, open_page):
+    page = open_page(app.url)
+    page.get_by_text("free", exact=True).first.wait_for(timeout=60_000)
+    wait_for(lambda: bool(app.server.get_clients()), "the page's connection")
+    yield page
+    page.close()
 
 
 @pytest.fixture
@@ -87,7 +78,7 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     report = app.demo.check(app.show.q)
     assert words.strip() == f"collision: {', '.join(report.touching)}"
     assert "box 12" in report.touching
-    assert app.scene.boxes["box 12"].color == (225, 45, 45)
+    assert app.scene.arm.solids["box 12"].color == (225, 45, 45)
 
     for climb in range(130, -1, -10):
         page.mouse.move(tip[0], tip[1] - climb)
@@ -95,7 +86,7 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     page.mouse.up()
     wait_for(lambda: light_is(page, still, "green"), "a green light again")
     assert page.get_by_role("status").inner_text().strip() == "free"
-    assert app.scene.boxes["box 12"].color != (225, 45, 45)
+    assert app.scene.arm.solids["box 12"].color != (225, 45, 45)
 
 
 def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
@@ -122,3 +113,26 @@ def test_stopping_leaves_no_thread_behind():
     app = DemoApp(Demo(), port=0)
     app.stop()
     wait_for(lambda: threading.active_count() <= before, "no thread left")
+
+
+def test_record_gives_a_video_of_what_was_seen(app, page, still):
+    """The light is where the page's camera shows it, and changes as the box was moved."""
+    page.get_by_role("button", name="Record").click()
+    page.get_by_role("button", name="Stop recording").wait_for()
+    page.wait_for_timeout(700)
+    app.scene.put_handles(pose((0.3, 0.0, 0.5)))
+    app._box_moved()
+    page.wait_for_timeout(700)
+    page.get_by_role("button", name="Stop recording").click()
+    with page.expect_download(timeout=120_000) as download:
+        page.get_by_text("ulna-demo.mp4").first.click(timeout=120_000)
+    with av.open(str(download.value.path())) as container:
+        frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in container.decode(video=0)]
+    assert 30 <= len(frames) <= 30 * 6
+    assert frames[0].shape[1] / frames[0].shape[0] == pytest.approx(SIZE[0] / SIZE[1], rel=0.02)
+    scale = frames[0].shape[0] / SIZE[1]
+    place = [scale * along for along in project(still, LIGHT_POSITION)]
+    colors = [max(("green", "red"), key=lambda color: count(around(frame, place, 8), color)) for frame in (frames[0], frames[-1])]
+    assert colors == ["green", "red"]
+    page.get_by_role("button", name="Record").wait_for()
+    page.get_by_role("button", name="Put the box back").click()

@@ -43,11 +43,7 @@ class World:
                 ``HeightMap``.
             pose: T_base_object, shape (4, 4); the origin unless given.
         """
-        if not isinstance(shape, Obstacle):
-            kind = type(shape).__name__
-            raise GeometryError(
-                f"object {name!r} is a {kind}, which cannot be checked; ulna.ConvexMesh.from_points() makes a hull"
-            )
+        _refuse_unsolid(name, shape)
         if not isinstance(name, str):
             raise InputError("name", f"{name!r} is not text")
         T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
@@ -62,6 +58,13 @@ class World:
         with self._lock:
             self._known(name)
             self._poses[name], self._objects = T, None
+
+    def reshape(self, name: str, shape: Obstacle) -> None:
+        """Give an object another shape; it stays where it is."""
+        _refuse_unsolid(name, shape)
+        with self._lock:
+            self._known(name)
+            self._shapes[name], self._objects = shape, None
 
     def remove(self, name: str) -> None:
         """Take an object away."""
@@ -100,3 +103,9 @@ class World:
     def __setstate__(self, state: dict) -> None:
         self.__init__()
         self.__dict__.update(state)
+
+
+def _refuse_unsolid(name: str, shape: object) -> None:
+    if not isinstance(shape, Obstacle):
+        kind = type(shape).__name__
+        raise GeometryError(f"object {name!r} is a {kind}, which cannot be checked; ulna.ConvexMesh.from_points() makes a hull")

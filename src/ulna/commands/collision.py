@@ -7,7 +7,18 @@ import typer
 import ulna
 from ulna.answers.collision import report_data
 from ulna.commands.numbers import BOX, numbers
-from ulna.commands.options import Degrees, Json, PackageDirs, Positions, RobotName, XacroArgs, load_robot, positions
+from ulna.commands.options import (
+    Degrees,
+    Json,
+    PackageDirs,
+    Positions,
+    RobotName,
+    Scene,
+    XacroArgs,
+    load_robot,
+    load_scene,
+    positions,
+)
 from ulna.tables.collision import report_view
 from ulna.tables.writing import show
 
@@ -21,6 +32,7 @@ def check(
             metavar="NUMBERS", help='A box: "x, y, z, roll, pitch, yaw, length, width, height"; repeatable: box 1, box 2 ...'
         ),
     ] = None,
+    scene: Scene = None,
     q: Positions = None,
     itself: Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")] = True,
     hulls: Annotated[bool, typer.Option("--hulls", help="Take the convex hulls of meshes as the robot's shapes.")] = False,
@@ -32,12 +44,13 @@ def check(
 ) -> None:
     """Whether the robot touches itself or boxes, how deep and where, and how far it is from them.
 
-    As in: ulna check --box "0.5,0,0.21,0,0,0,0.15,0.09,0.126". Exit status 0 if it is free, 1 if not.
+    As in: ulna check --box "0.5,0,0.21,0,0,0,0.15,0.09,0.126", or: ulna check --scene scene.json. Exit status 0 if it is
+    free, 1 if not.
     """
     arm = load_robot(robot, xacro_arg, package_dir)
     if hulls:
         arm = arm.with_convex_hulls()
-    world = ulna.World()
+    world = load_scene(scene)
     for k, text in enumerate(box or (), start=1):
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
         world.add(f"box {k}", ulna.Box((length, width, height)), ulna.pose(place[:3], place[3:]))

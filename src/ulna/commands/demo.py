@@ -5,9 +5,9 @@ from typing import Annotated
 import typer
 
 from ulna.checks import run_checks
-from ulna.commands.options import Json
+from ulna.commands.options import Json, NoOpen
 from ulna.demo import Demo
-from ulna.errors import InputError, MissingExtraError
+from ulna.errors import InputError, needs_extra
 from ulna.tables.checks import show_checks
 
 
@@ -16,7 +16,7 @@ def demo(
     check: Annotated[bool, typer.Option("--check", help="Stop after the checks.")] = False,
     host: Annotated[str, typer.Option(help="Where to serve the view.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Its port.")] = 8080,
-    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
+    no_open: NoOpen = False,
     as_json: Json = False,
 ) -> None:
     """The assignment: its checks, run on this machine, and then the arm, the box and the light in the browser.
@@ -32,10 +32,6 @@ def demo(
 
 
 def _serve(host: str, port: int, *, open_browser: bool) -> None:
-    try:
+    with needs_extra("the view", "viewer", "viser", "trimesh", "av", "PIL"):
         from ulna.viewer.app import serve  # noqa: PLC0415 -- the one layer that needs the extra
-    except ImportError as error:
-        if (error.name or "").partition(".")[0] not in ("viser", "trimesh"):
-            raise
-        raise MissingExtraError("the view", "viewer") from None
     serve(demo=Demo(), host=host, port=port, open_browser=open_browser)

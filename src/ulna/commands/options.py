@@ -25,6 +25,8 @@ Positions = Annotated[
     str | None, typer.Option("--q", metavar="NUMBERS", help='Joint positions, as in "0,-pi/4,0.5 1e-3"; home unless given.')
 ]
 Degrees = Annotated[bool, typer.Option("--degrees", help="All angles given are degrees, not radians.")]
+Scene = Annotated[Path | None, typer.Option(metavar="FILE", help="A scene file: the obstacles, as `ulna view` saves them.")]
+NoOpen = Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
 
 
@@ -42,6 +44,11 @@ def xacro_arguments(xacro_arg: Sequence[str] | None) -> dict[str, str]:
             raise InputError("--xacro-arg", f"{text!r}; key:=value is expected")
         arguments[key] = value
     return arguments
+
+
+def load_scene(path: Path | None) -> ulna.World:
+    """The world of a scene file; an empty one without it."""
+    return ulna.World() if path is None else ulna.load_world(path)
 
 
 def positions(option: str, text: str | None, robot: ulna.Robot, *, degrees: bool) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.errors import InputError, MissingExtraError
+from ulna.errors import InputError, needs_extra
 from ulna.kernels.layout import LARGEST
 from ulna.model.arrays import as_floats
 
@@ -52,10 +52,8 @@ class ConvexMesh:
             MissingExtraError: SciPy, which brings Qhull, is not installed (``ConvexMesh(points)`` does without).
         """
         mesh = cls(points)
-        try:
+        with needs_extra("the convex hull of points", "hulls", "scipy"):
             from scipy.spatial import ConvexHull, QhullError  # pyright: ignore[reportMissingImports]
-        except ImportError as error:
-            raise MissingExtraError("the convex hull of points", "hulls") from error
         try:
             hull = ConvexHull(mesh.vertices)
         except (QhullError, ValueError) as error:

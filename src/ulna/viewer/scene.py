@@ -3,18 +3,16 @@
 import numpy as np
 import viser
 from numpy.typing import NDArray
-from trimesh.exchange.gltf import export_glb
 
 from ulna.collision.report import Report
 from ulna.demo import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, Demo, light_color
 from ulna.model.pose import pose, quaternion_from_matrix
-from ulna.picture import MOVABLE, WORD_POSITION, arm_boxes
-from ulna.robot import Robot
-from ulna.viewer.body import link_meshes
+from ulna.picture import MOVABLE, WORD_POSITION
+from ulna.viewer.arm import Arm
 
 
 class DemoScene:
-    """The scene's handles. ``draw_arm`` and ``draw_report`` are all that changes from frame to frame."""
+    """The scene's handles. ``arm.stand`` and ``draw_report`` are all that changes from frame to frame."""
 
     def __init__(self, server: viser.ViserServer, demo: Demo) -> None:
         self.demo = demo
@@ -25,8 +23,7 @@ class DemoScene:
         server.initial_camera.position = (1.75, -1.45, 1.0)
         server.initial_camera.look_at = (0.2, 0.0, 0.36)
         server.initial_camera.fov = 0.7
-        self.links = _add_links(scene, demo.robot)
-        self.boxes = _add_boxes(scene, demo.robot)
+        self.arm = Arm(server, demo.robot, "/arm")
         untouched = Report(())
         color = light_color(untouched)
         self.light = scene.add_cylinder("/light", LIGHT.radius, LIGHT.length, color, position=LIGHT_POSITION)
@@ -38,7 +35,6 @@ class DemoScene:
             "/movable", scale=0.22, line_width=3.0, depth_test=False, position=start[:3, 3], wxyz=quaternion_from_matrix(start)
         )
         scene.add_box("/movable/box", MOVABLE, BOX.extents)
-        self._touching: tuple[str, ...] = ()
 
     def handle_pose(self) -> NDArray[np.float64]:
         """T_base_box as the handles stand."""
@@ -48,54 +44,9 @@ class DemoScene:
         """Move the handles, and the box with them."""
         self.handles.position, self.handles.wxyz = T[:3, 3], quaternion_from_matrix(T)
 
-    def draw_arm(self, q: NDArray[np.float64]) -> None:
-        """Put every link where it stands at q."""
-        poses = self.demo.robot.link_poses(q)
-        turns = quaternion_from_matrix(poses)
-        for k, link in self.links.items():
-            link.position, link.wxyz = poses[k, :3, 3], turns[k]
-
     def draw_report(self, report: Report) -> None:
         """Colour the light, its word and the boxes that touch."""
-        if report.touching == self._touching:
-            return
-        self.light.color = light_color(report)
-        self.word.text = str(report)
-        for solid in arm_boxes(self.demo.robot, report.touching):
-            if (solid.name in self._touching) != (solid.name in report.touching):
-                self.boxes[solid.name].color, self.boxes[solid.name].opacity = solid.color, solid.opacity
-        self._touching = report.touching
-
-    def show_boxes(self, visible: bool) -> None:  # noqa: FBT001 - viser calls it so
-        """Show or hide the arm's twelve boxes."""
-        for box in self.boxes.values():
-            box.visible = visible
-
-
-def _add_links(scene: viser.SceneApi, robot: Robot) -> dict[int, viser.FrameHandle]:
-    """A frame for each link that shows anything or carries a box, by its place in ``link_names``."""
-    meshes = link_meshes(robot)
-    carriers = {link.name for link in robot.description.links if link.collisions}
-    frames = {}
-    for k, name in enumerate(robot.link_names):
-        if name in meshes or name in carriers:
-            frames[k] = scene.add_frame(f"/arm/{name}", show_axes=False)
-        if name in meshes:
-            scene.add_glb(f"/arm/{name}/body", export_glb(meshes[name]))
-    return frames
-
-
-def _add_boxes(scene: viser.SceneApi, robot: Robot) -> dict[str, viser.BoxHandle]:
-    return {
-        solid.name: scene.add_box(
-            f"/arm/{solid.link}/{solid.name}",
-            solid.color,
-            solid.shape.extents,
-            position=solid.pose[:3, 3],
-            wxyz=quaternion_from_matrix(solid.pose),
-            opacity=solid.opacity,
-            cast_shadow=False,
-            receive_shadow=False,
-        )
-        for solid in arm_boxes(robot)
-    }
+        if self.word.text != str(report):
+            self.light.color = light_color(report)
+            self.word.text = str(report)
+            self.arm.touch(report.touching)

@@ -1,0 +1,176 @@
+"""A world as a small file that people read and write: JSON, an object a line.
+
+    {"ulna_scene": 1,
+     "objects": [
+      {"name": "crate", "shape": "box", "extents": [0.15, 0.09, 0.126], "xyz": [0.5, 0, 0.21], "rpy": [0, 0, 1.57]}
+    ]}
+
+Metres and radians, in the base frame of the robot; ``docs/viewer.md`` lists the shapes and their keys.
+"""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.world import World
+from ulna.errors import DescriptionError, FileError, UlnaError, did_you_mean
+from ulna.model.clouds import HeightMap, Obstacle, PointCloud
+from ulna.model.convex_mesh import ConvexMesh
+from ulna.model.pose import as_one_pose, pose, rpy_from_matrix
+from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
+
+VERSION = 1
+LONGEST = 16_000_000  # bytes
+SHAPES: dict[str, tuple[type, tuple[str, ...]]] = {
+    "box": (Box, ("extents",)),
+    "sphere": (Sphere, ("radius",)),
+    "cylinder": (Cylinder, ("radius", "length")),
+    "capsule": (Capsule, ("radius", "length")),
+    "convex_mesh": (ConvexMesh, ("vertices",)),
+    "half_space": (HalfSpace, ()),
+    "point_cloud": (PointCloud, ("points", "radius")),
+    "height_map": (HeightMap, ("heights", "cell", "bottom")),
+}
+_TURNS = ("rpy", "wxyz", "rotation")  # roll, pitch, yaw; a quaternion; a matrix of three rows
+_SHORTEST = (4, 6, 9, 12, 15, 17)  # digits behind the point, tried in this order
+
+
+def load_world(path: str | Path) -> World:
+    """The world of a scene file.
+
+    Raises:
+        FileError: It cannot be read.
+        DescriptionError: It is no scene; the message names the file and the line, or the object, and the nearest known word.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            content = file.read(LONGEST + 1)
+    except OSError as error:
+        raise FileError(str(path), error.strerror or str(error)) from None
+    return world_from_json(content, Path(path).name)
+
+
+def save_world(world: World, path: str | Path) -> None:
+    """Write a world to a scene file. ``load_world`` gives back one that is equal to the last digit.
+
+    Raises:
+        FileError: It cannot be written.
+    """
+    try:
+        Path(path).write_text(world_to_json(world), encoding="utf-8")
+    except OSError as error:
+        raise FileError(str(path), error.strerror or str(error)) from None
+
+
+def world_to_json(world: World) -> str:
+    """The text of a scene file.
+
+    Example:
+        >>> world = World()
+        >>> world.add("ball", Sphere(0.1), pose((0.5, 0, 0.25)))
+        >>> print(world_to_json(world), end="")
+        {"ulna_scene": 1, "objects": [
+          {"name": "ball", "shape": "sphere", "radius": 0.1, "xyz": [0.5, 0.0, 0.25]}
+        ]}
+    """
+    lines = ",\n".join(f"  {json.dumps(_entry(name, shape, T), ensure_ascii=False)}" for name, shape, T in _content(world))
+    return f'{{"ulna_scene": {VERSION}, "objects": [\n{lines}\n]}}\n'
+
+
+def world_from_json(text: str | bytes, source: str = "scene") -> World:
+    """The world of the text of a scene file; ``source`` names it in messages. Raises what ``load_world`` does."""
+    if len(text) > LONGEST:
+        raise DescriptionError(f"more than {LONGEST // 1_000_000} MB; no scene is so long", source)
+    try:
+        data = json.loads(text, object_pairs_hook=_without_repeats, parse_constant=_no_number)
+    except json.JSONDecodeError as error:
+        raise DescriptionError(f"is no JSON: {error.msg} (column {error.colno})", source, error.lineno) from None
+    except (ValueError, RecursionError) as error:
+        raise DescriptionError(f"is no JSON: {error}", source) from None
+    if not isinstance(data, dict) or not isinstance(data.get("objects"), list):
+        raise DescriptionError('is no scene: {"ulna_scene": 1, "objects": [...]} is expected', source)
+    _refuse_unknown(data, ("ulna_scene", "objects"), "the scene", source)
+    if data.get("ulna_scene") != VERSION:
+        raise DescriptionError(f'"ulna_scene" is {data.get("ulna_scene")!r}; this version of Ulna reads {VERSION}', source)
+    world = World()
+    for number, entry in enumerate(data["objects"], start=1):
+        _add(world, entry, number, source)
+    return world
+
+
+def _content(world: World) -> Iterator[tuple[str, Obstacle, NDArray[np.float64]]]:
+    for name in world.names:
+        yield name, world.shape(name), world.pose(name)
+
+
+def _entry(name: str, shape: Obstacle, T: NDArray[np.float64]) -> dict[str, Any]:
+    word, (_, keys) = next((word, known) for word, known in SHAPES.items() if type(shape) is known[0])
+    sizes = {key: np.asarray(getattr(shape, key)).tolist() for key in keys}
+    return {"name": name, "shape": word, **sizes, "xyz": T[:3, 3].tolist(), **_turn(T)}
+
+
+def _turn(T: NDArray[np.float64]) -> dict[str, Any]:
+    """The rotation as the shortest roll, pitch, yaw that give it to the last bit; as a matrix where none do."""
+    if np.array_equal(T[:3, :3], np.eye(3)):
+        return {}
+    for digits in _SHORTEST:
+        rpy = rpy_from_matrix(T).round(digits) + 0.0
+        if np.array_equal(pose(rpy=rpy)[:3, :3], T[:3, :3]):
+            return {"rpy": rpy.tolist()}
+    return {"rotation": T[:3, :3].tolist()}
+
+
+def _add(world: World, entry: Any, number: int, source: str) -> None:
+    where = f"object {number}"
+    if not isinstance(entry, dict):
+        raise DescriptionError(f"{where} is {entry!r:.40}; a JSON object is expected", source)
+    name, word = entry.get("name"), entry.get("shape")
+    if not isinstance(name, str) or not name:
+        raise DescriptionError(f"{where} has no name, or one that is no text", source)
+    where = f"{where} {name!r}"
+    if not isinstance(word, str) or word not in SHAPES:
+        raise DescriptionError(f"{where}: {word!r} is no shape{did_you_mean(str(word), SHAPES)}", source)
+    kind, keys = SHAPES[word]
+    _refuse_unknown(entry, ("name", "shape", *keys, "xyz", *_TURNS), where, source)
+    missing = [key for key in keys if key not in entry]
+    if missing:
+        raise DescriptionError(f"{where}: a {word} needs {missing[0]!r}", source)
+    try:
+        world.add(name, kind(*(entry[key] for key in keys)), _pose(entry))
+    except (UlnaError, TypeError) as error:
+        raise DescriptionError(f"{where}: {error}", source) from None
+
+
+def _pose(entry: dict[str, Any]) -> NDArray[np.float64]:
+    turns = {key: entry[key] for key in _TURNS if key in entry}
+    if len(turns) > 1:
+        raise DescriptionError(f"{' and '.join(turns)} are given; one of them is enough")
+    T = pose(entry.get("xyz", (0.0, 0.0, 0.0)), turns.get("rpy"), wxyz=turns.get("wxyz"))
+    if "rotation" in turns:
+        rotation = np.array(turns["rotation"], dtype=object)
+        if rotation.shape != (3, 3):
+            raise DescriptionError("rotation: three rows of three numbers are expected")
+        T[:3, :3] = as_one_pose(np.block([[rotation, np.zeros((3, 1))], [np.zeros((1, 3)), np.ones((1, 1))]]).tolist())[:3, :3]
+    return T
+
+
+def _refuse_unknown(entry: dict[str, Any], known: tuple[str, ...], where: str, source: str) -> None:
+    for key in entry:
+        if key not in known:
+            raise DescriptionError(f"{where}: key {key!r} is not known{did_you_mean(key, known)}", source)
+
+
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [key for key, _ in pairs]
+        raise ValueError(f"key {next(key for key in names if names.count(key) > 1)!r} stands twice")
+    return found
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is not a finite number")

@@ -1,0 +1,47 @@
+"""``ulna view``: a robot on a page of this machine."""
+
+from typing import Annotated
+
+import typer
+
+from ulna.commands.options import (
+    Degrees,
+    NoOpen,
+    PackageDirs,
+    Positions,
+    RobotName,
+    Scene,
+    XacroArgs,
+    load_robot,
+    load_scene,
+    positions,
+)
+from ulna.viewing import view as open_view
+
+
+def view(
+    robot: RobotName = "panda",
+    *,
+    scene: Scene = None,
+    q: Positions = None,
+    degrees: Degrees = False,
+    host: Annotated[
+        str, typer.Option(help="The address to listen on; any but the default lets other machines in.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Its port; 0 takes a free one.")] = 8080,
+    no_open: NoOpen = False,
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+) -> None:
+    """Any robot in the browser: drag its hand, move its joints, put obstacles in its way; see distances and what it touches.
+
+    Ctrl-C ends it.
+    """
+    arm = load_robot(robot, xacro_arg, package_dir)
+    start = positions("--q", q, arm, degrees=degrees)
+    with open_view(arm, load_scene(scene), host=host, port=port, open_browser=not no_open) as shown:
+        shown.q = start
+        typer.echo(f"{arm.name} is at {shown.url}  (Ctrl-C ends it)")
+        for mesh in shown.arm.missing:
+            typer.echo(f"not shown: {mesh}", err=True)
+        shown.wait()

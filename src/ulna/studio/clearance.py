@@ -1,0 +1,59 @@
+"""What a robot touches, and what it is nearest to: the verdict in words, and the pair of points between which a line is drawn."""
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from ulna.collision.report import Pair, Report
+from ulna.collision.world import World
+from ulna.errors import GeometryError
+from ulna.robot import Robot
+
+_ROUNDING = 1e-5  # [m] by which the distance of one pair may differ when it is measured again
+
+
+@dataclass(frozen=True, eq=False)
+class Clearance:
+    """One answer about one configuration.
+
+    Attributes:
+        report: What touches; None where the robot's shapes cannot be checked.
+        nearest: The nearest, or deepest, pair of the robot and the world; None if the world is empty.
+        refusal: Why nothing is known.
+    """
+
+    report: Report | None
+    nearest: Pair | None = None
+    refusal: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """``free``, ``collision`` or ``not checked``."""
+        return "not checked" if self.report is None else "collision" if self.report.in_collision else "free"
+
+    @property
+    def distance(self) -> str:
+        """The distance of the nearest pair in millimetres; empty if there is none."""
+        return "" if self.nearest is None else f"{1e3 * self.nearest.signed_distance:.1f} mm"
+
+    def __str__(self) -> str:
+        if self.report is None:
+            return "not checked"
+        hits = [f"{pair.name_a} and {pair.name_b}" for pair in self.report.pairs if pair.signed_distance <= 0.0]
+        more = f" and {len(hits) - 3} more" if len(hits) > 3 else ""
+        return f"collision: {', '.join(hits[:3])}{more}" if hits else "free"
+
+
+def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True) -> Clearance:
+    """What touches at q, and the nearest pair; ``itself`` counts the robot's links against each other too."""
+    try:
+        report = robot.check_collision(q, world, itself)
+        distance = robot.signed_distance(q, world, self_collision=False)
+    except GeometryError as error:
+        return Clearance(None, refusal=str(error))
+    near = (
+        robot.check_collision(q, world, self_collision=False, max_distance=max(distance, 0.0) + _ROUNDING).pairs
+        if world.names
+        else ()
+    )
+    return Clearance(report, near[0] if near else None)

@@ -1,0 +1,152 @@
+"""A robot in the scene of the page: what its links look like, what they collide as, their frames and their names."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from trimesh.exchange.gltf import export_glb
+
+from ulna.errors import FileError
+from ulna.io.mesh_files import MeshFiles
+from ulna.model.description import Body
+from ulna.model.pose import quaternion_from_matrix
+from ulna.model.shapes import Mesh
+from ulna.picture import FREE, PALE, STRONG, TOUCHING
+from ulna.robot import Robot
+from ulna.viewer.solids import add_solid, add_triangles
+from ulna.viewer.visuals import link_visuals, read_mesh
+
+_STILL = 1e-6  # [m or 1] a link that moved by less is not sent again
+
+
+@dataclass(frozen=True, eq=False)
+class Extent:
+    """The room that a robot takes at home: its lowest and highest corner in the base frame [m], shape (3,) each."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """Its middle."""
+        return (self.low + self.high) / 2
+
+    @property
+    def radius(self) -> float:
+        """Half its diagonal, and never nothing."""
+        return max(float(np.linalg.norm(self.high - self.low)) / 2, 0.05)
+
+
+class Arm:
+    """A robot's nodes below one name. ``stand`` and ``touch`` are all that changes from frame to frame.
+
+    Attributes:
+        missing: The meshes that are not shown, each with the reason.
+        solids: The collision shapes by their names in reports.
+        extent: The room it takes at home.
+    """
+
+    def __init__(self, server: viser.ViserServer, robot: Robot, root: str = "/robot") -> None:
+        self.robot, self._scene, self._root = robot, server.scene, root
+        visuals = link_visuals(robot)
+        self.missing = visuals.missing
+        self.extent = _extent(robot, visuals.scenes)
+        self.frames = [
+            self._scene.add_frame(
+                f"{root}/{k}", show_axes=False, axes_length=0.2 * self.extent.radius, axes_radius=0.007 * self.extent.radius
+            )
+            for k in range(len(robot.link_names))
+        ]
+        self._places = np.zeros((len(self.frames), 4, 4))
+        number = {name: k for k, name in enumerate(robot.link_names)}
+        self.looks = [
+            self._scene.add_glb(f"{root}/{number[name]}/body", export_glb(scene)) for name, scene in visuals.scenes.items()
+        ]
+        self.names = [
+            self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor="bottom-center")
+            for k, name in _names_of_places(robot)
+        ]
+        self.solids = self._add_solids(number)
+        self._touching: tuple[str, ...] = ()
+
+    def stand(self, q: NDArray[np.float64]) -> None:
+        """Put every link where it stands at q."""
+        places = self.robot.link_poses(q)
+        moved = np.flatnonzero(np.abs(places - self._places).max(axis=(1, 2)) > _STILL)
+        turns = quaternion_from_matrix(places)
+        for k in moved:
+            self.frames[k].position, self.frames[k].wxyz = places[k, :3, 3], turns[k]
+        self._places[moved] = places[moved]
+
+    def touch(self, names: Collection[str]) -> None:
+        """Show the collision shapes of these names strong and red, the others pale."""
+        changed = [name for name in self.solids if (name in self._touching) != (name in names)]
+        for name in changed:
+            self.solids[name].color, self.solids[name].opacity = (TOUCHING, STRONG) if name in names else (FREE, PALE)
+        self._touching = tuple(names)
+
+    def show_looks(self, *, visible: bool) -> None:
+        """Show or hide the visuals."""
+        for node in self.looks:
+            node.visible = visible
+
+    def show_solids(self, *, visible: bool) -> None:
+        """Show or hide the collision shapes."""
+        for node in self.solids.values():
+            node.visible = visible
+
+    def show_frames(self, *, visible: bool) -> None:
+        """Show or hide the axes of every link."""
+        for node in self.frames:
+            node.show_axes = visible
+
+    def show_names(self, *, visible: bool) -> None:
+        """Show or hide the name of every link."""
+        for node in self.names:
+            node.visible = visible
+
+    def _add_solids(self, number: dict[str, int]) -> dict[str, Any]:
+        """The collision shapes, pale. Meshes that cannot be had are told of in ``missing``."""
+        files, found = MeshFiles(self.robot.description), {}
+        bodies = [(link.name, body) for link in self.robot.description.links for body in link.collisions]
+        look = {"cast_shadow": False, "receive_shadow": False}
+        for n, ((link, body), name) in enumerate(zip(bodies, self._solid_names(bodies), strict=True)):
+            place = f"{self._root}/{number[link]}/solid{n}"
+            if not isinstance(body.shape, Mesh):
+                found[name] = add_solid(self._scene, place, body.shape, FREE, PALE, body.pose, **look)
+                continue
+            try:
+                mesh = read_mesh(body.shape, files).apply_transform(body.pose).to_mesh()
+            except FileError as error:
+                self.missing = tuple(dict.fromkeys((*self.missing, str(error))))
+            else:
+                found[name] = add_triangles(self._scene, place, mesh, FREE, opacity=PALE, **look)
+        return found
+
+    def _solid_names(self, bodies: list[tuple[str, Body]]) -> list[str]:
+        """Their names in reports, where these can be made; else numbered ones."""
+        if any(isinstance(body.shape, Mesh) for _, body in bodies) or not bodies:
+            return [f"{link}/{body.name} ({n})" for n, (link, body) in enumerate(bodies)]
+        return list(self.robot.collision_names[: len(bodies)])
+
+
+def _names_of_places(robot: Robot) -> list[tuple[int, str]]:
+    """The first link at each place, and the names of all whose origins stay together: they would hide each other."""
+    places = np.hstack([robot.link_poses(q)[:, :3, 3] for q in (robot.home, np.clip(robot.home + 0.1, robot.lower, robot.upper))])
+    together: dict[bytes, list[int]] = {}
+    for k, place in enumerate(places.round(6) + 0.0):
+        together.setdefault(place.tobytes(), []).append(k)
+    return [(links[0], ", ".join(robot.link_names[k] for k in links)) for links in together.values()]
+
+
+def _extent(robot: Robot, scenes: dict[str, Any]) -> Extent:
+    """From what is shown, and where links are."""
+    places = dict(zip(robot.link_names, robot.link_poses(robot.home), strict=True))
+    points = [T[:3, 3] for T in places.values()]
+    for name, scene in scenes.items():
+        corners = scene.bounding_box.vertices
+        points += list(corners @ places[name][:3, :3].T + places[name][:3, 3])
+    return Extent(np.min(points, axis=0), np.max(points, axis=0))

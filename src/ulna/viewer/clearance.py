@@ -1,0 +1,60 @@
+"""How near the robot is to anything: a line between the two nearest points with its length, and the verdict in words."""
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from ulna.demo import GREEN, RED
+from ulna.picture import INK
+from ulna.studio.clearance import Clearance
+from ulna.viewer.words import marked, plain
+
+_UNKNOWN = (150, 150, 150)
+
+
+class ClearancePanel:
+    """The verdict at the top of the panel, and the line in the scene."""
+
+    def __init__(self, server: viser.ViserServer, size: float) -> None:
+        self.verdict = server.gui.add_html("")
+        self.nearest = server.gui.add_html("")
+        point = np.zeros(3)
+        self.line = server.scene.add_cylinder("/nearest/line", 0.004 * size, 1.0, INK, visible=False, cast_shadow=False)
+        self.ends = [
+            server.scene.add_icosphere(f"/nearest/end{k}", 0.012 * size, INK, position=point, visible=False, cast_shadow=False)
+            for k in (0, 1)
+        ]
+        self.label = server.scene.add_label("/nearest/label", "", visible=False, anchor="bottom-center", font_screen_scale=1.2)
+        self.lined = True
+
+    def show(self, clearance: Clearance) -> None:
+        """Say what touches and what is nearest."""
+        color = {"free": GREEN, "collision": RED}.get(clearance.verdict, _UNKNOWN)
+        pair = clearance.nearest
+        words = clearance.refusal if pair is None else f"{clearance.distance}: {pair.name_a} and {pair.name_b}"
+        for element, content in (
+            (self.verdict, marked(str(clearance), color, filled=clearance.verdict == "collision")),
+            (self.nearest, plain(words) if words else ""),
+        ):
+            if element.content != content:
+                element.content = content
+        seen = pair is not None and self.lined
+        for node in (self.line, self.label, *self.ends):
+            node.visible = seen
+        if pair is None or not seen:
+            return
+        middle, between = (pair.witness_a + pair.witness_b) / 2, pair.witness_b - pair.witness_a
+        self.line.position, self.line.wxyz = middle, _turn_z_onto(between)
+        self.line.scale = (1.0, 1.0, max(float(np.linalg.norm(between)), 1e-6))
+        self.line.color = RED if pair.signed_distance <= 0 else INK
+        for end, place in zip(self.ends, (pair.witness_a, pair.witness_b), strict=True):
+            end.position = place
+        self.label.position, self.label.text = middle, clearance.distance
+
+
+def _turn_z_onto(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The unit quaternion that turns z to a direction by the shortest way: half way from no turn to twice that turn."""
+    length = float(np.linalg.norm(direction))
+    x, y, z = direction / length if length > 0.0 else (0.0, 0.0, 1.0)
+    turn = np.array([1.0 + z, -y, x, 0.0]) if z > -1.0 + 1e-9 else np.array([0.0, 1.0, 0.0, 0.0])
+    return turn / np.linalg.norm(turn)

@@ -1,0 +1,39 @@
+"""The manipulability ellipsoid in the scene, and the singular values in the panel."""
+
+import numpy as np
+import viser
+
+from ulna.model.pose import quaternion_from_matrix
+from ulna.studio.ellipsoid import mobility
+from ulna.studio.session import Session
+from ulna.viewer.words import mobility_html
+
+COLOR = (124, 92, 200)
+_SECONDS = 0.25  # a half axis is as long as the link would go in this time [s]
+_THINNEST = 1e-3  # [m] so that a flat ellipsoid is seen as a disc
+
+
+class EllipsoidPanel:
+    """An option, off at first."""
+
+    def __init__(self, server: viser.ViserServer, session: Session) -> None:
+        self._session = session
+        self.node = server.scene.add_icosphere("/ellipsoid", 1.0, COLOR, opacity=0.35, visible=False, cast_shadow=False)
+        self.on = server.gui.add_checkbox(
+            "Manipulability", initial_value=False, hint="The ellipsoid of the hand's velocities, a quarter of a second long"
+        )
+        self.numbers = server.gui.add_html("", visible=False)
+        self.on.on_update(lambda _: self.show())
+
+    def show(self) -> None:
+        """Draw it where the hand is, if it is wanted."""
+        self.node.visible = self.numbers.visible = self.on.value
+        if not self.on.value:
+            return
+        found = mobility(self._session.robot, self._session.q, self._session.link)
+        self.node.position, self.node.wxyz = found.T[:3, 3], quaternion_from_matrix(found.T)
+        x, y, z = np.maximum(_SECONDS * found.radii, _THINNEST).tolist()
+        self.node.scale = (x, y, z)
+        content = mobility_html(found)
+        if self.numbers.content != content:
+            self.numbers.content = content

@@ -1,0 +1,83 @@
+"""The hand in the scene: its handles, a mark that is red while it cannot follow, and what the panel says of it."""
+
+from collections.abc import Callable
+
+import viser
+
+from ulna.demo import GREEN, RED
+from ulna.robot import Robot
+from ulna.studio.session import Session
+from ulna.viewer.handles import Handles
+from ulna.viewer.words import marked
+
+_RESTING = (120, 128, 138)
+
+
+class HandPanel:
+    """Pulls the hand of a session to where its handles are dragged. ``moved`` is called when there is something to do."""
+
+    def __init__(self, server: viser.ViserServer, session: Session, size: float, moved: Callable[[], None]) -> None:
+        self._session, self._moved = session, moved
+        self.handles = Handles(server.scene, "/hand", 0.25 * size, moved)
+        self.mark = server.scene.add_icosphere("/hand/mark", 0.03 * size, _RESTING, cast_shadow=False)
+        self.reason = server.scene.add_label(
+            "/hand/reason", "", position=(0.0, 0.0, 0.0), anchor="bottom-center", visible=False, font_screen_scale=1.1
+        )
+        gui = server.gui
+        self.link = gui.add_dropdown(
+            "Hand", _choices(session.robot), initial_value=session.link, hint="The link that the handles pull"
+        )
+        self.avoiding = gui.add_checkbox(
+            "Avoid collisions",
+            initial_value=False,
+            disabled=bool(session.unchecked),
+            hint=session.unchecked or "The hand stops rather than touch the obstacles or the robot itself",
+        )
+        self.status = gui.add_html("")
+        self.link.on_update(self._choose)
+        self.avoiding.on_update(self._avoid)
+        self._was_held = False
+
+    def take(self) -> None:
+        """Pull the hand to where a person has dragged the handles, or let go of it."""
+        if self.handles.take():
+            self._session.pull(self.handles.pose)
+        if self._was_held and not self.handles.held:
+            self._session.let_go()
+        self._was_held = self.handles.held
+
+    def show(self) -> None:
+        """Say how it is with the hand; at rest the handles stand on it."""
+        session, trouble = self._session, self._session.trouble
+        pulled = session.target is not None
+        if not pulled:
+            self.handles.put(session.hand_pose)
+        color = RED if trouble else GREEN if pulled else _RESTING
+        words = trouble or (
+            "the hand is on its way" if session.moving else "the hand follows" if pulled else "drag the handles to move the hand"
+        )
+        if (self.mark.color, self.reason.text) != (color, trouble.partition(":")[0]):
+            self.mark.color, self.reason.text = color, trouble.partition(":")[0]
+            self.reason.visible = bool(trouble)
+        content = marked(words, color, filled=bool(trouble))
+        if self.status.content != content:
+            self.status.content = content
+        if self.link.value != session.link:
+            self.link.value = session.link
+
+    def _choose(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            self._session.link = self.link.value
+            self._moved()
+
+    def _avoid(self, _: viser.GuiEvent) -> None:
+        self._session.avoiding = self.avoiding.value
+        self._moved()
+
+
+def _choices(robot: Robot) -> list[str]:
+    """Every link that a joint moves, the tips first."""
+    moved = [name for name in robot.link_names if robot.tree.link_row[name] >= 0]
+    return [name for name in moved if name in robot.tree.leaves] + [name for name in moved if name not in robot.tree.leaves] or [
+        robot.base
+    ]

@@ -1,0 +1,53 @@
+"""Handles that a person drags, in any tab: they are not pulled out of the hand that holds them."""
+
+from collections.abc import Callable
+from typing import Any
+
+import viser
+from numpy.typing import NDArray
+
+from ulna.model.pose import pose, quaternion_from_matrix
+
+
+class Handles:
+    """A transform control. ``moved`` is called, on the server's own thread, whenever a person moves or lets go of it.
+
+    Attributes:
+        moved_by_hand: Whether a person has moved it since ``take`` was called.
+    """
+
+    def __init__(self, scene: viser.SceneApi, name: str, size: float, moved: Callable[[], None], *, visible: bool = True) -> None:
+        self.control = scene.add_transform_controls(name, scale=size, line_width=3.0, depth_test=False, visible=visible)
+        self._holders: set[int | None] = set()
+        self.moved_by_hand = False
+        self._moved = moved
+        self.control.on_update(self._update)
+
+    @property
+    def held(self) -> bool:
+        """Whether somebody holds it."""
+        return bool(self._holders)
+
+    @property
+    def pose(self) -> NDArray[Any]:
+        """T_base_handles, shape (4, 4)."""
+        return pose(self.control.position, wxyz=self.control.wxyz)
+
+    def take(self) -> bool:
+        """Whether a person has moved it since the last call."""
+        moved, self.moved_by_hand = self.moved_by_hand, False
+        return moved
+
+    def put(self, T: NDArray[Any]) -> None:
+        """Move it to a pose, unless somebody holds it or has just moved it."""
+        if not self._holders and not self.moved_by_hand:
+            self.control.position, self.control.wxyz = T[:3, 3], quaternion_from_matrix(T)
+
+    async def _update(self, event: viser.TransformControlsEvent) -> None:
+        if event.phase == "end":  # also when the tab is closed that holds it
+            self._holders.discard(event.client_id)
+        elif event.phase == "start":
+            self._holders.add(event.client_id)
+        else:
+            self.moved_by_hand = True
+        self._moved()

@@ -1,0 +1,60 @@
+"""Names for the controls of viser's page that have none in its document: what screen readers say of them.
+
+viser writes a label beside each field, but ties it to the first control alone, or to none: not to sliders, their numbers, text
+fields, and the second and third number of a vector. A script in the page ties the others. Source: WCAG 2.2, criterion 4.1.2.
+"""
+
+import http
+from typing import Any
+
+_SCRIPT = b"""<script>
+(() => {
+  const FIELDS = 'input:not([type=hidden]):not([type=file]), textarea, [role=slider]';
+  const named = (e) => e.ariaLabel || (e.labels && e.labels.length) || e.getAttribute('aria-labelledby');
+  const name = (e, words) => { if (!named(e)) e.setAttribute('aria-label', words); };
+  const rowOf = (label) => {
+    let row = label;
+    while (row.parentElement && row.parentElement.querySelectorAll('label[for]').length === 1) row = row.parentElement;
+    return row;
+  };
+  const axes = ['x', 'y', 'z'];
+  const nameAll = () => {
+    for (const label of document.querySelectorAll('label[for]')) {
+      const fields = [...rowOf(label).querySelectorAll(FIELDS)];
+      const words = label.textContent.trim();
+      fields.forEach((e, k) => name(e, fields.length === 3 ? `${words}, ${axes[k]}` : words));
+    }
+    for (const e of document.querySelectorAll('input:not([type=hidden]):not([type=file])'))
+      name(e, e.closest('div[class*=InputWrapper]')?.textContent.trim() || 'Server');
+    for (const e of document.querySelectorAll('input[type=file]')) name(e, e.parentElement.textContent.trim() || 'File');
+    for (const e of document.querySelectorAll('button'))
+      if (!e.textContent.trim()) name(e, e.matches('[class*=CloseButton]') ? 'Close' : 'Settings');
+  };
+  let waiting = false;
+  new MutationObserver(() => {
+    if (waiting) return;
+    waiting = true;
+    setTimeout(() => { waiting = false; nameAll(); }, 100);
+  }).observe(document, { childList: true, subtree: true });
+})();
+</script>"""
+
+
+def with_names(response: Any) -> Any:
+    """The page with the script; any other answer as it is."""
+    if response is None or response.status_code != http.HTTPStatus.OK:
+        return response
+    head, found, rest = response.body.partition(b"</head>")
+    response.body = head + _SCRIPT + found + rest
+    del response.headers["Content-Length"]
+    response.headers["Content-Length"] = str(len(response.body))
+    return response
+
+
+def asks_for_page(request: Any) -> bool:
+    """Whether a request asks for the page itself; then it is asked for in plain bytes."""
+    if request.path.partition("?")[0] not in ("/", "/index.html"):
+        return False
+    while "Accept-Encoding" in request.headers:
+        del request.headers["Accept-Encoding"]
+    return True

@@ -1,0 +1,159 @@
+"""The obstacles in the scene: they are added, named, sized, dragged and deleted, and the scene is saved and loaded."""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from ulna.collision.scene_file import world_from_json, world_to_json
+from ulna.collision.world import World
+from ulna.errors import UlnaError
+from ulna.model.clouds import Obstacle
+from ulna.model.pose import pose, quaternion_from_matrix
+from ulna.model.shapes import Box, Cylinder, Sphere
+from ulna.picture import MOVABLE, TOUCHING
+from ulna.viewer.handles import Handles
+from ulna.viewer.obstacle_form import ObstacleForm
+from ulna.viewer.solids import add_solid
+
+_EDGE = 0.15  # of a new obstacle, against the robot's size
+_NEW = {
+    "Box": lambda edge: Box((edge, edge, edge)),
+    "Sphere": lambda edge: Sphere(round(edge / 2, 4)),
+    "Cylinder": lambda edge: Cylinder(round(edge / 2, 4), edge),
+}
+
+
+class Obstacles:
+    """A world's objects as nodes, one of them chosen: it has the handles, and the form tells of it.
+
+    Args:
+        server: The page.
+        world: What is shown. It may be changed elsewhere too; ``show`` follows.
+        place: Where a new obstacle stands, in the base frame [m].
+        size: The robot's [m].
+        moved: Called when there is something to do.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, world: World, place: NDArray[np.float64], size: float, moved: Callable[[], None]
+    ) -> None:
+        self._server, self.world, self._place, self.moved = server, world, place, moved
+        self._edge = round(_EDGE * size, 2) or 0.01
+        self.nodes: dict[str, Any] = {}
+        self._drawn: dict[str, tuple[Obstacle, NDArray[np.float64]]] = {}
+        self._count = 0
+        self.lock = threading.RLock()
+        self.handles = Handles(server.scene, "/chosen", 0.25 * size, moved, visible=False)
+        self.add_buttons = server.gui.add_button_group("Add", tuple(_NEW))
+        self.form = ObstacleForm(server.gui, self)
+        self.delete = server.gui.add_button("Delete", hint="Take the chosen obstacle away", visible=False)
+        self.save = server.gui.add_button("Save scene", hint="Download the obstacles as a file that can be read and edited")
+        self.load = server.gui.add_upload_button(
+            "Load scene", hint="Replace the obstacles by those of a saved file", mime_type="application/json"
+        )
+        self.add_buttons.on_click(lambda event: self.add(event.target.value))
+        self.delete.on_click(lambda _: self.remove())
+        self.save.on_click(self._download)
+        self.load.on_upload(self._upload)
+
+    @property
+    def chosen(self) -> str | None:
+        """The name of the chosen obstacle."""
+        return self.form.chosen if self.form.chosen in self.world.names else None
+
+    def add(self, kind: str) -> None:
+        """A new obstacle, which becomes the chosen one."""
+        with self.lock:
+            number = next(n for n in range(1, len(self.world.names) + 2) if f"{kind.lower()} {n}" not in self.world.names)
+            self.world.add(f"{kind.lower()} {number}", _NEW[kind](self._edge), pose(self._place))
+            self.form.choose(f"{kind.lower()} {number}")
+        self.moved()
+
+    def remove(self) -> None:
+        """Take the chosen obstacle away."""
+        with self.lock:
+            if self.chosen is not None:
+                self.world.remove(self.chosen)
+        self.moved()
+
+    def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
+        """Give an obstacle another shape, place or name."""
+        with self.lock:
+            if new_name == name:
+                self.world.reshape(name, shape)
+                self.world.move(name, T)
+            else:
+                self.world.add(new_name, shape, T)
+                self.world.remove(name)
+                self.form.choose(new_name)
+        self.moved()
+
+    def replace(self, world: World) -> None:
+        """Put the objects of another world in place of these."""
+        with self.lock:
+            for name in self.world.names:
+                self.world.remove(name)
+            for name in world.names:
+                self.world.add(name, world.shape(name), world.pose(name))
+        self.moved()
+
+    def take(self) -> bool:
+        """Put the chosen obstacle where a person has dragged the handles, and tell whether another one was chosen."""
+        with self.lock:
+            if self.form.take():
+                self.handles.take()  # of the one before
+                return True
+            if self.handles.take() and self.chosen is not None:
+                self.world.move(self.chosen, self.handles.pose)
+            return False
+
+    def show(self, touching: set[str]) -> None:
+        """Draw the world as it is now; what touches the robot is red."""
+        with self.lock:
+            known = {name: (self.world.shape(name), self.world.pose(name)) for name in self.world.names}
+            for name in [name for name, (shape, _) in self._drawn.items() if name not in known or known[name][0] is not shape]:
+                self.nodes.pop(name).remove()
+                del self._drawn[name]
+            for name, (shape, T) in known.items():
+                self._draw(name, shape, T, red=name in touching)
+            self.form.show(known)
+            self.delete.visible = self.handles.control.visible = self.chosen is not None
+            if self.chosen is not None:
+                self.handles.put(known[self.chosen][1])
+
+    def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
+        color = TOUCHING if red else MOVABLE
+        if name not in self._drawn:
+            self._count += 1
+            node = self.nodes[name] = add_solid(self._server.scene, f"/obstacles/{self._count}", shape, color, _opacity(red), T)
+            node.on_click(lambda _: self._pick(name))
+        elif not np.array_equal(self._drawn[name][1], T):
+            self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
+        if self.nodes[name].color != color:
+            self.nodes[name].color, self.nodes[name].opacity = color, _opacity(red)
+        self._drawn[name] = (shape, T)
+
+    def _pick(self, name: str) -> None:
+        with self.lock:
+            self.form.choose(name)
+        self.moved()
+
+    def _download(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            event.client.send_file_download("scene.json", world_to_json(self.world).encode(), save_immediately=True)
+
+    def _upload(self, event: viser.GuiEvent) -> None:
+        try:
+            self.replace(world_from_json(self.load.value.content, self.load.value.name))
+        except UlnaError as error:
+            if event.client is not None:
+                event.client.add_notification("The scene was not loaded", str(error), color="red")
+
+
+def _opacity(red: bool) -> float:  # noqa: FBT001 - the one thing it depends on
+    """What touches is solid, what is free is seen through: the difference is not in the hue alone."""
+    return 1.0 if red else 0.6

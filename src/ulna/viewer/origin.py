@@ -1,0 +1,69 @@
+"""Who may talk to the page's server: the page itself, and no other page that happens to be open in the same browser.
+
+A browser lets any page open a websocket to 127.0.0.1, and tells the server in the header ``Origin`` which page asks. viser does
+not look at it. Source: RFC 6455, section 10.2; that a name may be made to lead here (DNS rebinding): CWE-350.
+"""
+
+import contextlib
+import http
+import threading
+from collections.abc import Callable, Collection, Iterator
+from typing import Any
+from urllib.parse import urlsplit
+
+import websockets.asyncio.server
+from websockets.datastructures import Headers
+
+from ulna.errors import UlnaError
+from ulna.viewer.labels import asks_for_page, with_names
+
+_LOOPBACK = ("127.0.0.1", "localhost", "::1")
+_EVERYWHERE = ("", "0.0.0.0", "::")  # noqa: S104 - compared with, not listened on
+_starting = threading.Lock()
+
+
+def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bool:
+    """Whether a request comes from a page that this server gave out, from one of ``others``, or from no page at all.
+
+    The page's address must be the one that was asked, and name this machine as the server was told to be named: a server that
+    listens everywhere cannot know its names.
+    """
+    origins, asked = headers.get_all("Origin"), headers.get_all("Host")
+    if not origins:  # a program, which no foreign page can be
+        return True
+    if len(origins) > 1 or len(asked) > 1:
+        return False
+    if origins[0] in others:
+        return True
+    place = urlsplit(origins[0])
+    known = host in _EVERYWHERE or place.hostname in {*_LOOPBACK, host.lower()}
+    return known and asked == [place.netloc]
+
+
+@contextlib.contextmanager
+def refusing_foreign_pages(host: str, others: Collection[str] = ()) -> Iterator[None]:
+    """Within it a server of viser is started that answers 403 to foreign pages.
+
+    viser has no argument for it, so the call that it makes is given one. Where it makes that call no more, this is an error.
+    """
+    serve, guarded = websockets.asyncio.server.serve, []
+
+    def guarding(*arguments: Any, process_request: Callable, **options: Any) -> Any:
+        def ask(connection: Any, request: Any) -> Any:
+            if not is_own_page(request.headers, host, others):
+                return connection.respond(http.HTTPStatus.FORBIDDEN, "This page is not one of this server.\n")
+            document = asks_for_page(request)
+            response = process_request(connection, request)
+            return with_names(response) if document else response
+
+        guarded.append(ask)
+        return serve(*arguments, process_request=ask, **options)
+
+    with _starting:
+        websockets.asyncio.server.serve = guarding  # type: ignore[assignment,misc]
+        try:
+            yield
+        finally:
+            websockets.asyncio.server.serve = serve  # type: ignore[misc]
+    if not guarded:
+        raise UlnaError("this version of viser starts its server in a way that lets foreign pages in; viser 1.1.1 is known to do")

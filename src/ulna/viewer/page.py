@@ -1,0 +1,68 @@
+"""A page that is served on this machine: its server, its address, and how it ends."""
+
+import contextlib
+import errno
+import io
+import logging
+import os
+import socket
+import sys
+import webbrowser
+from collections.abc import Collection
+
+import viser
+
+from ulna.errors import InputError
+from ulna.viewer.origin import refusing_foreign_pages
+
+HOST = "127.0.0.1"
+
+
+class Page:
+    """A page of viser that no foreign page can talk to. ``port=0`` takes a free one.
+
+    Raises:
+        InputError: The address cannot be listened on.
+    """
+
+    def __init__(self, host: str = HOST, port: int = 8080, *, title: str = "Ulna", origins: Collection[str] = ()) -> None:
+        _refuse_busy(host, port)
+        logging.getLogger("websockets").setLevel(logging.ERROR)
+        with _quiet(), refusing_foreign_pages(host, origins):
+            self.server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+        self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
+        self.server.gui.configure_theme(
+            control_layout="floating", control_width="medium", show_logo=False, show_share_button=False
+        )
+        name = "127.0.0.1" if host in ("0.0.0.0", "") else f"[{host}]" if ":" in host else host  # noqa: S104
+        self.url = f"http://{name}:{self.server.get_port()}"
+
+    def open(self) -> None:
+        """Show it in a browser of this machine, if it has one with a window; a text browser would take the terminal."""
+        if sys.platform in ("win32", "darwin") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+            webbrowser.open(self.url)
+
+    def stop(self) -> None:
+        """End the server; open pages say that they have lost it."""
+        with _quiet():
+            self.server.stop()
+
+
+def _quiet() -> contextlib.AbstractContextManager:
+    """Hold back what viser prints on its own: the address is told once, by who serves."""
+    return contextlib.redirect_stdout(io.StringIO())
+
+
+def _refuse_busy(host: str, port: int) -> None:
+    """Raise in one sentence if the port cannot be had; viser would quietly take the next one."""
+    try:
+        family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
+        with socket.create_server((host, port), family=family):
+            pass
+    except OverflowError:
+        raise InputError("port", f"{port} is not a port; 0 to 65535 are") from None
+    except OSError as error:
+        reason = (error.strerror or str(error)).split(" (while")[0]
+        if error.errno == errno.EADDRINUSE:
+            raise InputError("port", f"{port} is in use on {host} ({reason}); choose another with --port") from None
+        raise InputError("host", f"cannot listen on {host}, port {port} ({reason})") from None

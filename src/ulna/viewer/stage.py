@@ -1,0 +1,32 @@
+"""The floor and the camera of a page, as large as what stands there."""
+
+import numpy as np
+import viser
+
+from ulna.viewer.arm import Extent
+
+_STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
+_FROM = np.array([0.77, -0.72, 0.36])  # where the camera stands, seen from the robot
+_FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
+
+
+def add_stage(server: viser.ViserServer, extent: Extent) -> None:
+    """The floor lies under the robot's lowest point, z is up, and the camera sees all of the robot."""
+    radius, centre = extent.radius, extent.centre
+    cell = next((step for step in _STEPS if step > radius / 10), _STEPS[-1])
+    server.scene.set_up_direction("+z")
+    server.scene.add_grid(
+        "/floor",
+        width=24 * cell * np.ceil(radius / (6 * cell)),
+        height=24 * cell * np.ceil(radius / (6 * cell)),
+        cell_size=cell,
+        section_size=6 * cell,
+        cell_color=(225, 228, 232),
+        section_color=(190, 194, 200),
+        position=(0.0, 0.0, min(float(extent.low[2]), 0.0) - 1e-3),
+    )
+    distance = 1.15 * radius / np.sin(_FIELD_OF_VIEW / 2)
+    server.initial_camera.fov = _FIELD_OF_VIEW
+    server.initial_camera.look_at = tuple(centre)
+    server.initial_camera.position = tuple(centre + distance * _FROM / np.linalg.norm(_FROM))
+    server.initial_camera.far = max(100.0, 20 * distance)

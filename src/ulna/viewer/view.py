@@ -1,0 +1,176 @@
+"""A robot on a page: moved by its joints and by its hand, among obstacles. It runs beside the program that opened it."""
+
+import html
+import threading
+import time
+import traceback
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.world import World
+from ulna.robot import Robot
+from ulna.studio.session import Session
+from ulna.viewer.arm import Arm
+from ulna.viewer.clearance import ClearancePanel
+from ulna.viewer.ellipsoid import EllipsoidPanel
+from ulna.viewer.hand import HandPanel
+from ulna.viewer.joints import JointSliders
+from ulna.viewer.look import LookPanel
+from ulna.viewer.obstacles import Obstacles
+from ulna.viewer.page import HOST, Page
+from ulna.viewer.stage import add_stage
+
+FRAME_S = 1 / 60
+IDLE_S = 1 / 20  # between looks at a world that a program may have changed
+_STOP_WITHIN_S = 2.0
+
+
+class View:
+    """A running view; see ``ulna.view``.
+
+    Attributes:
+        url: The address of the page.
+        world: What stands around the robot: change it at any time, the page follows.
+        answer_time: From the last event to the end of drawing its answer [s].
+    """
+
+    def __init__(
+        self, robot: Robot, world: World | None = None, *, host: str = HOST, port: int = 0, origins: tuple[str, ...] = ()
+    ) -> None:
+        self.session = Session(robot, world)
+        self.answer_time = 0.0
+        self._event_time: float | None = None
+        self._wake, self._stopping = threading.Event(), threading.Event()
+        self.page = Page(host, port, title=f"Ulna: {robot.name}", origins=origins)
+        try:
+            self._build()
+        except BaseException:
+            self.page.stop()
+            raise
+        self._thread = threading.Thread(target=self._run, name="ulna-view", daemon=True)
+        self._thread.start()
+
+    def _build(self) -> None:
+        server, session, robot = self.page.server, self.session, self.session.robot
+        self.arm = Arm(server, robot)
+        extent = self.arm.extent
+        add_stage(server, extent)
+        self.clearance = ClearancePanel(server, extent.radius)
+        tabs = server.gui.add_tab_group()
+        with tabs.add_tab("Move"):
+            self.hand = HandPanel(server, session, extent.radius, self._happened) if robot.n_dof else None
+            self.ellipsoid = EllipsoidPanel(server, session)
+            self.joints = JointSliders(server.gui, robot, self._happened)
+        with tabs.add_tab("Obstacles"):
+            beside = np.round([extent.high[0] + 0.2 * extent.radius, 0.0, extent.centre[2]], 2)
+            self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened)
+            self.itself = server.gui.add_checkbox(
+                "Check the robot against itself",
+                initial_value=session.itself,
+                disabled=bool(session.unchecked),
+                hint=session.unchecked or None,
+            )
+            self.itself.on_update(lambda _: self._set_itself())
+        with tabs.add_tab("Look"):
+            self.look = LookPanel(server.gui, self.arm, solids=False)
+
+    @property
+    def url(self) -> str:
+        """The address of the page."""
+        return self.page.url
+
+    @property
+    def world(self) -> World:
+        """What stands around the robot."""
+        return self.session.world
+
+    @property
+    def q(self) -> NDArray[np.float64]:
+        """Where the robot stands [rad or m], shape (n_dof,). Set it, and it moves there."""
+        return self.session.q
+
+    @q.setter
+    def q(self, q: ArrayLike) -> None:
+        self.session.q = q
+        self._wake.set()
+
+    def stop(self) -> None:
+        """End the page and everything that runs for it. A second call does nothing."""
+        if self._stopping.is_set():
+            return
+        self._stopping.set()
+        self._wake.set()
+        self._thread.join(timeout=_STOP_WITHIN_S)
+        self.page.stop()
+
+    def wait(self) -> None:
+        """Wait until it is stopped, or for Ctrl-C."""
+        try:
+            while self._thread.is_alive():
+                self._thread.join(timeout=0.5)
+        except KeyboardInterrupt:
+            pass
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def _repr_html_(self) -> str:
+        """The page inside a notebook."""
+        title = html.escape(f"{self.session.robot.name} in 3-D", quote=True)
+        look = 'width="100%" height="600" style="border:0"'
+        return f'<iframe src="{html.escape(self.url, quote=True)}" title="{title}" {look}></iframe>'
+
+    # ---- the loop -----------------------------------------------------------------------------------------------------
+
+    def _happened(self) -> None:
+        """Something is to be done: at once, if the loop is not busy."""
+        if self._event_time is None:
+            self._event_time = time.perf_counter()
+        self._wake.set()
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            self._wake.wait(FRAME_S if self.session.moving else IDLE_S)
+            self._wake.clear()
+            since, self._event_time = self._event_time, None
+            try:
+                self._frame()
+            except Exception:  # noqa: BLE001 - one frame that fails is told, and is no reason for a dead page
+                traceback.print_exc()
+            if since is not None:
+                self.answer_time = time.perf_counter() - since
+
+    def _frame(self) -> None:
+        session = self.session
+        with session.lock, self.page.server.atomic():
+            q = session.q
+            if self.joints.take(q):
+                session.q = q
+            if self.hand is not None:
+                self.hand.take()
+            chosen = self.obstacles.take()
+            if session.frame() or chosen:
+                self._show()
+            elif self.hand is not None:
+                self.hand.show()
+
+    def _show(self) -> None:
+        session, report = self.session, self.session.clearance.report
+        hits = () if report is None else [pair for pair in report.pairs if pair.signed_distance <= 0.0]
+        self.arm.stand(session.q)
+        self.arm.touch(report.touching if report is not None else ())
+        self.clearance.show(session.clearance)
+        self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None})
+        self.ellipsoid.show()
+        self.joints.show(session.q)
+        if self.hand is not None:
+            self.hand.show()
+
+    def _set_itself(self) -> None:
+        self.session.itself = self.itself.value
+        self._happened()

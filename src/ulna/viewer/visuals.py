@@ -1,0 +1,138 @@
+"""What the links of a description look like as triangles: its meshes with their materials, its shapes, or the plain body."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.resolvers import Resolver
+
+from ulna.collision.parts import parts_of
+from ulna.errors import FileError
+from ulna.io.mesh_files import MeshFiles
+from ulna.model.clouds import HeightMap, PointCloud
+from ulna.model.convex_mesh import ConvexMesh
+from ulna.model.description import Body
+from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from ulna.robot import Robot
+from ulna.viewer.body import SHELL, joined, painted, plain_body
+
+
+@dataclass(frozen=True, eq=False)
+class Visuals:
+    """What each link shows, in its own frame; and the meshes that could not be had, each with the reason."""
+
+    scenes: dict[str, trimesh.Scene]
+    missing: tuple[str, ...] = ()
+
+
+def link_visuals(robot: Robot) -> Visuals:
+    """The visuals of a robot. A link of which a mesh is missing has the plain body, and so have all if none shows anything."""
+    files, scenes, missing = MeshFiles(robot.description), {}, {}
+    for link in robot.description.links:
+        try:
+            scenes[link.name] = joined(_coloured(body, files) for body in link.visuals)
+        except FileError as error:
+            missing[str(error)] = link.name
+    if missing or not any(scene.geometry for scene in scenes.values()):
+        plain, bare = plain_body(robot), set(missing.values()) or set(scenes)
+        scenes |= {name: scene for name, scene in plain.items() if name in bare}
+    return Visuals({name: scene for name, scene in scenes.items() if scene.geometry}, tuple(missing))
+
+
+def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
+    """The triangles of a mesh file, scaled.
+
+    Raises:
+        FileError: It is not there, may not be read, or cannot be understood.
+    """
+    path = files.find(mesh.uri)
+    try:
+        with path.open("rb") as file:
+            scene = trimesh.load_scene(file, file_type=path.suffix[1:].lower(), resolver=_Beside(files, path))
+        scene.apply_transform(np.diag([*mesh.scale, 1.0]))
+    except FileError:
+        raise
+    except Exception as error:  # noqa: BLE001 -- trimesh and what it calls raise whatever comes to them
+        raise FileError(mesh.uri, f"cannot be read: {' '.join(str(error).split())[:120] or type(error).__name__}") from None
+    return scene
+
+
+def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud | HeightMap) -> trimesh.Trimesh:
+    """A shape other than a file's mesh as triangles, in its own frame."""
+    match shape:
+        case Box(extents):
+            return trimesh.creation.box(extents)
+        case Sphere(radius):
+            return trimesh.creation.icosphere(subdivisions=3, radius=radius)
+        case Cylinder(radius, length):
+            return trimesh.creation.cylinder(radius, length, sections=48)
+        case Capsule(radius, length):
+            return trimesh.creation.capsule(length, radius, transform=_lowered(length / 2))
+        case ConvexMesh(vertices):
+            return _hull(vertices)
+        case PointCloud() | HeightMap():
+            return _many(shape)
+
+
+def _coloured(body: Body, files: MeshFiles) -> trimesh.Scene:
+    """A visual in the frame of its link. The colour of the description is for what brings no material of its own."""
+    rgba = SHELL if body.color is None else tuple(round(255 * share) for share in body.color)
+    if isinstance(body.shape, Mesh):
+        scene = read_mesh(body.shape, files)
+        for mesh in scene.geometry.values():
+            if isinstance(mesh, trimesh.Trimesh) and not (mesh.visual and mesh.visual.defined):
+                painted(mesh, rgba)
+    else:
+        scene = trimesh.Scene(painted(triangles(body.shape), rgba))
+    scene.apply_transform(body.pose)
+    return scene
+
+
+def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
+    """The convex hull; where it has no volume, or there is no SciPy to find it, a ball about each vertex."""
+    try:
+        return trimesh.convex.convex_hull(vertices)
+    except (ImportError, ValueError, RuntimeError):  # Qhull's own error is a RuntimeError
+        radius = 0.02 * max(float(np.ptp(vertices, axis=0).max()), 0.05)
+        balls = [trimesh.creation.icosphere(subdivisions=1, radius=radius).apply_translation(point) for point in vertices]
+        return trimesh.util.concatenate(balls)  # type: ignore[return-value]
+
+
+def _many(shape: PointCloud | HeightMap) -> trimesh.Trimesh:
+    """A coarse ball about each point, or a column for each cell."""
+    parts = parts_of(shape)
+    if isinstance(shape, PointCloud):
+        one, sizes = trimesh.creation.icosphere(subdivisions=0), np.full((len(parts.places), 3), shape.radius)
+    else:
+        one, sizes = trimesh.creation.box((2, 2, 2)), parts.columns[:, 1:4]
+    vertices = parts.places[:, None] + sizes[:, None] * one.vertices
+    faces = len(one.vertices) * np.arange(len(vertices))[:, None, None] + one.faces
+    return trimesh.Trimesh(vertices.reshape(-1, 3), faces.reshape(-1, 3), process=False)
+
+
+def _lowered(distance: float) -> NDArray[np.float64]:
+    T = np.eye(4)
+    T[2, 3] = -distance
+    return T
+
+
+class _Beside(Resolver):
+    """What a mesh names, such as a texture: files beside it, or in the folders that its description may read."""
+
+    def __init__(self, files: MeshFiles, mesh: Path) -> None:
+        self._files, self._mesh = files, mesh
+
+    def get(self, key: str) -> bytes:
+        return self._files.beside(self._mesh, key).read_bytes()
+
+    def write(self, name: str, data: object) -> None:
+        raise NotImplementedError(f"{name} would be written")
+
+    def namespaced(self, namespace: str) -> Resolver:
+        raise NotImplementedError(namespace)
+
+    def keys(self) -> Iterable[str]:
+        return ()

@@ -1,0 +1,64 @@
+"""``ulna.view``: a robot on a page of this machine, beside the program that runs on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from ulna.collision.world import World
+from ulna.errors import needs_extra
+from ulna.robot import Robot
+
+if TYPE_CHECKING:
+    from ulna.viewer.view import View
+
+
+def view(
+    robot: Robot,
+    world: World | None = None,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    open_browser: bool = False,
+    origins: Iterable[str] = (),
+) -> View:
+    """Show a robot on a page: drag its hand, move its joints, put obstacles in its way. The program runs on meanwhile.
+
+    Args:
+        robot: The robot.
+        world: What stands around it: the page shows it and changes it; an empty one unless given.
+        host: The address to listen on. Any but the default lets other machines in.
+        port: The TCP port; a free one unless given.
+        open_browser: Open a page on this machine, if it has a browser.
+        origins: Addresses of other pages that may talk to it, such as ``"https://hub.example.org"`` of a proxy.
+
+    Returns:
+        A ``View``: ``url``; ``q``, which can be set; ``world``; ``stop()``. It ends with a ``with`` block, and shows itself in
+        Jupyter.
+
+    Raises:
+        InputError: The address cannot be listened on.
+        MissingExtraError: The extra ``viewer`` is not installed.
+
+    Example:
+        >>> import ulna
+        >>> with ulna.view(ulna.load("panda")) as view:
+        ...     view.q = [0, 0, 0, -1.5, 0, 1.5, 0.8]
+        ...     view.url
+        'http://127.0.0.1:...'
+    """
+    shown = needing_the_extra()(robot, world, host=host, port=port, origins=tuple(origins))
+    if open_browser:
+        shown.page.open()
+    return shown
+
+
+def needing_the_extra() -> type[View]:
+    """The viewer, which needs the extra.
+
+    Raises:
+        MissingExtraError: It is not installed.
+    """
+    with needs_extra("the view", "viewer", "viser", "trimesh"):
+        from ulna.viewer.view import View  # noqa: PLC0415 -- the one layer that needs the extra
+    return View

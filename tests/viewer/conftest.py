@@ -1,0 +1,35 @@
+"""One headless Chromium for all pages."""
+
+import shutil
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+from browser import FLAGS, SIZE
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.fixture(scope="session")
+def browser():
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on this machine: on Debian, apt-get install chromium")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def open_page(browser):
+    """Opens a page at an address, in a tab of its own; ``page.addresses`` has what it asked for."""
+
+    def open_page(url):
+        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        page.addresses = []
+        page.on("request", lambda request: page.addresses.append(request.url))
+        page.goto(url)
+        page.get_by_role("status").first.wait_for(timeout=60_000)
+        return page
+
+    return open_page
