@@ -72,20 +72,26 @@ def test_the_view_answers_on_this_machine_alone(view):
     assert view.url.startswith("http://127.0.0.1:")
 
 
-def test_two_tabs_see_one_robot_and_do_not_fight(view, panda, open_page):
-    first, second = open_page(view.url), open_page(view.url)
-    wait_for(lambda: len(view.page.server.get_clients()) == 2, "two tabs")
-    field, other = (page.get_by_role("textbox", name="joint2") for page in (first, second))
-    field.fill("-0.5")
+def type_number(page, name, value):
+    field = page.get_by_role("textbox", name=name)
+    field.fill(value)
     field.press("Enter")
-    wait_for(lambda: other.input_value() == "-0.5" and view.q[1] == pytest.approx(-0.5), "the number in both tabs")
-    other.fill("-0.25")
-    other.press("Enter")
-    wait_for(lambda: field.input_value() == "-0.25" and view.q[1] == pytest.approx(-0.25), "the other number in both")
+
+
+def number(page, name):
+    return page.get_by_role("textbox", name=name).input_value()
+
+
+def test_two_tabs_see_one_robot_and_do_not_fight(view, panda, open_page, monkeypatch):
+    first, second = open_page(view.url), open_page(view.url, browser=1)
+    wait_for(lambda: len(view.page.server.get_clients()) == 2, "two tabs")
+    type_number(first, "joint2", "-0.5")
+    wait_for(lambda: number(second, "joint2") == "-0.5" and view.q[1] == pytest.approx(-0.5), "the number in both tabs")
+    type_number(second, "joint2", "-0.25")
+    wait_for(lambda: number(first, "joint2") == "-0.25" and view.q[1] == pytest.approx(-0.25), "the other number in both")
     sent = []
-    view.page.server._websock_server._broadcast_buffer.push = _counting(
-        view.page.server._websock_server._broadcast_buffer.push, sent
-    )
+    buffer = view.page.server._websock_server.get_message_buffer()
+    monkeypatch.setattr(buffer, "push", lambda message, push=buffer.push: (sent.append(message), push(message)))
     first.wait_for_timeout(1500)
     assert sent == []  # at rest nothing is sent: no tab answers the other
 
@@ -103,7 +109,7 @@ def test_two_tabs_see_one_robot_and_do_not_fight(view, panda, open_page):
     wait_for(lambda: view.hand.handles.held, "a hand that is held")
     wait_for(lambda: not view.session.moving and view.session.hand_pose[2, 3] < T[2, 3] - 0.02, "the arm after it")
     shown = round(float(view.q[3]), 3)
-    wait_for(lambda: second.get_by_role("textbox", name="joint4").input_value() == f"{shown:g}", "the drag in the other tab")
+    wait_for(lambda: number(second, "joint4") == f"{shown:g}", "the drag in the other tab")
     first.close()  # without letting go
     wait_for(lambda: not view.hand.handles.held and view.session.target is None, "nobody holds the hand")
     wait_for(lambda: len(view.page.server.get_clients()) == 1, "one tab")
@@ -138,11 +144,3 @@ def test_a_notebook_shows_the_page_in_a_frame_with_a_title(view):
     assert f'src="{view.url}"' in shown
     assert "<iframe" in shown
     assert "title=" in shown
-
-
-def _counting(push, sent):
-    def counted(message):
-        sent.append(message)
-        return push(message)
-
-    return counted
