@@ -1,15 +1,21 @@
 # make demo: set up and run the demo.  make test: set up and pass the tests.  make bench: measure, with the peers beside Ulna.
+# make docs: write the documentation site to build/docs, after running every lesson.
 # All may be run again and again.
 PYTHON ?= python3
 VENV ?= .venv
 RUN = $(VENV)/bin
 BENCH_VENV ?= .venv-bench
+DOCS_VENV ?= .venv-docs
 ARGS ?=
 
-.PHONY: demo test test-ros1 test-ros2 bench hw2-zip clean
+.PHONY: demo video test test-ros1 test-ros2 bench docs hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
+
+# The assignment's video, made with no display: hw2-zip packs it. ARGS="--seconds 60" makes another.
+video: $(VENV)/.demo
+	$(RUN)/ulna record hw2/demo.mp4 $(ARGS)
 
 # Everything that CI runs: style, types, layers, tests; then the kernels again without the compiler, and for a plain CPU.
 test: $(VENV)/.dev
@@ -31,6 +37,19 @@ $(BENCH_VENV)/.bench: pyproject.toml
 	$(BENCH_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
 	$(BENCH_VENV)/bin/python -m pip install --quiet --editable .
 	$(BENCH_VENV)/bin/python -m pip install --quiet --only-binary :all: --group bench || $(BENCH_VENV)/bin/python -m benchmarks.install
+	touch $@
+
+# The documentation site. A warning is a failure: a public name without documentation, a link that leads nowhere, a lesson that fails.
+# Nothing is fetched while it is written (there is no network then), nor when it is read.
+docs: $(DOCS_VENV)/.docs
+	rm -rf build/docs
+	.ci/offline $(DOCS_VENV)/bin/python -m sphinx --quiet --fail-on-warning --keep-going --fresh-env -d build/docs-read -b html docs build/docs $(ARGS)
+	@echo "build/docs/index.html"
+
+$(DOCS_VENV)/.docs: pyproject.toml
+	$(PYTHON) -m venv $(DOCS_VENV)
+	$(DOCS_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(DOCS_VENV)/bin/python -m pip install --quiet --editable . --group docs
 	touch $@
 
 # The demo in ROS, with the real parts, each ROS in an environment of its own. Without ROS 1 its tests are skipped and say so.
@@ -74,4 +93,4 @@ $(VENV)/.dev: pyproject.toml | $(RUN)/python
 	touch $(VENV)/.demo $@
 
 clean:
-	rm -rf $(VENV) $(BENCH_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -23,7 +23,7 @@ BACKGROUND = (246, 247, 249)
 def screen() -> Iterator["Screen"]:
     """An X server with one screen; it picks its number itself."""
     reader, writer = os.pipe()
-    command = ("Xvfb", "-displayfd", str(writer), "-screen", "0", "1280x800x24", "-nolisten", "tcp")
+    command = ("Xvfb", "-displayfd", str(writer), "-screen", "0", "1280x800x24", "-nolisten", "tcp", "-noreset")
     with running(*command, pass_fds=[writer], stderr=subprocess.DEVNULL):
         os.close(writer)
         with os.fdopen(reader) as numbers:

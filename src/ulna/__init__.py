@@ -11,6 +11,7 @@ from ulna.errors import (
     FileError,
     GeometryError,
     InputError,
+    MissingExtraError,
     SingularityError,
     UlnaError,
     UnknownNameError,
@@ -19,6 +20,7 @@ from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
 from ulna.inspection.inspect import inspect
 from ulna.inspection.result import Finding, Inspection, Severity
+from ulna.model.clouds import HeightMap, PointCloud
 from ulna.model.convex_mesh import ConvexMesh
 from ulna.model.dh_table import DHTable
 from ulna.model.pose import pose
@@ -41,11 +43,14 @@ __all__ = [
     "Finding",
     "GeometryError",
     "HalfSpace",
+    "HeightMap",
     "IKResult",
     "InputError",
     "Inspection",
     "Mesh",
+    "MissingExtraError",
     "Pair",
+    "PointCloud",
     "Report",
     "Robot",
     "Severity",

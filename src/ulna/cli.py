@@ -27,6 +27,7 @@ from ulna.commands.demo import demo
 from ulna.commands.dh import dh
 from ulna.commands.inspect import inspect
 from ulna.commands.kinematics import fk, ik, jacobian
+from ulna.commands.record import record
 from ulna.commands.robot import info, urdf
 from ulna.commands.ros import ros1, ros2
 from ulna.commands.view import view
@@ -45,6 +46,7 @@ _COMMANDS = (
     (urdf, None),
     (view, None),
     (demo, CHECKS_KEYS),
+    (record, None),
     (bench, BENCH_KEYS),
 )
 

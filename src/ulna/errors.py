@@ -1,7 +1,8 @@
 """Every error that Ulna raises: an ``UlnaError`` that is also the built-in a caller would expect, with its data as attributes."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 _LONGEST = 1000  # characters of a message, which may cite a document
 _LONGEST_NAME, _MOST_NAMES = 100, 10_000  # among which near ones are looked for
@@ -51,7 +52,7 @@ class UnknownNameError(UlnaError, LookupError):
 
 
 class FileError(UlnaError, OSError):
-    """A file that cannot be read. ``path`` names it."""
+    """A file that cannot be read or written. ``path`` names it."""
 
     def __init__(self, path: str, message: str) -> None:
         super().__init__(f"{path}: {message}")
@@ -59,6 +60,28 @@ class FileError(UlnaError, OSError):
 
     def __reduce__(self):
         return type(self), (self.path, self.message)
+
+
+class MissingExtraError(UlnaError, ImportError):
+    """Something that needs an extra of Ulna's which is not installed. ``extra`` names it."""
+
+    def __init__(self, what: str, extra: str) -> None:
+        super().__init__(f"{what} needs the {extra} extra: pip install 'ulna[{extra}]'")
+        self.what, self.extra = what, extra
+
+    def __reduce__(self):
+        return type(self), (self.what, self.extra)
+
+
+@contextmanager
+def needs_extra(what: str, extra: str, *packages: str) -> Iterator[None]:
+    """Around an import: where one of these packages is not installed, a ``MissingExtraError`` says what to install."""
+    try:
+        yield
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] not in packages:
+            raise
+        raise MissingExtraError(what, extra) from None
 
 
 class GeometryError(UlnaError, ValueError):

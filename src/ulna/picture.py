@@ -1,4 +1,4 @@
-"""What every screen draws of the demo: solids with their names, places and colours. The browser and RViz show these."""
+"""What every screen draws of the demo: solids with their names, places and colours. The browser, RViz and videos show these."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
@@ -33,6 +33,7 @@ class Solid(Generic[ShapeT]):
         shape: Its shape.
         color: Red, green, blue in 0..255.
         opacity: From 0, not seen, to 1.
+        glows: True if it shines by itself.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Solid(Generic[ShapeT]):
     shape: ShapeT
     color: tuple[int, int, int]
     opacity: float = 1.0
+    glows: bool = False
 
 
 def arm_boxes(robot: Robot, touching: Collection[str] = ()) -> Iterator[Solid[Box]]:
@@ -61,7 +63,7 @@ def standing_boxes(robot: Robot, q: ArrayLike) -> Iterator[Solid[Box]]:
 
 def light(robot: Robot, report: Report) -> Solid[Cylinder]:
     """The light, red or green; the word beside it is ``str(report)``."""
-    return Solid("light", robot.base, pose(LIGHT_POSITION), LIGHT, light_color(report))
+    return Solid("light", robot.base, pose(LIGHT_POSITION), LIGHT, light_color(report), glows=True)
 
 
 def movable_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Solid[Box]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from ulna.collision.world import World
-from ulna.errors import UlnaError
+from ulna.errors import needs_extra
 from ulna.robot import Robot
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def view(
 
     Raises:
         InputError: The address cannot be listened on.
-        UlnaError: The extra ``viewer`` is not installed.
+        MissingExtraError: The extra ``viewer`` is not installed.
 
     Example:
         >>> import ulna
@@ -57,12 +57,8 @@ def needing_the_extra() -> type[View]:
     """The viewer, which needs the extra.
 
     Raises:
-        UlnaError: It is not installed.
+        MissingExtraError: It is not installed.
     """
-    try:
+    with needs_extra("the view", "viewer", "viser", "trimesh"):
         from ulna.viewer.view import View  # noqa: PLC0415 -- the one layer that needs the extra
-    except ImportError as error:
-        if (error.name or "").partition(".")[0] not in ("viser", "trimesh"):
-            raise
-        raise UlnaError("the view needs the viewer extra: pip install 'ulna[viewer]'") from None
     return View

@@ -105,3 +105,14 @@ def test_pairs_that_are_near_are_shown_on_request(ask, slider):
     (pair,) = answer.pairs
     assert pair["signed_distance"] == answer.signed_distance == pytest.approx(0.3, abs=1e-12)
     assert pair["witness_b"][0] - pair["witness_a"][0] == pytest.approx(0.3, abs=1e-12)
+
+
+def test_the_hulls_of_meshes_are_checked_on_request(ask, run, tmp_path):
+    (tmp_path / "wedge.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n")
+    arm = tmp_path / "arm.urdf"
+    mesh = '<collision name="wedge"><geometry><mesh filename="wedge.obj"/></geometry></collision>'
+    arm.write_text(f'<robot name="r"><link name="base">{mesh}</link></robot>')
+    box = ("--box", "0.2,0.2,0.2,0,0,0,0.1,0.1,0.1")
+    assert run("check", arm, *box).exit_code == 2
+    assert ask("check", arm, "--hulls", *box).touching == ["wedge"]
+    assert ask("check", arm, "--hulls", "--box", "0.9,0.9,0.9,0,0,0,0.1,0.1,0.1").touching == []

@@ -12,7 +12,10 @@ import pytest
 
 import ulna
 
-COMMANDS = ["info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf", "view", "demo", "bench", "ros1", "ros2"]
+COMMANDS = [
+    *("info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf"),
+    *("view", "demo", "record", "bench", "ros1", "ros2"),
+]
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
     ["info"],

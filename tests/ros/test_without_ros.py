@@ -11,8 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import ulna
 from ulna.picture import standing_boxes
 from ulna.ros.adapter import MissingROSError, load_ros
+from ulna.ros.description import robot_description
 
 ROOT = Path(__file__).parents[2]
 SENTENCE = "is not here (this Python has no module 'r"
@@ -51,6 +53,14 @@ def test_ros_stays_on_this_machine_unless_the_user_said_otherwise(monkeypatch):
     with pytest.raises(MissingROSError):
         load_ros(1)
     assert os.environ["ROS_IP"] == ""
+
+
+def test_an_arm_whose_meshes_are_not_here_is_described_by_its_boxes_alone():
+    text = ulna.load("panda").to_urdf().replace("package://", "package://not_here_")
+    told = []
+    assert robot_description(ulna.load(text), told.append) == text
+    assert "pip install example-robot-data" in told[0]
+    assert "not_here_" in told[0]
 
 
 def test_the_submission_holds_the_assignments_files_and_what_they_need(tmp_path):

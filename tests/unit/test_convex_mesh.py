@@ -64,5 +64,5 @@ def test_every_solid_has_its_columns():
 
 
 def test_a_mesh_as_a_file_gives_it_is_refused():
-    with pytest.raises(ulna.GeometryError, match="ConvexMesh"):
+    with pytest.raises(ulna.GeometryError, match="with_convex_hulls"):
         shape_columns(ulna.Mesh("part.stl"))

@@ -1,12 +1,14 @@
 import threading
 
+import av
 import numpy as np
 import pytest
 
-from browser import around, pixels, project
+from browser import SIZE, around, pixels, project
 from colors import count
 from processes import wait_for
 from ulna.demo import BOX_START, LIGHT_POSITION, Demo
+from ulna.model.pose import pose
 from ulna.viewer.app import DemoApp
 
 
@@ -111,3 +113,26 @@ def test_stopping_leaves_no_thread_behind():
     app = DemoApp(Demo(), port=0)
     app.stop()
     wait_for(lambda: threading.active_count() <= before, "no thread left")
+
+
+def test_record_gives_a_video_of_what_was_seen(app, page, still):
+    """The light is where the page's camera shows it, and changes as the box was moved."""
+    page.get_by_role("button", name="Record").click()
+    page.get_by_role("button", name="Stop recording").wait_for()
+    page.wait_for_timeout(700)
+    app.scene.put_handles(pose((0.3, 0.0, 0.5)))
+    app._box_moved()
+    page.wait_for_timeout(700)
+    page.get_by_role("button", name="Stop recording").click()
+    with page.expect_download(timeout=120_000) as download:
+        page.get_by_text("ulna-demo.mp4").first.click(timeout=120_000)
+    with av.open(str(download.value.path())) as container:
+        frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in container.decode(video=0)]
+    assert 30 <= len(frames) <= 30 * 6
+    assert frames[0].shape[1] / frames[0].shape[0] == pytest.approx(SIZE[0] / SIZE[1], rel=0.02)
+    scale = frames[0].shape[0] / SIZE[1]
+    place = [scale * along for along in project(still, LIGHT_POSITION)]
+    colors = [max(("green", "red"), key=lambda color: count(around(frame, place, 8), color)) for frame in (frames[0], frames[-1])]
+    assert colors == ["green", "red"]
+    page.get_by_role("button", name="Record").wait_for()
+    page.get_by_role("button", name="Put the box back").click()

@@ -168,10 +168,12 @@ class Checker:
         rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, self.tree.n_dof))
         if not contacts_each(*_shapes(scene), for_kernel(q)[None], rows, candidates, found, no_gradients):
             refuse_out_of_range(q)
-        order = np.argsort(found[:, DISTANCE], kind="stable")
-        return Report(
-            tuple(self._pair(candidates[k], found[k], object_names) for k in order if found[k, DISTANCE] <= max_distance)
-        )
+        near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
+        order = near[np.argsort(found[near, DISTANCE], kind="stable")]
+        n, told = len(self.bodies.names), {}
+        for k, (a, b) in zip(order, candidates[order].tolist(), strict=True):  # of an object of many solids the nearest is told
+            told.setdefault((a, b if b < n else object_names[b - n]), k)
+        return Report(tuple(self._pair(candidates[k], found[k], object_names) for k in told.values()))
 
     def _candidates(self, q: NDArray[np.float64], scene: tuple, max_distance: float) -> NDArray[np.int64]:
         """The pairs that may be near enough."""

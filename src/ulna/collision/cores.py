@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from ulna.errors import GeometryError
 from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 from ulna.model.convex_mesh import ConvexMesh
-from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Solid, Sphere
+from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
 
 NO_VERTICES = np.zeros((0, 3))
 
 
-def shape_columns(shape: Shape | Solid, first_vertex: int = 0) -> tuple[float, ...]:
+def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[float, ...]:
     """The columns from SHAPE on of a row of a table of bodies.
 
     Args:
@@ -28,7 +28,7 @@ def shape_columns(shape: Shape | Solid, first_vertex: int = 0) -> tuple[float, .
     return *columns, reach
 
 
-def _core_columns(shape: Shape | Solid, first_vertex: int) -> tuple[float, ...]:
+def _core_columns(shape: Shape | HalfSpace, first_vertex: int) -> tuple[float, ...]:
     match shape:
         case Sphere(radius):
             return SPHERE, 0.0, 0.0, 0.0, radius, 0, 0
@@ -43,10 +43,10 @@ def _core_columns(shape: Shape | Solid, first_vertex: int) -> tuple[float, ...]:
         case HalfSpace():
             return HALF_SPACE, 0.0, 0.0, 0.0, 0.0, 0, 0
     raise GeometryError(
-        f"a {type(shape).__name__} has no collision kernel; ulna.ConvexMesh.from_points(...) makes a hull of a mesh"
+        f"a {type(shape).__name__} has no collision kernel; robot.with_convex_hulls() takes the hulls of a robot's meshes"
     )
 
 
-def shape_vertices(shape: Shape | Solid) -> NDArray[np.float64]:
+def shape_vertices(shape: Shape | HalfSpace) -> NDArray[np.float64]:
     """The points of a hull [m], shape (n, 3); none for any other shape."""
     return shape.vertices if isinstance(shape, ConvexMesh) else NO_VERTICES

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.cores import shape_columns, shape_vertices
+from ulna.collision.parts import Parts, parts_of
 from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE, WIDTH
-from ulna.model.shapes import HalfSpace, Solid
+from ulna.model.clouds import Obstacle
+from ulna.model.shapes import HalfSpace
 
 ALONE = 64  # worlds of at most so many objects need no tree: meeting each with eight configurations at once is as fast
 _NOWHERE = 1e300  # bounds that nothing meets
@@ -15,14 +16,14 @@ _NOWHERE = 1e300  # bounds that nothing meets
 
 @dataclass(frozen=True, eq=False)
 class Objects:
-    """The objects of a world.
+    """The solids that the objects of a world consist of.
 
     Attributes:
-        names: In the order of the table.
+        names: In the order of the table, for each solid that of the object which it is part of.
         table: What the kernels read of each (``kernels.layout``), shape (n, BODY_WIDTH).
         vertices: Those of all hulls, shape (m, 3).
         nodes: The tree over the objects from ``n_alone`` on (``kernels.bounds``), shape (6 n_nodes, 8); none if there is no tree.
-        n_alone: How many objects, the first of the table, are in no tree.
+        n_alone: How many solids, the first of the table, are in no tree.
         only_boxes: Whether there are no other shapes.
     """
 
@@ -34,23 +35,32 @@ class Objects:
     only_boxes: bool
 
 
-def make_objects(shapes: dict[str, Solid], poses: dict[str, NDArray[np.float64]]) -> Objects:
+def make_objects(shapes: dict[str, Obstacle], poses: dict[str, NDArray[np.float64]]) -> Objects:
     """The table of named shapes at poses T_base_object, and the tree."""
-    names = sorted(shapes, key=lambda name: not isinstance(shapes[name], HalfSpace))
-    table = np.empty((len(names), BODY_WIDTH))
-    for row, name in zip(table, names, strict=True):
-        row[:12], row[12:14] = poses[name][:3].ravel(), (BASE, 0.0)
-        row[14:] = shape_columns(shapes[name])
-    vertices = [shape_vertices(shapes[name]) for name in names]
-    table[:, FIRST_VERTEX] = np.cumsum([0, *map(len, vertices)])[:-1]
+    kinds = sorted(shapes, key=lambda name: not isinstance(shapes[name], HalfSpace))
+    parts = [parts_of(shapes[name]) for name in kinds]
+    names = [name for name, part in zip(kinds, parts, strict=True) for _ in part.places]
+    vertices = [part.vertices for part in parts]
+    first = np.cumsum([0, *map(len, vertices)])[:-1]
+    rows = [_rows(poses[name], part, k) for name, part, k in zip(kinds, parts, first, strict=True)]
+    table = np.concatenate([np.empty((0, BODY_WIDTH)), *rows])
     n_endless = sum(isinstance(shape, HalfSpace) for shape in shapes.values())
-    n_alone = len(names) if len(names) <= ALONE else n_endless
+    n_alone = len(table) if len(table) <= ALONE else n_endless
     low, high = bounds(table[n_alone:])
     order = np.concatenate([np.arange(n_alone), n_alone + compact_order((low + high) / 2)])
     nodes = tree_of_bounds(low[order[n_alone:] - n_alone], high[order[n_alone:] - n_alone])
     points = np.concatenate([np.zeros((0, 3)), *vertices])
     only_boxes = bool((table[:, SHAPE] == BOX).all())
     return Objects(tuple(names[k] for k in order), np.ascontiguousarray(table[order]), points, nodes, n_alone, only_boxes)
+
+
+def _rows(T: NDArray[np.float64], parts: Parts, first_vertex: int) -> NDArray[np.float64]:
+    """The rows of the solids of an object at a pose T_base_object."""
+    rows = np.empty((len(parts.places), BODY_WIDTH))
+    rows[:, :12], rows[:, 12:14], rows[:, 14:] = T[:3].ravel(), (BASE, 0.0), parts.columns
+    rows[:, 3:12:4] += parts.places @ T[:3, :3].T
+    rows[:, FIRST_VERTEX] = first_vertex
+    return rows
 
 
 def bounds(table: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -66,17 +76,19 @@ def compact_order(centres: NDArray[np.float64]) -> NDArray[np.int64]:
     From the root down, what a node will hold is halved across its longest side, and these halves twice more, for eight children;
     all nodes of a level at once. Source: Bentley, Multidimensional binary search trees (Communications of the ACM, 1975).
     """
-    n, size = len(centres), 1
-    order = np.arange(n)
-    while size < n:
-        size *= 2
+    n = len(centres)
+    size = 1 << max(n - 1, 0).bit_length()
+    filled = np.full((3, size), np.inf)  # what fills up is farthest in every direction, so it stays behind all others
+    filled[:, :n] = centres.T
+    order = np.arange(size)
     while size > WIDTH:
-        starts = np.arange(0, n, size)
-        spread = np.maximum.reduceat(centres[order], starts) - np.minimum.reduceat(centres[order], starts)
-        node = np.arange(n) // size
-        across = centres[order, np.argmax(spread, axis=1)[node]]
-        order, size = order[np.lexsort((across, node))], size // 2
-    return order
+        places = filled[:, order].reshape(3, -1, size)
+        spread = np.where(places < np.inf, places, -np.inf).max(axis=2) - places.min(axis=2)
+        across = np.take_along_axis(places, spread.argmax(axis=0)[None, :, None], axis=0)[0]
+        size //= 2
+        halves = np.argpartition(across, size, axis=1)
+        order = np.take_along_axis(order.reshape(halves.shape), halves, axis=1).ravel()
+    return order[order < n]
 
 
 def tree_of_bounds(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from ulna.collision.world import World
 from ulna.errors import DescriptionError, FileError, UlnaError, did_you_mean
+from ulna.model.clouds import HeightMap, Obstacle, PointCloud
 from ulna.model.convex_mesh import ConvexMesh
 from ulna.model.pose import as_one_pose, pose, rpy_from_matrix
-from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Solid, Sphere
+from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 
 VERSION = 1
 LONGEST = 16_000_000  # bytes
@@ -31,6 +32,8 @@ SHAPES: dict[str, tuple[type, tuple[str, ...]]] = {
     "capsule": (Capsule, ("radius", "length")),
     "convex_mesh": (ConvexMesh, ("vertices",)),
     "half_space": (HalfSpace, ()),
+    "point_cloud": (PointCloud, ("points", "radius")),
+    "height_map": (HeightMap, ("heights", "cell", "bottom")),
 }
 _TURNS = ("rpy", "wxyz", "rotation")  # roll, pitch, yaw; a quaternion; a matrix of three rows
 _SHORTEST = (4, 6, 9, 12, 15, 17)  # digits behind the point, tried in this order
@@ -99,12 +102,12 @@ def world_from_json(text: str | bytes, source: str = "scene") -> World:
     return world
 
 
-def _content(world: World) -> Iterator[tuple[str, Solid, NDArray[np.float64]]]:
+def _content(world: World) -> Iterator[tuple[str, Obstacle, NDArray[np.float64]]]:
     for name in world.names:
         yield name, world.shape(name), world.pose(name)
 
 
-def _entry(name: str, shape: Solid, T: NDArray[np.float64]) -> dict[str, Any]:
+def _entry(name: str, shape: Obstacle, T: NDArray[np.float64]) -> dict[str, Any]:
     word, (_, keys) = next((word, known) for word, known in SHAPES.items() if type(shape) is known[0])
     sizes = {key: np.asarray(getattr(shape, key)).tolist() for key in keys}
     return {"name": name, "shape": word, **sizes, "xyz": T[:3, 3].tolist(), **_turn(T)}

@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.objects import Objects, make_objects
 from ulna.errors import GeometryError, InputError, UnknownNameError
+from ulna.model.clouds import Obstacle
 from ulna.model.pose import as_one_pose
-from ulna.model.shapes import Solid
 
 
 class World:
@@ -25,7 +25,7 @@ class World:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._shapes: dict[str, Solid] = {}
+        self._shapes: dict[str, Obstacle] = {}
         self._poses: dict[str, NDArray[np.float64]] = {}
         self._objects: Objects | None = None
 
@@ -34,12 +34,13 @@ class World:
         """The names of the objects, in the order in which they were added."""
         return tuple(self._shapes)
 
-    def add(self, name: str, shape: Solid, pose: ArrayLike | None = None) -> None:
+    def add(self, name: str, shape: Obstacle, pose: ArrayLike | None = None) -> None:
         """Add an object.
 
         Args:
             name: A name that no other object has.
-            shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh`` or ``HalfSpace``.
+            shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh``, ``HalfSpace``, ``PointCloud`` or
+                ``HeightMap``.
             pose: T_base_object, shape (4, 4); the origin unless given.
         """
         _refuse_unsolid(name, shape)
@@ -58,7 +59,7 @@ class World:
             self._known(name)
             self._poses[name], self._objects = T, None
 
-    def reshape(self, name: str, shape: Solid) -> None:
+    def reshape(self, name: str, shape: Obstacle) -> None:
         """Give an object another shape; it stays where it is."""
         _refuse_unsolid(name, shape)
         with self._lock:
@@ -72,7 +73,7 @@ class World:
             del self._shapes[name], self._poses[name]
             self._objects = None
 
-    def shape(self, name: str) -> Solid:
+    def shape(self, name: str) -> Obstacle:
         """The shape of an object."""
         with self._lock:
             self._known(name)
@@ -105,6 +106,6 @@ class World:
 
 
 def _refuse_unsolid(name: str, shape: object) -> None:
-    if not isinstance(shape, Solid):
+    if not isinstance(shape, Obstacle):
         kind = type(shape).__name__
         raise GeometryError(f"object {name!r} is a {kind}, which cannot be checked; ulna.ConvexMesh.from_points() makes a hull")

@@ -35,6 +35,7 @@ def check(
     scene: Scene = None,
     q: Positions = None,
     itself: Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")] = True,
+    hulls: Annotated[bool, typer.Option("--hulls", help="Take the convex hulls of meshes as the robot's shapes.")] = False,
     within: Annotated[float, typer.Option(min=0, metavar="METRES", help="Show pairs too that are so near.")] = 0.0,
     degrees: Degrees = False,
     xacro_arg: XacroArgs = None,
@@ -47,6 +48,8 @@ def check(
     free, 1 if not.
     """
     arm = load_robot(robot, xacro_arg, package_dir)
+    if hulls:
+        arm = arm.with_convex_hulls()
     world = load_scene(scene)
     for k, text in enumerate(box or (), start=1):
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)

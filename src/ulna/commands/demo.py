@@ -7,7 +7,7 @@ import typer
 from ulna.checks import run_checks
 from ulna.commands.options import Json, NoOpen
 from ulna.demo import Demo
-from ulna.errors import InputError, UlnaError
+from ulna.errors import InputError, needs_extra
 from ulna.tables.checks import show_checks
 
 
@@ -32,10 +32,6 @@ def demo(
 
 
 def _serve(host: str, port: int, *, open_browser: bool) -> None:
-    try:
+    with needs_extra("the view", "viewer", "viser", "trimesh", "av", "PIL"):
         from ulna.viewer.app import serve  # noqa: PLC0415 -- the one layer that needs the extra
-    except ImportError as error:
-        if (error.name or "").partition(".")[0] not in ("viser", "trimesh"):
-            raise
-        raise UlnaError("the view needs the viewer extra: pip install 'ulna[viewer]'") from None
     serve(demo=Demo(), host=host, port=port, open_browser=open_browser)

@@ -10,7 +10,7 @@ from ulna.comparison.matching import Matching
 from ulna.comparison.result import Difference, Tolerances
 from ulna.model.description import Body, Joint, JointType, Link, Mimic
 from ulna.model.pose import angle_between, rpy_from_matrix
-from ulna.model.shapes import Mesh, Shape
+from ulna.model.shapes import ConvexMesh, Mesh, Shape
 
 _WITH_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, JointType.PLANAR)
 
@@ -66,10 +66,16 @@ def _alike(one: Shape, other: Shape, tolerance: float) -> bool:
     if type(one) is not type(other):
         return False
     pairs = zip(asdict(one).values(), asdict(other).values(), strict=True)
-    return all(a == b if isinstance(a, str) else np.allclose(a, b, rtol=0, atol=tolerance) for a, b in pairs)
+    return all(a == b if isinstance(a, str) else _near(a, b, tolerance) for a, b in pairs)
+
+
+def _near(one, other, tolerance: float) -> bool:
+    return np.shape(one) == np.shape(other) and np.allclose(one, other, rtol=0, atol=tolerance)
 
 
 def _shape_words(shape: Shape) -> str:
+    if isinstance(shape, ConvexMesh):
+        return f"convex mesh of {len(shape.vertices)} vertices"
     if isinstance(shape, Mesh):
         return f"mesh {shape.uri}" + (f", scale ({_words(shape.scale)})" if shape.scale != (1.0, 1.0, 1.0) else "")
     return f"{type(shape).__name__.lower()}, " + ", ".join(f"{key} {_words(np.ravel(m))}" for key, m in asdict(shape).items())

@@ -4,12 +4,13 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 from lxml import etree
 
 from ulna.inspection.elements import listed, numbers, of_robot
-from ulna.inspection.mesh_bounds import READABLE, mesh_extents
 from ulna.inspection.result import Finding, Severity
 from ulna.inspection.shapes import size_findings
+from ulna.io.mesh_points import READABLE, mesh_points
 from ulna.io.packages import resolve_uri
 
 
@@ -40,7 +41,7 @@ def mesh_findings(root: etree._Element, folder: Path | None, package_dirs: Itera
 
 def _content_findings(path: Path, scale: tuple[float, ...], mesh: etree._Element) -> Iterator[Finding]:
     try:
-        extents = mesh_extents(path)
+        extents = np.ptp(mesh_points(path), axis=0).tolist()
     except (OSError, ValueError, etree.XMLSyntaxError) as error:
         message = f"mesh {path.name} cannot be read: {' '.join(str(error).split())[:100]}"
         yield Finding(Severity.WARNING, of_robot(mesh), message, mesh.sourceline)

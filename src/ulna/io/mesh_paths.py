@@ -24,13 +24,23 @@ def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Ite
         return text
     root = etree.fromstring(text.encode(), etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False))
     named = [element for element in root.iter(*_NAMING_FILES) if element.get("filename")]
-    places = {uri: resolve_uri(uri, folder, package_dirs) for uri in dict.fromkeys(e.get("filename", "") for e in named)}
+    places = found_files((element.get("filename", "") for element in named), folder, package_dirs)
+    for element in named:
+        element.set("filename", places[element.get("filename", "")].resolve().as_uri())
+    return etree.tostring(root.getroottree(), encoding="unicode")
+
+
+def found_files(uris: Iterable[str], folder: Path | None, package_dirs: Iterable[str | Path]) -> dict[str, Path]:
+    """The file behind each address, each looked for once.
+
+    Raises:
+        FileError: One is not there; the message lists every path tried.
+    """
+    package_dirs = list(package_dirs)
+    places = {uri: resolve_uri(uri, folder, package_dirs) for uri in dict.fromkeys(uris)}
     missing = [uri for uri, (path, _) in places.items() if path is None]
     for uri in missing[:1]:
         tried = "; ".join(map(str, places[uri][1])) or "nothing, for it leads out of its package"
         others = f" ({len(missing) - 1} more of this robot are missing)" if len(missing) > 1 else ""
         raise FileError(uri, f"no such file{others}; tried {tried}")
-    for element in named:
-        path, _ = places[element.get("filename", "")]
-        element.set("filename", Path(path or "").resolve().as_uri())
-    return etree.tostring(root.getroottree(), encoding="unicode")
+    return {uri: path for uri, (path, _) in places.items() if path is not None}

@@ -6,10 +6,10 @@ import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
 
-from ulna.errors import DescriptionError
+from ulna.errors import DescriptionError, InputError
 from ulna.model.description import Body, Description, Joint, JointType, Link, Safety
 from ulna.model.pose import rpy_from_matrix
-from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from ulna.model.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere
 
 
 def write_urdf(description: Description) -> str:
@@ -50,6 +50,8 @@ def _shape(shape: Shape) -> etree._Element:
             return etree.Element(type(shape).__name__.lower(), radius=_words([radius]), length=_words([length]))
         case Mesh(uri, scale):
             return etree.Element("mesh", filename=uri, scale=_words(scale))
+        case ConvexMesh():
+            raise InputError("description", "URDF has no convex hulls; write the robot as it was before with_convex_hulls()")
 
 
 def _joint(joint: Joint) -> etree._Element:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.errors import InputError
+from ulna.errors import InputError, needs_extra
 from ulna.kernels.layout import LARGEST
 from ulna.model.arrays import as_floats
 
@@ -49,13 +49,11 @@ class ConvexMesh:
 
         Raises:
             InputError: They are not points, or all lie in one plane (``ConvexMesh(points)`` takes these).
-            ImportError: SciPy, which brings Qhull, is not installed.
+            MissingExtraError: SciPy, which brings Qhull, is not installed (``ConvexMesh(points)`` does without).
         """
         mesh = cls(points)
-        try:
+        with needs_extra("the convex hull of points", "hulls", "scipy"):
             from scipy.spatial import ConvexHull, QhullError  # pyright: ignore[reportMissingImports]
-        except ImportError as error:
-            raise ImportError("a hull is found by SciPy: pip install scipy; or ConvexMesh(points), which keeps all") from error
         try:
             hull = ConvexHull(mesh.vertices)
         except (QhullError, ValueError) as error:

@@ -15,7 +15,7 @@ class Box:
     extents: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "extents", _lengths("extents", self.extents, 3))
+        object.__setattr__(self, "extents", lengths("extents", self.extents, 3))
 
     @property
     def half_extents(self) -> tuple[float, float, float]:
@@ -30,7 +30,7 @@ class Sphere:
     radius: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", _lengths("radius", (self.radius,), 1)[0])
+        object.__setattr__(self, "radius", lengths("radius", (self.radius,), 1)[0])
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class _Round:
     length: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", _lengths("radius", (self.radius,), 1)[0])
-        object.__setattr__(self, "length", _lengths("length", (self.length,), 1)[0])
+        object.__setattr__(self, "radius", lengths("radius", (self.radius,), 1)[0])
+        object.__setattr__(self, "length", lengths("length", (self.length,), 1)[0])
 
 
 class Cylinder(_Round):
@@ -64,15 +64,20 @@ class HalfSpace:
     """All that lies below the plane z = 0 of its frame, without end: a floor, or a wall if its frame is turned."""
 
 
-Shape = Box | Sphere | Cylinder | Capsule | Mesh
-"""What a description can give to a link."""
+Shape = Box | Sphere | Cylinder | Capsule | Mesh | ConvexMesh
+"""What a link can have. A description gives meshes as files; ``robot.with_convex_hulls()`` takes their hulls."""
 Solid = Box | Sphere | Cylinder | Capsule | ConvexMesh | HalfSpace
 """What a collision query can take."""
 
 
-def _lengths(name: str, values: object, count: int) -> tuple[float, ...]:
-    lengths = as_floats(name, values)  # type: ignore[arg-type]
-    if lengths.shape != (count,) or not ((lengths >= 0) & (lengths <= LARGEST)).all():
+def lengths(name: str, values: object, count: int) -> tuple[float, ...]:
+    """So many finite lengths of at least 0 [m].
+
+    Raises:
+        InputError: They are not; ``name`` stands in the message.
+    """
+    given = as_floats(name, values)  # type: ignore[arg-type]
+    if given.shape != (count,) or not ((given >= 0) & (given <= LARGEST)).all():
         expected = f"{count} finite length{'s' * (count > 1)} of at least 0 and at most {LARGEST:g} m"
         raise InputError(name, f"{values!r}; {expected} {'are' if count > 1 else 'is'} expected")
-    return tuple(lengths.tolist())
+    return tuple(given.tolist())

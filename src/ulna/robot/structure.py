@@ -25,7 +25,9 @@ class Structure:
     """What every part of a robot knows of it."""
 
     description: Description
+    """Links and joints as the file gives them."""
     tree: Tree
+    """The same in flat arrays, as the kernels read it."""
     home: Array
     """The configuration to start from [rad or m], shape (n_dof,)."""
 

@@ -50,6 +50,10 @@ class Children(AbstractContextManager):
             child.kill()
             child.wait()
 
-    def __exit__(self, *_: object) -> None:
+    def end_all(self) -> None:
+        """End every one, the last first."""
         for name in reversed(list(self._running)):
             self.end(name)
+
+    def __exit__(self, *_: object) -> None:
+        self.end_all()

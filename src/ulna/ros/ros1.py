@@ -3,6 +3,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 from xmlrpc.client import ServerProxy
 
@@ -117,15 +118,24 @@ def play(arm: ArmAndLight) -> None:
     beat(arm.show.advance)
 
 
-def beat(step: Callable[[float], object]) -> None:
-    """Call ``step(seconds)`` at RATE_HZ with the time gone by, until the node is ended. A master that was lost is found again."""
+def beat(
+    step: Callable[[float], object],
+    found_master: Callable[[], object] = lambda: None,
+    ended: Callable[[], bool] = rospy.is_shutdown,
+) -> None:
+    """Call ``step(seconds)`` at RATE_HZ with the time gone by, until ``ended()``.
+
+    A master that was lost is found again, and then ``found_master()`` is called, for the new one knows no parameters.
+    """
     registration = Registration()
     last = time.monotonic()
-    while not rospy.is_shutdown():
+    while not ended():
         now = time.monotonic()
         step(now - last)
         last = now
-        registration.keep()
+        with suppress(OSError):  # lost again at once: there will be a next one
+            if registration.keep():
+                found_master()
         time.sleep(max(0.0, 1.0 / RATE_HZ - (time.monotonic() - now)))
 
 
@@ -137,10 +147,10 @@ class Registration:
         self._pid = self._ask()
         self._asked = time.monotonic()
 
-    def keep(self) -> None:
-        """Register again if the master is another one. Asks it once in a while."""
+    def keep(self) -> bool:
+        """Register again if the master is another one, and tell whether it is. Asks it once in a while."""
         if time.monotonic() - self._asked < _LOOK_FOR_MASTER_S:
-            return
+            return False
         self._asked = time.monotonic()
         pid = self._ask()
         if pid is None:
@@ -148,6 +158,8 @@ class Registration:
         elif pid != self._pid:
             self._register()
             self._pid = pid
+            return True
+        return False
 
     def _ask(self) -> int | None:
         try:

@@ -3,8 +3,10 @@
 
 import os
 import signal
+import threading
 import time
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
+from functools import partial
 from importlib.resources import as_file, files
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -32,42 +34,67 @@ def run(*, rviz: bool = True) -> None:
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # whoever ends us, we end our children
     demo = Demo()
     with ExitStack() as stack:
-        children = stack.enter_context(Children())
-        _have_master(children)
+        master = stack.enter_context(Children())
+        _have_master(master)
         rospy.init_node("ulna_demo", disable_signals=True)
         stack.callback(rospy.signal_shutdown, "the demo ends")
-        programs = stack.enter_context(Children())
-        rospy.set_param("robot_description", robot_description(demo.robot, rospy.logwarn))
-        programs.start(_PUBLISHER, _find_state_publisher(), quiet=True)  # it complains of the fingers, which no link follows
+        config = str(stack.enter_context(as_file(files("ulna.ros") / "demo.rviz"))) if rviz else None
+        beside = stack.enter_context(Beside(demo, config))
+        beside.meet_master()
         arm, _box = ArmAndLight(demo), MovableBox(demo.robot)
-        if rviz:
-            _open_rviz(programs, str(stack.enter_context(as_file(files("ulna.ros") / "demo.rviz"))))
         print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - nothing else is seen without RViz
-        _play(arm, (children, programs))
+        beat(partial(_step, arm, master, beside), beside.meet_master, _told_to_end().is_set)
 
 
-def _play(arm: ArmAndLight, groups: tuple[Children, ...]) -> None:
-    def step(seconds: float) -> None:
-        arm.show.advance(seconds)
-        for group in groups:
-            for sentence in group.ended():
-                rospy.logwarn(f"{sentence}; the demo goes on")
+def _told_to_end() -> threading.Event:
+    """Set by SIGINT or SIGTERM: an exception amid rospy might leave a lock held. A second signal is raised all the same."""
+    told = threading.Event()
 
-    with suppress(KeyboardInterrupt):
-        beat(step)
+    def tell(number: int, _frame: object) -> None:
+        signal.signal(number, signal.default_int_handler)
+        told.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, tell)
+    return told
 
 
-def _have_master(children: Children) -> None:
+def _step(arm: ArmAndLight, master: Children, beside: Children, seconds: float) -> None:
+    arm.show.advance(seconds)
+    for sentence in beside.ended():
+        rospy.logwarn(f"{sentence}; the demo goes on")
+    for sentence in master.ended():
+        rospy.logwarn(f"{sentence}; another is started")
+        _have_master(master)
+
+
+class Beside(Children):
+    """What a master must know and the programs that register with it once: both anew for each master."""
+
+    def __init__(self, demo: Demo, config: str | None) -> None:
+        super().__init__()
+        self._demo, self._config = demo, config
+
+    def meet_master(self) -> None:
+        """Tell it the description; start robot_state_publisher, and RViz if there is a picture for it."""
+        self.end_all()
+        rospy.set_param("robot_description", robot_description(self._demo.robot, rospy.logwarn))
+        self.start(_PUBLISHER, _find_state_publisher(), quiet=True)  # it complains of the fingers, which no link follows
+        if self._config:
+            _open_rviz(self, self._config)
+
+
+def _have_master(master: Children) -> None:
     """Start a master where ROS_MASTER_URI says, if none answers."""
     if rosgraph.is_master_online():
         return
     uri = urlsplit(rosgraph.get_master_uri())
     if uri.hostname not in _HERE:
         raise MissingROSError(f"the master at {uri.geturl()} does not answer, and only one on this machine can be started here")
-    children.start("rosmaster", "rosmaster", "--core", "-p", str(uri.port or 11311))
+    master.start("rosmaster", "rosmaster", "--core", "-p", str(uri.port or 11311))
     end = time.monotonic() + _MASTER_WITHIN_S
     while not rosgraph.is_master_online():
-        if time.monotonic() > end or any(children.ended()):
+        if time.monotonic() > end or any(master.ended()):
             raise MissingROSError(f"the master did not start; rosmaster --core -p {uri.port} says why")
         time.sleep(0.05)
 

@@ -12,6 +12,7 @@ from ulna.model.pose import pose
 from ulna.show import Show
 from ulna.viewer.joints import JointSliders
 from ulna.viewer.page import HOST, Page
+from ulna.viewer.record_button import RecordButton
 from ulna.viewer.scene import DemoScene
 from ulna.viewer.words import marked
 
@@ -70,6 +71,7 @@ class DemoApp:
         self._stopping.set()
         self._wake.set()
         self._thread.join(timeout=STOP_WITHIN_S)
+        self.recording.close()
         self.page.stop()
 
     def set_configuration(self, q: NDArray[np.float64]) -> None:
@@ -101,6 +103,7 @@ class DemoApp:
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
         self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
         gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self._put_box_back())
+        self.recording = RecordButton(self.server, self.show, lambda: self.show_boxes.value)
         self.joints = JointSliders(gui, self.demo.robot, self._wake.set)
 
     def _put_box_back(self) -> None:
@@ -123,6 +126,7 @@ class DemoApp:
                     self.set_configuration(q)
                 elif self.playing.value and self.speed.value > 0.0:
                     self.show.advance((now - last) * self.speed.value)
+                self.recording.take(now)
             last = now
 
     def _show_joints(self) -> None:

@@ -8,15 +8,16 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.errors import UlnaError
+from ulna.model.clouds import Obstacle
 from ulna.model.pose import pose, rpy_from_matrix
-from ulna.model.shapes import Box, Capsule, Cylinder, Solid, Sphere
+from ulna.model.shapes import Box, Capsule, Cylinder, Sphere
 
 if TYPE_CHECKING:
     from ulna.viewer.obstacles import Obstacles
 
 _NONE: str = "none"
 _DIGITS = 4  # behind the point: tenths of millimetres
-Known = dict[str, tuple[Solid, "NDArray[Any]"]]
+Known = dict[str, tuple[Obstacle, "NDArray[Any]"]]
 
 
 class ObstacleForm:
@@ -71,14 +72,14 @@ class ObstacleForm:
         self._write(self.xyz, _rounded(T[:3, 3]))
         self._write(self.rpy, _rounded(rpy_from_matrix(T)))
 
-    def _show_fields(self, shape: Solid | None) -> None:
+    def _show_fields(self, shape: Obstacle | None) -> None:
         sized = [field for field, _ in self._sizes(shape)]
         for field in (self.extents, self.radius, self.length):
             field.visible = field in sized
         for field in (self.name, self.xyz, self.rpy):
             field.visible = shape is not None
 
-    def _sizes(self, shape: Solid | None) -> list[tuple[Any, Any]]:
+    def _sizes(self, shape: Obstacle | None) -> list[tuple[Any, Any]]:
         match shape:
             case Box(extents):
                 return [(self.extents, extents)]
@@ -111,11 +112,11 @@ class ObstacleForm:
         except UlnaError as error:
             event.client.add_notification("That cannot be", str(error), color="red")
 
-    def _shape(self, shape: Solid) -> Solid:
+    def _shape(self, shape: Obstacle) -> Obstacle:
         """The shape that the sizes say; the same one if they say nothing new."""
         match shape:
             case Box():
-                new: Solid = Box(self.extents.value)
+                new: Obstacle = Box(self.extents.value)
             case Sphere():
                 new = Sphere(self.radius.value)
             case Cylinder() | Capsule():

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
 from ulna.errors import UlnaError
+from ulna.model.clouds import Obstacle
 from ulna.model.pose import pose, quaternion_from_matrix
-from ulna.model.shapes import Box, Cylinder, Solid, Sphere
+from ulna.model.shapes import Box, Cylinder, Sphere
 from ulna.picture import MOVABLE, TOUCHING
 from ulna.viewer.handles import Handles
 from ulna.viewer.obstacle_form import ObstacleForm
@@ -43,7 +44,7 @@ class Obstacles:
         self._server, self.world, self._place, self.moved = server, world, place, moved
         self._edge = round(_EDGE * size, 2) or 0.01
         self.nodes: dict[str, Any] = {}
-        self._drawn: dict[str, tuple[Solid, NDArray[np.float64]]] = {}
+        self._drawn: dict[str, tuple[Obstacle, NDArray[np.float64]]] = {}
         self._count = 0
         self.lock = threading.RLock()
         self.handles = Handles(server.scene, "/chosen", 0.25 * size, moved, visible=False)
@@ -79,7 +80,7 @@ class Obstacles:
                 self.world.remove(self.chosen)
         self.moved()
 
-    def change(self, name: str, shape: Solid, T: NDArray[np.float64], new_name: str) -> None:
+    def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
         """Give an obstacle another shape, place or name."""
         with self.lock:
             if new_name == name:
@@ -124,7 +125,7 @@ class Obstacles:
             if self.chosen is not None:
                 self.handles.put(known[self.chosen][1])
 
-    def _draw(self, name: str, shape: Solid, T: NDArray[np.float64], *, red: bool) -> None:
+    def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
         color = TOUCHING if red else MOVABLE
         if name not in self._drawn:
             self._count += 1

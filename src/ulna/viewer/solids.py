@@ -6,8 +6,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ulna.model.clouds import Obstacle
 from ulna.model.pose import quaternion_from_matrix
-from ulna.model.shapes import Box, Cylinder, HalfSpace, Solid, Sphere
+from ulna.model.shapes import Box, Cylinder, HalfSpace, Sphere
 from ulna.viewer.visuals import triangles
 
 Color = tuple[int, int, int]
@@ -17,7 +18,7 @@ _GROUND = (4.0, 4.0, 0.004)  # what is drawn of a half-space [m]
 def add_solid(
     scene: viser.SceneApi,
     name: str,
-    shape: Solid,
+    shape: Obstacle,
     color: Color,
     opacity: float,
     T: NDArray[np.float64] | None = None,

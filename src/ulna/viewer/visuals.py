@@ -9,8 +9,10 @@ import trimesh
 from numpy.typing import NDArray
 from trimesh.resolvers import Resolver
 
+from ulna.collision.parts import parts_of
 from ulna.errors import FileError
 from ulna.io.mesh_files import MeshFiles
+from ulna.model.clouds import HeightMap, PointCloud
 from ulna.model.convex_mesh import ConvexMesh
 from ulna.model.description import Body
 from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
@@ -58,7 +60,7 @@ def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
     return scene
 
 
-def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh) -> trimesh.Trimesh:
+def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud | HeightMap) -> trimesh.Trimesh:
     """A shape other than a file's mesh as triangles, in its own frame."""
     match shape:
         case Box(extents):
@@ -71,6 +73,8 @@ def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh) -> trimesh.
             return trimesh.creation.capsule(length, radius, transform=_lowered(length / 2))
         case ConvexMesh(vertices):
             return _hull(vertices)
+        case PointCloud() | HeightMap():
+            return _many(shape)
 
 
 def _coloured(body: Body, files: MeshFiles) -> trimesh.Scene:
@@ -95,6 +99,18 @@ def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
         radius = 0.02 * max(float(np.ptp(vertices, axis=0).max()), 0.05)
         balls = [trimesh.creation.icosphere(subdivisions=1, radius=radius).apply_translation(point) for point in vertices]
         return trimesh.util.concatenate(balls)  # type: ignore[return-value]
+
+
+def _many(shape: PointCloud | HeightMap) -> trimesh.Trimesh:
+    """A coarse ball about each point, or a column for each cell."""
+    parts = parts_of(shape)
+    if isinstance(shape, PointCloud):
+        one, sizes = trimesh.creation.icosphere(subdivisions=0), np.full((len(parts.places), 3), shape.radius)
+    else:
+        one, sizes = trimesh.creation.box((2, 2, 2)), parts.columns[:, 1:4]
+    vertices = parts.places[:, None] + sizes[:, None] * one.vertices
+    faces = len(one.vertices) * np.arange(len(vertices))[:, None, None] + one.faces
+    return trimesh.Trimesh(vertices.reshape(-1, 3), faces.reshape(-1, 3), process=False)
 
 
 def _lowered(distance: float) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ import re
 import signal
 import subprocess
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -27,7 +27,13 @@ LIGHT = "m.ns=='light' and m.type==9"  # its word
 @pytest.fixture
 def node(another):
     """The demo without RViz, at a master of its own that it must start."""
-    with running(sys.executable, "-m", "ulna", "ros1", "demo", "--no-rviz", env=another, stdout=subprocess.PIPE) as program:
+    with demo_without_rviz(another) as program:
+        yield program
+
+
+@contextmanager
+def demo_without_rviz(environment):
+    with running(sys.executable, "-m", "ulna", "ros1", "demo", "--no-rviz", env=environment, stdout=subprocess.PIPE) as program:
         assert "The demo runs" in program.stdout.readline()
         yield program
 
@@ -49,10 +55,21 @@ def word(environment):
     return rostopic(environment, "echo", "-n1", "--filter", LIGHT, "/visualization_marker/text").splitlines()[0].strip('"')
 
 
-def is_alive(uri):
+def master_of(environment):
+    return rosgraph.Master("/test", environment["ROS_MASTER_URI"])
+
+
+def is_alive(environment):
     with suppress(OSError):
-        return rosgraph.Master("/test", uri).is_online()
+        return master_of(environment).is_online()
     return False
+
+
+def end_master(environment):
+    """Its process number, once it is told to end."""
+    number = master_of(environment).getPid()
+    os.kill(number, signal.SIGTERM)
+    return number
 
 
 def test_the_joints_are_told_by_name(node, another):
@@ -71,21 +88,35 @@ def test_a_zero_quaternion_is_passed_over_and_the_node_goes_on(node, another):
     assert node.poll() is None
 
 
-def test_a_lost_master_is_found_again(node, another):
-    uri = another["ROS_MASTER_URI"]
-    os.kill(rosgraph.Master("/test", uri).getPid(), signal.SIGTERM)
-    wait_for(lambda: not is_alive(uri), "the master's end")
-    port = uri.rsplit(":", 1)[1]
-    with running("rosmaster", "--core", "-p", port, env=another, stdout=subprocess.DEVNULL):
-        wait_for(lambda: "/joint_states" in rostopic_list(another), "the joints at the new master")
-        tell_box(another, 0.0, 1.0)
-        wait_for(lambda: "collision" in word(another), "the word collision, by the new master")
-        assert node.poll() is None
+def test_a_master_of_its_own_that_is_lost_is_started_again(node, another):
+    lost = end_master(another)
+    wait_for(lambda: goes_on(another), "the joints and the description at another master")
+    assert master_of(another).getPid() != lost
+    tell_box(another, 0.0, 1.0)
+    wait_for(lambda: "collision" in word(another), "the word collision, by the new master")
+    assert node.poll() is None
 
 
-def rostopic_list(environment):
-    run = subprocess.run(["rostopic", "list"], env=environment, capture_output=True, text=True, check=False)
-    return run.stdout.splitlines()
+def test_a_master_of_others_that_is_lost_is_found_when_it_is_back(another):
+    command = ("rosmaster", "--core", "-p", another["ROS_MASTER_URI"].rsplit(":", 1)[1])
+    nothing = {"env": another, "stdout": subprocess.DEVNULL}
+    with running(*command, **nothing):
+        wait_for(lambda: is_alive(another), "a master")
+        with demo_without_rviz(another) as program:
+            end_master(another)
+            wait_for(lambda: not is_alive(another), "the master's end")
+            with running(*command, **nothing):
+                wait_for(lambda: goes_on(another), "the joints and the description at another master")
+                assert program.poll() is None
+
+
+def goes_on(environment):
+    """Whether the master knows the joints, the arm's description, and who makes tf of both."""
+    with suppress(OSError, rosgraph.MasterException):
+        master = master_of(environment)
+        topics = dict(master.getSystemState()[0])
+        return "/joint_states" in topics and "/tf" in topics and "<robot" in master.getParam("/robot_description")
+    return False
 
 
 def test_one_command_shows_it_all_and_ends_what_it_started(another, display):
@@ -103,7 +134,7 @@ def test_one_command_shows_it_all_and_ends_what_it_started(another, display):
         assert len(started) == 2  # the master and robot_state_publisher
     assert program.returncode == 0
     wait_for(lambda: not any(alive(pid) for pid in started), "the end of what it started")
-    assert not is_alive(another["ROS_MASTER_URI"])
+    assert not is_alive(another)
 
 
 def light_is_seen(display):

@@ -1,5 +1,6 @@
 """The assignment as it is written: roslaunch hw2.launch, and its scripts, each a process of its own, seen in RViz."""
 
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 
 pytest.importorskip("rospy", reason="no ROS 1 for this Python: docs/ros.md says how to install it")
 import rospy
+import yaml
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
 import ulna
@@ -25,9 +27,9 @@ pytestmark = pytest.mark.filterwarnings(
 
 @pytest.fixture(scope="module")
 def rviz(machine, display):
-    """``roslaunch hw2.launch path:=…`` in hw2/, and what RViz shows once it shows its floor."""
+    """``roslaunch hw2.launch`` in hw2/, and what RViz shows once it shows its floor."""
     environment = machine | {"DISPLAY": display.name}
-    with running("roslaunch", "hw2.launch", f"path:={HW2}", cwd=HW2, env=environment, stdout=subprocess.DEVNULL):
+    with running("roslaunch", "hw2.launch", cwd=HW2, env=environment, stdout=subprocess.DEVNULL):
         wait_for(lambda: (display.pixels() == BACKGROUND).all(axis=-1).sum() > 200_000, "RViz")
         rospy.init_node("test", anonymous=True, disable_signals=True)
         yield View(display.pixels())
@@ -44,6 +46,13 @@ def differs(image, rviz, point):
 
 def test_line_5_of_the_launch_file_is_its_path():
     assert '<arg name="path"' in (HW2 / "hw2.launch").read_text().splitlines()[4]
+
+
+def test_the_path_can_be_said_on_the_command_line(machine, tmp_path):
+    shutil.copy(HW2 / "hw2.launch", tmp_path)  # alone: all else is at the path
+    command = ["roslaunch", "--dump-params", "hw2.launch", f"path:={HW2}"]
+    told = subprocess.run(command, cwd=tmp_path, env=machine, capture_output=True, text=True, check=True)
+    assert ulna.load(yaml.safe_load(told.stdout)["/robot_description"]).n_dof == 7
 
 
 def test_robot_description_is_the_arm_with_meshes_that_are_there(rviz):

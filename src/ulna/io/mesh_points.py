@@ -1,4 +1,4 @@
-"""How large a mesh is: the extents of the points in STL, OBJ and Collada files, without a mesh library."""
+"""The points of STL, OBJ and Collada files, without a mesh library: enough for a mesh's size, and for its convex hull."""
 
 import re
 from collections.abc import Iterator
@@ -17,21 +17,25 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 _DEEPEST = 64  # nodes of a Collada scene within one another
 
 
-def mesh_extents(path: Path) -> tuple[float, float, float]:
-    """The lengths along x, y, z of the box around a mesh, in the file's own units (Collada: metres).
+def mesh_points(path: Path) -> Array:
+    """The vertices of a mesh in the file's own units (Collada: metres), shape (n, 3), as often as the file names them.
+
+    Collada's ``up_axis`` is passed over, as RViz and Pinocchio do: a description says itself how a mesh is turned.
 
     Raises:
-        ValueError: It has no points, or some that are not finite.
+        ValueError: The file is of another kind, or it has no points, or some that are not finite.
         OSError: It cannot be read.
         etree.XMLSyntaxError: A Collada file is not XML.
     """
-    points = {".stl": _stl_points, ".obj": _obj_points, ".dae": _collada_points}[path.suffix.lower()](path.read_bytes())
+    kind = path.suffix.lower()
+    if kind not in READABLE:
+        raise ValueError(f"a mesh of kind {kind!r} is not read, only {', '.join(READABLE)}")
+    points = {".stl": _stl_points, ".obj": _obj_points, ".dae": _collada_points}[kind](path.read_bytes())
     if not len(points):
         raise ValueError("it has no points")
     if not np.isfinite(points).all():
         raise ValueError("it has points that are not finite")
-    x, y, z = np.ptp(points, axis=0).tolist()
-    return x, y, z
+    return points
 
 
 def _stl_points(data: bytes) -> Array:

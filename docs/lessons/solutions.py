@@ -1,0 +1,60 @@
+"""Solutions of the exercises of the lessons. `docs/site/exercises.py` puts each behind its exercise on the documentation site."""
+
+import numpy as np
+
+import ulna
+
+robot = ulna.load("panda")
+
+
+# ---- lesson 1 ----
+
+
+def standard_row(a, d, alpha, theta):
+    return ulna.pose((0, 0, d), (0, 0, theta)) @ ulna.pose((a, 0, 0), (alpha, 0, 0))
+
+
+def seen_from_the_hand(q, p_base):
+    T_hand_base = np.linalg.inv(robot.forward_kinematics(q))
+    return (T_hand_base @ [*p_base, 1])[:3]
+
+
+# ---- lesson 2 ----
+
+
+def jacobian_of(kinds, z, o, p):
+    columns = []
+    for kind, z_i, o_i in zip(kinds, z, o, strict=True):
+        turns = kind == "revolute"
+        columns.append(np.concatenate([np.cross(z_i, p - o_i), z_i] if turns else [z_i, np.zeros(3)]))
+    return np.array(columns).T
+
+
+def lost_direction(J):
+    U, _, _ = np.linalg.svd(J)
+    return U[:, -1]
+
+
+# ---- lesson 3 ----
+
+
+def damped_step(J, e, damping):
+    return J.T @ np.linalg.solve(J @ J.T + damping * np.eye(len(e)), e)
+
+
+def starts_needed(p, wanted):
+    return int(np.ceil(np.log(1 - wanted) / np.log(1 - p) - 1e-9))
+
+
+# ---- lesson 4 ----
+
+
+def box_shadow(T, half, n):
+    centre, reach = T[:3, 3] @ n, half @ np.abs(T[:3, :3].T @ n)
+    return centre - reach, centre + reach
+
+
+def way_out(T_a, half_a, T_b, half_b):
+    width, n = widest_gap(T_a, half_a, T_b, half_b)  # noqa: F821 - the lesson's own
+    away = n if (T_b[:3, 3] - T_a[:3, 3]) @ n >= 0 else -n
+    return -width * away

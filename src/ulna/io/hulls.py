@@ -1,0 +1,52 @@
+"""Convex hulls in the place of a description's collision meshes."""
+
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+from lxml import etree
+
+from ulna.errors import FileError, InputError
+from ulna.io.mesh_paths import found_files
+from ulna.io.mesh_points import mesh_points
+from ulna.model.convex_mesh import ConvexMesh
+from ulna.model.description import Body, Description, Link
+from ulna.model.shapes import Mesh
+
+_KEPT = 256  # hulls, of files that robots share
+
+
+def with_hulls(description: Description) -> Description:
+    """The description whose collision meshes are their convex hulls; what is seen stays as it is.
+
+    Raises:
+        FileError: A mesh is not there, or cannot be read.
+        MissingExtraError: SciPy, which finds hulls, is not installed.
+    """
+    meshes = [body.shape for link in description.links for body in link.collisions if isinstance(body.shape, Mesh)]
+    places = found_files((mesh.uri for mesh in meshes), description.folder, description.package_dirs)
+    return replace(description, links=tuple(_hulled(link, places) for link in description.links))
+
+
+def _hulled(link: Link, places: dict[str, Path]) -> Link:
+    def hulled(body: Body) -> Body:
+        if not isinstance(body.shape, Mesh):
+            return body
+        path = places[body.shape.uri]
+        try:
+            return replace(body, shape=_hull(path, path.stat().st_mtime_ns, body.shape.scale))
+        except (OSError, ValueError, etree.XMLSyntaxError) as error:
+            reason = " ".join(str(error).split())[:200]
+            raise FileError(str(path), f"the collision mesh {body.name!r} of link {link.name!r} has no hull: {reason}") from error
+
+    return replace(link, collisions=tuple(map(hulled, link.collisions)))
+
+
+@lru_cache(maxsize=_KEPT)
+def _hull(path: Path, _changed: int, scale: tuple[float, float, float]) -> ConvexMesh:
+    """The hull of a file as it was at one time. A flat mesh, which has no volume, keeps all its points."""
+    points = mesh_points(path) * scale
+    try:
+        return ConvexMesh.from_points(points)
+    except InputError:
+        return ConvexMesh(points)

@@ -1,0 +1,74 @@
+"""Where a picture is taken from, and what that makes of points: the maps that the raster's kernels take."""
+
+from dataclasses import dataclass
+from math import atan, cos, sin, tan
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_UPRIGHT = 1e-9  # the sine of the angle between its axis and z, below which a camera has no upright
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera that stands upright.
+
+    Attributes:
+        position: Where it is [m].
+        look_at: What is in the middle of the picture [m].
+        fov: The angle of sight from the lower edge to the upper [rad].
+    """
+
+    position: tuple[float, float, float]
+    look_at: tuple[float, float, float]
+    fov: float = 0.6
+
+    @classmethod
+    def around(cls, middle: ArrayLike, radius: float, turn: float, aspect: float) -> "Camera":
+        """A camera that sees a ball [m], from above and ``turn`` [rad] about z from x; ``aspect`` is width by height."""
+        half = atan(tan(cls.fov / 2.0) * min(aspect, 1.0))
+        away = np.array([cos(turn), sin(turn), 0.42])
+        position = np.asarray(middle) + away / np.linalg.norm(away) * radius / sin(half)
+        return cls(tuple(position.tolist()), tuple(np.asarray(middle).tolist()))
+
+    def rays(self, width: int, height: int) -> NDArray[np.float64]:
+        """Where it is, the direction through a raster's corner, and its gain by a sample, right and down: shape (4, 3)."""
+        right, down, forward = self._axes()
+        sample = 2.0 * tan(self.fov / 2.0) / height
+        corner = forward - right * (sample * width / 2.0) - down * (sample * height / 2.0)
+        return np.array([self.position, corner, right * sample, down * sample])
+
+    def view(self, width: int, height: int) -> NDArray[np.float64]:
+        """The map of a point of the base to x and y, times its depth, and the depth [m], shape (3, 4)."""
+        right, down, forward = self._axes()
+        scale = height / (2.0 * tan(self.fov / 2.0))
+        rows = np.array([scale * right + width / 2.0 * forward, scale * down + height / 2.0 * forward, forward])
+        return np.column_stack([rows, -rows @ np.array(self.position)])
+
+    def place(self, point: ArrayLike, width: int, height: int) -> tuple[float, float]:
+        """Where a point of the base is seen: x, y."""
+        x, y, depth = self.view(width, height) @ np.append(np.asarray(point, dtype=np.float64), 1.0)
+        return float(x / depth), float(y / depth)
+
+    def _axes(self) -> NDArray[np.float64]:
+        """Right, down and forward, in the base."""
+        forward = np.subtract(self.look_at, self.position)
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, (0.0, 0.0, 1.0))
+        if not np.linalg.norm(right) > _UPRIGHT:  # it looks straight down, or up
+            right = np.array([0.0, -1.0, 0.0])
+        right /= np.linalg.norm(right)
+        return np.array([right, np.cross(forward, right), forward])
+
+
+def sun_view(direction: ArrayLike, middle: ArrayLike, radius: float, texels: int) -> NDArray[np.float64]:
+    """The map of points to the raster of a sun that sees all within a radius [m] of a point, shape (3, 4).
+
+    The third row is the height towards the sun [m], above zero within twice the radius of the point.
+    """
+    towards = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
+    right = np.cross((0.0, 0.0, 1.0), towards)
+    right /= np.linalg.norm(right)
+    scale = texels / (2.0 * radius)
+    rows = np.array([scale * right, scale * np.cross(towards, right), towards])
+    return np.column_stack([rows, np.array([texels / 2.0, texels / 2.0, 2.0 * radius]) - rows @ np.asarray(middle)])

@@ -1,0 +1,145 @@
+"""Records the demo, or a robot that stands still while the camera goes round it, into a file."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import atan, pi, tan
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.demo import Demo
+from ulna.errors import InputError, did_you_mean
+from ulna.picture import arm_boxes, light, movable_box
+from ulna.robot import Robot
+from ulna.story import Moment, Story
+from ulna.viewer.record.camera import Camera
+from ulna.viewer.record.files import WRITERS, write_film
+from ulna.viewer.record.film import Film
+from ulna.viewer.record.model import Extent, Model
+from ulna.viewer.record.painter import Ground, Picture
+
+DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.37), fov=0.62)
+DEMO_GROUND = Ground(middle=(0.1, 0.0, 0.4), radius=1.3)
+DEMO_ASPECT = 1.3  # width by height: in a narrower picture the camera sees more above and below
+TURN_FROM = 0.75  # [rad] about z from x: where the camera stands that goes round a robot
+LARGEST_SIZE, MOST_FRAMES = 7680, 100_000
+Tell = Callable[[int], object]
+
+
+def _no_one(done: int) -> None:
+    """Nobody is told."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a file is to be like.
+
+    Attributes:
+        path: Where it is written; its ending says what it is: .mp4, .gif or .png.
+        seconds: How long it is.
+        size: Width and height [pixels]; the sides of a video are made even.
+        rate: Pictures a second.
+    """
+
+    path: Path
+    seconds: float
+    size: tuple[int, int]
+    rate: int
+
+    @property
+    def is_still(self) -> bool:
+        """True for a single picture."""
+        return self.path.suffix.lower() == ".png"
+
+    @property
+    def n_frames(self) -> int:
+        """How many pictures it has."""
+        return 1 if self.is_still else max(round(self.seconds * self.rate), 1)
+
+
+def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, rate: int | None = None) -> Form:
+    """A form whose parts go together; a moving .gif is small and slow unless said otherwise.
+
+    Raises:
+        InputError: One of them cannot be had.
+    """
+    ending = path.suffix.lower()
+    if ending not in WRITERS:
+        raise InputError("OUT", f"{path.name!r} ends in none of {', '.join(WRITERS)}{did_you_mean(ending, WRITERS)}")
+    is_gif = ending == ".gif"
+    width, height = size or ((640, 360) if is_gif else (1280, 720))
+    rate = rate or (10 if is_gif else 30)
+    if not (16 <= width <= LARGEST_SIZE and 16 <= height <= LARGEST_SIZE):
+        raise InputError("--size", f"{width}x{height}; each side has 16 to {LARGEST_SIZE} pixels")
+    if not 1 <= rate <= (50 if is_gif else 120):
+        raise InputError("--fps", f"{rate}; 1 to {50 if is_gif else 120} pictures a second can be had")
+    if not 0.0 < seconds * rate <= MOST_FRAMES:
+        raise InputError("--seconds", f"{seconds:g}; more than 0 s and at most {MOST_FRAMES} pictures can be had")
+    if ending == ".mp4":
+        width, height = width + width % 2, height + height % 2  # H.264 halves the colours' raster
+    return Form(path, seconds, (width, height), rate)
+
+
+def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell: Tell = _no_one) -> None:
+    """The demo: the arm repeats its trajectory, the box goes round it, the light says what it touches.
+
+    Args:
+        form: Of the file.
+        at: The time [s] of a single picture; when the box first touches unless given.
+        boxes: Show the twelve boxes that stand for the arm.
+        tell: Called with the number of pictures done so far.
+
+    Raises:
+        InputError: ``at`` is not in the story.
+        FileError: The file cannot be written.
+    """
+    demo = Demo()
+    story = Story(demo, form.seconds)
+    at = 0.1 * form.seconds if at is None else at
+    if not 0.0 <= at <= form.seconds:
+        raise InputError("--at", f"{at:g} s is not between 0 and {form.seconds:g} s")
+    moments = [story.moment(at)] if form.is_still else story.moments(form.rate)
+    camera = _widened(DEMO_CAMERA, form.size)
+    record_pictures(form, demo.robot, [demo_picture(demo.robot, moment, camera, boxes=boxes) for moment in moments], tell)
+
+
+def demo_picture(robot: Robot, moment: Moment, camera: Camera, *, boxes: bool = True) -> Picture:
+    """One moment of the demo as it is seen from a camera."""
+    panes = tuple(arm_boxes(robot, moment.report.touching)) if boxes else ()
+    solids = (*panes, movable_box(robot, moment.T_base_box), light(robot, moment.report))
+    return Picture(moment.q, camera, solids, str(moment.report))
+
+
+def record_pictures(form: Form, robot: Robot, pictures: Sequence[Picture], tell: Tell = _no_one) -> None:
+    """Pictures of the demo, as many a second as the form says."""
+    _write(form, Model(robot, pictures[0].solids), pictures, DEMO_GROUND, tell)
+
+
+def record_robot(form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = _no_one) -> None:
+    """A robot that stands at q, while the camera goes round it once."""
+    solids = tuple(arm_boxes(robot)) if boxes else ()
+    model = Model(robot, solids)
+    extent = model.extent(q)
+    aspect = form.size[0] / form.size[1]
+    turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
+    pictures = [Picture(q, Camera.around(extent.middle, extent.radius, turn, aspect), solids) for turn in turns]
+    _write(form, model, pictures, _ground(extent), tell)
+
+
+def _write(form: Form, model: Model, pictures: Sequence[Picture], ground: Ground, tell: Tell) -> None:
+    samples = 4 if form.is_still else 2
+    film = Film(model, pictures, form.size, form.rate, ground, samples, tell)
+    write_film(form.path, film)
+
+
+def _widened(camera: Camera, size: tuple[int, int]) -> Camera:
+    """The camera, seeing as much from side to side in a narrow picture."""
+    narrow = max(DEMO_ASPECT * size[1] / size[0], 1.0)
+    return replace(camera, fov=2 * atan(narrow * tan(camera.fov / 2)))
+
+
+def _ground(extent: Extent) -> Ground:
+    """A floor under the lowest point, or at the base if that is lower; its cells are about a tenth of the robot's size."""
+    cell = 10.0 ** np.round(np.log10(max(extent.radius, 1e-3) / 6.0))
+    return Ground(tuple(extent.middle.tolist()), 1.5 * extent.radius, min(extent.lowest, 0.0), float(cell))

@@ -1,0 +1,97 @@
+"""What moves in a picture as arrays for the raster: vertices, triangles, the normals of their corners, colours."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+
+CREASE = 0.75  # the cosine of the angle at which an edge is seen as one: 41 degrees
+_SAME_PLACE = 1e-6  # of a mesh's extent
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Triangles that move with frames.
+
+    Attributes:
+        points: The vertices in their frames, shape (n, 3).
+        frames: The frame of each vertex, shape (n,).
+        triangles: Their vertices, shape (m, 3).
+        normals: Of their corners, in the axes of their frame, shape (3 m, 3).
+        colors: Linear light, shape (m, 3).
+        owners: The frame of each triangle, shape (m,).
+    """
+
+    points: NDArray[np.float64]
+    frames: NDArray[np.int64]
+    triangles: NDArray[np.int64]
+    normals: NDArray[np.float64]
+    colors: NDArray[np.float64]
+    owners: NDArray[np.int64]
+
+
+def linear(rgb: ArrayLike) -> NDArray[np.float64]:
+    """The light of a colour in 0..255: ``kernels.shade.encode`` turned round."""
+    return (np.asarray(rgb, dtype=np.float64) / 255.0) ** 2
+
+
+def make_skin(scenes: Iterable[tuple[int, trimesh.Scene]]) -> Skin:
+    """One skin of all scenes, each with the number of the frame that it moves with."""
+    pieces = [(frame, mesh) for frame, scene in scenes for mesh in _meshes(scene)]
+    meshes = [mesh for _, mesh in pieces]
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])[:-1]
+    return Skin(
+        points=np.concatenate([mesh.vertices for mesh in meshes]).astype(np.float64),
+        frames=np.concatenate([np.full(len(mesh.vertices), frame) for frame, mesh in pieces]),
+        triangles=np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]).astype(np.int64),
+        normals=np.concatenate([corner_normals(mesh.vertices, mesh.faces) for mesh in meshes]),
+        colors=np.concatenate([_colors(mesh) for mesh in meshes]),
+        owners=np.concatenate([np.full(len(mesh.faces), frame) for frame, mesh in pieces]),
+    )
+
+
+def corner_normals(points: NDArray, triangles: NDArray) -> NDArray[np.float64]:
+    """The normal at each corner of each triangle, shape (3 m, 3): smooth over flat edges, sharp at creases.
+
+    1. Each triangle's normal, as long as it is large.
+    2. Corners at one place belong together, whatever the numbers of their vertices.
+    3. A corner's normal is the sum of those at its place that are turned against its own by no more than a crease.
+    """
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    flat = np.cross(b - a, c - a)
+    unit = _unit(flat)
+    grid = np.round(points / max(_SAME_PLACE * float(np.ptp(points, axis=0).max()), 1e-12)).astype(np.int64)
+    place = np.unique(grid, axis=0, return_inverse=True)[1].reshape(-1)[triangles].reshape(-1)
+    order = np.argsort(place, kind="stable")  # corners, those of one place in a row
+    counts = np.bincount(place)
+    first = (np.cumsum(counts) - counts)[place[order]]
+    own = order // 3
+    normals = np.zeros((len(order), 3))
+    for k in range(int(counts.max())):
+        met = np.flatnonzero(k < counts[place[order]])
+        other = own[first[met] + k]
+        alike = np.einsum("ij,ij->i", unit[own[met]], unit[other]) >= CREASE
+        normals[order[met[alike]]] += flat[other[alike]]
+    return _unit(normals)
+
+
+def _unit(vectors: NDArray) -> NDArray[np.float64]:
+    """Vectors of length 1; those of length 0, of triangles without area, point upwards."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(length > 0.0, vectors / np.where(length > 0.0, length, 1.0), (0.0, 0.0, 1.0))
+
+
+def _meshes(scene: trimesh.Scene) -> Iterator[trimesh.Trimesh]:
+    for mesh in scene.dump():
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            yield mesh
+
+
+def _colors(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
+    """The colour of each triangle: that of its material, or its own."""
+    visual: Any = mesh.visual
+    rgba = visual.material.main_color if hasattr(visual, "material") else visual.face_colors
+    return np.broadcast_to(linear(rgba)[..., :3], (len(mesh.faces), 3))

@@ -1,0 +1,114 @@
+"""Every block of Python on every page runs, and prints what the page says; every command in its shell blocks does its work."""
+
+import doctest
+import os
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from doc_pages import PAGES, ROOT, blocks, commands
+from ulna.cli import app
+
+WITH_PYTHON = [page for page in PAGES if any(block.language == "python" for block in blocks(page))]
+COMMANDS = sorted({(page, command) for page in PAGES for command in commands(page)})
+SERVERS = ("ulna demo", "ulna view", "ulna record", "ulna bench", "ulna ros1", "ulna ros2")  # have tests of their own
+
+ARM = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="prefix" default=""/>
+  <link name="base_link"/><link name="$(arg prefix)forearm"/><link name="tool0"/>
+  <joint name="$(arg prefix)elbow" type="revolute">
+    <parent link="base_link"/><child link="$(arg prefix)forearm"/><axis xyz="0 0 1"/>
+    <limit lower="-2" upper="2" velocity="1" effort="1"/></joint>
+  <joint name="flange" type="fixed"><parent link="$(arg prefix)forearm"/><child link="tool0"/><origin xyz="0.4 0 0"/></joint>
+</robot>"""
+SRDF = """<robot name="arm"><group name="manipulator"><chain base_link="base_link" tip_link="tool0"/></group>
+  <group_state name="home" group="manipulator"><joint name="elbow" value="0.5"/></group_state></robot>"""
+
+
+@pytest.fixture
+def a_users_folder(tmp_path, monkeypatch, panda):
+    """The files that the pages speak of: a robot, its semantic description, another Panda."""
+    (tmp_path / "arm.urdf.xacro").write_text(ARM)
+    (tmp_path / "arm.urdf").write_text(ARM.replace("$(arg prefix)", ""))
+    (tmp_path / "arm.srdf").write_text(SRDF)
+    (tmp_path / "my_panda.urdf").write_text(panda.to_urdf())
+    monkeypatch.chdir(tmp_path)
+
+
+def name_of(page):
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=name_of)
+def test_the_python_of_a_page_runs_from_top_to_bottom_and_prints_what_it_says(page, a_users_folder, capsys):
+    names = {"__name__": "__main__"}
+    for block in blocks(page):
+        if block.language == "python":
+            exec(compile(block.text, name_of(page), "exec"), names)  # noqa: S102 - our own pages
+            printed = capsys.readouterr().out
+            assert same_words(block.printed or "", printed) or block.printed is None, f"{printed}\nis printed by\n{block.text}"
+
+
+def same_words(want, got):
+    """Whether two texts agree but for spaces and the signs of zeros; ``...`` stands for anything."""
+    want, got = (re.sub(r"-(0\.0*)(?!\d)", r"\1", text).replace("[ ", "[").strip() for text in (want, got))
+    options = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+    return doctest.OutputChecker().check_output(want, got, options)
+
+
+def test_other_numbers_are_other_words():
+    assert same_words("[ 0.1 -0. ]", "[0.1  0. ]")
+    assert not same_words("0.10", "0.11")
+    assert not same_words("-0.05", "0.05")
+
+
+@pytest.mark.parametrize(("page", "command"), COMMANDS, ids=lambda value: value if isinstance(value, str) else name_of(value))
+def test_a_command_of_a_page_does_its_work(page, command, a_users_folder):
+    words = shlex.split(command)[1:]
+    if command.startswith(SERVERS):
+        words = [word for word in words[:2] if not word.startswith("-") and "." not in word and word != "panda"] + ["--help"]
+    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    assert result.exit_code in {0, 1}, result.output  # 1: the answer is no
+    assert result.stdout
+
+
+def test_pages_have_code_that_is_run():
+    assert len(WITH_PYTHON) >= 10
+    assert len(COMMANDS) >= 10
+
+
+LANES = ROOT / "docs" / "lanes.md"
+
+
+def test_the_page_about_lanes_runs_without_the_compiler_too(tmp_path):
+    """All but the last block, which looks at machine code."""
+    code = [block.text for block in blocks(LANES) if block.language == "python"]
+    assert "inspect_llvm" in code[-1]
+    assert "inspect_llvm" not in "".join(code[:-1])
+    (tmp_path / "page.py").write_text("".join(code[:-1]))
+    run_without_compiler(["page.py"], tmp_path)
+
+
+def test_the_debugger_stops_in_a_kernel_as_the_page_about_lanes_says(tmp_path):
+    (command,) = [block.text for block in blocks(LANES) if block.language == "console"]
+    _, _, script, _ = [block.text for block in blocks(LANES) if block.language == "python"]
+    (tmp_path / "reach.py").write_text(script)
+    words = shlex.split(command.replace("$ NUMBA_DISABLE_JIT=1 python ", "").replace("\\\n", " "))
+    further = [argument for say in ("next", "p pose[11]", "quit") for argument in ("-c", say)]
+    said = run_without_compiler([*words[:-1], *further, words[-1]], tmp_path)
+    assert "chain.py" in said
+    assert "0.333" in said
+
+
+def run_without_compiler(arguments, folder):
+    """What Python prints, with kernels as plain functions."""
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout

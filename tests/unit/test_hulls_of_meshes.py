@@ -1,0 +1,117 @@
+"""``robot.with_convex_hulls()``: a robot's own meshes as their hulls; what cannot be read is refused by name."""
+
+import pickle
+import sys
+
+import numpy as np
+import pytest
+
+import ulna
+from close import assert_close
+
+# A pyramid of 2 x 2 x 1, and a point within it.
+PYRAMID = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 1\nv 0 0 0.1\nf 1 2 5\n"
+ARM = """<robot name="r"><link name="base"/>
+  <link name="part">
+    <visual><geometry><mesh filename="part.obj"/></geometry></visual>
+    <collision name="pyramid"><origin xyz="0 0 5"/><geometry><mesh filename="{name}" scale="{scale}"/></geometry></collision>
+    <collision name="ball"><origin xyz="0 9 0"/><geometry><sphere radius="0.5"/></geometry></collision>
+  </link>
+  <joint name="slide" type="prismatic"><parent link="base"/><child link="part"/><axis xyz="1 0 0"/>
+    <limit lower="-9" upper="9" velocity="1" effort="1"/></joint></robot>"""
+
+
+@pytest.fixture
+def make(tmp_path):
+    """The robot of ``ARM`` with a mesh file of a name and text beside it."""
+
+    def robot(text=PYRAMID, name="part.obj", scale="1 1 1"):
+        if text is not None:
+            (tmp_path / name).write_text(text)
+        (tmp_path / "arm.urdf").write_text(ARM.format(name=name, scale=scale))
+        return ulna.load(tmp_path / "arm.urdf")
+
+    return robot
+
+
+def gap(robot, z):
+    """The distance to a small ball on the axis of the pyramid at a height."""
+    world = ulna.World()
+    world.add("ball", ulna.Sphere(0.1), ulna.pose((0, 0, z)))
+    return robot.signed_distance([0.0], world)
+
+
+def test_a_mesh_as_the_file_gives_it_is_refused_and_the_way_out_is_named(make):
+    with pytest.raises(ulna.GeometryError, match=r"pyramid.*with_convex_hulls"):
+        make().in_collision([0.0])
+
+
+def test_the_hull_stands_where_the_mesh_does(make):
+    robot = make().with_convex_hulls()
+    assert gap(robot, 6.5) == pytest.approx(0.4, abs=1e-6)  # above the tip, at 6
+    assert gap(robot, 4.7) == pytest.approx(0.2, abs=1e-6)  # below the base, at 5
+    assert robot.collision_names == ("pyramid", "ball")
+
+
+def test_only_the_corners_are_kept_and_other_shapes_stay(make):
+    before = make()
+    after = before.with_convex_hulls()
+    hull, ball = (body.shape for body in after.description.links[1].collisions)
+    assert len(hull.vertices) == 5
+    assert ball == ulna.Sphere(0.5)
+    assert after.description.links[1].visuals == before.description.links[1].visuals
+    assert after.to_urdf() == before.to_urdf()
+
+
+def test_the_scale_is_the_mesh_s_a_negative_one_mirrors(make):
+    robot = make(scale="0.1 0.1 -2").with_convex_hulls()
+    assert gap(robot, 2.5) == pytest.approx(0.4, abs=1e-6)  # below the tip, at 5 - 2
+    assert gap(robot, 5.4) == pytest.approx(0.3, abs=1e-6)
+
+
+def test_a_flat_mesh_is_a_flat_hull(make):
+    robot = make("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 0\n").with_convex_hulls()
+    assert gap(robot, 5.4) == pytest.approx(0.3, abs=1e-6)
+
+
+def test_a_file_that_has_changed_is_read_anew(make, tmp_path):
+    assert gap(make().with_convex_hulls(), 6.5) == pytest.approx(0.4, abs=1e-6)
+    changed = make(PYRAMID.replace("0 0 1", "0 0 1.2"))
+    (tmp_path / "part.obj").touch()
+    assert gap(changed.with_convex_hulls(), 6.5) == pytest.approx(0.2, abs=1e-6)
+
+
+def test_what_the_robot_holds_stays_with_it(make):
+    robot = make().with_attached("cup", ulna.Sphere(0.1), np.eye(4)).with_convex_hulls()
+    assert [held.name for held in robot.attached] == ["cup"]
+
+
+def test_the_robot_can_be_sent_to_another_process(make):
+    robot = make().with_convex_hulls()
+    assert_close(gap(pickle.loads(pickle.dumps(robot)), 6.5), gap(robot, 6.5))  # noqa: S301
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "words"),
+    [
+        (None, "lost.obj", r"lost\.obj: no such file; tried .*lost\.obj"),
+        ("v 0 0", "part.obj", r"collision mesh 'pyramid' of link 'part' has no hull: it has no points"),
+        ("v 0 0 nan\nv 1 0 0", "part.obj", r"not finite"),
+        ("<COLLADA", "part.dae", r"has no hull: "),
+        ("x", "part.glb", r"'\.glb' is not read, only \.stl, \.obj, \.dae"),
+        ("v 0 0 1e9\nv 1 0 0\nv 0 1 0", "part.obj", r"at most 1e\+06 m"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_by_name(make, text, name, words):
+    with pytest.raises(ulna.FileError, match=words):
+        make(text, name).with_convex_hulls()
+
+
+def test_without_scipy_the_extra_is_named(make, monkeypatch):
+    monkeypatch.setitem(sys.modules, "scipy.spatial", None)
+    with pytest.raises(ulna.MissingExtraError, match=r"pip install 'ulna\[hulls\]'"):
+        make(scale="3 1 1").with_convex_hulls()
+
+
+def test_a_robot_without_meshes_stays_as_it_is(panda):
+    assert panda.with_convex_hulls().collision_names == panda.collision_names

@@ -1,0 +1,87 @@
+"""Where a camera sees points, and which way surfaces are turned."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from ulna.model.shapes import Box
+from ulna.picture import Solid
+from ulna.viewer.record.camera import Camera, sun_view
+from ulna.viewer.record.panes import make_panes
+from ulna.viewer.record.skin import corner_normals, linear
+
+
+def test_the_corners_of_a_cube_are_turned_as_its_sides():
+    cube = trimesh.creation.box((1, 2, 3))
+    normals = corner_normals(cube.vertices, cube.faces).reshape(-1, 3, 3)
+    assert np.allclose(normals, cube.face_normals[:, None])
+
+
+def test_a_sphere_is_smooth_even_if_its_triangles_share_no_vertices():
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=2.0)
+    points = ball.vertices[ball.faces].reshape(-1, 3)
+    normals = corner_normals(points, np.arange(len(points)).reshape(-1, 3))
+    assert np.einsum("ij,ij->i", normals, points / 2.0).min() > 0.999
+
+
+def test_a_triangle_without_area_has_a_normal_all_the_same():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]])
+    normals = corner_normals(points, np.array([[0, 1, 2], [0, 1, 3]]))
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1.0)
+    assert np.allclose(normals[3:], (0, 0, 1))
+
+
+@pytest.mark.parametrize("position", [(2.0, -1.5, 1.0), (0.0, 0.0, 3.0), (0.0, 0.0, -3.0)], ids=["beside", "above", "below"])
+def test_the_rays_of_a_camera_lead_back_to_where_its_view_puts_points(rng, position):
+    camera, size = Camera(position, (0.1, 0.0, 0.2), 0.7), (64, 48)
+    eye, corner, right, down = camera.rays(*size)
+    for point in rng.uniform(-0.5, 0.5, (20, 3)):
+        x, y = camera.place(point, *size)
+        ray = corner + x * right + y * down
+        assert np.allclose(np.cross(ray, point - eye), 0.0, atol=1e-12)
+        assert ray @ (point - eye) > 0
+    assert np.allclose(camera.place(camera.look_at, *size), (32, 24))
+    assert down[2] <= 1e-12, "its pictures stand upright"
+
+
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
+def test_a_camera_around_a_ball_sees_all_of_it(rng, aspect):
+    size = (round(200 * aspect), 200)
+    camera = Camera.around((1.0, 2.0, 3.0), 0.7, 1.1, aspect)
+    directions = rng.normal(size=(300, 3))
+    points = (1.0, 2.0, 3.0) + 0.7 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    x, y = np.transpose([camera.place(point, *size) for point in points])
+    assert x.min() > 0
+    assert y.min() > 0
+    assert x.max() < size[0]
+    assert y.max() < size[1]
+    assert max(np.ptp(x) / size[0], np.ptp(y) / size[1]) > 0.85
+
+
+def test_the_sun_sees_all_within_its_radius(rng):
+    view = sun_view((0.9, 0.25, 1.5), (1, 0, 0.5), 1.3, 256)
+    directions = rng.normal(size=(300, 3))
+    points = (1, 0, 0.5) + 1.3 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    x, y, height = view @ np.column_stack([points, np.ones(300)]).T
+    assert min(x.min(), y.min(), height.min()) > 0
+    assert max(x.max(), y.max()) < 256
+    assert np.allclose(view[2, :3], np.array([0.9, 0.25, 1.5]) / np.linalg.norm((0.9, 0.25, 1.5)))
+
+
+def test_of_a_box_the_sides_towards_the_eye_are_laid_the_far_box_first():
+    near, far = (Solid(name, "base", np.eye(4), Box((1, 1, 1)), (255, 0, 0), 0.5) for name in ("near", "far"))
+    T_near, T_far = np.eye(4), np.eye(4)
+    T_far[0, 3] = -3.0
+    panes = make_panes([(near, T_near), (far, T_far)], np.array([5.0, 4.0, 3.0]))
+    corners = panes.points.reshape(-1, 4, 3)
+    assert len(corners) == 6
+    assert corners[:3, :, 0].max() < -2
+    assert corners[3:, :, 0].min() > -1
+    outwards = corners[3:].mean(axis=1)
+    assert sorted(map(tuple, outwards.round(9))) == [(0.0, 0.0, 0.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)]
+    top = outwards[:, 2].argmax()
+    assert np.allclose(panes.paints[3 + top], (*linear((255, 0, 0)), 0.5))
+
+
+def test_without_boxes_there_are_no_panes():
+    assert len(make_panes([], np.zeros(3)).points) == 0
