@@ -17,6 +17,7 @@ import numpy as np
 from ulna.bench.clock import Work, time_interleaved
 from ulna.bench.targets import random_positions
 from ulna.kernels.compile import entry
+from ulna.kernels.kinds import MATRIX, WHOLE
 from ulna.kernels.lanes import WIDTH, load, store
 from ulna.robot import Robot
 
@@ -47,7 +48,7 @@ robot = ulna.load(sys.stdin.read())
 chain, q, counts = robot.tree.chain(robot.tip), rows(robot.n_dof), {}
 chain_pose(chain, q)
 counts["forward_kinematics"], Counting.operations = Counting.operations, 0
-chain_jacobian(chain, q, BASE, rows(6 * len(chain)), rows(6 * robot.n_dof))
+chain_jacobian(chain, q, BASE, rows(6 * robot.n_dof), 6, 1)
 counts["jacobian"] = Counting.operations
 print(json.dumps(counts))
 """
@@ -60,7 +61,7 @@ def count_operations(robot: Robot) -> dict[str, int]:
     return json.loads(done.stdout)
 
 
-@entry
+@entry((MATRIX, WHOLE))
 def multiply_add(rows, rounds):
     """Rounds of sixteen independent multiply-adds in lanes."""
     a0, a1, a2, a3 = load(rows, 0), load(rows, 1), load(rows, 2), load(rows, 3)

@@ -36,6 +36,7 @@ from ulna.model.tree import Tree
 
 NO_OBJECTS = World().objects()
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
+NO_PAIRS.setflags(write=False)  # as those of a robot are: kernels are compiled for one kind
 LEAST_RESOLUTION = 1e-5  # [m] distances of cylinders are good to 1e-6
 WORTH_A_THREAD = 64  # edges
 FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
@@ -125,7 +126,7 @@ class Checker:
         except ValueError:
             raise InputError("q_b", f"shape {ends.shape} does not go with q_a of shape {starts.shape}") from None
         shape = *batch, self.tree.n_dof
-        a, b = (flat(np.ascontiguousarray(np.broadcast_to(side, shape))) for side in (starts, ends))
+        a, b = (flat(np.array(np.broadcast_to(side, shape), order="C")) for side in (starts, ends))
         status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
 
         def run(part: slice) -> bool:

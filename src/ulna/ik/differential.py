@@ -37,14 +37,13 @@ def differential_ik(
     lam, dt = positive("damping", damping) ** 2, positive("dt", dt)
     if q.ndim == twist.ndim == 1:
         out = np.empty(tree.n_dof) if out is None else as_out(out, q.shape)
-        size = 6 * len(chain) + 16 * tree.n_dof + 27
+        size = 16 * tree.n_dof + 27
         if len(_work.numbers) < size:
             _work.numbers = np.empty(size)
         good = differential_one(chain, frame, tree.limits, tree.velocity_limits, lam, dt, q, twist, _work.numbers, out)
     else:
         shape = _batch_shape(q, twist)
-        q = np.ascontiguousarray(np.broadcast_to(q, (*shape, tree.n_dof)))
-        twist = np.ascontiguousarray(np.broadcast_to(twist, (*shape, 6)))
+        q, twist = (np.array(np.broadcast_to(given, (*shape, given.shape[-1])), order="C") for given in (q, twist))
         out = np.empty(q.shape) if out is None else as_out(out, q.shape)
         rows = out.reshape(-1, tree.n_dof)
         good = differential_batch(chain, frame, tree.limits, tree.velocity_limits, lam, dt, flat(q), flat(twist), rows)
