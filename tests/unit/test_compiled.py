@@ -85,7 +85,18 @@ def test_another_number_of_joints_is_refused(pair, shape):
         compiled(np.zeros(shape))
 
 
-@pytest.mark.parametrize("q", [np.ma.zeros(13), np.zeros(13, complex), np.array(["0"] * 13), None])
+@pytest.mark.parametrize(
+    "q",
+    [
+        np.ma.zeros(13),
+        np.zeros(13, complex),
+        np.array(["0"] * 13),
+        np.zeros(13, "M8[s]"),
+        np.zeros(13, "f8,f8"),
+        np.array([None] * 13),
+        None,
+    ],
+)
 def test_what_is_no_array_of_numbers_is_refused(pair, q):
     with pytest.raises(InputError):
         pair[0](q)

@@ -38,7 +38,7 @@ class CompiledForward:
         Returns:
             Shape (..., 4, 4).
         """
-        if type(q) is np.ndarray:  # the way of one q as it should be; what is not, the kernel refuses
+        if type(q) is np.ndarray and (out is None or type(out) is np.ndarray):  # one q as it should be; the kernel refuses others
             T = np.empty(_SHAPE) if out is None else out
             try:
                 if forward_one(self._chain, self._n_dof, q, T):

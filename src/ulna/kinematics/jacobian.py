@@ -45,7 +45,7 @@ class CompiledJacobian:
         Returns:
             Shape (..., 6, n_dof).
         """
-        if type(q) is np.ndarray:  # the way of one q as it should be; what is not, the kernel refuses
+        if type(q) is np.ndarray and (out is None or type(out) is np.ndarray):  # one q as it should be; the kernel refuses others
             J = np.empty(self._shape) if out is None else out
             try:
                 if jacobian_one(self._chain, self._frame, self._n_dof, q, J):

@@ -35,6 +35,11 @@ def as_out(
         raise InputError(name, f"{out.dtype} of shape {out.shape}; {np.dtype(dtype)} of shape {shape} is expected")
     if not out.flags.carray:
         raise InputError(name, "a writable, C-contiguous array is expected; numpy.empty(shape) makes one")
-    if any(np.may_share_memory(out, given) for given in inputs):
+    if any(_share(out, given) for given in inputs):
         raise InputError(name, "shares memory with what the answer is computed from; give another array")
     return out
+
+
+def _share(a: NDArray[Any], b: NDArray[Any]) -> bool:
+    """Whether two arrays may share memory; two that own theirs do not, which is found out in a third of the time."""
+    return a is b or (not (a.flags.owndata and b.flags.owndata) and np.may_share_memory(a, b))

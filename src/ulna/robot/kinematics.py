@@ -34,14 +34,14 @@ class Kinematics(Structure):
         return self.compile_forward(link)(q, out)
 
     def compile_forward(self, link: str | None = None) -> CompiledForward:
-        """Forward kinematics of one link as a function ``fk(q, out=None)`` for control loops: the same answers, sooner.
+        """Forward kinematics of one link as a function ``fk(q, out=None)``, for control loops: the same answers, sooner.
 
         Args:
             link: The link's name; the tip unless given.
 
         Returns:
-            A function of q, shape (..., n_dof), that gives T_base_link, shape (..., 4, 4), and refuses what ``forward_kinematics``
-            refuses. It may be pickled, and called from many threads at once.
+            A function of q, shape (..., n_dof), that gives T_base_link, shape (..., 4, 4), and refuses what
+            ``forward_kinematics`` refuses. It may be pickled, and called from many threads at once.
 
         Example:
             >>> import ulna
@@ -92,8 +92,8 @@ class Kinematics(Structure):
             expressed_in: ``"base"``, ``"link"`` or ``"spatial"``, as for ``jacobian``.
 
         Returns:
-            A function of q, shape (..., n_dof), that gives J, shape (..., 6, n_dof), and refuses what ``jacobian`` refuses. It may
-            be pickled, and called from many threads at once.
+            A function of q, shape (..., n_dof), that gives J, shape (..., 6, n_dof), and refuses what ``jacobian``
+            refuses. It may be pickled, and called from many threads at once.
 
         Example:
             >>> import ulna
