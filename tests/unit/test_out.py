@@ -1,4 +1,4 @@
-"""``out=``: every batch call writes its answer where it is told to, or says by name why it does not; nothing else is allocated."""
+"""``out=``: every batch call writes its answer where it is told to, or says by name why not; nothing else is allocated."""
 
 import subprocess
 import sys
