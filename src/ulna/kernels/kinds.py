@@ -17,7 +17,7 @@ CONSTANTS, TABLE = _array(types.float64, 1, constant=True), _array(types.float64
 PAIRS = _array(types.int64, 2, constant=True)
 
 # The scene of ``verdict``: joints, bodies, vertices, pairs, objects, points, nodes, n_alone. Where all shapes are boxes there are
-# no vertices and no points.
-BOXES = TABLE, TABLE, NONE, PAIRS, MATRIX, NONE, MATRIX, WHOLE
-SHAPES = TABLE, TABLE, TABLE, PAIRS, MATRIX, MATRIX, MATRIX, WHOLE
+# no vertices and no points. Robot and world are of one kind, so that what treats two bodies is compiled once.
+BOXES = TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE
+SHAPES = TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE
 SCENES = BOXES, SHAPES
