@@ -10,6 +10,7 @@ _TITLES = {
     "tracking": "Tracking a path",
     "scaling_with_joints": "Cost against joints",
     "scaling_with_rows": "Cost against rows and threads",
+    "scaling_with_pairs": "Cost against pairs",
     "bounds": "Distance from the bound",
     "first_use": "First use, machine code cached",
     "first_use_ever": "First use ever, with compilation",
@@ -40,6 +41,8 @@ def page(data: dict) -> str:
 
 
 def _cell(value) -> str:
+    if value is None:
+        return ""
     if isinstance(value, float):
         return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
     return f"{value:,}" if isinstance(value, int) else str(value)

@@ -12,7 +12,22 @@ import pytest
 
 import ulna
 
-COMMANDS = ["info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf", "demo", "bench", "ros1", "ros2"]
+COMMANDS = [
+    "info",
+    "fk",
+    "jacobian",
+    "ik",
+    "check",
+    "dh",
+    "compare",
+    "inspect",
+    "urdf",
+    "demo",
+    "bench",
+    "warmup",
+    "ros1",
+    "ros2",
+]
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
     ["info"],

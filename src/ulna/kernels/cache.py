@@ -16,6 +16,8 @@ from typing import Any
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 _UNUSED_FOLDER_DAYS = 30
+announces = True
+"""Whether a terminal is told of each entry that is compiled."""
 
 
 @cache
@@ -101,7 +103,7 @@ class KernelCache(FunctionCache):
             loaded = None
             with contextlib.suppress(OSError):
                 self.flush()
-        if loaded is None and sys.stderr is not None and sys.stderr.isatty():
+        if loaded is None and announces and sys.stderr is not None and sys.stderr.isatty():
             print(f"ulna: compiling {self._py_func.__name__} for this machine (once)", file=sys.stderr)  # noqa: T201
         return loaded
 

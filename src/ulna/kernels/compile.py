@@ -70,14 +70,14 @@ def brief_entry(call: Kinds) -> Callable[[Callable], Any]:
     """
 
     def compiled(function: Callable) -> Any:
-        return _entry(_of_kinds(function, call) if _is_plain() else function, (call,), _BRIEF_FLAGS)
+        return _entry(_of_kinds(function, call) if is_plain() else function, (call,), _BRIEF_FLAGS)
 
     return compiled
 
 
 def ready(brief: Any) -> Any:
     """A brief entry, compiled or loaded, and closed to arguments of other kinds."""
-    if not _is_plain():
+    if not is_plain():
         with _lock:
             if not brief.signatures:
                 brief.compile(tuple(ENTRIES[brief][0]))
@@ -87,13 +87,13 @@ def ready(brief: Any) -> Any:
 
 def _entry(function: Callable, calls: tuple[Kinds, ...], flags: dict[str, Any]) -> Any:
     dispatcher: Any = njit(**flags)(function)
-    if not _is_plain() and cache_folder() is not None:
+    if not is_plain() and cache_folder() is not None:
         dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
     ENTRIES[dispatcher] = calls
     return dispatcher
 
 
-def _is_plain() -> bool:
+def is_plain() -> bool:
     """Whether kernels run as plain Python."""
     return bool(config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
 

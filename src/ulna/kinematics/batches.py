@@ -29,7 +29,7 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
         >>> in_parts(lambda rows: np.sqrt(x[rows], out=y[rows]) is not None, 5000), float(y[4900])
         (True, 70.0)
     """
-    threads = _n_processors() if threads is None else threads
+    threads = n_processors() if threads is None else threads
     n_parts = min(4 * threads, n // least)
     if n_parts < 2 or threads < 2:
         return run(slice(0, n))
@@ -38,7 +38,7 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
 
 
 @cache
-def _n_processors() -> int:
+def n_processors() -> int:
     """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
