@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.account import account_rows
 from benchmarks.bounds import bound_rows, copy_ns, peak_ns
 from benchmarks.inverse import protocol_rows
 from benchmarks.kinematics import batch_rows, single_call_rows
@@ -42,6 +43,7 @@ def main() -> None:
         "versions": {name: peer_version(name) for name in PEERS},
         "forward_kinematics": [],
         "jacobian": [],
+        "account": [],
         "batches": [],
         "protocols": [],
         "tracking": [],
@@ -64,6 +66,7 @@ def main() -> None:
     if not options.peers_only:
         _say("scaling, bounds, first use")
         panda, peak, copy = load_arm("panda"), peak_ns(), copy_ns()
+        data["account"] = account_rows(panda)
         data.update(scaling_with_joints=joint_rows(peak), scaling_with_rows=size_rows(panda, peak, copy))
         data.update(scaling_with_pairs=pair_rows(panda, peak), bounds=bound_rows("panda", panda, peak, copy))
         data.update(first_use=first_use.first_use_rows(), first_use_ever=first_use.cold_rows())

@@ -5,6 +5,7 @@ from datetime import date
 _TITLES = {
     "forward_kinematics": "Forward kinematics, one call",
     "jacobian": "Jacobian, one call",
+    "account": "Where the time of one call goes",
     "batches": "Batches",
     "protocols": "Inverse kinematics",
     "tracking": "Tracking a path",

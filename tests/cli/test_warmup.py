@@ -28,11 +28,12 @@ floor = ulna.HalfSpace()
 mixed.add("floor", floor, ulna.pose((0, 0, -0.1)))
 hull = panda.with_attached("tool", ulna.ConvexMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]), np.eye(4))
 held = panda.with_attached("cup", ulna.Cylinder(0.03, 0.1), np.eye(4))
-batch = np.tile(panda.home, (9, 1))
+ready = panda.home + 0.1
+batch = np.tile(ready, (9, 1))
 target, targets = panda.forward_kinematics(panda.home), panda.forward_kinematics(batch)
-for q in (panda.home, batch, batch.tolist(), np.broadcast_to(panda.home, (2, 3, 7)), batch[:, ::-1], batch.astype(np.float32)):
+for q in (ready, batch, batch.tolist(), np.broadcast_to(ready, (2, 3, 7)), batch[:, ::-1], batch.astype(np.float32)):
     panda.forward_kinematics(q), panda.forward_kinematics(q, "panda_link3"), panda.link_poses(q), panda.collision_poses(q)
-    panda.jacobian(q), panda.analytical_jacobian(q, "panda_link4"), panda.manipulability(q)
+    panda.jacobian(q), panda.analytical_jacobian(q), panda.manipulability(q)
     panda.differential_ik(q, np.ones(6), 0.01)
     for robot, scene in ((panda, world), (panda, None), (panda, mixed), (held, world), (hull, mixed)):
         for self_collision in (True, False) if scene else (True,):
