@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import warnings
@@ -10,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.bounds import bound_rows
+from benchmarks.account import account_rows
+from benchmarks.bounds import bound_rows, copy_ns, peak_ns
 from benchmarks.inverse import protocol_rows
 from benchmarks.kinematics import batch_rows, single_call_rows
 from benchmarks.markdown import page
 from benchmarks.peer import PEERS, Peer, make_peer, peer_version
-from benchmarks.scaling import joint_rows, size_rows
+from benchmarks.scaling import joint_rows, pair_rows, size_rows
 from ulna.bench import first_use
 from ulna.bench.arms import NAMES, load_arm
 from ulna.bench.clock import time_each
@@ -37,15 +39,17 @@ def main() -> None:
     options = _options()
     warnings.simplefilter("ignore")  # of the peers, which are not ours to mend
     data = {
-        "machine": {**machine_facts(), "commit": _commit()},
+        "machine": {**machine_facts(), "commit": _commit(), "load": " ".join(f"{load:.1f}" for load in os.getloadavg())},
         "versions": {name: peer_version(name) for name in PEERS},
         "forward_kinematics": [],
         "jacobian": [],
+        "account": [],
         "batches": [],
         "protocols": [],
         "tracking": [],
         "scaling_with_joints": [],
         "scaling_with_rows": [],
+        "scaling_with_pairs": [],
         "bounds": [],
         "first_use": [],
         "first_use_ever": [],
@@ -61,8 +65,10 @@ def main() -> None:
             data["absent"].append({"robot": name, "peer": "all", "why": str(error)})
     if not options.peers_only:
         _say("scaling, bounds, first use")
-        panda = load_arm("panda")
-        data.update(scaling_with_joints=joint_rows(), scaling_with_rows=size_rows(panda), bounds=bound_rows("panda", panda))
+        panda, peak, copy = load_arm("panda"), peak_ns(), copy_ns()
+        data["account"] = account_rows(panda)
+        data.update(scaling_with_joints=joint_rows(peak), scaling_with_rows=size_rows(panda, peak, copy))
+        data.update(scaling_with_pairs=pair_rows(panda, peak), bounds=bound_rows("panda", panda, peak, copy))
         data.update(first_use=first_use.first_use_rows(), first_use_ever=first_use.cold_rows())
         data.update(memory=first_use.memory_rows(), size=first_use.size_rows())
     _write(data, options.out)

@@ -17,6 +17,7 @@ import numpy as np
 from ulna.bench.clock import Work, time_interleaved
 from ulna.bench.targets import random_positions
 from ulna.kernels.compile import entry
+from ulna.kernels.kinds import MATRIX, WHOLE
 from ulna.kernels.lanes import WIDTH, load, store
 from ulna.robot import Robot
 
@@ -27,7 +28,10 @@ import json, sys
 import numpy as np
 import ulna
 from ulna.kernels.chain import chain_pose
+from ulna.kernels.box_box import boxes_overlap
 from ulna.kernels.jacobian import BASE, chain_jacobian
+from ulna.kernels.placed import balls_meet, half_extents, place_bodies
+from ulna.kernels.se3 import load_pose
 
 class Counting(np.ndarray):
     operations = 0
@@ -47,20 +51,30 @@ robot = ulna.load(sys.stdin.read())
 chain, q, counts = robot.tree.chain(robot.tip), rows(robot.n_dof), {}
 chain_pose(chain, q)
 counts["forward_kinematics"], Counting.operations = Counting.operations, 0
-chain_jacobian(chain, q, BASE, rows(6 * len(chain)), rows(6 * robot.n_dof))
-counts["jacobian"] = Counting.operations
+chain_jacobian(chain, q, BASE, rows(6 * robot.n_dof), 6, 1)
+counts["jacobian"], Counting.operations = Counting.operations, 0
+if len(sys.argv) > 1:
+    bodies, joints = robot._checker.bodies.table, robot.tree.joints
+    body_rows = rows(12 * len(bodies))
+    place_bodies(joints, bodies, q, rows(12 * len(joints)), body_rows)
+    counts["place_bodies"], Counting.operations = Counting.operations, 0
+    a, b = load_pose(body_rows, 0), load_pose(body_rows, 1)
+    balls_meet(bodies, 0, a, bodies, 1, b)
+    counts["balls_meet"], Counting.operations = Counting.operations, 0
+    boxes_overlap(a, half_extents(bodies, 0, a[0]), b, half_extents(bodies, 1, a[0]))
+    counts["boxes_overlap"] = Counting.operations
 print(json.dumps(counts))
 """
 
 
-def count_operations(robot: Robot) -> dict[str, int]:
-    """Operations on eight numbers that the kernels of a chain do for eight configurations."""
-    command, environment = [sys.executable, "-c", _COUNTING], os.environ | {"NUMBA_DISABLE_JIT": "1"}
+def count_operations(robot: Robot, *, with_boxes: bool = False) -> dict[str, int]:
+    """Operations on eight numbers that the kernels of a chain do for eight configurations; with boxes, those of a pair too."""
+    command, environment = [sys.executable, "-c", _COUNTING, *["boxes"] * with_boxes], os.environ | {"NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run(command, input=robot.to_urdf(), env=environment, capture_output=True, text=True, check=True)  # noqa: S603
     return json.loads(done.stdout)
 
 
-@entry
+@entry((MATRIX, WHOLE))
 def multiply_add(rows, rounds):
     """Rounds of sixteen independent multiply-adds in lanes."""
     a0, a1, a2, a3 = load(rows, 0), load(rows, 1), load(rows, 2), load(rows, 3)
@@ -88,9 +102,9 @@ def copy_ns() -> float:
     return float(time_interleaved({"copy": work}, passes=9)["copy"].passes.min()) / 2
 
 
-def bound_rows(name: str, robot: Robot) -> list[dict]:
+def bound_rows(name: str, robot: Robot, peak: float, copy: float) -> list[dict]:
     """For each batched kernel what bounds it, and what it takes: for a batch that caches hold, and for one that they do not."""
-    counts, peak, copy = count_operations(robot), peak_ns(), copy_ns()
+    counts = count_operations(robot)
     rows = []
     for kind, operations in counts.items():
         ask = getattr(robot, kind)

@@ -5,11 +5,13 @@ from datetime import date
 _TITLES = {
     "forward_kinematics": "Forward kinematics, one call",
     "jacobian": "Jacobian, one call",
+    "account": "Where the time of one call goes",
     "batches": "Batches",
     "protocols": "Inverse kinematics",
     "tracking": "Tracking a path",
     "scaling_with_joints": "Cost against joints",
     "scaling_with_rows": "Cost against rows and threads",
+    "scaling_with_pairs": "Cost against pairs",
     "bounds": "Distance from the bound",
     "first_use": "First use, machine code cached",
     "first_use_ever": "First use ever, with compilation",
@@ -40,6 +42,8 @@ def page(data: dict) -> str:
 
 
 def _cell(value) -> str:
+    if value is None:
+        return ""
     if isinstance(value, float):
         return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
     return f"{value:,}" if isinstance(value, int) else str(value)

@@ -28,6 +28,7 @@ PEERS = {
     "EAIK": "eaik",
     "mujoco": "mujoco",
     "ikpy": "ikpy",
+    "frax": "frax",
     "pytorch-kinematics": "pytorch_kinematics",
 }
 

@@ -1,52 +1,86 @@
-"""How the cost grows: with the joints of a chain, with the rows of a batch, with two threads that each take a half."""
+"""How the cost grows: with joints, rows, pairs of boxes, and two threads that each take a half; each beside its bound.
+
+The bounds are those of ``bounds``: operations counted, bytes moved, at the speeds measured in the same run.
+"""
 
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 import ulna
+from benchmarks.bounds import count_operations
 from ulna.bench.clock import Work, time_interleaved
 from ulna.bench.targets import random_positions
+from ulna.collision.objects import ALONE
+from ulna.kernels.lanes import WIDTH
 from ulna.robot import Robot
 
 JOINTS = (3, 6, 7, 12, 20, 40, 60)
 ROWS = (1, 8, 64, 512, 4096, 32_768, 262_144, 1_000_000)
+BOXES = (1, 4, 16, 64, 256, 1024, 4096)
 KINDS = ("forward_kinematics", "jacobian")
 BATCH, CALLS = 4096, 64
 _LARGEST_ANSWER = 400e6  # bytes: larger batches are left out
+_CACHES = 16e6  # bytes: a batch beyond is bound by memory, if that takes longer than its arithmetic
 
 
-def joint_rows() -> list[dict]:
+def joint_rows(peak: float) -> list[dict]:
     """The time of one call, and of a row of a batch, for chains of many joints; their DH rows are drawn at random."""
     rows = []
     for joints in JOINTS:
         robot = random_arm(joints)
-        q = random_positions(robot, BATCH, 0)
+        q, counts = random_positions(robot, BATCH, 0), count_operations(robot)
         for kind in KINDS:
             ask = getattr(robot, kind)
             times = time_interleaved({"one": Work(ask, list(q[:CALLS])), "batch": Work(ask, [q], BATCH)})
-            one, batch = times["one"].median, times["batch"].median
+            one, batch, bound = times["one"].median, times["batch"].median, counts[kind] / WIDTH * peak
             rows.append({
                 "work": kind, "joints": joints, "one_ns": one, "batch_ns": batch, "batch_ns_a_joint": batch / joints,
+                "bound_ns": bound, "times_bound": batch / bound,
             })  # fmt: skip
     return rows
 
 
-def size_rows(robot: Robot) -> list[dict]:
+def size_rows(robot: Robot, peak: float, copy: float) -> list[dict]:
     """The time of a row for batches of one to a million, with one thread and with two that take a half each."""
-    rows = []
+    rows, counts = [], count_operations(robot)
     for kind in KINDS:
         ask = getattr(robot, kind)
         for n in ROWS:
             q = random_positions(robot, n, 0)
-            if n * ask(q[:1]).nbytes > _LARGEST_ANSWER:
+            moved = q[0].nbytes + ask(q[:1]).nbytes
+            if n * moved > _LARGEST_ANSWER:
                 continue
             repeated = [q] * max(1, CALLS // n)
             with ThreadPoolExecutor(2) as pool:
                 works = {"one": Work(ask, repeated, n), "two": Work(in_halves(ask, pool), repeated, n)}
                 times = time_interleaved(works, passes=7 if n >= 100_000 else 21)
             one, two = times["one"].median, times["two"].median
-            rows.append({"work": kind, "rows": n, "one_thread_ns": one, "two_threads_ns": two, "gain": one / two})
+            bound = max(counts[kind] / WIDTH * peak, moved * copy if n * moved > _CACHES else 0.0)
+            rows.append({
+                "work": kind, "rows": n, "one_thread_ns": one, "two_threads_ns": two, "gain": one / two, "bound_ns": bound,
+            })  # fmt: skip
+    return rows
+
+
+def pair_rows(robot: Robot, peak: float) -> list[dict]:
+    """The time of a configuration in a batch against worlds of more and more boxes, of a robot of boxes.
+
+    Bound: to place the robot's boxes, and to look at the balls around each pair; a world of more than ALONE boxes hangs in a
+    tree, where most pairs are not looked at, and has no such bound.
+    """
+    rows, counts, rng = [], count_operations(robot, with_boxes=True), np.random.default_rng(0)
+    q, n_bodies = random_positions(robot, BATCH, 0), len(robot.collision_names)
+    for n in BOXES:
+        world = ulna.World()
+        for k in range(n):
+            world.add(f"box {k}", ulna.Box((0.02, 0.02, 0.02)), ulna.pose(rng.uniform(-1, 1, 3), rng.uniform(-3, 3, 3)))
+        work = Work(lambda batch, world=world: robot.in_collision(batch, world, self_collision=False), [q], BATCH)
+        median = time_interleaved({"pairs": work})["pairs"].median
+        bound = (counts["place_bodies"] + n * n_bodies * counts["balls_meet"]) / WIDTH * peak if n <= ALONE else None
+        rows.append({
+            "boxes": n, "pairs": n * n_bodies, "batch_ns": median, "ns_a_pair": median / (n * n_bodies), "bound_ns": bound,
+        })  # fmt: skip
     return rows
 
 

@@ -11,6 +11,14 @@ from benchmarks.markdown import table
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 BEGIN, END = "<!-- figures: begin -->", "<!-- figures: end -->"
+GROWTH = {
+    "bounds": "Distance from the bound",
+    "scaling_with_joints": "Cost against joints",
+    "scaling_with_rows": "Cost against rows and threads",
+    "scaling_with_pairs": "Cost against pairs of boxes",
+    "first_use": "First use, machine code cached",
+    "memory": "Memory of a batch",
+}
 SOLVERS = ("roboticstoolbox-python", "pytracik", "frankik", "ssik", "EAIK")
 
 
@@ -25,11 +33,15 @@ def summary(data: dict, name: str) -> str:
     parts = [machine]
     for kind, title in (("forward_kinematics", "One `forward_kinematics(q)`"), ("jacobian", "One `jacobian(q)`")):
         parts += [f"**{title}**", table([_call(row) for row in data[kind]])]
+    parts += ["**Where the time of one call goes**", table(data["account"])] if data["account"] else []
     parts += ["**Batches**", table([_call(row) for row in data["batches"]])]
     for protocol in ("reachable", "A", "B"):
         parts += [f"**Inverse kinematics, protocol {protocol}**", table(solver_rows(data["protocols"], protocol))]
     parts += ["**Tracking**", table([_step(row) for row in data["tracking"]])]
-    parts += ["**Distance from the bound**", table(data["bounds"])] if data["bounds"] else []
+    for key, title in GROWTH.items():
+        parts += [f"**{title}**", table(data[key])] if data.get(key) else []
+    if data["absent"]:
+        parts += ["**Peers that are not in a table**", table(data["absent"])]
     return "\n\n".join(parts)
 
 

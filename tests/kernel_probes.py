@@ -125,9 +125,9 @@ def frames_of_tree(joints, frames, q, out):
 
 
 def jacobian_of_chain(chain, expressed_in, n_dof, q, out):
-    """Six rows an entry of q, the twelve of the end's pose, and scratch of six a row of the chain."""
+    """Six rows an entry of q, and the twelve of the end's pose."""
     n = 6 * n_dof
-    end = chain_jacobian(chain, q, expressed_in, out[n + 12 :], out[:n])
+    end = chain_jacobian(chain, q, expressed_in, out[:n], 6, 1)
     for k in range(12):
         store(out, n + k, end[k])
 
@@ -158,8 +158,7 @@ def one_advance(chain, posture, settings, x, out):
     store(state_rows, ALLOWED, zero + 20.0)
     store(state_rows, CHANGE, zero + (np.inf if settings[WITH_POSTURE] != 0.0 else 0.0))
     rows = (q_rows, last_rows, x[n : n + 12], x[n + 12 :], state_rows)
-    m = 6 * chain.shape[0]
-    advance(chain, posture, settings, rows, (scratch[:m], scratch[m : m + 6 * n], scratch[m + 6 * n :]))
+    advance(chain, posture, settings, rows, (scratch[: 6 * n], scratch[6 * n :]))
 
 
 def textbook_steps(n_dof, x, out):

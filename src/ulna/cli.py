@@ -20,6 +20,7 @@ from ulna.answers.dh import DH_KEYS
 from ulna.answers.inspection import INSPECTION_KEYS
 from ulna.answers.kinematics import IK_KEYS, JACOBIAN_KEYS, POSE_KEYS
 from ulna.answers.robot import INFO_KEYS
+from ulna.answers.warmup import WARMUP_KEYS
 from ulna.commands.bench import bench
 from ulna.commands.collision import check
 from ulna.commands.compare import compare
@@ -31,6 +32,7 @@ from ulna.commands.record import record
 from ulna.commands.robot import info, urdf
 from ulna.commands.ros import ros1, ros2
 from ulna.commands.view import view
+from ulna.commands.warmup import warmup
 from ulna.errors import UlnaError
 
 # Each subcommand, with what its JSON means.
@@ -48,6 +50,7 @@ _COMMANDS = (
     (demo, CHECKS_KEYS),
     (record, None),
     (bench, BENCH_KEYS),
+    (warmup, WARMUP_KEYS),
 )
 
 

@@ -14,7 +14,7 @@ import ulna
 
 COMMANDS = [
     *("info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf"),
-    *("view", "demo", "record", "bench", "ros1", "ros2"),
+    *("view", "demo", "record", "bench", "warmup", "ros1", "ros2"),
 ]
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [

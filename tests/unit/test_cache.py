@@ -1,6 +1,6 @@
 """The machine code on disk: never stale, put where it should be, and never needed.
 
-Processes of their own, with a cache folder of their own, run the library; ``compile.py`` alone is loaded from copies of the
+Processes of their own, with a cache folder of their own, run the library; ``cache.py`` alone is loaded from copies of the
 kernels.
 """
 
@@ -23,7 +23,7 @@ PLACE = """
 import sys, numba, ulna
 print(*ulna.load("panda").forward_kinematics([0.0] * 7)[:3, 3].round(9).tolist())
 from ulna.kernels.chain import forward_one
-from ulna.kernels.compile import cache_folder
+from ulna.kernels.cache import cache_folder
 print(sum(forward_one.stats.cache_hits.values()), sum(forward_one.stats.cache_misses.values()))
 print(repr(numba.config.CACHE_DIR))
 print(cache_folder())
@@ -44,8 +44,8 @@ def run(source=PLACE, *, src=PACKAGE.parent, **variables):
 
 
 def loaded(kernels):
-    """``compile.py`` of a folder of kernels, as a module of its own."""
-    spec = importlib.util.spec_from_file_location("a_copy_of_compile", kernels / "compile.py")
+    """``cache.py`` of a folder of kernels, as a module of its own."""
+    spec = importlib.util.spec_from_file_location("a_copy_of_cache", kernels / "cache.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -108,7 +108,7 @@ def test_the_users_folder_is_honoured_and_numbas_setting_left_as_it_was(tmp_path
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the places of other systems")
 def test_otherwise_it_lies_in_the_users_cache_folder(tmp_path):
-    where = "from ulna.kernels.compile import cache_folder; print(cache_folder().parent)"
+    where = "from ulna.kernels.cache import cache_folder; print(cache_folder().parent)"
     assert run(where, HOME=tmp_path) == [str(tmp_path / ".cache" / "ulna")]
     assert run(where, HOME=tmp_path, XDG_CACHE_HOME=tmp_path / "xdg") == [str(tmp_path / "xdg" / "ulna")]
 
@@ -121,7 +121,7 @@ def test_a_folder_that_cannot_be_written_costs_a_compilation_and_nothing_else(tm
 
 
 def test_a_folder_that_goes_away_costs_a_compilation_and_nothing_else(tmp_path):
-    remove = "import shutil, ulna.kernels.chain as c; shutil.rmtree(c.entry.__globals__['cache_folder']())\n"
+    remove = "import shutil, ulna.kernels.chain; from ulna.kernels.cache import cache_folder; shutil.rmtree(cache_folder())\n"
     assert run(remove + PLACE, NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
 
 

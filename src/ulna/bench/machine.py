@@ -1,12 +1,12 @@
 """The machine and the versions that figures belong to: no host names, no paths."""
 
-import os
 import platform
 import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import ulna
+from ulna.kinematics.batches import n_processors
 
 PACKAGES = ("numpy", "numba", "llvmlite")
 
@@ -17,7 +17,7 @@ def machine_facts() -> dict[str, object]:
 
     return {
         "processor": processor_name(),
-        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "cores": n_processors(),
         "register_bits": register_bits(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),

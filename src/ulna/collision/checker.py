@@ -30,12 +30,14 @@ from ulna.kernels.edge import EDGE_CONTACT, EDGE_OUT_OF_RANGE, edges_each
 from ulna.kernels.nearest import BODY, NEAREST, NEAREST_WIDTH, nearest_batch
 from ulna.kernels.verdict import OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
 from ulna.kinematics.batches import in_parts
+from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.model.description import Description
 from ulna.model.tree import Tree
 
 NO_OBJECTS = World().objects()
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
+NO_PAIRS.setflags(write=False)  # as those of a robot are: kernels are compiled for one kind
 LEAST_RESOLUTION = 1e-5  # [m] distances of cylinders are good to 1e-6
 WORTH_A_THREAD = 64  # edges
 FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
@@ -76,38 +78,45 @@ class Checker:
         """The pairs of bodies that may not touch."""
         return checked_pairs(self.bodies, self.tree, self.allowed, self.attached)
 
-    def in_collision(self, q: ArrayLike, world: World | None, self_collision: bool) -> bool | NDArray[np.bool_]:
+    def in_collision(
+        self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.bool_] | None = None
+    ) -> bool | NDArray[np.bool_]:
         """Whether anything touches: a bool for one q, else shape (...,)."""
         scene = self._scene(world, self_collision)
         q = as_positions(q, self.tree)
+        if q.ndim == 1 and out is None:
+            return self._touches(q, scene)
+        hits, rows = as_out(out, q.shape[:-1], q, dtype=np.bool_), flat(q)
         if q.ndim == 1:
-            answer = overlap_one(*scene, for_kernel(q))
-            if answer == OUT_OF_RANGE:
-                refuse_out_of_range(q)
-            return answer == OVERLAPS
-        hits, rows = np.empty(q.shape[:-1], dtype=np.bool_), flat(q)
-        out = hits.reshape(-1)
-        if not in_parts(lambda part: overlap_batch(*scene, rows[part], out[part]), len(rows)):
+            hits[()] = self._touches(q, scene)
+            return hits
+        of_rows = hits.reshape(-1)
+        if not in_parts(lambda part: overlap_batch(*scene, rows[part], of_rows[part]), len(rows)):
             refuse_out_of_range(q)
         return hits
 
-    def signed_distance(self, q: ArrayLike, world: World | None, self_collision: bool) -> Any:
+    def signed_distance(
+        self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.float64] | None = None
+    ) -> Any:
         """The least signed distance: a number for one q, else shape (...,)."""
         q = as_positions(q, self.tree)
-        distances = self._nearest(q, self._scene(world, self_collision))[..., NEAREST]
-        return float(distances) if q.ndim == 1 else distances
+        answer = as_out(out, q.shape[:-1], q)
+        answer[...] = self._nearest(q, self._scene(world, self_collision))[..., NEAREST]
+        return float(answer) if q.ndim == 1 and out is None else answer
 
-    def distance_gradient(self, q: ArrayLike, world: World | None, self_collision: bool) -> NDArray[np.float64]:
+    def distance_gradient(
+        self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
         """The gradient of the least signed distance, shape (..., n_dof)."""
         scene = self._scene(world, self_collision)
         q = as_positions(q, self.tree)
+        gradient, rows = as_out(out, q.shape, q), flat(q)
         pairs = self._nearest(q, scene).reshape(-1, NEAREST_WIDTH)[:, BODY:].astype(np.int64)
-        contacts, gradient, rows = np.empty((len(pairs), CONTACT_WIDTH)), np.empty(q.shape), flat(q)
-        out = gradient.reshape(rows.shape)
+        contacts, of_rows = np.empty((len(pairs), CONTACT_WIDTH)), gradient.reshape(rows.shape)
 
         def run(part: slice) -> bool:
             of_q = np.arange(part.stop - part.start)
-            return contacts_each(*_shapes(scene), for_kernel(rows[part]), of_q, pairs[part], contacts[part], out[part])
+            return contacts_each(*_shapes(scene), for_kernel(rows[part]), of_q, pairs[part], contacts[part], of_rows[part])
 
         in_parts(run, len(rows))
         return gradient
@@ -125,7 +134,7 @@ class Checker:
         except ValueError:
             raise InputError("q_b", f"shape {ends.shape} does not go with q_a of shape {starts.shape}") from None
         shape = *batch, self.tree.n_dof
-        a, b = (flat(np.ascontiguousarray(np.broadcast_to(side, shape))) for side in (starts, ends))
+        a, b = (flat(np.array(np.broadcast_to(side, shape), order="C")) for side in (starts, ends))
         status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
 
         def run(part: slice) -> bool:
@@ -153,6 +162,12 @@ class Checker:
         for place in np.ndindex(reports.shape):
             reports[place] = self._report(q[place], scene, objects.names, float(max_distance))
         return reports
+
+    def _touches(self, q: NDArray[np.float64], scene: tuple) -> bool:
+        answer = overlap_one(*scene, for_kernel(q))
+        if answer == OUT_OF_RANGE:
+            refuse_out_of_range(q)
+        return answer == OVERLAPS
 
     def _nearest(self, q: NDArray[np.float64], scene: tuple) -> NDArray[np.float64]:
         """The nearest pair of each q (``kernels.nearest``), shape (..., NEAREST_WIDTH)."""

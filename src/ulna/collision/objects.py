@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ulna.collision.parts import Parts, parts_of
 from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE, WIDTH
 from ulna.model.clouds import Obstacle
+from ulna.model.description import frozen
 from ulna.model.shapes import HalfSpace
 
 ALONE = 64  # worlds of at most so many objects need no tree: meeting each with eight configurations at once is as fast
@@ -51,7 +52,8 @@ def make_objects(shapes: dict[str, Obstacle], poses: dict[str, NDArray[np.float6
     nodes = tree_of_bounds(low[order[n_alone:] - n_alone], high[order[n_alone:] - n_alone])
     points = np.concatenate([np.zeros((0, 3)), *vertices])
     only_boxes = bool((table[:, SHAPE] == BOX).all())
-    return Objects(tuple(names[k] for k in order), np.ascontiguousarray(table[order]), points, nodes, n_alone, only_boxes)
+    table, points = frozen(table[order], table.shape), frozen(points, points.shape)  # as a robot's: kernels know one kind of both
+    return Objects(tuple(names[k] for k in order), table, points, nodes, n_alone, only_boxes)
 
 
 def _rows(T: NDArray[np.float64], parts: Parts, first_vertex: int) -> NDArray[np.float64]:

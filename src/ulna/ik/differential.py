@@ -9,6 +9,7 @@ from ulna.errors import InputError
 from ulna.ik.problem import positive, refuse_immovable
 from ulna.kernels.differential import differential_batch, differential_one
 from ulna.kinematics.jacobian import as_frame
+from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
 from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
@@ -36,28 +37,20 @@ def differential_ik(
         raise InputError("twist", f"shape {twist.shape}, but shape (..., 6) is expected: v [m/s], w [rad/s]")
     lam, dt = positive("damping", damping) ** 2, positive("dt", dt)
     if q.ndim == twist.ndim == 1:
-        out = np.empty(tree.n_dof) if out is None else as_out(out, q.shape)
-        size = 6 * len(chain) + 16 * tree.n_dof + 27
+        out = as_out(out, q.shape, q, twist)
+        size = 16 * tree.n_dof + 27
         if len(_work.numbers) < size:
             _work.numbers = np.empty(size)
         good = differential_one(chain, frame, tree.limits, tree.velocity_limits, lam, dt, q, twist, _work.numbers, out)
     else:
         shape = _batch_shape(q, twist)
-        q = np.ascontiguousarray(np.broadcast_to(q, (*shape, tree.n_dof)))
-        twist = np.ascontiguousarray(np.broadcast_to(twist, (*shape, 6)))
-        out = np.empty(q.shape) if out is None else as_out(out, q.shape)
+        out = as_out(out, (*shape, tree.n_dof), q, twist)
+        q, twist = (np.array(np.broadcast_to(given, (*shape, given.shape[-1])), order="C") for given in (q, twist))
         rows = out.reshape(-1, tree.n_dof)
         good = differential_batch(chain, frame, tree.limits, tree.velocity_limits, lam, dt, flat(q), flat(twist), rows)
     if not good:
         refuse_out_of_range(q)
         refuse_out_of_range(twist, "twist")
-    return out
-
-
-def as_out(out: Array, shape: tuple[int, ...]) -> Array:
-    """The caller's array to write to, or an ``InputError`` if it is not one of the right kind."""
-    if not isinstance(out, np.ndarray) or out.shape != shape or out.dtype != np.float64 or not out.flags.carray:
-        raise InputError("out", f"a writable, C-contiguous float64 array of shape {shape} is expected")
     return out
 
 

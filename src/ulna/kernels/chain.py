@@ -3,9 +3,11 @@
 import numpy as np
 
 from ulna.kernels.block import all_in_range, gather, scatter_matrix, write_matrix
-from ulna.kernels.compile import entry, kernel
+from ulna.kernels.compile import brief_entry, entry, kernel
 from ulna.kernels.joint import joint_pose
+from ulna.kernels.kinds import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.kernels.lanes import WIDTH
+from ulna.kernels.memory import apart
 from ulna.kernels.se3 import compose, store_pose
 
 
@@ -18,14 +20,19 @@ def chain_pose(chain, q_rows):
     return pose
 
 
-@entry
-def forward_one(chain, q, out):
-    """Write the 4x4 matrix of the chain's end to out for one q. False if an entry of q is out of range."""
+@brief_entry((MATRIX, WHOLE, NUMBERS, MATRIX))
+def forward_one(chain, n_dof, q, out):
+    """Write the 4x4 matrix of the chain's end to out for one q.
+
+    False, and nothing is written, if q is not n_dof numbers in range, or out is not 4x4, or shares memory with q.
+    """
+    if q.shape[0] != n_dof or out.shape != (4, 4) or not (all_in_range(q) and apart(q, out)):
+        return False
     write_matrix(chain_pose(chain, q), out)
-    return all_in_range(q)
+    return True
 
 
-@entry
+@entry((TABLE, MATRIX, MATRICES))
 def forward_batch(chain, q, out):
     """The same for q of shape (n, n_dof), out of shape (n, 4, 4): eight rows at a time."""
     q_rows, pose_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((12, WIDTH))

@@ -1,24 +1,18 @@
-"""How a kernel is compiled: the decorators, their flags, and a disk cache that never serves stale code.
+"""How a kernel is compiled: the decorators and their flags.
 
-``kernel`` and ``routine`` mark functions that other kernels call; ``entry`` one that Python calls, whose machine code is
-kept on disk.
-Numba's own cache looks only at the file that holds the entry, not at the kernels it calls. Here the cache folder is named
-by a hash of every source in this package, so a change anywhere in the kernels starts a fresh folder.
+``kernel`` and ``routine`` mark functions that other kernels call; ``entry`` and ``brief_entry`` those that Python calls, whose
+machine code is kept on disk (``cache``). They say for which kinds of arguments (``kinds``) they are compiled.
 """
 
-import contextlib
-import hashlib
-import os
-import sys
-import time
-from collections.abc import Callable
-from functools import cache
-from pathlib import Path
+import threading
+from collections.abc import Callable, Sequence
+from functools import wraps
 from typing import Any
 
-from numba import njit
+from numba import njit, typeof
 from numba.core import config
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+
+from ulna.kernels.cache import KernelCache, cache_folder
 
 # 'nnan' and 'ninf' are left out on purpose: NaN in must give NaN out, and then an error, never a plausible number.
 _FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True}
@@ -27,7 +21,12 @@ _EXACT_FLAGS: dict[str, Any] = {**_FLAGS, "fastmath": {"contract", "nsz"}}
 # Kernels allocate nothing, so they need not count references: each array handed on would cost two atomic ones. It also keeps
 # kernels to their word: one that does allocate is not compiled.
 _COUNTS_NOTHING: dict[str, Any] = {"_nrt": False}
-_UNUSED_FOLDER_DAYS = 30
+_BRIEF_FLAGS: dict[str, Any] = {**_FLAGS, **_COUNTS_NOTHING, "nogil": False}
+
+Kinds = Sequence[Any]  # Numba's types of the arguments
+ENTRIES: dict[Any, tuple[Kinds, ...]] = {}
+"""Every entry, with all the kinds of arguments that it is called with: what there is to compile."""
+_lock = threading.Lock()
 
 
 def kernel(function):
@@ -54,98 +53,59 @@ def workspace(function):
     return njit(**_FLAGS)(function)
 
 
-def entry(function: Callable) -> Any:
-    """Compile a function that Python calls, and keep its machine code on disk."""
-    dispatcher: Any = njit(**_FLAGS)(function)
-    if not config.DISABLE_JIT and cache_folder() is not None:  # pyright: ignore[reportAttributeAccessIssue]
-        dispatcher._cache = _KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
+def entry(*calls: Kinds) -> Callable[[Callable], Any]:
+    """Compile a function that Python calls, and keep its machine code on disk.
+
+    Args:
+        calls: The kinds of its arguments, for each way in which it is called.
+    """
+    return lambda function: _entry(function, calls, _FLAGS)
+
+
+def brief_entry(call: Kinds) -> Callable[[Callable], Any]:
+    """Compile a function that Python calls for so little work that the call itself counts; ``ready`` must be asked for it.
+
+    It counts no references, so it allocates nothing, and it does not let go of the interpreter's lock: each of these takes as
+    long as a pose. It raises a ``TypeError`` for arguments of other kinds, which the caller need not look at first.
+    """
+
+    def compiled(function: Callable) -> Any:
+        return _entry(_of_kinds(function, call) if is_plain() else function, (call,), _BRIEF_FLAGS)
+
+    return compiled
+
+
+def ready(brief: Any) -> Any:
+    """A brief entry, compiled or loaded, and closed to arguments of other kinds."""
+    if not is_plain():
+        with _lock:
+            if not brief.signatures:
+                brief.compile(tuple(ENTRIES[brief][0]))
+                brief.disable_compile()
+    return brief
+
+
+def _entry(function: Callable, calls: tuple[Kinds, ...], flags: dict[str, Any]) -> Any:
+    dispatcher: Any = njit(**flags)(function)
+    if not is_plain() and cache_folder() is not None:
+        dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
+    ENTRIES[dispatcher] = calls
     return dispatcher
 
 
-@cache
-def source_hash() -> str:
-    """Hash of every kernel source, in hexadecimal."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:16]
+def is_plain() -> bool:
+    """Whether kernels run as plain Python."""
+    return bool(config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
 
 
-@cache
-def cache_folder() -> Path | None:
-    """The folder of this version's machine code, or None where nothing can be written.
+def _of_kinds(function: Callable, kinds: Kinds) -> Callable:
+    """A function of plain Python that refuses arguments of other kinds, as a compiled one does."""
 
-    ``NUMBA_CACHE_DIR`` is honoured; otherwise it lies in the user's own cache folder. Folders of other versions that
-    nobody has used for a month are removed.
-    """
-    try:
-        base = _base_folder()
-        folder = base / f"kernels-{source_hash()}"
-        folder.mkdir(parents=True, exist_ok=True)
-        os.utime(folder)
-        _remove_unused(base)
-    except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
-        return None
-    return folder if os.access(folder, os.W_OK) else None
+    @wraps(function)
+    def checked(*arguments):
+        for argument, kind in zip(arguments, kinds, strict=True):
+            if typeof(argument) != kind:
+                raise TypeError(f"{typeof(argument)}, but {kind} is expected")
+        return function(*arguments)
 
-
-def _base_folder() -> Path:
-    if os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(os.environ["NUMBA_CACHE_DIR"]) / "ulna"
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "ulna" / "cache"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "ulna"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ulna"
-
-
-def _remove_unused(base: Path) -> None:
-    oldest = time.time() - _UNUSED_FOLDER_DAYS * 86400
-    for folder in base.glob("kernels-*"):
-        if folder.stat().st_mtime < oldest:
-            for file in folder.iterdir():
-                file.unlink(missing_ok=True)
-            folder.rmdir()
-
-
-class _KernelLocator(_CacheLocator):
-    """Tells Numba where an entry's machine code lies and what makes it stale."""
-
-    def __init__(self, function):
-        self._function = function
-
-    def get_cache_path(self) -> Any:
-        return str(cache_folder())
-
-    def get_source_stamp(self) -> Any:
-        return source_hash()
-
-    def get_disambiguator(self):
-        return self._function.__module__
-
-    @classmethod
-    def from_function(cls, py_func, py_file):  # noqa: ARG003 - Numba's signature
-        return cls(py_func)
-
-
-class _KernelCacheImpl(CompileResultCacheImpl):
-    _locator_classes = (_KernelLocator,)
-
-
-class _KernelCache(FunctionCache):
-    _impl_class = _KernelCacheImpl
-
-    def load_overload(self, sig, target_context):
-        try:
-            loaded = super().load_overload(sig, target_context)
-        except Exception:  # noqa: BLE001 - a damaged file costs a compilation, and is replaced
-            loaded = None
-            with contextlib.suppress(OSError):
-                self.flush()
-        if loaded is None and sys.stderr is not None and sys.stderr.isatty():
-            print(f"ulna: compiling {self._py_func.__name__} for this machine (once)", file=sys.stderr)  # noqa: T201
-        return loaded
-
-    def save_overload(self, sig, data):
-        with contextlib.suppress(OSError):  # a full disk costs a compilation, not the answer
-            super().save_overload(sig, data)
+    return checked

@@ -9,6 +9,7 @@ from ulna.kernels.block import all_in_range
 from ulna.kernels.bounds import STACK, bounds_of, objects_within
 from ulna.kernels.compile import entry, kernel
 from ulna.kernels.depth import SCRATCH
+from ulna.kernels.kinds import INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, SCENES, TABLE, WHOLE
 from ulna.kernels.layout import COLUMN, JOINT, KIND, LARGEST, PARENT, PRISMATIC, RATIO
 from ulna.kernels.placed import place_bodies, rows_answer
 from ulna.kernels.se3 import constant_pose, load_pose
@@ -19,7 +20,7 @@ DISTANCE, WITNESS_A, WITNESS_B, NORMAL = 0, 1, 4, 7
 CONTACT_WIDTH = 10
 
 
-@entry
+@entry(*((*scene[:3], *scene[4:6], MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
 def contacts_each(joints, bodies, vertices, objects, points, q, rows, candidates, out, gradients):
     """Write the answer for candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH). False if q is out of range.
 
@@ -82,7 +83,7 @@ def add_speeds(joints, joint_rows, joint, contacts, row, witness, sign, out):
         joint = int(joints[joint, PARENT])
 
 
-@entry
+@entry((TABLE, TABLE, MATRIX, WHOLE, NUMBER, NUMBERS, INDEX_ROWS))
 def candidates_hung(joints, bodies, nodes, n_hung, margin, q, out):
     """Write to out, shape (n, 2), the bodies and the objects of the tree whose bounds are within a margin [m]; return how many.
 

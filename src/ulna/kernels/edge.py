@@ -21,6 +21,7 @@ from ulna.kernels.bounds import STACK, bounds_of, objects_within
 from ulna.kernels.compile import entry, kernel
 from ulna.kernels.depth import SCRATCH
 from ulna.kernels.elementary import maximum, minimum
+from ulna.kernels.kinds import INDICES, MATRIX, NUMBER, NUMBERS, SCENES
 from ulna.kernels.lanes import WIDTH, any_lane, lane_bits, lane_of, load, logical_not, lowest_bit, splat, store, where
 from ulna.kernels.layout import COLUMN, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO, REACH
 from ulna.kernels.placed import ball_distance, place_bodies, rows_gap
@@ -114,7 +115,7 @@ def bounds_of_all(bodies, k, a, reach):
     return (low[0] - reach, low[1] - reach, low[2] - reach), (high[0] + reach, high[1] + reach, high[2] + reach)
 
 
-@entry
+@entry(*((*scene, MATRIX, MATRIX, NUMBER, INDICES, NUMBERS) for scene in SCENES))
 def edges_each(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q_a, q_b, resolution, status, contact):
     """Write to status, shape (n,), what the edge from each row of q_a to that of q_b is, and to contact how far it is free."""
     n_dof, n_hung = q_a.shape[1], objects.shape[0] - n_alone

@@ -19,6 +19,7 @@ from ulna.kernels.damped_step import error_squares, pose_error, release_pressed,
 from ulna.kernels.elementary import maximum
 from ulna.kernels.jacobian import BASE, chain_jacobian
 from ulna.kernels.jacobian_transpose import transpose_step
+from ulna.kernels.kinds import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.kernels.lane_search import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, LAMBDA, P2, R2, RUNNING, TAKEN
 from ulna.kernels.lanes import WIDTH, any_lane, load, splat, store, where
 from ulna.kernels.layout import LARGEST_DEFECT
@@ -87,14 +88,14 @@ def descend(chain, method, settings, rows, scratch, trace):
     Row k of the trace is lane 0 after k steps: the errors [m, rad], the largest joint step that led there and the damping.
     """
     q_rows, trial_rows, target_rows, bound_rows, state_rows = rows
-    axis_rows, jacobian_rows, system_rows, error_rows, step_rows = scratch
+    jacobian_rows, system_rows, error_rows, step_rows = scratch
     n_dof, target = q_rows.shape[0], load_pose(target_rows, 0)
     scale = splat(1.0, load(q_rows, 0))
     p2, r2 = task_squares(settings, chain_pose(chain, q_rows), target, jacobian_rows)
     least, taken = p2 + r2, splat(0.0, scale)  # least is carried along: evaluated again it would round differently
     steps, moving = 0, True
     while moving:
-        pose = chain_jacobian(chain, q_rows, BASE, axis_rows, jacobian_rows)
+        pose = chain_jacobian(chain, q_rows, BASE, jacobian_rows, 6, 1)
         e = whole = pose_error(pose, target)
         if int(settings[TASK]) != WHOLE_POSE:
             e = task_error(settings, pose, target, e, jacobian_rows)
@@ -156,7 +157,7 @@ def note_errors(trace, k, state_rows):
     trace[k, 1] = np.sqrt(e[3, 0] ** 2 + e[4, 0] ** 2 + e[5, 0] ** 2)
 
 
-@entry
+@entry((WHOLE, TABLE, MATRICES, MATRIX, MATRICES, NUMBERS, MATRIX, MATRIX, MATRIX))
 def follow_each(method, chain, targets, seeds, bounds, settings, q_out, info, trace):
     """Search for each target of shape (n, 4, 4) from its seed: a target a lane.
 
@@ -164,8 +165,8 @@ def follow_each(method, chain, targets, seeds, bounds, settings, q_out, info, tr
     (0, 4), or (steps + 1, 4) and one target.
     """
     n, n_dof = q_out.shape
-    rows, (axis_rows, jacobian_rows, system_rows) = search_rows(n_dof, chain.shape[0])
-    scratch = axis_rows, jacobian_rows, system_rows, np.empty((6, WIDTH)), np.empty((n_dof, WIDTH))
+    rows, (jacobian_rows, system_rows) = search_rows(n_dof)
+    scratch = jacobian_rows, system_rows, np.empty((6, WIDTH)), np.empty((n_dof, WIDTH))
     for start in range(0, n, WIDTH):
         gather(seeds, start, rows[0])
         for lane in range(WIDTH):

@@ -1,6 +1,7 @@
 """Panes that are seen through, laid over a picture: each pixel takes of their colour as much as of it they cover."""
 
 from ulna.kernels.compile import entry, kernel
+from ulna.kernels.kinds import LIGHT, MATRIX, NEARNESS
 from ulna.kernels.lanes import sqrt
 from ulna.kernels.raster import row, span, twice_area, weights
 
@@ -8,7 +9,7 @@ _EDGE = 1.1  # pixels: the width of the line along a pane's edges
 _EDGE_HOLDS = 0.6  # of what a pane lets through, its edge holds back so much
 
 
-@entry
+@entry((MATRIX, MATRIX, NEARNESS, LIGHT))
 def lay_panes(points, paints, nearness, light):
     """Lay flat panes of four corners over the light of a picture, one after the other.
 

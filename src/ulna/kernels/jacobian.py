@@ -6,78 +6,105 @@ Source: Lynch and Park, Modern Robotics (2017), chapter 5; Siciliano et al., Rob
 import numpy as np
 
 from ulna.kernels.block import all_in_range, gather
-from ulna.kernels.compile import entry, kernel
+from ulna.kernels.compile import brief_entry, entry, kernel
 from ulna.kernels.joint import joint_pose
+from ulna.kernels.kinds import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.kernels.lanes import WIDTH, load, splat, store
 from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC, RATIO
+from ulna.kernels.memory import apart
 from ulna.kernels.se3 import compose
-from ulna.kernels.vectors import cross, turn_into
+from ulna.kernels.vectors import axis, cross, origin, plus, times, turn_into
 
 BASE, LINK, SPATIAL = 0, 1, 2  # the frame in which a Jacobian is expressed
 
 
 @kernel
-def chain_jacobian(chain, q_rows, expressed_in, axis_rows, jacobian_rows):
-    """Write J, six rows an entry of q (v_x v_y v_z w_x w_y w_z), and return the end's pose.
+def chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, across, down):
+    """Write J, entry (k, j) to row across * j + down * k, and return the end's pose. Rows are v_x, v_y, v_z, w_x, w_y, w_z.
 
-    1. Walk the chain; note where each joint's axis z_i and origin p_i stand (axis_rows, six rows a joint).
-    2. A revolute joint moves the point p_o with v = z_i x (p_o - p_i) and turns with w = z_i; a prismatic one moves it
-       with v = z_i. The point p_o is the end's origin, or for SPATIAL the one that passes the base's origin.
-    3. For LINK, turn both into the end's axes. Add them, times the joint's ratio, to the column of the entry of q that
-       drives the joint: mimic joints share one.
+    1. Walk the chain. A joint along or about z_i, whose frame stands at p_i, moves the point that passes the base's origin: a
+       revolute one with v = p_i x z_i and w = z_i, a prismatic one with v = z_i. Add that, times the joint's ratio, to the column
+       of the entry of q that drives the joint: mimic joints share one. That is J for SPATIAL.
+    2. The end's origin o moves with v + w x o. That is J for BASE.
+    3. For LINK, turn both into the end's axes.
     """
     zero = splat(0.0, load(q_rows, 0))
+    for k in range(jacobian_rows.shape[0]):
+        store(jacobian_rows, k, zero)
     end = joint_pose(chain, 0, q_rows)
     for i in range(chain.shape[0]):
         if i > 0:
             end = compose(end, joint_pose(chain, i, q_rows))
-        for k in range(3):
-            store(axis_rows, 6 * i + k, end[4 * k + 2])
-            store(axis_rows, 6 * i + 3 + k, end[4 * k + 3])
-    for k in range(jacobian_rows.shape[0]):
-        store(jacobian_rows, k, zero)
-    for i in range(chain.shape[0]):
         kind = int(chain[i, KIND])
         if kind == FIXED:
             continue
-        z = load(axis_rows, 6 * i), load(axis_rows, 6 * i + 1), load(axis_rows, 6 * i + 2)
+        z = axis(end, 2)
         if kind == PRISMATIC:
             v, w = z, (zero, zero, zero)
         else:
-            p = load(axis_rows, 6 * i + 3), load(axis_rows, 6 * i + 4), load(axis_rows, 6 * i + 5)
-            o = (zero, zero, zero) if expressed_in == SPATIAL else (end[3], end[7], end[11])
-            v, w = cross(z, (o[0] - p[0], o[1] - p[1], o[2] - p[2])), z
-        if expressed_in == LINK:
-            v, w = turn_into(end, v), turn_into(end, w)
-        row, ratio = 6 * int(chain[i, COLUMN]), chain[i, RATIO]
-        for k in range(3):
-            store(jacobian_rows, row + k, load(jacobian_rows, row + k) + v[k] * ratio)
-            store(jacobian_rows, row + 3 + k, load(jacobian_rows, row + 3 + k) + w[k] * ratio)
+            v, w = cross(origin(end), z), z
+        add_twist(jacobian_rows, across * int(chain[i, COLUMN]), down, times(v, chain[i, RATIO]), times(w, chain[i, RATIO]))
+    if expressed_in != SPATIAL:
+        for j in range(jacobian_rows.shape[0] // 6):
+            move_column(jacobian_rows, across * j, down, end, expressed_in)
     return end
 
 
-@entry
-def jacobian_one(chain, expressed_in, q, out):
-    """Write J to out, shape (6, n_dof), for one q. False if an entry of q is out of range."""
-    axis_rows, jacobian_rows = np.empty(6 * chain.shape[0]), np.empty(6 * out.shape[1])
-    chain_jacobian(chain, q, expressed_in, axis_rows, jacobian_rows)
-    for j in range(out.shape[1]):
-        for k in range(6):
-            out[k, j] = jacobian_rows[6 * j + k]
-    return all_in_range(q)
+@kernel
+def column(jacobian_rows, row, down):
+    """The linear and the angular part of the column that begins at a row."""
+    v = load(jacobian_rows, row), load(jacobian_rows, row + down), load(jacobian_rows, row + 2 * down)
+    w = load(jacobian_rows, row + 3 * down), load(jacobian_rows, row + 4 * down), load(jacobian_rows, row + 5 * down)
+    return v, w
 
 
-@entry
+@kernel
+def store_column(jacobian_rows, row, down, v, w):
+    """Write both parts of a column."""
+    for k in range(3):
+        store(jacobian_rows, row + down * k, v[k])
+        store(jacobian_rows, row + down * (3 + k), w[k])
+
+
+@kernel
+def add_twist(jacobian_rows, row, down, v, w):
+    """Add to both parts of a column."""
+    v_before, w_before = column(jacobian_rows, row, down)
+    store_column(jacobian_rows, row, down, plus(v_before, v), plus(w_before, w))
+
+
+@kernel
+def move_column(jacobian_rows, row, down, end, expressed_in):
+    """Steps 2 and 3 for one column."""
+    v, w = column(jacobian_rows, row, down)
+    v = plus(v, cross(w, origin(end)))
+    if expressed_in == LINK:
+        v, w = turn_into(end, v), turn_into(end, w)
+    store_column(jacobian_rows, row, down, v, w)
+
+
+@brief_entry((MATRIX, WHOLE, WHOLE, NUMBERS, MATRIX))
+def jacobian_one(chain, expressed_in, n_dof, q, out):
+    """Write J to out, shape (6, n_dof), for one q.
+
+    False, and nothing is written, if q is not n_dof numbers in range, or out has another shape, or shares memory with q.
+    """
+    if q.shape[0] != n_dof or out.shape != (6, n_dof) or not (all_in_range(q) and apart(q, out)):
+        return False
+    chain_jacobian(chain, q, expressed_in, out.reshape(out.size), 1, n_dof)
+    return True
+
+
+@entry((TABLE, WHOLE, MATRIX, MATRICES))
 def jacobian_batch(chain, expressed_in, q, out):
-    """The same for q of shape (n, n_dof), out of shape (n, 6, n_dof): eight rows at a time."""
+    """The same for q of shape (n, n_dof), out of shape (n, 6, n_dof): eight rows at a time. False if q is out of range."""
     n, n_dof = q.shape
-    q_rows = np.zeros((max(1, n_dof), WIDTH))
-    axis_rows, jacobian_rows = np.empty((6 * chain.shape[0], WIDTH)), np.empty((6 * n_dof, WIDTH))
+    q_rows, jacobian_rows = np.zeros((max(1, n_dof), WIDTH)), np.empty((6 * n_dof, WIDTH))
     good = True
     for start in range(0, n, WIDTH):
         gather(q, start, q_rows)
         good &= all_in_range(q_rows)
-        chain_jacobian(chain, q_rows, expressed_in, axis_rows, jacobian_rows)
+        chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, 6, 1)
         for lane in range(WIDTH):
             i = min(start + lane, n - 1)
             for j in range(n_dof):

@@ -54,9 +54,9 @@ _POSTURE_STEP = 1.0  # rad: shorter ones settle too slowly, longer ones run in c
 def advance(chain, posture, settings, rows, scratch):
     """Steps 1 to 4 for all lanes."""
     q_rows, last_rows, target_rows, bound_rows, state_rows = rows
-    axis_rows, jacobian_rows, system_rows = scratch
+    jacobian_rows, system_rows = scratch
     target = load_pose(target_rows, 0)
-    pose = chain_jacobian(chain, q_rows, BASE, axis_rows, jacobian_rows)
+    pose = chain_jacobian(chain, q_rows, BASE, jacobian_rows, 6, 1)
     e = whole = pose_error(pose, target)
     if int(settings[TASK]) != WHOLE_POSE:
         e = task_error(settings, pose, target, e, jacobian_rows)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ulna.kernels.block import all_in_range
 from ulna.kernels.compile import entry, routine, workspace
+from ulna.kernels.kinds import INDICES, MATRICES, MATRIX, NUMBERS, TABLE
 from ulna.kernels.lane_search import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
 from ulna.kernels.lanes import WIDTH, any_lane, load
 from ulna.kernels.layout import LARGEST_DEFECT
@@ -17,7 +18,7 @@ from ulna.kernels.search_layout import FIRST_WINS, N_SETTINGS, NOT_A_POSE, STATU
 from ulna.kernels.search_rows import answer, bound, clear, place, search_rows, start_at
 
 
-@entry
+@entry((TABLE, MATRICES, INDICES, MATRIX, MATRICES, MATRIX, NUMBERS, NUMBERS, MATRIX, MATRIX))
 def search_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_out, info):
     """Search for each target of ``order`` from every start.
 
@@ -29,7 +30,7 @@ def search_jobs(chain, targets, order, seeds, bounds, shares, posture, settings,
     run_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_out, info)
 
 
-@entry
+@entry((TABLE, NUMBERS, MATRIX, NUMBERS, MATRIX, MATRIX))
 def search_one(chain, plan, target, seed, q_out, info):
     """The same for one target (4, 4) and one seed (n_dof,), with few arguments: each costs a call some 50 ns.
 
@@ -49,7 +50,7 @@ def search_one(chain, plan, target, seed, q_out, info):
 def run_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_out, info):
     """Keep the lanes busy until no job is left."""
     n_dof, n_jobs = q_out.shape[1], order.shape[0] * shares.shape[0]
-    rows, scratch = search_rows(n_dof, chain.shape[0])
+    rows, scratch = search_rows(n_dof)
     jobs = np.full(WIDTH, -1)
     first_wins, found, best = settings[FIRST_WINS] != 0.0, False, np.inf
     following, running = 0, 0

@@ -10,6 +10,7 @@ from ulna.kernels.block import all_in_range, gather
 from ulna.kernels.bounds import STACK, first_leaf, lane_bounds, place_bounds, push_children
 from ulna.kernels.compile import entry, kernel
 from ulna.kernels.depth import SCRATCH
+from ulna.kernels.kinds import MATRIX, SCENES
 from ulna.kernels.lanes import WIDTH, any_lane, lane_of, load, splat, store, where
 from ulna.kernels.placed import ball_distance, lane_pose, place_bodies, rows_answer
 from ulna.kernels.se3 import constant_pose, load_pose
@@ -68,7 +69,7 @@ def nearest_hung(best, bodies, vertices, body_rows, bound_rows, lane, objects, p
     return best
 
 
-@entry
+@entry(*((*scene, MATRIX, MATRIX) for scene in SCENES))
 def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q, out):
     """Write the answer for each q of shape (n, n_dof) to a row of out, shape (n, NEAREST_WIDTH). False if q is out of range.
 

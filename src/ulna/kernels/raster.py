@@ -11,13 +11,14 @@ visibility buffer (JCGT 2013), for keeping the triangle's number, and shading on
 import numpy as np
 
 from ulna.kernels.compile import entry, kernel
+from ulna.kernels.kinds import INDEX_ROWS, INDICES, MATRIX, NEARNESS, NONE, NUMBERED
 from ulna.kernels.se3 import constant_pose
 from ulna.kernels.vectors import place
 
 NOTHING = -1  # the number of no triangle
 
 
-@entry
+@entry((MATRIX, INDICES, MATRIX, MATRIX, MATRIX))
 def place_points(points, frames, poses, view, placed):
     """Write where points that move with frames stand on a raster.
 
@@ -38,7 +39,7 @@ def place_points(points, frames, poses, view, placed):
         placed[k, 0], placed[k, 1], placed[k, 2] = x, y, z
 
 
-@entry
+@entry((MATRIX, INDEX_ROWS, NEARNESS, NUMBERED), (MATRIX, INDEX_ROWS, NEARNESS, NONE))
 def draw_triangles(points, triangles, nearness, numbers):
     """Enter triangles into a raster.
 

@@ -37,15 +37,14 @@ LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # of the bounds: where q may be, and where
 
 
 @workspace
-def search_rows(n_dof, n_axes):
+def search_rows(n_dof):
     """The rows of eight searches, and the scratch of a step (``lane_search``), all cut from one block."""
     target, bound, state = 2 * n_dof, 2 * n_dof + 12, 4 * n_dof + 12
-    axes = state + N_STATE
-    jacobian = axes + 6 * n_axes
+    jacobian = state + N_STATE
     system = jacobian + 6 * n_dof
     block = np.zeros((system + N_SYSTEM, WIDTH))
-    rows = block[:n_dof], block[n_dof:target], block[target:bound], block[bound:state], block[state:axes]
-    return rows, (block[axes:jacobian], block[jacobian:system], block[system:])
+    rows = block[:n_dof], block[n_dof:target], block[target:bound], block[bound:state], block[state:jacobian]
+    return rows, (block[jacobian:system], block[system:])
 
 
 @kernel

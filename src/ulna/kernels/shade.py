@@ -1,6 +1,7 @@
 """From the triangle behind each sample to the light of each pixel, and from light to the colours of a screen."""
 
 from ulna.kernels.compile import entry, kernel, routine
+from ulna.kernels.kinds import INDEX_ROWS, LIGHT, MATRICES, MATRIX, NEARNESS, NUMBERED, NUMBERS, PIXELS, SKIN
 from ulna.kernels.lanes import sqrt
 from ulna.kernels.light import floor_light, ray, surface_light
 from ulna.kernels.raster import NOTHING, corners, row, twice_area, weights
@@ -9,7 +10,7 @@ from ulna.kernels.vectors import dot, plus, step, times
 _SAME_DEPTH, _SAME_TURN = 0.02, 0.95  # two samples within these show the same piece of surface
 
 
-@entry
+@entry((NUMBERED, NEARNESS, MATRIX, INDEX_ROWS, SKIN, MATRICES, MATRIX, MATRIX, NEARNESS, NUMBERS, LIGHT))
 def shade_pixels(numbers, nearness, points, triangles, skin, turns, camera, sun, shadows, floor, light):
     """Write the light of every pixel.
 
@@ -90,7 +91,7 @@ def axis_row(turns, m, i):
     return turns[m, i, 0], turns[m, i, 1], turns[m, i, 2]
 
 
-@entry
+@entry((LIGHT, PIXELS))
 def encode(light, pixels):
     """Light as the numbers of a screen, 0 to 255, whose square it is: a screen's curve is near that.
 

@@ -5,6 +5,7 @@ import numpy as np
 from ulna.kernels.block import all_in_range, gather, scatter_matrix, write_matrix
 from ulna.kernels.compile import entry, kernel
 from ulna.kernels.joint import joint_pose
+from ulna.kernels.kinds import BLOCKS, MATRICES, MATRIX, NUMBERS, TABLE
 from ulna.kernels.lanes import WIDTH, load
 from ulna.kernels.layout import AT_JOINT, JOINT, PARENT
 from ulna.kernels.se3 import compose, constant_pose, load_pose, store_pose
@@ -33,7 +34,7 @@ def frame_pose(frames, k, joint_rows, like):
     return compose(pose, constant_pose(frames, k, like))
 
 
-@entry
+@entry((TABLE, TABLE, NUMBERS, MATRICES))
 def frames_one(joints, frames, q, out):
     """Write the 4x4 matrices of all frames to out, shape (n_frames, 4, 4), for one q. False if q is out of range."""
     joint_rows = np.empty(12 * joints.shape[0])
@@ -43,7 +44,7 @@ def frames_one(joints, frames, q, out):
     return all_in_range(q)
 
 
-@entry
+@entry((TABLE, TABLE, MATRIX, BLOCKS))
 def frames_batch(joints, frames, q, out):
     """The same for q of shape (n, n_dof), out of shape (n, n_frames, 4, 4): eight rows at a time."""
     q_rows = np.zeros((max(1, q.shape[1]), WIDTH))

@@ -10,6 +10,7 @@ import numpy as np
 from ulna.kernels.block import all_in_range, gather
 from ulna.kernels.bounds import STACK, lane_bounds, objects_within, place_bounds
 from ulna.kernels.compile import entry, kernel
+from ulna.kernels.kinds import INDEX_ROWS, INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
 from ulna.kernels.lanes import WIDTH, any_lane, load, splat, store, where
 from ulna.kernels.placed import balls_meet, lane_pose, place_bodies, rows_overlap
 from ulna.kernels.se3 import constant_pose, load_pose
@@ -55,7 +56,7 @@ def tree_hit(bodies, vertices, body_rows, bound_rows, lane, objects, points, nod
     return False
 
 
-@entry
+@entry(*((*scene, NUMBERS) for scene in SCENES))
 def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q):
     """FREE or OVERLAPS for one q; OUT_OF_RANGE if an entry of q is."""
     if not all_in_range(q):
@@ -74,7 +75,7 @@ def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, n_alone
     return FREE
 
 
-@entry
+@entry(*((*scene, MATRIX, TRUTHS) for scene in SCENES))
 def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q, out):
     """Write to the bools of out, shape (n,), whether the robot touches anything. False if an entry of q is out of range.
 
@@ -100,7 +101,7 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_alo
     return good
 
 
-@entry
+@entry(*((*scene[:3], INDEX_ROWS, INDICES, MATRIX, TRUTH_ROWS) for scene in SCENES))
 def overlap_groups(joints, bodies, vertices, pairs, groups, q, out):
     """Write to the bools of out, shape (n_groups, n), which groups of pairs touch at each q; pair p belongs to groups[p]."""
     n = q.shape[0]

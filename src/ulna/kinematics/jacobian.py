@@ -1,34 +1,77 @@
 """Jacobians: how fast a link moves for a unit rate of each entry of q."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, SingularityError, did_you_mean
+from ulna.kernels.compile import ready
 from ulna.kernels.jacobian import BASE, LINK, SPATIAL, jacobian_batch, jacobian_one
 from ulna.kernels.layout import COLUMN, FIXED, KIND
 from ulna.kinematics.forward import forward_kinematics
-from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
+from ulna.kinematics.out import as_out
+from ulna.kinematics.positions import NO_Q, as_positions, flat, refuse_out_of_range
 from ulna.model.pose import rpy_from_matrix
 from ulna.model.tree import Tree
 
+Array = NDArray[np.float64]
 EXPRESSED_IN = {"base": BASE, "link": LINK, "spatial": SPATIAL}
 LEAST_COS_PITCH = 1e-6
 
 
-def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str) -> NDArray[np.float64]:
-    """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
-    frame, chain = as_frame(expressed_in), tree.chain(link)
-    q = as_positions(q, tree)
-    if q.ndim == 1:
-        J = np.empty((6, tree.n_dof))
-        good = jacobian_one(chain, frame, q if tree.n_dof else for_kernel(q), J)
-    else:
-        rows = flat(q)
-        J = np.empty((*q.shape[:-1], 6, tree.n_dof))
-        good = jacobian_batch(chain, frame, rows, J.reshape(len(rows), 6, tree.n_dof))
-    if not good:
-        refuse_out_of_range(q)
-    return J
+class CompiledJacobian:
+    """The geometric Jacobian of one link, for a control loop: ``robot.compile_jacobian(link, expressed_in=...)``.
+
+    It looks at its arguments as ``robot.jacobian`` does, in less time. It may be pickled, and called from many threads at once,
+    each with an ``out`` of its own.
+    """
+
+    __slots__ = ("_chain", "_expressed_in", "_frame", "_link", "_n_dof", "_shape", "_tree")
+
+    def __init__(self, tree: Tree, link: str, expressed_in: str) -> None:
+        self._frame, self._expressed_in = as_frame(expressed_in), expressed_in
+        self._tree, self._link, self._n_dof, self._shape = tree, link, tree.n_dof or NO_Q, (6, tree.n_dof)
+        self._chain = tree.chain(link).copy()  # writable: the way of a read-only array into a kernel takes 30 ns longer
+        ready(jacobian_one)
+
+    def __call__(self, q: ArrayLike, out: Array | None = None) -> Array:
+        """J: the link's velocity for a unit rate of each entry of q, linear rows first.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            out: Written to and returned if given: a float64 array of the result's shape.
+
+        Returns:
+            Shape (..., 6, n_dof).
+        """
+        if type(q) is np.ndarray and (out is None or type(out) is np.ndarray):  # one q as it should be; the kernel refuses others
+            J = np.empty(self._shape) if out is None else out
+            try:
+                if jacobian_one(self._chain, self._frame, self._n_dof, q, J):
+                    return J
+            except TypeError:
+                pass
+        return self._looked_at(q, out)
+
+    def _looked_at(self, q: ArrayLike, out: Array | None) -> Array:
+        """The same for a batch, and for what has to be converted or refused."""
+        q, n_dof = as_positions(q, self._tree), self._tree.n_dof
+        J = as_out(out, (*q.shape[:-1], 6, n_dof), q)
+        if q.ndim == 1:
+            good = n_dof == 0 or jacobian_one(self._chain, self._frame, n_dof, q, J)
+        else:
+            rows = flat(q)
+            good = jacobian_batch(self._tree.chain(self._link), self._frame, rows, J.reshape(len(rows), 6, n_dof))
+        if not good:
+            refuse_out_of_range(q)
+        return J
+
+    def __reduce__(self):
+        return CompiledJacobian, (self._tree, self._link, self._expressed_in)
+
+    def __repr__(self) -> str:
+        return f"<CompiledJacobian {self._link!r} expressed in {self._expressed_in!r}, {self._tree.n_dof} dof>"
 
 
 def as_frame(expressed_in: str) -> int:
@@ -39,37 +82,45 @@ def as_frame(expressed_in: str) -> int:
     return frame
 
 
-def analytical_jacobian(tree: Tree, q: ArrayLike, link: str) -> NDArray[np.float64]:
+def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str, out: Array | None = None) -> Array:
+    """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
+    return CompiledJacobian(tree, link, expressed_in)(q, out)
+
+
+def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None = None) -> Array:
     """Rates of x, y, z, roll, pitch, yaw, shape (..., 6, n_dof); see ``Robot.analytical_jacobian``.
 
     The angular velocity in the axes of the base is w = E(pitch, yaw) (roll', pitch', yaw'), with the columns of E the axes
     about which the angles turn: the x axis of the turned frame, its y axis before roll, and the base's z axis. So the lower
     rows are E^-1 of the geometric ones. det E = cos(pitch). Source: Siciliano et al., Robotics (2009), section 3.6.
     """
-    J = geometric_jacobian(tree, q, link, "base")
+    q = as_positions(q, tree)
+    J = geometric_jacobian(tree, q, link, "base", out)
     rpy = rpy_from_matrix(forward_kinematics(tree, q, link))
     pitch, yaw = rpy[..., 1], rpy[..., 2]
     locked = np.abs(np.cos(pitch)) < LEAST_COS_PITCH
     if np.any(locked):
         raise SingularityError(_locked_message(locked), tuple(map(tuple, np.argwhere(locked).tolist())))
-    wx, wy, wz = np.moveaxis(J[..., 3:, :], -2, 0)
+    wx, wy, wz = np.moveaxis(J[..., 3:, :].copy(), -2, 0)
     sin_yaw, cos_yaw, cos_pitch, tan_pitch = (f[..., None] for f in (np.sin(yaw), np.cos(yaw), np.cos(pitch), np.tan(pitch)))
     along = cos_yaw * wx + sin_yaw * wy
-    rates = np.stack([along / cos_pitch, cos_yaw * wy - sin_yaw * wx, wz + tan_pitch * along], axis=-2)
-    return np.concatenate([J[..., :3, :], rates], axis=-2)
+    J[..., 3, :], J[..., 4, :], J[..., 5, :] = along / cos_pitch, cos_yaw * wy - sin_yaw * wx, wz + tan_pitch * along
+    return J
 
 
-def manipulability(tree: Tree, q: ArrayLike, link: str) -> NDArray[np.float64]:
+def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None) -> Any:
     """sqrt(det(J J')), or of J' J for fewer than six entries of q that move the link: shape (...,).
 
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
     """
-    J = geometric_jacobian(tree, q, link, "base")
-    chain = tree.chain(link)
+    q = as_positions(q, tree)
+    answer = as_out(out, q.shape[:-1], q)
+    J, chain = geometric_jacobian(tree, q, link, "base"), tree.chain(link)
     moving = np.unique(chain[chain[:, KIND] != FIXED, COLUMN].astype(int))
     J = J[..., moving]
     Jt = np.swapaxes(J, -1, -2)
-    return np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0))
+    np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=answer)
+    return answer if q.ndim > 1 or out is not None else answer[()]
 
 
 def _locked_message(locked: NDArray[np.bool_]) -> str:

@@ -10,6 +10,8 @@ from ulna.kernels.layout import LARGEST
 from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
+NO_Q = -1
+"""How many joints to tell a brief entry that a robot without joints has: no q is as long, so that each is looked at first."""
 _FLOAT64 = np.dtype(np.float64)
 
 

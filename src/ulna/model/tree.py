@@ -98,6 +98,14 @@ class Tree:
         """The row of a table of frames for a frame that stands still on a link."""
         return _frame_row(self.link_row[link], self.link_offset[link] @ T_link_frame)
 
+    def __setstate__(self, state: dict) -> None:
+        """Arrays come out of a pickle writable: nothing of a robot is."""
+        self.__dict__.update(state)
+        kept = [*state.values(), *self.link_offset.values(), *self._chains.values()]
+        for array in kept:
+            if isinstance(array, np.ndarray):
+                array.setflags(write=False)
+
     def _make_chain(self, link: str) -> NDArray[np.float64]:
         if link not in self.link_row:
             raise UnknownNameError("link", link, self.link_names)

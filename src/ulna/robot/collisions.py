@@ -27,13 +27,16 @@ class Collisions(Kinematics):
     """What the robot carries."""
     _allowed: AllowedCollisions | None
 
-    def in_collision(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> bool | NDArray[np.bool_]:
+    def in_collision(
+        self, q: ArrayLike, world: World | None = None, self_collision: bool = True, *, out: NDArray[np.bool_] | None = None
+    ) -> bool | NDArray[np.bool_]:
         """Whether any of the robot's shapes touches, overlaps, contains or lies within an object of the world, or another link.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
+            out: Written to and returned if given: a bool array of the result's shape.
 
         Returns:
             A bool for one q, else shape (...,).
@@ -41,7 +44,7 @@ class Collisions(Kinematics):
         Raises:
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        return self._checker.in_collision(q, world, self_collision)
+        return self._checker.in_collision(q, world, self_collision, out)
 
     def check_collision(
         self, q: ArrayLike, world: World | None = None, self_collision: bool = True, *, max_distance: float = 0.0
@@ -59,26 +62,31 @@ class Collisions(Kinematics):
         """
         return self._checker.check_collision(q, world, self_collision, max_distance)
 
-    def signed_distance(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> Any:
+    def signed_distance(
+        self, q: ArrayLike, world: World | None = None, self_collision: bool = True, *, out: Array | None = None
+    ) -> Any:
         """The least distance of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             world: The objects; none unless given.
             self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
+            out: Written to and returned if given: a float64 array of the result's shape.
 
         Returns:
             A number for one q, else shape (...,); infinite where there is nothing to measure to.
         """
-        return self._checker.signed_distance(q, world, self_collision)
+        return self._checker.signed_distance(q, world, self_collision, out)
 
-    def distance_gradient(self, q: ArrayLike, world: World | None = None, self_collision: bool = True) -> Array:
+    def distance_gradient(
+        self, q: ArrayLike, world: World | None = None, self_collision: bool = True, *, out: Array | None = None
+    ) -> Array:
         """The derivative of ``signed_distance`` by q [m/rad or m/m], shape (..., n_dof).
 
         Where two pairs are equally near, or a pair has several nearest points, it is the derivative of one of them; zero where
         there is nothing to measure to. The arguments are those of ``signed_distance``.
         """
-        return self._checker.distance_gradient(q, world, self_collision)
+        return self._checker.distance_gradient(q, world, self_collision, out)
 
     def edge_in_collision(
         self,
@@ -108,9 +116,9 @@ class Collisions(Kinematics):
         """The pairs of links that may touch, each with its reason: found from joints and samples unless the user gave others."""
         return self._checker.allowed
 
-    def collision_poses(self, q: ArrayLike) -> Array:
+    def collision_poses(self, q: ArrayLike, *, out: Array | None = None) -> Array:
         """The poses of the robot's collision shapes, in the order of ``collision_names``: shape (..., n_shapes, 4, 4)."""
-        return self._forward.frame_poses(self.tree, self._checker.bodies.table, q)
+        return self._forward.frame_poses(self.tree, self._checker.bodies.table, q, out)
 
     @property
     def collision_names(self) -> tuple[str, ...]:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.robot.structure import Structure
+
+if TYPE_CHECKING:
+    from ulna.kinematics.forward import CompiledForward
+    from ulna.kinematics.jacobian import CompiledJacobian
 
 Array = NDArray[np.float64]
 
@@ -15,30 +20,55 @@ Array = NDArray[np.float64]
 class Kinematics(Structure):
     """Forward kinematics and Jacobians."""
 
-    def forward_kinematics(self, q: ArrayLike, link: str | None = None) -> Array:
+    def forward_kinematics(self, q: ArrayLike, link: str | None = None, *, out: Array | None = None) -> Array:
         """The pose of a link.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
+            out: Written to and returned if given: a float64 array of the result's shape.
 
         Returns:
             T_base_link, shape (..., 4, 4).
         """
-        return self._forward.forward_kinematics(self.tree, q, self._the_tip if link is None else link)
+        return self.compile_forward(link)(q, out)
 
-    def link_poses(self, q: ArrayLike) -> Array:
+    def compile_forward(self, link: str | None = None) -> CompiledForward:
+        """Forward kinematics of one link as a function ``fk(q, out=None)``, for control loops: the same answers, sooner.
+
+        Args:
+            link: The link's name; the tip unless given.
+
+        Returns:
+            A function of q, shape (..., n_dof), that gives T_base_link, shape (..., 4, 4), and refuses what
+            ``forward_kinematics`` refuses. It may be pickled, and called from many threads at once.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> fk, T = panda.compile_forward("panda_link4"), np.empty((4, 4))
+            >>> fk(panda.home, out=T) is T
+            True
+        """
+        try:
+            return self._forwards[link]
+        except (KeyError, TypeError):  # not made yet, or nothing that could be a name
+            forward = self._forward.CompiledForward(self.tree, self._the_tip if link is None else link)
+            return self._forwards.setdefault(link, forward)
+
+    def link_poses(self, q: ArrayLike, *, out: Array | None = None) -> Array:
         """The poses of all links, in the order of ``link_names``.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
+            out: Written to and returned if given: a float64 array of the result's shape.
 
         Returns:
             T_base_link, shape (..., n_links, 4, 4).
         """
-        return self._forward.frame_poses(self.tree, self.tree.link_frames, q)
+        return self._forward.frame_poses(self.tree, self.tree.link_frames, q, out)
 
-    def jacobian(self, q: ArrayLike, link: str | None = None, expressed_in: str = "base") -> Array:
+    def jacobian(self, q: ArrayLike, link: str | None = None, expressed_in: str = "base", *, out: Array | None = None) -> Array:
         """The geometric Jacobian: the link's velocity for a unit rate of each entry of q.
 
         Args:
@@ -47,18 +77,44 @@ class Kinematics(Structure):
             expressed_in: ``"base"``: velocity of the link's origin and angular velocity, in the axes of the base;
                 ``"link"``: the same in the axes of the link (body twist); ``"spatial"``: velocity of the point that passes
                 the base's origin, in the axes of the base.
+            out: Written to and returned if given: a float64 array of the result's shape.
 
         Returns:
             J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
         """
-        return self._jacobian.geometric_jacobian(self.tree, q, self._the_tip if link is None else link, expressed_in)
+        return self.compile_jacobian(link, expressed_in)(q, out)
 
-    def analytical_jacobian(self, q: ArrayLike, link: str | None = None) -> Array:
+    def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
+        """The Jacobian of one link as a function ``jac(q, out=None)`` for control loops: the same answers, sooner.
+
+        Args:
+            link: The link's name; the tip unless given.
+            expressed_in: ``"base"``, ``"link"`` or ``"spatial"``, as for ``jacobian``.
+
+        Returns:
+            A function of q, shape (..., n_dof), that gives J, shape (..., 6, n_dof), and refuses what ``jacobian``
+            refuses. It may be pickled, and called from many threads at once.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> jac = panda.compile_jacobian(expressed_in="link")
+            >>> bool((jac(panda.home) == panda.jacobian(panda.home, expressed_in="link")).all())
+            True
+        """
+        try:
+            return self._jacobians[link, expressed_in]
+        except (KeyError, TypeError):  # not made yet, or nothing that could be a name
+            jacobian = self._jacobian.CompiledJacobian(self.tree, self._the_tip if link is None else link, expressed_in)
+            return self._jacobians.setdefault((link, expressed_in), jacobian)
+
+    def analytical_jacobian(self, q: ArrayLike, link: str | None = None, *, out: Array | None = None) -> Array:
         """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
+            out: Written to and returned if given: a float64 array of the result's shape.
 
         Returns:
             Shape (..., 6, n_dof), rows in m/s and rad/s; R = Rz(yaw) Ry(pitch) Rx(roll).
@@ -66,19 +122,28 @@ class Kinematics(Structure):
         Raises:
             SingularityError: |cos(pitch)| < 1e-6 somewhere; ``rows`` lists where.
         """
-        return self._jacobian.analytical_jacobian(self.tree, q, self._the_tip if link is None else link)
+        return self._jacobian.analytical_jacobian(self.tree, q, self._the_tip if link is None else link, out)
 
-    def manipulability(self, q: ArrayLike, link: str | None = None) -> Array:
+    def manipulability(self, q: ArrayLike, link: str | None = None, *, out: Array | None = None) -> Any:
         """How well a link can be moved in all directions: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
+            out: Written to and returned if given: a float64 array of the result's shape.
 
         Returns:
             Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints.
         """
-        return self._jacobian.manipulability(self.tree, q, self._the_tip if link is None else link)
+        return self._jacobian.manipulability(self.tree, q, self._the_tip if link is None else link, out)
+
+    @cached_property
+    def _forwards(self) -> dict:
+        return {}
+
+    @cached_property
+    def _jacobians(self) -> dict:
+        return {}
 
     # The layers below are imported when first used: they load the compiler, which `import ulna` must not.
 

@@ -75,7 +75,7 @@ class Advance:
         settings[WITH_POSTURE] = posture is not None
         rows = np.vstack([q.T, targets[:, :3].reshape(-1, 12).T, bounds.reshape(-1, 14).T])
         goal = np.zeros(7) if posture is None else posture
-        out = run(probes.one_advance, rows, 14 + N_STATE + 6 * len(chain) + 42 + N_SYSTEM, chain, goal, settings)
+        out = run(probes.one_advance, rows, 14 + N_STATE + 42 + N_SYSTEM, chain, goal, settings)
         self.moved, self.answer, self.state = out[:7].T, out[7:14].T, out[14:]
 
     def error(self, k):

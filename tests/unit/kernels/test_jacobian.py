@@ -8,6 +8,7 @@ import kernel_probes as probes
 import naive
 import zoo
 from close import assert_close
+from ulna.kernels.compile import ready
 from ulna.kernels.jacobian import BASE, LINK, SPATIAL, chain_jacobian, jacobian_batch, jacobian_one
 from ulna.model.tree import build_tree
 
@@ -16,12 +17,12 @@ ZOO = zoo.every_joint()
 LINKS = ["fingertip", "hand", "tray", "propeller", "rotor", "base"]
 N = 3
 
-of_no_columns = kernel_modes.compiled(lambda chain, q, axis_rows, rows: chain_jacobian(chain, q, BASE, axis_rows, rows[:0]))
+of_no_columns = kernel_modes.compiled(lambda chain, q, rows: chain_jacobian(chain, q, BASE, rows[:0], 6, 1))
 
 
 def jacobians(run, tree, link, frame, q):
     chain = tree.chain(link)
-    out = run(probes.jacobian_of_chain, q.T, 6 * tree.n_dof + 12 + 6 * len(chain), chain, FRAMES[frame], tree.n_dof)
+    out = run(probes.jacobian_of_chain, q.T, 6 * tree.n_dof + 12, chain, FRAMES[frame], tree.n_dof)
     n = 6 * tree.n_dof
     return out[:n].T.reshape(len(q), tree.n_dof, 6).transpose(0, 2, 1), out[n : n + 12].T.reshape(len(q), 3, 4)
 
@@ -87,7 +88,7 @@ def test_the_entries_give_six_rows_a_configuration(rng, frame):
     q, chain = rng.uniform(-1.4, 1.4, (9, tree.n_dof)), tree.chain("hand")
     J, first = np.full((9, 6, tree.n_dof), np.nan), np.full((6, tree.n_dof), np.nan)
     assert jacobian_batch(chain, FRAMES[frame], q, J)
-    assert jacobian_one(chain, FRAMES[frame], q[0], first)
+    assert ready(jacobian_one)(chain.copy(), FRAMES[frame], tree.n_dof, q[0], first)
     assert_close(J, [naive.jacobian(ZOO, x, "hand", frame) for x in q], atol=1e-10)
     assert_close(first, J[0], atol=1e-14)
 
@@ -97,7 +98,7 @@ def test_the_entries_tell_of_an_entry_out_of_range(rng):
     q, chain = rng.normal(size=(9, tree.n_dof)), tree.chain("hand")
     q[8, 2] = np.nan
     assert not jacobian_batch(chain, BASE, q, np.empty((9, 6, tree.n_dof)))
-    assert not jacobian_one(chain, BASE, q[8], np.empty((6, tree.n_dof)))
+    assert not ready(jacobian_one)(chain.copy(), BASE, tree.n_dof, q[8], np.empty((6, tree.n_dof)))
 
 
 def test_a_joint_that_nothing_drives_writes_no_column():
@@ -107,5 +108,5 @@ def test_a_joint_that_nothing_drives_writes_no_column():
     tree = build_tree(zoo.Description("no dof", tuple(map(zoo.Link, "abcd")), (fixed, follower, tip)))
     rows_behind = np.full(6, 7.0)  # the Jacobian has no rows: what is written anywhere is written here
     chain = tree.chain("d")
-    of_no_columns(chain, np.full(1, np.nan), np.empty(6 * len(chain)), rows_behind)
+    of_no_columns(chain, np.full(1, np.nan), rows_behind)
     assert np.array_equal(rows_behind, np.full(6, 7.0))

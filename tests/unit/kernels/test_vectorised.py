@@ -62,7 +62,7 @@ def test_a_batch_kernel_computes_on_eight_doubles_at_once(name):
 
 
 def test_a_kernel_of_one_configuration_does_not():
-    code = code_of(forward_one, (CHAIN, Q[0], TARGETS[0]))
+    code = code_of(forward_one, (CHAIN, DOF, Q[0], TARGETS[0]))
     assert not ARITHMETIC.search(code)
 
 

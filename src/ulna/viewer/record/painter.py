@@ -139,7 +139,7 @@ class Painter:
 
 def _twelves(poses: NDArray[np.float64]) -> NDArray[np.float64]:
     """Poses as rows of twelve numbers, as kernels take them."""
-    return poses[:, :3].reshape(-1, 12)
+    return np.ascontiguousarray(poses[:, :3]).reshape(-1, 12)
 
 
 def _map(view: NDArray[np.float64], has_depth: float) -> NDArray[np.float64]:

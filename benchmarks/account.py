@@ -1,0 +1,81 @@
+"""Where the time of one call goes: ``python -m benchmarks.account``.
+
+Each part is the difference of two calls timed turn by turn: the whole method, the bound function, the same with ``out=``, its
+kernel alone, and a kernel that takes the same arguments and does nothing.
+"""
+
+import sys
+
+import numpy as np
+
+import ulna
+from benchmarks.markdown import table
+from ulna.bench.clock import Work, time_interleaved
+from ulna.bench.targets import random_positions
+from ulna.kernels.chain import forward_one
+from ulna.kernels.compile import brief_entry, ready
+from ulna.kernels.jacobian import BASE, jacobian_one
+from ulna.kernels.kinds import MATRIX, NUMBERS, WHOLE
+from ulna.robot import Robot
+
+CALLS = 64
+
+
+@brief_entry((MATRIX, WHOLE, NUMBERS, MATRIX))
+def idle_forward(chain, n_dof, q, out):  # noqa: ARG001 -- only what it costs to hand them over is asked
+    """As ``forward_one``, with nothing to do."""
+    return True
+
+
+@brief_entry((MATRIX, WHOLE, WHOLE, NUMBERS, MATRIX))
+def idle_jacobian(chain, expressed_in, n_dof, q, out):  # noqa: ARG001 -- only what it costs to hand them over is asked
+    """As ``jacobian_one``, with nothing to do."""
+    return True
+
+
+def account_rows(robot: Robot) -> list[dict]:
+    """For one pose and one Jacobian: what each part of a call takes."""
+    q, chain = list(random_positions(robot, CALLS, 0)), robot.tree.chain(str(robot.tip)).copy()
+    fk, T, jac, J = robot.compile_forward(), np.empty((4, 4)), robot.compile_jacobian(), np.empty((6, robot.n_dof))
+    n = robot.n_dof
+    idle_fk, idle_jac = ready(idle_forward), ready(idle_jacobian)
+    works = {
+        "loop": lambda x: x,
+        "fk method": robot.forward_kinematics,
+        "fk bound": fk,
+        "fk out": lambda x: fk(x, T),
+        "fk kernel": lambda x: forward_one(chain, n, x, T),
+        "fk idle": lambda x: idle_fk(chain, n, x, T),
+        "jac method": robot.jacobian,
+        "jac bound": jac,
+        "jac out": lambda x: jac(x, J),
+        "jac kernel": lambda x: jacobian_one(chain, BASE, n, x, J),
+        "jac idle": lambda x: idle_jac(chain, BASE, n, x, J),
+    }
+    timings = time_interleaved({name: Work(function, q) for name, function in works.items()}, passes=401)
+    return [_row(work, name, {key: timing.median for key, timing in timings.items()}) for work, name in _WORKS.items()]
+
+
+_WORKS = {"forward_kinematics": "fk", "jacobian": "jac"}
+
+
+def _row(work: str, name: str, ns: dict[str, float]) -> dict:
+    out, kernel, idle = (ns[f"{name} {part}"] - ns["loop"] for part in ("out", "kernel", "idle"))  # called through a lambda
+    return {
+        "work": work,
+        "arithmetic_ns": kernel - idle,
+        "into_compiled_code_ns": idle,
+        "bound_function_ns": out - kernel,
+        "new_array_ns": ns[f"{name} bound"] - out,
+        "method_ns": ns[f"{name} method"] - ns[f"{name} bound"],
+        "whole_call_ns": ns[f"{name} method"],
+    }
+
+
+def main() -> None:
+    """Print the account of the Panda."""
+    sys.stdout.write(table(account_rows(ulna.load("panda"))) + "\n")
+
+
+if __name__ == "__main__":
+    main()

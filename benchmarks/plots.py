@@ -1,0 +1,90 @@
+"""The plots of docs/performance.md, made from the figures of a run: ``python -m benchmarks.plots RESULT.json``.
+
+Each shows a cost as it was measured, and dashed the bound that it approaches (``bounds``).
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("svg")
+import matplotlib.pyplot as plt
+
+FOLDER = Path(__file__).parents[1] / "docs" / "plots"
+LINK, OTHER = "#1f77b4", "#d95f02"
+COLORS = {"forward_kinematics": LINK, "jacobian": OTHER}
+
+
+def joints_plot(axes, rows: list[dict]) -> None:
+    """One call and a row of a batch, against the joints of a chain."""
+    for kind, color in COLORS.items():
+        x, one, batch, bound = columns(rows, kind, "joints", "one_ns", "batch_ns", "bound_ns")
+        axes.plot(x, one, "o-", color=color, label=f"{kind}, one call")
+        axes.plot(x, batch, "s-", color=color, mfc="white", label=f"{kind}, a row of 4096")
+        axes.plot(x, bound, "--", color=color, label="its arithmetic")
+    axes.set_xlabel("joints")
+    axes.set_ylabel("ns")
+
+
+def rows_plot(axes, rows: list[dict]) -> None:
+    """A row of a batch, against the rows, by one thread and by two."""
+    for kind, color in COLORS.items():
+        x, one, two, bound = columns(rows, kind, "rows", "one_thread_ns", "two_threads_ns", "bound_ns")
+        axes.plot(x, one, "o-", color=color, label=f"{kind}, one thread")
+        axes.plot(x, two, "s:", color=color, mfc="white", label="two threads, a half each")
+        axes.plot(x, bound, "--", color=color, label="arithmetic, or memory where no cache holds it")
+    axes.set_xlabel("rows of the batch")
+    axes.set_ylabel("ns a row")
+
+
+def pairs_plot(axes, rows: list[dict]) -> None:
+    """A configuration of a batch, against the pairs of boxes."""
+    x, time = [row["pairs"] for row in rows], [row["batch_ns"] for row in rows]
+    bound = [(row["pairs"], row["bound_ns"]) for row in rows if row["bound_ns"] is not None]
+    axes.plot(x, time, "o-", color=LINK, label="in_collision, a row of 4096")
+    axes.plot(*zip(*bound, strict=True), "--", color=LINK, label="boxes placed, balls around all pairs looked at")
+    axes.set_xlabel("pairs of boxes (beyond 768 in a tree)")
+    axes.set_ylabel("ns a configuration")
+
+
+PLOTS = {
+    "scaling_with_joints": ("joints", joints_plot),
+    "scaling_with_rows": ("rows", rows_plot),
+    "scaling_with_pairs": ("pairs", pairs_plot),
+}
+
+
+def columns(rows: list[dict], kind: str, *keys: str) -> list[list[float]]:
+    """The columns of the rows of one kind of work."""
+    return [[row[key] for row in rows if row["work"] == kind] for key in keys]
+
+
+def draw(data: dict, folder: Path) -> list[Path]:
+    """Write the plots of a run that has their figures; their paths."""
+    plt.rcParams.update({"svg.hashsalt": "ulna", "svg.fonttype": "none", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for key, (name, plot) in PLOTS.items():
+        if data.get(key):
+            figure, axes = plt.subplots(figsize=(6.4, 4.0), layout="constrained")
+            plot(axes, data[key])
+            axes.set_xscale("log")
+            axes.set_yscale("log")
+            axes.legend(fontsize=7)
+            paths.append(folder / f"{name}.svg")
+            figure.savefig(paths[-1], metadata={"Date": None})
+            plt.close(figure)
+    return paths
+
+
+def main() -> None:
+    """Draw the plots of a result."""
+    data = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    for path in draw(data, FOLDER):
+        sys.stdout.write(f"{path}\n")
+
+
+if __name__ == "__main__":
+    main()

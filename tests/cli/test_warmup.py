@@ -1,0 +1,130 @@
+"""``ulna warmup``: after it nothing is compiled any more, whatever is asked."""
+
+import json
+import os
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ulna.kernels
+from ulna import warmup
+from ulna.kernels.compile import ENTRIES
+
+# Calls of every kind; then how entries were called without being told of it, and of what they were told without being called so.
+CALLS = """
+import json, sys
+from pathlib import Path
+import numpy as np
+import ulna
+from ulna.kernels.compile import ENTRIES
+from ulna.viewer.record.record import make_form, record_demo
+panda, world, mixed = ulna.load("panda"), ulna.World(), ulna.World()
+box = ulna.Box((0.1, 0.1, 0.1))
+world.add("crate", box, ulna.pose((0.4, 0, 0.4)))
+for k in range(80):
+    mixed.add(f"ball {k}", ulna.Sphere(0.01) if k % 2 else ulna.Cylinder(0.01, 0.1), ulna.pose((0.5, 0.02 * k, 0.4)))
+floor = ulna.HalfSpace()
+mixed.add("floor", floor, ulna.pose((0, 0, -0.1)))
+hull = panda.with_attached("tool", ulna.ConvexMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]), np.eye(4))
+held = panda.with_attached("cup", ulna.Cylinder(0.03, 0.1), np.eye(4))
+ready = panda.home + 0.1
+batch = np.tile(ready, (9, 1))
+target, targets = panda.forward_kinematics(panda.home), panda.forward_kinematics(batch)
+for q in (ready, batch, batch.tolist(), np.broadcast_to(ready, (2, 3, 7)), batch[:, ::-1], batch.astype(np.float32)):
+    panda.forward_kinematics(q), panda.forward_kinematics(q, "panda_link3"), panda.link_poses(q), panda.collision_poses(q)
+    panda.jacobian(q), panda.analytical_jacobian(q), panda.manipulability(q)
+    panda.differential_ik(q, np.ones(6), 0.01)
+    for robot, scene in ((panda, world), (panda, None), (panda, mixed), (held, world), (hull, mixed)):
+        for self_collision in (True, False) if scene else (True,):
+            robot.in_collision(q, scene, self_collision), robot.signed_distance(q, scene, self_collision)
+            robot.distance_gradient(q, scene, self_collision)
+        robot.check_collision(q, scene, max_distance=0.1)
+        robot.edge_in_collision(q, panda.home, scene)
+panda.differential_ik(panda.home, np.ones((4, 6)), 0.01)
+for method in ("levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares"):
+    panda.inverse_kinematics(target, method=method), panda.inverse_kinematics(targets, panda.home, method=method)
+panda.inverse_kinematics(target, panda.home, posture="mid_range", trace=True)
+panda.inverse_kinematics(targets, batch, max_step=0.5, held=["panda_joint1"])
+panda.inverse_kinematics(target, world=mixed, rank="clearance"), panda.inverse_kinematics(target, task="pointing", rank="nearest")
+panda.inverse_kinematics_all(target)
+record_demo(make_form(Path(sys.argv[1]), 0.1, (64, 36)))
+told = {entry.py_func.__name__: {tuple(call) for call in calls} for entry, calls in ENTRIES.items()}
+met = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}
+print(json.dumps({
+    "untold": [f"{name}{call}" for name in told for call in met[name] - told[name]],
+    "unmet": [f"{name}{call}" for name in told for call in told[name] - met[name]],
+}))
+"""
+
+
+# The command, of three entries alone: all of them take a minute or two.
+SOME = """
+import sys
+from ulna import warmup
+every = warmup.all_jobs
+warmup.all_jobs = lambda: [job for job in every() if job.name in ("forward_one", "forward_batch", "jacobian_one")]
+from ulna.cli import app
+app(["warmup", *sys.argv[1:]], prog_name="ulna")
+"""
+POSES = """
+import ulna
+from ulna.kernels.compile import ENTRIES
+panda = ulna.load("panda")
+panda.forward_kinematics(panda.home), panda.forward_kinematics([panda.home] * 9), panda.jacobian(panda.home)
+print(sum(sum(entry.stats.cache_misses.values()) for entry in ENTRIES))
+"""
+
+
+def run(*arguments, **variables):
+    environment = {**os.environ, "TERM": "dumb", **variables}
+    return subprocess.run([sys.executable, "-c", *arguments], capture_output=True, text=True, check=True, env=environment)
+
+
+@pytest.mark.timeout(900)  # on a machine that has compiled nothing yet, with the other tests beside it
+def test_each_entry_is_told_of_every_kind_of_call_that_it_meets_and_of_no_other(tmp_path):
+    """So that what is compiled ahead is all that there is."""
+    assert json.loads(run(CALLS, str(tmp_path / "film.mp4")).stdout) == {"untold": [], "unmet": []}
+
+
+def test_nothing_is_compiled_after_it(tmp_path):
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    first = run(SOME, "--json", **cache)
+    data = json.loads(first.stdout)
+    assert first.stderr == ""
+    assert {row["entry"] for row in data["compiled"] if not row["was_cached"]} == {"forward_one", "forward_batch", "jacobian_one"}
+    assert any(Path(data["folder"]).glob("*.nbc"))
+    assert Path(data["folder"]).is_relative_to(tmp_path)
+    assert run(POSES, **cache).stdout == "0\n"
+    again = run(SOME, **cache)
+    assert "0 of 3 compiled" in again.stdout
+    assert "1 of 3: " in again.stderr
+
+
+def test_every_module_of_kernels_is_looked_at():
+    """An entry of a module that nothing has imported yet would be missed."""
+    warmup.all_jobs()
+    assert {f"ulna.kernels.{module.name}" for module in pkgutil.iter_modules(ulna.kernels.__path__)} <= set(sys.modules)
+    assert {job.name for job in warmup.all_jobs()} == {entry.py_func.__name__ for entry in ENTRIES}
+
+
+def test_every_entry_is_found_under_its_name():
+    for job in warmup.all_jobs():
+        assert getattr(sys.modules[job.module], job.name) in ENTRIES
+
+
+def test_it_says_where_nothing_can_be_kept(tmp_path):
+    file = tmp_path / "file"
+    file.touch()
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(file / "below")}
+    done = subprocess.run([sys.executable, "-m", "ulna", "warmup"], capture_output=True, text=True, check=False, env=environment)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("ulna: cache folder: it cannot be written")
+
+
+@pytest.mark.parametrize("module", ["tables", "answers"])
+def test_the_command_line_does_not_load_the_compiler_for_it(module):
+    code = f"import sys, ulna.{module}.warmup, ulna.cli; print('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

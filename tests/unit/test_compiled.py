@@ -1,0 +1,174 @@
+"""Forward kinematics and Jacobians bound to a link: the same bits and the same refusals as the methods, for less of a call."""
+
+import pickle
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import naive
+import ulna
+import zoo
+from close import assert_close
+from ulna.errors import InputError, UnknownNameError
+from ulna.kernels.layout import LARGEST
+from ulna.robot import Robot
+
+ZOO = Robot(zoo.every_joint())
+BOUND = {
+    "forward": (lambda robot: robot.compile_forward("hand"), lambda robot, q: robot.forward_kinematics(q, "hand")),
+    "base": (lambda robot: robot.compile_jacobian("hand"), lambda robot, q: robot.jacobian(q, "hand")),
+    "link": (lambda robot: robot.compile_jacobian("hand", "link"), lambda robot, q: robot.jacobian(q, "hand", "link")),
+}
+
+
+@pytest.fixture(params=BOUND)
+def pair(request):
+    compiled, method = BOUND[request.param]
+    return compiled(ZOO), lambda q: method(ZOO, q)
+
+
+def sent_and_back(thing):
+    return pickle.loads(pickle.dumps(thing))  # noqa: S301 - our own
+
+
+def positions(rng, *shape):
+    return rng.uniform(-1.4, 1.4, (*shape, ZOO.n_dof))
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (5,), (2, 9), (0,)])
+def test_it_gives_the_bits_of_the_method(pair, rng, shape):
+    compiled, method = pair
+    q = positions(rng, *shape)
+    assert compiled(q).tobytes() == method(q).tobytes()
+    out = np.full_like(compiled(q), np.nan)
+    assert compiled(q, out) is out
+    assert out.tobytes() == method(q).tobytes()
+
+
+def test_it_is_where_the_slow_twin_says(rng):
+    q = positions(rng)
+    assert_close(ZOO.compile_forward("hand")(q), naive.link_pose(ZOO.description, q, "hand"), atol=2e-14)
+    assert_close(ZOO.compile_jacobian("hand")(q), naive.jacobian(ZOO.description, q, "hand", "base"), atol=1e-10)
+
+
+@pytest.mark.parametrize("form", [list, tuple, np.float32, lambda q: q[::-1].copy()[::-1], lambda q: np.repeat(q, 2)[::2]])
+def test_numbers_of_any_kind_are_taken(pair, rng, form):
+    compiled, method = pair
+    q = np.round(positions(rng) * 64) / 64
+    assert compiled(form(q)).tobytes() == method(q).tobytes()
+
+
+def test_a_read_only_q_is_taken(pair):
+    compiled, method = pair
+    assert not ZOO.home.flags.writeable
+    assert compiled(ZOO.home).tobytes() == method(ZOO.home).tobytes()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1.01 * LARGEST])
+def test_numbers_out_of_range_are_refused_by_place(pair, rng, bad):
+    compiled, _ = pair
+    q, out = positions(rng), np.zeros_like(compiled(ZOO.home))
+    q[2] = bad
+    for ask in (lambda: compiled(q), lambda: compiled(q, out), lambda: compiled(list(q))):
+        with pytest.raises(InputError, match=r"q\[2\]"):
+            ask()
+    assert not out.any(), "what is refused leaves no answer behind"
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (12,), (3, 4)])
+def test_another_number_of_joints_is_refused(pair, shape):
+    compiled, _ = pair
+    with pytest.raises(InputError, match="shape"):
+        compiled(np.zeros(shape))
+
+
+@pytest.mark.parametrize(
+    "q",
+    [
+        np.ma.zeros(13),
+        np.zeros(13, complex),
+        np.array(["0"] * 13),
+        np.zeros(13, "M8[s]"),
+        np.zeros(13, "f8,f8"),
+        np.array([None] * 13),
+        None,
+    ],
+)
+def test_what_is_no_array_of_numbers_is_refused(pair, q):
+    with pytest.raises(InputError):
+        pair[0](q)
+
+
+def test_q_itself_is_no_place_for_the_answer(pair, rng):
+    compiled, _ = pair
+    block = np.zeros(2 * compiled(ZOO.home).size)
+    q, out = block[: ZOO.n_dof], block[: block.size // 2].reshape(compiled(ZOO.home).shape)
+    q[:] = positions(rng)
+    before = block.copy()
+    with pytest.raises(InputError, match="shares memory"):
+        compiled(q, out)
+    assert np.array_equal(block, before)
+    beside = block[block.size // 2 :].reshape(out.shape)
+    assert np.array_equal(compiled(q, beside), compiled(q.copy()))
+
+
+def test_a_robot_without_joints_has_them_too():
+    fixed = Robot(zoo.two_links("fixed", zoo.Z))
+    assert np.array_equal(fixed.compile_forward()([]), fixed.forward_kinematics(np.zeros(0)))
+    assert fixed.compile_jacobian()(np.zeros(0)).shape == (6, 0)
+    assert fixed.compile_jacobian()(np.zeros((3, 0))).shape == (3, 6, 0)
+    for q in (np.zeros(1), [0.0]):
+        with pytest.raises(InputError, match="no moving joints"):
+            fixed.compile_forward()(q)
+
+
+def test_unknown_links_and_frames_are_refused_at_once():
+    for link in ("hnad", 3, ["hand"]):
+        for make in (ZOO.compile_forward, ZOO.compile_jacobian):
+            with pytest.raises(UnknownNameError):
+                make(link)
+    for frame in ("bse", None, ["base"]):
+        with pytest.raises(InputError, match="expressed_in"):
+            ZOO.compile_jacobian("hand", frame)
+    with pytest.raises(InputError, match="several tips"):
+        ZOO.compile_forward()
+
+
+def test_it_survives_pickling_with_nothing_writable(pair, rng):
+    compiled, method = pair
+    again, q = sent_and_back(compiled), positions(rng)
+    assert again(q).tobytes() == method(q).tobytes()
+    assert again(q[None]).tobytes() == method(q[None]).tobytes()
+    assert repr(again) == repr(compiled)
+    tree = sent_and_back(ZOO.tree)
+    arrays = [tree.joints, tree.link_frames, tree.lower, tree.limits, tree.chain("hand"), tree.link_offset["hand"]]
+    assert not any(array.flags.writeable for array in arrays)
+
+
+def test_another_process_can_be_sent_one():
+    code = "import pickle, sys; fk, q = pickle.load(sys.stdin.buffer); print(fk(q)[:3, 3].round(12).tolist())"
+    panda = ulna.load("panda")
+    sent = pickle.dumps((panda.compile_forward(), panda.home))
+    done = subprocess.run([sys.executable, "-c", code], input=sent, capture_output=True, check=True)
+    assert done.stdout.decode().strip() == str(panda.forward_kinematics(panda.home)[:3, 3].round(12).tolist())
+
+
+def test_many_threads_at_once_each_get_their_own_answer(pair, rng):
+    compiled, method = pair
+    batches = positions(rng, 4, 300)
+    answers = [None] * len(batches)
+
+    def ask(k):
+        out = np.empty_like(compiled(ZOO.home))
+        answers[k] = np.array([compiled(q, out).copy() for q in batches[k]])
+
+    threads = [threading.Thread(target=ask, args=(k,)) for k in range(len(batches))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for batch, answer in zip(batches, answers, strict=True):
+        assert answer.tobytes() == np.array([method(q) for q in batch]).tobytes()
