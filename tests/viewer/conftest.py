@@ -1,4 +1,4 @@
-"""One headless Chromium for all pages."""
+"""Headless Chromium for all pages: one, and another for a second tab, as only one tab of a browser is drawn."""
 
 import shutil
 
@@ -11,21 +11,29 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 
 
 @pytest.fixture(scope="session")
-def browser():
+def browser_of():
+    """Starts browser 0, 1, ... when it is first asked for."""
     if CHROMIUM is None:
         pytest.skip("no Chromium on this machine: on Debian, apt-get install chromium")
+    started = {}
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        yield browser
-        browser.close()
+
+        def browser_of(number):
+            if number not in started:
+                started[number] = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+            return started[number]
+
+        yield browser_of
+        for browser in started.values():
+            browser.close()
 
 
 @pytest.fixture(scope="session")
-def open_page(browser):
+def open_page(browser_of):
     """Opens a page at an address, in a tab of its own; ``page.addresses`` has what it asked for."""
 
-    def open_page(url):
-        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+    def open_page(url, browser=0):
+        page = browser_of(browser).new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
         page.addresses = []
         page.on("request", lambda request: page.addresses.append(request.url))
         page.goto(url)

@@ -9,6 +9,7 @@ import ulna
 from browser import around, pixels, project
 from colors import count
 from processes import wait_for
+from ulna.viewer.ellipsoid import COLOR
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +39,9 @@ def tab(page, name):
     page.get_by_role("tab", name=name).click()
 
 
-def drag(page, start, way, steps=12):
+def drag(page, start, way, color, steps=12):
+    """Drag the head of an arrow, once it is seen where it should be."""
+    wait_for(lambda: count(around(pixels(page), start, 8), color) > 20, f"a {color} arrow")
     page.mouse.move(*start)
     page.mouse.down()
     for k in range(1, steps + 1):
@@ -49,6 +52,30 @@ def drag(page, start, way, steps=12):
 def arrow(camera, T, axis, size):
     """Where the head of an arrow of some handles is seen."""
     return project(camera, T[:3, 3] + 0.95 * size * T[:3, axis])
+
+
+def test_the_parts_of_the_robot_are_shown_and_hidden(view, page, camera, panda):
+    tab(page, "Look")
+    elbow = project(camera, panda.forward_kinematics(panda.home, "panda_link4")[:3, 3])
+
+    def drawn():
+        return np.count_nonzero(around(pixels(page), elbow, 12).max(axis=-1) < 245) > 200
+
+    wait_for(drawn, "the elbow")
+    page.get_by_role("checkbox", name="Visuals").uncheck()
+    wait_for(lambda: not drawn(), "nothing at the elbow")
+    page.get_by_role("checkbox", name="Link names").check()
+    wait_for(lambda: np.count_nonzero(around(pixels(page), elbow, 12).max(axis=-1) < 245) > 50, "its name")
+    page.get_by_role("checkbox", name="Link frames").check()
+    wait_for(lambda: count(around(pixels(page), elbow, 40), "blue") > 20, "the blue axis of link 4")
+    page.get_by_role("checkbox", name="Link frames").uncheck()
+    page.get_by_role("checkbox", name="Link names").uncheck()
+    page.get_by_role("checkbox", name="Collision shapes").check()
+    wait_for(lambda: np.count_nonzero(np.ptp(around(pixels(page), elbow, 12), axis=-1) > 8) > 200, "a pale blue box at the elbow")
+    page.get_by_role("checkbox", name="Collision shapes").uncheck()
+    page.get_by_role("checkbox", name="Visuals").check()
+    page.get_by_text("Tree (10 links)").click()
+    page.get_by_text("revolute panda_joint3").wait_for()
 
 
 def test_a_number_typed_at_a_slider_moves_that_joint_alone(view, page, camera, panda):
@@ -65,7 +92,7 @@ def test_a_number_typed_at_a_slider_moves_that_joint_alone(view, page, camera, p
 def test_the_hand_is_dragged_and_the_arm_follows(view, page, camera):
     tab(page, "Move")
     T, size = view.session.hand_pose, view.hand.handles.control.scale
-    drag(page, arrow(camera, T, 2, size), (0, 60))
+    drag(page, arrow(camera, T, 2, size), (0, 60), "blue")
     page.get_by_text("the hand follows").wait_for()
     wait_for(lambda: not view.session.moving, "the hand at rest")
     reached = view.session.hand_pose
@@ -79,7 +106,7 @@ def test_the_hand_is_dragged_and_the_arm_follows(view, page, camera):
 def test_out_of_reach_the_mark_is_red_and_the_page_says_why(view, page, camera):
     tab(page, "Move")
     T, size = view.session.hand_pose, view.hand.handles.control.scale
-    drag(page, arrow(camera, T, 2, size), (0, -340))
+    drag(page, arrow(camera, T, 2, size), (0, -340), "blue")
     wait_for(lambda: view.session.trouble, "a hand that cannot follow")
     status = page.get_by_role("status").nth(1)
     wait_for(lambda: status.inner_text().strip() == view.session.trouble, "the reason on the page")
@@ -117,6 +144,25 @@ def test_the_nearest_pair_has_a_line_with_its_distance(view, page, camera, panda
     wait_for(lambda: np.count_nonzero(around(pixels(page), middle, 8).max(axis=-1) < 130) > 5, "a dark line")
 
 
+def test_dragging_an_obstacle_into_the_robot_changes_word_and_colour(view, page, camera, panda):
+    tab(page, "Obstacles")
+    view.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.31, -0.33, 0.5)))
+    page.get_by_label("Obstacle", exact=True).click()
+    page.get_by_role("option", name="crate").click()
+    wait_for(lambda: view.obstacles.chosen == "crate" and view.obstacles.handles.control.visible, "its handles")
+    T, size = view.world.pose("crate"), view.obstacles.handles.control.scale
+    start, end = arrow(camera, T, 1, size), arrow(camera, T, 1, size + 0.30)
+    drag(page, start, end - start, "green")
+    page.get_by_text("collision: ").first.wait_for()
+    page.mouse.up()
+    assert view.world.pose("crate")[1, 3] > -0.2
+    assert view.session.clearance.report.in_collision
+    assert view.obstacles.nodes["crate"].opacity == 1.0
+    red = project(camera, view.world.pose("crate")[:3, 3])
+    wait_for(lambda: count(around(pixels(page), red, 25), "red") > 300, "a red crate")
+    assert 0.0 < view.answer_time < 5.0
+
+
 def test_a_scene_is_saved_and_loaded_by_the_page(view, page, camera, tmp_path):
     tab(page, "Obstacles")
     view.world.add("ball", ulna.Sphere(0.05), ulna.pose((0.65, 0.1, 0.5)))
@@ -134,6 +180,25 @@ def test_a_scene_is_saved_and_loaded_by_the_page(view, page, camera, tmp_path):
     page.locator("input[type=file]").set_input_files(path.rename(tmp_path / "bad.json"))
     page.get_by_text("bad.json: object 1 'a': 'bix' is no shape; did you mean 'box'?").wait_for()
     assert view.world.names == ("globe",)
+
+
+def test_the_ellipsoid_and_the_singular_values_are_an_option(view, page, camera, panda):
+    tab(page, "Move")
+    page.get_by_role("checkbox", name="Manipulability").check()
+    values = np.linalg.svd(panda.jacobian(panda.home), compute_uv=False)
+    page.get_by_text(" ".join(f"{value:.3f}" for value in values)).wait_for()
+    page.get_by_text(f"{panda.manipulability(panda.home):.4g}", exact=True).wait_for()
+    place = project(camera, view.session.hand_pose[:3, 3] + (0, 0, 0.09))
+
+    def violet():
+        near = around(pixels(page), place, 40)
+        return np.count_nonzero((near[..., 2] - near[..., 1] > 25) & (near[..., 0] - near[..., 1] > 0))
+
+    wait_for(lambda: violet() > 300, "a violet ellipsoid")
+    seen = violet()
+    assert COLOR[2] > COLOR[0] > COLOR[1]
+    page.get_by_role("checkbox", name="Manipulability").uncheck()
+    wait_for(lambda: violet() < seen - 200, "no ellipsoid")
 
 
 def test_every_control_has_a_name(view, page, camera):

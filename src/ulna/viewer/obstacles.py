@@ -129,12 +129,14 @@ class Obstacles:
         color = TOUCHING if red else MOVABLE
         if name not in self._drawn:
             self._count += 1
-            node = self.nodes[name] = add_solid(self._server.scene, f"/obstacles/{self._count}", shape, color, _opacity(red), T)
+            node = self.nodes[name] = add_solid(
+                self._server.scene, f"/obstacles/{self._count}", shape, color, opacity(red=red), T
+            )
             node.on_click(lambda _: self._pick(name))
         elif not np.array_equal(self._drawn[name][1], T):
             self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
         if self.nodes[name].color != color:
-            self.nodes[name].color, self.nodes[name].opacity = color, _opacity(red)
+            self.nodes[name].color, self.nodes[name].opacity = color, opacity(red=red)
         self._drawn[name] = (shape, T)
 
     def _pick(self, name: str) -> None:
@@ -154,6 +156,6 @@ class Obstacles:
                 event.client.add_notification("The scene was not loaded", str(error), color="red")
 
 
-def _opacity(red: bool) -> float:  # noqa: FBT001 - the one thing it depends on
+def opacity(*, red: bool) -> float:
     """What touches is solid, what is free is seen through: the difference is not in the hue alone."""
     return 1.0 if red else 0.6

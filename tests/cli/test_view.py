@@ -1,0 +1,51 @@
+"""``ulna view`` as a program, and scene files at the command line."""
+
+import json
+import sys
+
+import ulna
+from processes import free_port, running, wait_for
+
+
+def test_it_serves_a_robot_with_its_scene_until_it_is_interrupted(tmp_path):
+    world = ulna.World()
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.6, 0, 0.3)))
+    ulna.save_world(world, tmp_path / "scene.json")
+    port = free_port()
+    command = [
+        sys.executable,
+        "-m",
+        "ulna",
+        "view",
+        "panda",
+        "--scene",
+        str(tmp_path / "scene.json"),
+        "--port",
+        str(port),
+        "--no-open",
+    ]
+    with (tmp_path / "said").open("w+") as said, running(*command, stdout=said, stderr=said) as program:
+        wait_for(lambda: f"panda is at http://127.0.0.1:{port}" in (tmp_path / "said").read_text(), "the address")
+        assert program.poll() is None
+    assert program.returncode == 0
+
+
+def test_check_takes_a_scene_file(run, tmp_path):
+    world = ulna.World()
+    world.add("crate", ulna.Sphere(0.1), ulna.pose((0.3, 0, 0.5)))
+    ulna.save_world(world, tmp_path / "scene.json")
+    result = run("check", "--scene", str(tmp_path / "scene.json"), "--json")
+    assert result.exit_code == 1
+    assert "crate" in {pair["name_b"] for pair in json.loads(result.stdout)["pairs"]}
+
+
+def test_a_scene_that_is_wrong_is_one_line(run, tmp_path):
+    (tmp_path / "scene.json").write_text('{"ulna_scene": 1, "objects": [{"name": "a", "shape": "bix"}]}')
+    for command in ("check", "view"):
+        result = run(command, "--scene", str(tmp_path / "scene.json"))
+        assert result.exit_code == 2
+        assert result.stderr == "ulna: scene.json: object 1 'a': 'bix' is no shape; did you mean 'box'?\n"
+
+
+def test_a_port_that_cannot_be_is_refused(run):
+    assert run("view", "--port", "99999").exit_code == 2

@@ -1,0 +1,121 @@
+"""Any robot can be looked at: humanoids, robots whose meshes are missing, and descriptions that mean harm."""
+
+import threading
+
+import numpy as np
+import pytest
+
+import ulna
+import zoo
+from processes import wait_for
+from ulna.viewer.arm import Arm
+from ulna.viewer.page import Page
+from ulna.viewer.visuals import link_visuals
+
+LINK = '<link name="{}">{}</link>'
+JOINT = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>'
+
+
+def one_link(*uris):
+    meshes = "".join(f'<visual><geometry><mesh filename="{uri}"/></geometry></visual>' for uri in uris)
+    box = '<visual><geometry><box size="1 2 3"/></geometry></visual>'
+    return f'<robot name="a">{LINK.format("a", meshes)}{LINK.format("b", box)}{JOINT}</robot>'
+
+
+@pytest.mark.parametrize(("name", "links"), [("talos", 60), ("ur5", 11)])
+def test_a_robot_of_meshes_is_shown_whole(name, links):
+    robot = ulna.load(name)
+    with ulna.view(robot) as view:
+        assert view.arm.missing == ()
+        assert len(view.arm.frames) == links
+        assert len(view.arm.looks) == sum(bool(link.visuals) for link in robot.description.links)
+        assert len(view.arm.solids) == sum(len(link.collisions) for link in robot.description.links)
+        wait_for(lambda: view.clearance.verdict.content, "the verdict")
+        assert ("not checked" in view.clearance.verdict.content) == bool(view.session.unchecked)
+        assert view.arm.extent.low[2] <= min(T[2, 3] for T in robot.link_poses(robot.home))
+
+
+def test_the_stage_is_as_large_as_the_robot():
+    large, small = (ulna.Robot(zoo.of_chain("revolute", "revolute", origin=ulna.pose((step, 0, 0)))) for step in (10.0, 0.01))
+    for robot, size in ((large, 20.0), (small, 0.02)):
+        with ulna.view(robot) as view:
+            away = np.linalg.norm(np.subtract(view.page.server.initial_camera.position, view.arm.extent.centre))
+            assert 0.5 * size < away < 10 * max(size, 0.1)
+
+
+def test_a_link_whose_mesh_is_missing_has_the_plain_body_and_the_others_their_own():
+    visuals = link_visuals(ulna.load(one_link("package://nowhere/x.stl")))
+    assert len(visuals.missing) == 1
+    assert "package://nowhere/x.stl" in visuals.missing[0]
+    assert np.allclose(visuals.scenes["b"].extents, (1, 2, 3))
+    assert "a" in visuals.scenes
+
+
+@pytest.mark.parametrize("uri", ["file:///etc/passwd", "../../../../../../etc/passwd", "/etc/passwd"])
+def test_a_hostile_description_shows_nothing_of_this_machine(uri, tmp_path):
+    (tmp_path / "a.urdf").write_text(one_link(uri))
+    visuals = link_visuals(ulna.load(tmp_path / "a.urdf"))
+    assert len(visuals.missing) == 1
+    assert "not read" in visuals.missing[0]
+
+
+def test_a_mesh_that_is_none_is_told_and_the_rest_is_shown(tmp_path):
+    (tmp_path / "bad.stl").write_bytes(b"\x00" * 90)
+    (tmp_path / "worse.dae").write_text("<COLLADA/>")
+    (tmp_path / "a.urdf").write_text(one_link("bad.stl", "worse.dae"))
+    visuals = link_visuals(ulna.load(tmp_path / "a.urdf"))
+    assert len(visuals.missing) == 1
+    assert "b" in visuals.scenes
+
+
+def test_the_colour_of_the_description_is_for_meshes_without_one(tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    text = one_link("a.obj").replace(
+        "</geometry></visual>", '</geometry><material name="m"><color rgba="1 0 0 1"/></material></visual>', 1
+    )
+    (tmp_path / "a.urdf").write_text(text)
+    scene = link_visuals(ulna.load(tmp_path / "a.urdf")).scenes["a"]
+    (mesh,) = scene.geometry.values()
+    assert tuple(mesh.visual.material.baseColorFactor) == (255, 0, 0, 255)
+
+
+def test_every_shape_that_can_collide_can_be_drawn():
+    page = Page(port=0)
+    try:
+        arm = Arm(page.server, ulna.load("panda"))
+        assert sorted(arm.solids) == sorted(ulna.load("panda").collision_names)
+    finally:
+        page.stop()
+    world = ulna.World()
+    points = [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]
+    shapes = (
+        ulna.Box((1, 1, 1)),
+        ulna.Sphere(1),
+        ulna.Cylinder(1, 1),
+        ulna.Capsule(1, 1),
+        ulna.HalfSpace(),
+        ulna.ConvexMesh(points),
+        ulna.ConvexMesh(points[:3]),
+    )
+    for k, shape in enumerate(shapes):
+        world.add(f"{k}", shape, ulna.pose((5.0 * k, 0, -3)))
+    with ulna.view(ulna.load("panda"), world) as view:
+        view.obstacles.show(set())
+        assert set(view.obstacles.nodes) == set(world.names)
+
+
+@pytest.mark.parametrize("kinds", [("planar", "floating", "continuous"), ("fixed",)])
+def test_joints_of_every_kind_can_be_looked_at(kinds):
+    robot = ulna.Robot(zoo.of_chain(*kinds))
+    with ulna.view(robot) as view:
+        assert len(view.joints.sliders) == robot.n_dof
+        view.q = np.full(robot.n_dof, 0.2)
+        assert np.array_equal(view.q, np.full(robot.n_dof, 0.2))
+
+
+def test_a_view_that_cannot_be_built_leaves_nothing_behind(panda, monkeypatch):
+    before = threading.active_count()
+    monkeypatch.setattr("ulna.viewer.view.Arm", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        ulna.view(panda)
+    assert threading.active_count() <= before

@@ -1,0 +1,146 @@
+"""Several tabs, foreign pages, tabs that close, and what is left when a view ends."""
+
+import threading
+
+import numpy as np
+import pytest
+import websockets
+from websockets.datastructures import Headers
+from websockets.sync.client import connect
+
+import ulna
+from browser import project
+from processes import wait_for
+from ulna.viewer.origin import is_own_page
+
+
+@pytest.fixture(scope="module")
+def view(panda):
+    with ulna.view(panda) as view:
+        yield view
+
+
+def headers(origin, host="127.0.0.1:8080"):
+    return Headers([("Host", host), *([("Origin", origin)] if origin is not None else [])])
+
+
+@pytest.mark.parametrize("origin", [None, "http://127.0.0.1:8080"])
+def test_the_page_itself_and_programs_are_let_in(origin):
+    assert is_own_page(headers(origin), "127.0.0.1")
+
+
+def test_a_page_behind_a_tunnel_is_let_in():
+    assert is_own_page(headers("http://localhost:9999", "localhost:9999"), "127.0.0.1")
+
+
+@pytest.mark.parametrize(
+    ("origin", "host"),
+    [
+        ("http://evil.example", "127.0.0.1:8080"),
+        ("http://127.0.0.1:9999", "127.0.0.1:8080"),  # another server of this machine
+        ("http://127.0.0.1.evil.example:8080", "127.0.0.1:8080"),
+        ("http://evil.example:8080", "evil.example:8080"),  # a name made to lead here
+        ("null", "127.0.0.1:8080"),
+        ("", "127.0.0.1:8080"),
+        ("http://127.0.0.1:8080@evil.example", "127.0.0.1:8080"),
+    ],
+)
+def test_foreign_pages_are_not_let_in(origin, host):
+    assert not is_own_page(headers(origin, host), "127.0.0.1")
+
+
+def test_a_server_that_listens_everywhere_lets_in_only_pages_of_the_name_it_was_asked_by():
+    assert is_own_page(headers("http://lab.local:8080", "lab.local:8080"), "0.0.0.0")  # noqa: S104
+    assert not is_own_page(headers("http://evil.example", "lab.local:8080"), "0.0.0.0")  # noqa: S104
+
+
+def test_pages_that_were_named_are_let_in():
+    assert is_own_page(headers("https://hub.example"), "127.0.0.1", ("https://hub.example",))
+
+
+def test_a_foreign_page_cannot_open_the_websocket(view):
+    address = view.url.replace("http", "ws")
+    with pytest.raises(websockets.exceptions.InvalidStatus) as refused:
+        connect(address, origin="http://evil.example")
+    assert refused.value.response.status_code == 403
+    with connect(address, origin=view.url):
+        pass
+
+
+def test_the_view_answers_on_this_machine_alone(view):
+    assert view.page.server.get_host() == "127.0.0.1"
+    assert view.url.startswith("http://127.0.0.1:")
+
+
+def type_number(page, name, value):
+    field = page.get_by_role("textbox", name=name)
+    field.fill(value)
+    field.press("Enter")
+
+
+def number(page, name):
+    return page.get_by_role("textbox", name=name).input_value()
+
+
+def test_two_tabs_see_one_robot_and_do_not_fight(view, panda, open_page, monkeypatch):
+    first, second = open_page(view.url), open_page(view.url, browser=1)
+    wait_for(lambda: len(view.page.server.get_clients()) == 2, "two tabs")
+    type_number(first, "joint2", "-0.5")
+    wait_for(lambda: number(second, "joint2") == "-0.5" and view.q[1] == pytest.approx(-0.5), "the number in both tabs")
+    type_number(second, "joint2", "-0.25")
+    wait_for(lambda: number(first, "joint2") == "-0.25" and view.q[1] == pytest.approx(-0.25), "the other number in both")
+    sent = []
+    buffer = view.page.server._websock_server.get_message_buffer()
+    monkeypatch.setattr(buffer, "push", lambda message, push=buffer.push: (sent.append(message), push(message)))
+    first.wait_for_timeout(1500)
+    assert sent == []  # at rest nothing is sent: no tab answers the other
+
+    view.q = panda.home
+    camera = next(iter(view.page.server.get_clients().values())).camera
+    T, size = view.session.hand_pose, view.hand.handles.control.scale
+    wait_for(lambda: np.allclose(view.hand.handles.pose, T), "the handles at the hand")
+    start = project(camera, T[:3, 3] + 0.95 * size * T[:3, 2])
+    first.wait_for_timeout(500)
+    first.mouse.move(*start)
+    first.mouse.down()
+    for k in range(1, 9):
+        first.mouse.move(start[0], start[1] + 6 * k)
+        first.wait_for_timeout(40)
+    wait_for(lambda: view.hand.handles.held, "a hand that is held")
+    wait_for(lambda: not view.session.moving and view.session.hand_pose[2, 3] < T[2, 3] - 0.02, "the arm after it")
+    shown = round(float(view.q[3]), 3)
+    wait_for(lambda: number(second, "joint4") == f"{shown:g}", "the drag in the other tab")
+    first.close()  # without letting go
+    wait_for(lambda: not view.hand.handles.held and view.session.target is None, "nobody holds the hand")
+    wait_for(lambda: len(view.page.server.get_clients()) == 1, "one tab")
+    second.close()
+    wait_for(lambda: not view.page.server.get_clients(), "no tab")
+
+
+def test_a_closed_tab_leaves_nothing_running(view, open_page):
+    open_page(view.url).close()  # the threads that serve pages exist from now on
+    wait_for(lambda: not view.page.server.get_clients(), "no tab")
+    before = threading.active_count()
+    for _ in range(3):
+        open_page(view.url).close()
+    wait_for(lambda: not view.page.server.get_clients(), "no tab")
+    assert threading.active_count() <= before + 1
+    assert not view.page.server._websock_server._client_state_from_id
+
+
+def test_stopping_leaves_no_thread_and_a_free_port(panda):
+    before = threading.active_count()
+    view = ulna.view(panda)
+    port = view.page.server.get_port()
+    view.stop()
+    view.stop()
+    wait_for(lambda: threading.active_count() <= before, "no thread left")
+    with ulna.view(panda, port=port), pytest.raises(ulna.InputError, match="in use"):
+        ulna.view(panda, port=port)
+
+
+def test_a_notebook_shows_the_page_in_a_frame_with_a_title(view):
+    shown = view._repr_html_()
+    assert f'src="{view.url}"' in shown
+    assert "<iframe" in shown
+    assert "title=" in shown
