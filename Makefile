@@ -49,7 +49,7 @@ docs: $(DOCS_VENV)/.docs
 $(DOCS_VENV)/.docs: pyproject.toml
 	$(PYTHON) -m venv $(DOCS_VENV)
 	$(DOCS_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(DOCS_VENV)/bin/python -m pip install --quiet --editable . --group docs
+	$(DOCS_VENV)/bin/python -m pip install --quiet --editable '.[viewer]' --group docs
 	touch $@
 
 # The demo in ROS, with the real parts, each ROS in an environment of its own. Without ROS 1 its tests are skipped and say so.

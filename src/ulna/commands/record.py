@@ -13,8 +13,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ulna.commands.options import Degrees, PackageDirs, Positions, XacroArgs, load_robot, positions
 from ulna.errors import InputError, needs_extra
 
-_EXTRA = ("viser", "trimesh", "collada", "av", "PIL")
-
 
 def record(
     out: Annotated[Path, typer.Argument(metavar="OUT", help="The file: .mp4, .gif, or .png for a single picture.")],
@@ -45,6 +43,7 @@ def record(
     seconds = (10.0 if of_robot else 30.0) if seconds is None else seconds
     form = recorder.make_form(out, seconds, None if size is None else _size(size), fps)
     start = time.perf_counter()
+    missing: tuple[str, ...] = ()
     with _progress() as progress:
         task = progress.add_task(out.name, total=form.n_frames)
 
@@ -53,14 +52,16 @@ def record(
 
         if of_robot:
             arm = load_robot(robot or "panda", xacro_arg, package_dir)
-            recorder.record_robot(form, arm, positions("--q", q, arm, degrees=degrees), boxes=boxes, tell=tell)
+            missing = recorder.record_robot(form, arm, positions("--q", q, arm, degrees=degrees), boxes=boxes, tell=tell)
         else:
             recorder.record_demo(form, at, boxes=boxes, tell=tell)
+    for mesh in missing:
+        typer.echo(f"not shown: {mesh}", err=True)
     typer.echo(_summary(form, time.perf_counter() - start))
 
 
 def _recorder() -> ModuleType:
-    with needs_extra("recording", "viewer", *_EXTRA):
+    with needs_extra("recording", "viewer", "trimesh", "av", "PIL"):
         from ulna.viewer.record import record as recorder  # noqa: PLC0415 -- the one layer that needs the extra
     return recorder
 

@@ -7,11 +7,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from ulna.model.shapes import Box
 from ulna.picture import Solid
 from ulna.robot import Robot
 from ulna.viewer.record.skin import linear, make_skin
-from ulna.viewer.visuals import link_visuals
+from ulna.viewer.visuals import link_visuals, triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,14 +27,17 @@ class Model:
 
     Attributes:
         skin: The triangles; each moves with a link, by its place in ``link_names``, or with a solid, numbered behind the links.
+        missing: The meshes that could not be had, each with the reason.
     """
 
     def __init__(self, robot: Robot, solids: Sequence[Solid] = ()) -> None:
         self.robot = robot
         frames = {name: k for k, name in enumerate(robot.link_names)}
-        scenes = [(frames[link], scene) for link, scene in link_visuals(robot).scenes.items()]
+        visuals = link_visuals(robot)
+        self.missing = visuals.missing
+        scenes = [(frames[link], scene) for link, scene in visuals.scenes.items()]
         self._solids = {solid.name: len(frames) + k for k, solid in enumerate(solids) if is_opaque(solid)}
-        scenes += [(self._solids[solid.name], trimesh.Scene(_triangles(solid))) for solid in solids if is_opaque(solid)]
+        scenes += [(self._solids[solid.name], trimesh.Scene(triangles(solid.shape))) for solid in solids if is_opaque(solid)]
         self.skin = make_skin(scenes)
         self.links = frames
         self.n_frames = len(frames) + len(solids)
@@ -71,10 +73,3 @@ class Model:
 def is_opaque(solid: Solid) -> bool:
     """Whether a solid hides what is behind it."""
     return solid.opacity >= 1.0
-
-
-def _triangles(solid: Solid) -> trimesh.Trimesh:
-    shape = solid.shape
-    if isinstance(shape, Box):
-        return trimesh.creation.box(shape.extents)
-    return trimesh.creation.cylinder(shape.radius, shape.length, sections=96)

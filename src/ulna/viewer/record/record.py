@@ -116,8 +116,10 @@ def record_pictures(form: Form, robot: Robot, pictures: Sequence[Picture], tell:
     _write(form, Model(robot, pictures[0].solids), pictures, DEMO_GROUND, tell)
 
 
-def record_robot(form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = _no_one) -> None:
-    """A robot that stands at q, while the camera goes round it once."""
+def record_robot(
+    form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = _no_one
+) -> tuple[str, ...]:
+    """A robot that stands at q, while the camera goes round it once. Given back: why which meshes could not be shown."""
     solids = tuple(arm_boxes(robot)) if boxes else ()
     model = Model(robot, solids)
     extent = model.extent(q)
@@ -125,6 +127,7 @@ def record_robot(form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: boo
     turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
     pictures = [Picture(q, Camera.around(extent.middle, extent.radius, turn, aspect), solids) for turn in turns]
     _write(form, model, pictures, _ground(extent), tell)
+    return model.missing
 
 
 def _write(form: Form, model: Model, pictures: Sequence[Picture], ground: Ground, tell: Tell) -> None:
