@@ -10,6 +10,7 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
+import ulna
 from doc_pages import PAGES, ROOT, blocks, commands
 from ulna.cli import app
 
@@ -31,11 +32,12 @@ SRDF = """<robot name="arm"><group name="manipulator"><chain base_link="base_lin
 
 @pytest.fixture
 def a_users_folder(tmp_path, monkeypatch, panda):
-    """The files that the pages speak of: a robot, its semantic description, another Panda."""
+    """The files that the pages speak of: a robot, its semantic description, another Panda, a scene."""
     (tmp_path / "arm.urdf.xacro").write_text(ARM)
     (tmp_path / "arm.urdf").write_text(ARM.replace("$(arg prefix)", ""))
     (tmp_path / "arm.srdf").write_text(SRDF)
     (tmp_path / "my_panda.urdf").write_text(panda.to_urdf())
+    ulna.save_world(ulna.World(), tmp_path / "scene.json")
     monkeypatch.chdir(tmp_path)
 
 
