@@ -22,8 +22,9 @@ def test_a_picture_of_any_robot(run, tmp_path, slider):
     [
         (["demo.avi"], "OUT: 'demo.avi' ends in none of .mp4, .gif, .png"),
         (["demo.mp4", "--size", "big"], "--size: 'big'; width and height are expected, as in 1280x720"),
-        (["demo.mp4", "--seconds", "0"], "--seconds: 0; more than 0 s and at most 100000 pictures can be had"),
+        (["demo.mp4", "--seconds", "0"], "--seconds: 0; more than 0 s and at most 20000 pictures can be had"),
         (["demo.png", "--at", "31"], "--at: 31 s is not between 0 and 30 s"),
+        (["demo.mp4", "--at", "3"], "--at: is for a single picture, a .png; demo.mp4 shows the whole story"),
         (["demo.png", "--at", "1", "--robot", "panda"], "--at: goes with the demo; a robot that stands has no moments"),
         (["demo.png", "--package-dir", "x"], "--xacro-arg, --package-dir: go with --robot; without it the demo is recorded"),
         (["demo.png", "--robot", "panda", "--q", "1"], "--q: 1 number, but 7 are expected"),

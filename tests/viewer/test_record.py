@@ -160,9 +160,10 @@ def test_it_is_made_with_no_display_and_no_graphics_library(tmp_path):
     [
         ("demo.avi", {}, "OUT: 'demo.avi' ends in none of .mp4, .gif, .png"),
         ("demo", {}, "OUT: 'demo' ends in none of"),
-        ("demo.mp4", {"size": (8, 100)}, "--size: 8x100; each side has 16 to 7680 pixels"),
-        ("demo.mp4", {"size": (100, 7681)}, "--size: 100x7681"),
+        ("demo.mp4", {"size": (8, 100)}, "--size: 8x100; each side has 16 to 4096 pixels"),
+        ("demo.mp4", {"size": (100, 4097)}, "--size: 100x4097"),
         ("demo.gif", {"rate": 51}, "--fps: 51; 1 to 50"),
+        ("demo.mp4", {"rate": 0}, "--fps: 0; 1 to 120"),
         ("demo.mp4", {"rate": 121}, "--fps: 121; 1 to 120"),
         ("demo.mp4", {"seconds": 0.0}, "--seconds: 0; more than 0 s"),
         ("demo.mp4", {"seconds": float("nan")}, "--seconds: nan"),

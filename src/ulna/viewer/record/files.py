@@ -62,10 +62,14 @@ def _write_gif(path: Path, film: Film) -> None:
 
 
 def _palette(pixels: NDArray[np.uint8]) -> Image.Image:
-    """Colours near all of those in a picture, however few pixels have them: what is small and red is what is looked for."""
-    colors, counts = np.unique(pixels.reshape(-1, 3) >> 2, axis=0, return_counts=True)
-    seen = (colors.repeat(np.minimum(np.ceil(np.sqrt(counts) / 8).astype(int), 64), axis=0) << 2) + 2
-    return Image.fromarray(seen[None].astype(np.uint8)).quantize(_COLORS, Image.Quantize.MEDIANCUT, kmeans=1)
+    """Colours near all of those in a picture, also near those of few pixels: what is small and red is what is looked for."""
+    six_bits = (pixels.reshape(-1, 3) >> 2).astype(np.int32)
+    counts = np.bincount(six_bits @ np.array([1 << 12, 1 << 6, 1], np.int32), minlength=1 << 18)
+    codes = np.flatnonzero(counts)
+    votes = np.clip(np.sqrt(counts[codes]) / 8, 1, 64).astype(int)
+    colors = np.stack([codes >> 12, codes >> 6 & 63, codes & 63], axis=-1) * 4 + 2
+    voters = colors.repeat(votes, axis=0)[None].astype(np.uint8)
+    return Image.fromarray(voters).quantize(_COLORS, Image.Quantize.MEDIANCUT, kmeans=1)
 
 
 def _write_png(path: Path, film: Film) -> None:

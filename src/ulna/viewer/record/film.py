@@ -13,6 +13,7 @@ from ulna.viewer.record.model import Model
 from ulna.viewer.record.painter import Ground, Painter, Picture
 
 Pixels = NDArray[np.uint8]
+_MOST_THREADS = 8  # each has a raster of its own, 60 MB for 1280x720
 
 
 class Film:
@@ -40,7 +41,7 @@ class Film:
     ) -> None:
         self.pictures, self.size, self.rate = pictures, size, rate
         self._tell = tell
-        self._n_threads = min(n_processors(), len(pictures))
+        self._n_threads = min(n_processors(), len(pictures), _MOST_THREADS)
         self._painters: SimpleQueue[Painter] = SimpleQueue()  # a thread takes one, and puts it back
         for _ in range(self._n_threads):
             self._painters.put(Painter(model, size, ground, samples))

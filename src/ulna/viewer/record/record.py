@@ -23,7 +23,8 @@ DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.37), fo
 DEMO_GROUND = Ground(middle=(0.1, 0.0, 0.4), radius=1.3)
 DEMO_ASPECT = 1.3  # width by height: in a narrower picture the camera sees more above and below
 TURN_FROM = 0.75  # [rad] about z from x: where the camera stands that goes round a robot
-LARGEST_SIZE, MOST_FRAMES = 7680, 100_000
+LARGEST_SIZE, MOST_FRAMES = 4096, 20_000
+FINE_PIXELS = 1920 * 1080  # up to which a single picture has more samples a pixel
 Tell = Callable[[int], object]
 
 
@@ -69,7 +70,7 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
         raise InputError("OUT", f"{path.name!r} ends in none of {', '.join(WRITERS)}{did_you_mean(ending, WRITERS)}")
     is_gif = ending == ".gif"
     width, height = size or ((640, 360) if is_gif else (1280, 720))
-    rate = rate or (10 if is_gif else 30)
+    rate = (10 if is_gif else 30) if rate is None else rate
     if not (16 <= width <= LARGEST_SIZE and 16 <= height <= LARGEST_SIZE):
         raise InputError("--size", f"{width}x{height}; each side has 16 to {LARGEST_SIZE} pixels")
     if not 1 <= rate <= (50 if is_gif else 120):
@@ -86,14 +87,16 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
 
     Args:
         form: Of the file.
-        at: The time [s] of a single picture; when the box first touches unless given.
+        at: The time [s] that a single picture shows; when the box first touches unless given.
         boxes: Show the twelve boxes that stand for the arm.
         tell: Called with the number of pictures done so far.
 
     Raises:
-        InputError: ``at`` is not in the story.
+        InputError: ``at`` is not in the story, or the file is no single picture.
         FileError: The file cannot be written.
     """
+    if at is not None and not form.is_still:
+        raise InputError("--at", f"is for a single picture, a .png; {form.path.name} shows the whole story")
     demo = Demo()
     story = Story(demo, form.seconds)
     at = 0.1 * form.seconds if at is None else at
@@ -131,7 +134,7 @@ def record_robot(
 
 
 def _write(form: Form, model: Model, pictures: Sequence[Picture], ground: Ground, tell: Tell) -> None:
-    samples = 4 if form.is_still else 2
+    samples = 4 if form.is_still and form.size[0] * form.size[1] <= FINE_PIXELS else 2
     film = Film(model, pictures, form.size, form.rate, ground, samples, tell)
     write_film(form.path, film)
 
