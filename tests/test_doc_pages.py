@@ -10,12 +10,13 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
+import ulna
 from doc_pages import PAGES, ROOT, blocks, commands
 from ulna.cli import app
 
 WITH_PYTHON = [page for page in PAGES if any(block.language == "python" for block in blocks(page))]
 COMMANDS = sorted({(page, command) for page in PAGES for command in commands(page)})
-SERVERS = ("ulna demo", "ulna view", "ulna record", "ulna bench", "ulna ros1", "ulna ros2")  # have tests of their own
+LONG = ("ulna demo", "ulna view", "ulna record", "ulna bench", "ulna warmup", "ulna ros1", "ulna ros2")  # have tests of their own
 
 ARM = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:arg name="prefix" default=""/>
@@ -31,11 +32,12 @@ SRDF = """<robot name="arm"><group name="manipulator"><chain base_link="base_lin
 
 @pytest.fixture
 def a_users_folder(tmp_path, monkeypatch, panda):
-    """The files that the pages speak of: a robot, its semantic description, another Panda."""
+    """The files that the pages speak of: a robot, its semantic description, another Panda, a scene."""
     (tmp_path / "arm.urdf.xacro").write_text(ARM)
     (tmp_path / "arm.urdf").write_text(ARM.replace("$(arg prefix)", ""))
     (tmp_path / "arm.srdf").write_text(SRDF)
     (tmp_path / "my_panda.urdf").write_text(panda.to_urdf())
+    ulna.save_world(ulna.World(), tmp_path / "scene.json")
     monkeypatch.chdir(tmp_path)
 
 
@@ -69,7 +71,7 @@ def test_other_numbers_are_other_words():
 @pytest.mark.parametrize(("page", "command"), COMMANDS, ids=lambda value: value if isinstance(value, str) else name_of(value))
 def test_a_command_of_a_page_does_its_work(page, command, a_users_folder):
     words = shlex.split(command)[1:]
-    if command.startswith(SERVERS):
+    if command.startswith(LONG):
         words = [word for word in words[:2] if not word.startswith("-") and "." not in word and word != "panda"] + ["--help"]
     result = CliRunner().invoke(app, words, catch_exceptions=False)
     assert result.exit_code in {0, 1}, result.output  # 1: the answer is no

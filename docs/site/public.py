@@ -4,7 +4,6 @@ That is what stands in ``ulna.__all__``, every class that a user reaches from th
 returns, what an attribute holds), and every attribute and method of these that has no underscore in front.
 """
 
-import dataclasses
 import enum
 import importlib
 import inspect
@@ -16,13 +15,7 @@ from functools import cache
 
 import ulna
 
-_LAYERS = (
-    "ulna.model",
-    "ulna.io",
-    "ulna.kinematics",
-    "ulna.collision",
-    "ulna.ik",
-)  # below Robot, which names them in annotations
+_NAMED_IN_ANNOTATIONS = ("ulna.model", "ulna.io", "ulna.kinematics", "ulna.collision", "ulna.ik", "ulna.viewer")
 
 
 def public_classes():
@@ -57,11 +50,11 @@ def in_order(cls):
 
 
 def fields_told_by_the_class(cls):
-    """The fields of a dataclass that the class's own docstring lists, and the members of an enumeration."""
+    """The members that the class's own docstring lists, and those of an enumeration."""
     if issubclass(cls, enum.Enum):
         return set(cls.__members__)
-    fields = [field.name for field in dataclasses.fields(cls)] if dataclasses.is_dataclass(cls) else []
-    return {name for name in fields if re.search(rf"(?m)^    {name}: ", inspect.getdoc(cls) or "")}
+    listed = re.findall(r"(?m)^    (\w+): ", inspect.getdoc(cls) or "")
+    return set(listed) & set(public_members(cls))
 
 
 def _reached_from(thing):
@@ -90,9 +83,8 @@ def _annotated(owner):
 @cache
 def _type_checking_names():
     """The library's classes by name: some modules import what they annotate for the type checker alone."""
-    names = [
-        found.name for layer in _LAYERS for found in pkgutil.iter_modules(importlib.import_module(layer).__path__, f"{layer}.")
-    ]
+    layers = [importlib.import_module(layer) for layer in _NAMED_IN_ANNOTATIONS]
+    names = [found.name for layer in layers for found in pkgutil.iter_modules(layer.__path__, f"{layer.__name__}.")]
     modules = [importlib.import_module(name) for name in names]
     return {name: one for module in modules for name, one in vars(module).items() if inspect.isclass(one)}
 

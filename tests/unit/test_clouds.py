@@ -40,7 +40,9 @@ def map_and_columns(rng, n):
     return one, many
 
 
-@pytest.fixture(params=[(kind, n) for kind in (cloud_and_balls, map_and_columns) for n in COUNTS], ids=str)
+@pytest.fixture(
+    params=[(kind, n) for kind in (cloud_and_balls, map_and_columns) for n in COUNTS], ids=lambda p: f"{p[0].__name__} {p[1]}"
+)
 def worlds(request, rng):
     make, n = request.param
     return make(rng, n)

@@ -9,6 +9,7 @@ from ulna.answers.collision import report_data
 from ulna.commands.numbers import BOX, numbers
 from ulna.commands.options import (
     Degrees,
+    Hulls,
     Json,
     PackageDirs,
     Positions,
@@ -35,7 +36,7 @@ def check(
     scene: Scene = None,
     q: Positions = None,
     itself: Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")] = True,
-    hulls: Annotated[bool, typer.Option("--hulls", help="Take the convex hulls of meshes as the robot's shapes.")] = False,
+    hulls: Hulls = False,
     within: Annotated[float, typer.Option(min=0, metavar="METRES", help="Show pairs too that are so near.")] = 0.0,
     degrees: Degrees = False,
     xacro_arg: XacroArgs = None,

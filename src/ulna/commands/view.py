@@ -6,6 +6,7 @@ import typer
 
 from ulna.commands.options import (
     Degrees,
+    Hulls,
     NoOpen,
     PackageDirs,
     Positions,
@@ -25,6 +26,7 @@ def view(
     scene: Scene = None,
     q: Positions = None,
     degrees: Degrees = False,
+    hulls: Hulls = False,
     host: Annotated[
         str, typer.Option(help="The address to listen on; any but the default lets other machines in.")
     ] = "127.0.0.1",
@@ -38,6 +40,8 @@ def view(
     Ctrl-C ends it.
     """
     arm = load_robot(robot, xacro_arg, package_dir)
+    if hulls:
+        arm = arm.with_convex_hulls()
     start = positions("--q", q, arm, degrees=degrees)
     with open_view(arm, load_scene(scene), host=host, port=port, open_browser=not no_open) as shown:
         shown.q = start

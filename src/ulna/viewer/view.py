@@ -24,7 +24,7 @@ from ulna.viewer.stage import add_stage
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between looks at a world that a program may have changed
-_STOP_WITHIN_S = 2.0
+_STOP_WITHIN_S = 60.0  # a frame that compiles is waited for: a program that ends meanwhile aborts
 
 
 class View:
@@ -55,6 +55,7 @@ class View:
     def _build(self) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
         self.arm = Arm(server, robot)
+        self.arm.stand(session.q)
         extent = self.arm.extent
         add_stage(server, extent)
         self.clearance = ClearancePanel(server, extent.radius)

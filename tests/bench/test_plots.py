@@ -1,0 +1,49 @@
+"""The plots and the account of ``make bench``, judged on a run that is made up."""
+
+import pytest
+from benchmarks import account, bounds, plots, scaling
+
+import ulna
+
+RUN = {
+    "scaling_with_joints": [
+        {"work": work, "joints": n, "one_ns": 500.0 + n, "batch_ns": 3.0 * n, "bound_ns": 1.0 * n}
+        for work in ("forward_kinematics", "jacobian")
+        for n in (3, 60)
+    ],
+    "scaling_with_pairs": [
+        {"pairs": 12, "batch_ns": 100.0, "bound_ns": 20.0},
+        {"pairs": 3072, "batch_ns": 900.0, "bound_ns": None},
+    ],
+    "scaling_with_rows": [],
+}
+
+
+def test_each_subject_that_was_measured_gets_a_plot_and_twice_the_same_one(tmp_path):
+    paths = plots.draw(RUN, tmp_path)
+    assert [path.name for path in paths] == ["joints.svg", "pairs.svg"]
+    first = [path.read_bytes() for path in paths]
+    assert all(b"</svg>" in text for text in first)
+    assert [path.read_bytes() for path in plots.draw(RUN, tmp_path)] == first
+
+
+def test_the_parts_of_a_call_make_up_the_whole(panda):
+    for row in account.account_rows(panda):
+        parts = [value for key, value in row.items() if key not in {"work", "whole_call_ns"}]
+        assert sum(parts) == pytest.approx(row["whole_call_ns"])
+
+
+def test_more_pairs_need_more_operations_and_a_tree_has_no_such_bound(panda, monkeypatch):
+    monkeypatch.setattr(scaling, "BOXES", (1, 3, 65))
+    monkeypatch.setattr(scaling, "BATCH", 16)
+    one, three, hung = scaling.pair_rows(panda, peak=1.0)
+    assert (one["pairs"], three["pairs"], hung["bound_ns"]) == (12, 36, None)
+    counts = bounds.count_operations(panda, with_boxes=True)
+    assert three["bound_ns"] - one["bound_ns"] == pytest.approx(24 * counts["balls_meet"] / 8)
+    assert counts["boxes_overlap"] > 5 * counts["balls_meet"] > 0
+
+
+def test_a_longer_arm_has_a_higher_bound():
+    assert isinstance(scaling.random_arm(3), ulna.Robot)
+    short, long = (bounds.count_operations(scaling.random_arm(n))["jacobian"] for n in (3, 6))
+    assert long > 1.8 * short
