@@ -13,7 +13,7 @@ from ulna.viewer.handles import Handles
 class Scene:
     """Stands for viser's scene: keeps the listener."""
 
-    def add_transform_controls(self, name, **look):
+    def add_transform_controls(self, *_, **__):
         self.control = SimpleNamespace(position=np.zeros(3), wxyz=np.array([1.0, 0, 0, 0]), on_update=self.listen)
         return self.control
 
