@@ -36,15 +36,13 @@ class HandPanel:
         self.status = gui.add_html("")
         self.link.on_update(self._choose)
         self.avoiding.on_update(self._avoid)
-        self._was_held = False
 
     def take(self) -> None:
         """Pull the hand to where a person has dragged the handles, or let go of it."""
         if self.handles.take():
             self._session.pull(self.handles.pose)
-        if self._was_held and not self.handles.held:
+        if self.handles.take_release():
             self._session.let_go()
-        self._was_held = self.handles.held
 
     def show(self) -> None:
         """Say how it is with the hand; at rest the handles stand on it."""

@@ -19,7 +19,7 @@ class Handles:
     def __init__(self, scene: viser.SceneApi, name: str, size: float, moved: Callable[[], None], *, visible: bool = True) -> None:
         self.control = scene.add_transform_controls(name, scale=size, line_width=3.0, depth_test=False, visible=visible)
         self._holders: set[int | None] = set()
-        self.moved_by_hand = False
+        self.moved_by_hand = self._let_go = False
         self._moved = moved
         self.control.on_update(self._update)
 
@@ -38,6 +38,11 @@ class Handles:
         moved, self.moved_by_hand = self.moved_by_hand, False
         return moved
 
+    def take_release(self) -> bool:
+        """Whether a person has let go of it since the last call, and nobody holds it."""
+        let_go, self._let_go = self._let_go, False
+        return let_go and not self.held
+
     def put(self, T: NDArray[Any]) -> None:
         """Move it to a pose, unless somebody holds it or has just moved it."""
         if not self._holders and not self.moved_by_hand:
@@ -46,6 +51,7 @@ class Handles:
     async def _update(self, event: viser.TransformControlsEvent) -> None:
         if event.phase == "end":  # also when the tab is closed that holds it
             self._holders.discard(event.client_id)
+            self._let_go = True
         elif event.phase == "start":
             self._holders.add(event.client_id)
         else:
