@@ -7,10 +7,11 @@ from ulna.kernels.chain import forward_batch, forward_one
 from ulna.kernels.compile import ready
 from ulna.kernels.tree import frames_batch, frames_one
 from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import NO_Q, as_positions, flat, for_kernel, refuse_out_of_range
+from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
+_OUT = np.ndarray, type(None)
 _SHAPE = (4, 4)
 
 
@@ -38,12 +39,12 @@ class CompiledForward:
         Returns:
             Shape (..., 4, 4).
         """
-        if type(q) is np.ndarray and (out is None or type(out) is np.ndarray):  # one q as it should be; the kernel refuses others
+        if type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray and type(out) in _OUT:
             T = np.empty(_SHAPE) if out is None else out
             try:
                 if forward_one(self._chain, self._n_dof, q, T):
                     return T
-            except TypeError:
+            except TypeError:  # out is of another kind; finding that out takes 80 us, so q is looked at before
                 pass
         return self._looked_at(q, out)
 

@@ -11,11 +11,12 @@ from ulna.kernels.jacobian import BASE, LINK, SPATIAL, jacobian_batch, jacobian_
 from ulna.kernels.layout import COLUMN, FIXED, KIND
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import NO_Q, as_positions, flat, refuse_out_of_range
+from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, refuse_out_of_range
 from ulna.model.pose import rpy_from_matrix
 from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
+_OUT = np.ndarray, type(None)
 EXPRESSED_IN = {"base": BASE, "link": LINK, "spatial": SPATIAL}
 LEAST_COS_PITCH = 1e-6
 
@@ -45,12 +46,12 @@ class CompiledJacobian:
         Returns:
             Shape (..., 6, n_dof).
         """
-        if type(q) is np.ndarray and (out is None or type(out) is np.ndarray):  # one q as it should be; the kernel refuses others
+        if type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray and type(out) in _OUT:
             J = np.empty(self._shape) if out is None else out
             try:
                 if jacobian_one(self._chain, self._frame, self._n_dof, q, J):
                     return J
-            except TypeError:
+            except TypeError:  # out is of another kind; finding that out takes 80 us, so q is looked at before
                 pass
         return self._looked_at(q, out)
 

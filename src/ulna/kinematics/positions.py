@@ -12,12 +12,12 @@ from ulna.model.tree import Tree
 
 NO_Q = -1
 """How many joints to tell a brief entry that a robot without joints has: no q is as long, so that each is looked at first."""
-_FLOAT64 = np.dtype(np.float64)
+FLOAT64 = np.dtype(np.float64)
 
 
 def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float64]:
     """q as a C-contiguous float64 array of shape (..., n_dof); an ``InputError`` if it has another shape."""
-    if type(q) is np.ndarray and q.dtype is _FLOAT64 and q.shape == tree.q_shape and q.flags.carray:
+    if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape == tree.q_shape and q.flags.carray:
         return q  # one q as it should be, the commonest case: no other function is called
     q = as_floats(name, q)
     if q.shape[-1:] != tree.q_shape:
