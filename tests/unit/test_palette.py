@@ -1,8 +1,8 @@
 """Free and touching are told apart by people who see colours in another way, and never by the hue alone.
 
 The matrices are those of Machado, Oliveira and Fernandes, A physiologically-based model for simulation of color vision deficiency
-(IEEE Transactions on Visualization and Computer Graphics 15(6), 2009), severity 1.0, on linear RGB. The contrast is that of
-WCAG 2.2; differences are CIE 1976 L*a*b*, of which 2.3 is just noticeable (Mahy, Van Eycken and Oosterlinck 1994).
+(IEEE Transactions on Visualization and Computer Graphics 15(6), 2009), severity 1.0, on linear RGB. Differences are
+those of CIE 1976 L*a*b*, of which 2.3 is just noticeable (Mahy, Van Eycken and Oosterlinck 1994).
 """
 
 import numpy as np
