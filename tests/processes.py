@@ -20,7 +20,7 @@ def running(*command: str, end_with: signal.Signals = signal.SIGINT, **options) 
     finally:
         program.send_signal(end_with)
         try:
-            program.communicate(timeout=20)
+            program.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
             program.kill()
             program.communicate()

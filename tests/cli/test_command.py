@@ -59,7 +59,7 @@ def command(*arguments):
 
 
 def spawn(arguments, **options):
-    return subprocess.run(arguments, capture_output=True, text=True, timeout=120, check=False, **options)
+    return subprocess.run(arguments, capture_output=True, text=True, timeout=240, check=False, **options)
 
 
 @pytest.mark.parametrize("width", [80, 100, 60])
@@ -132,7 +132,7 @@ def test_a_spoilt_table_fails_in_the_real_command():
 def test_a_closed_pipe_is_quiet(arguments):
     reading, writing = os.pipe()
     os.close(reading)
-    result = subprocess.run(command(*arguments), stdout=writing, stderr=subprocess.PIPE, text=True, timeout=120, check=False)
+    result = subprocess.run(command(*arguments), stdout=writing, stderr=subprocess.PIPE, text=True, timeout=240, check=False)
     os.close(writing)
     assert (result.returncode, result.stderr) == (141, "")
 
@@ -140,7 +140,7 @@ def test_a_closed_pipe_is_quiet(arguments):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")  # noqa: PTH110
 def test_a_full_disk_is_one_line():
     with open("/dev/full", "w") as full:  # noqa: PTH123
-        result = subprocess.run(command("info"), stdout=full, stderr=subprocess.PIPE, text=True, timeout=120, check=False)
+        result = subprocess.run(command("info"), stdout=full, stderr=subprocess.PIPE, text=True, timeout=240, check=False)
     assert (result.returncode, result.stderr) == (2, "ulna: No space left on device\n")
 
 
@@ -161,7 +161,7 @@ def test_no_name_is_too_strange_for_the_terminal(odd, encoding):
         command("ik", str(odd), "--link", "bäll", "--xyz", "0 0 0.5"),
         capture_output=True,
         env=environment,
-        timeout=120,
+        timeout=240,
         check=False,
     )
     assert (result.returncode, result.stderr) == (0, b"")

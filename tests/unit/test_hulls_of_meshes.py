@@ -107,6 +107,13 @@ def test_what_cannot_be_read_is_refused_by_name(make, text, name, words):
         make(text, name).with_convex_hulls()
 
 
+def test_a_mesh_where_the_description_may_not_lead_is_not_read(make, tmp_path):
+    (tmp_path.parent / "elsewhere.obj").write_text(PYRAMID)
+    for name in ("../elsewhere.obj", f"file://{tmp_path.parent}/elsewhere.obj"):
+        with pytest.raises(ulna.FileError, match=r"lies outside the description's folder"):
+            make(None, name).with_convex_hulls()
+
+
 def test_without_scipy_the_extra_is_named(make, monkeypatch):
     monkeypatch.setitem(sys.modules, "scipy.spatial", None)
     with pytest.raises(ulna.MissingExtraError, match=r"pip install 'ulna\[hulls\]'"):

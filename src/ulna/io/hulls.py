@@ -7,7 +7,7 @@ from pathlib import Path
 from lxml import etree
 
 from ulna.errors import FileError, InputError
-from ulna.io.mesh_paths import found_files
+from ulna.io.mesh_files import MeshFiles
 from ulna.io.mesh_points import mesh_points
 from ulna.model.convex_mesh import ConvexMesh
 from ulna.model.description import Body, Description, Link
@@ -20,19 +20,18 @@ def with_hulls(description: Description) -> Description:
     """The description whose collision meshes are their convex hulls; what is seen stays as it is.
 
     Raises:
-        FileError: A mesh is not there, or cannot be read.
+        FileError: A mesh is not there, lies where the description may not lead, or cannot be read.
         MissingExtraError: SciPy, which finds hulls, is not installed.
     """
-    meshes = [body.shape for link in description.links for body in link.collisions if isinstance(body.shape, Mesh)]
-    places = found_files((mesh.uri for mesh in meshes), description.folder, description.package_dirs)
-    return replace(description, links=tuple(_hulled(link, places) for link in description.links))
+    files = MeshFiles(description)
+    return replace(description, links=tuple(_hulled(link, files) for link in description.links))
 
 
-def _hulled(link: Link, places: dict[str, Path]) -> Link:
+def _hulled(link: Link, files: MeshFiles) -> Link:
     def hulled(body: Body) -> Body:
         if not isinstance(body.shape, Mesh):
             return body
-        path = places[body.shape.uri]
+        path = files.find(body.shape.uri)
         try:
             return replace(body, shape=_hull(path, path.stat().st_mtime_ns, body.shape.scale))
         except (OSError, ValueError, etree.XMLSyntaxError) as error:

@@ -11,7 +11,6 @@ from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, for_ker
 from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
-_OUT = np.ndarray, type(None)
 _SHAPE = (4, 4)
 
 
@@ -39,7 +38,8 @@ class CompiledForward:
         Returns:
             Shape (..., 4, 4).
         """
-        if type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray and type(out) in _OUT:
+        fits = out is None or type(out) is np.ndarray
+        if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             T = np.empty(_SHAPE) if out is None else out
             try:
                 if forward_one(self._chain, self._n_dof, q, T):

@@ -16,7 +16,6 @@ from ulna.model.pose import rpy_from_matrix
 from ulna.model.tree import Tree
 
 Array = NDArray[np.float64]
-_OUT = np.ndarray, type(None)
 EXPRESSED_IN = {"base": BASE, "link": LINK, "spatial": SPATIAL}
 LEAST_COS_PITCH = 1e-6
 
@@ -46,7 +45,8 @@ class CompiledJacobian:
         Returns:
             Shape (..., 6, n_dof).
         """
-        if type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray and type(out) in _OUT:
+        fits = out is None or type(out) is np.ndarray
+        if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             J = np.empty(self._shape) if out is None else out
             try:
                 if jacobian_one(self._chain, self._frame, self._n_dof, q, J):

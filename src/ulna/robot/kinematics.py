@@ -31,7 +31,11 @@ class Kinematics(Structure):
         Returns:
             T_base_link, shape (..., 4, 4).
         """
-        return self.compile_forward(link)(q, out)
+        try:  # as compile_forward, but for one call of Python
+            forward = self._forwards[link]
+        except (KeyError, TypeError):
+            forward = self.compile_forward(link)
+        return forward(q, out)
 
     def compile_forward(self, link: str | None = None) -> CompiledForward:
         """Forward kinematics of one link as a function ``fk(q, out=None)``, for control loops: the same answers, sooner.
@@ -82,7 +86,11 @@ class Kinematics(Structure):
         Returns:
             J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
         """
-        return self.compile_jacobian(link, expressed_in)(q, out)
+        try:  # as compile_jacobian, but for one call of Python
+            jacobian = self._jacobians[link, expressed_in]
+        except (KeyError, TypeError):
+            jacobian = self.compile_jacobian(link, expressed_in)
+        return jacobian(q, out)
 
     def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
         """The Jacobian of one link as a function ``jac(q, out=None)`` for control loops: the same answers, sooner.
