@@ -1,5 +1,7 @@
 """``ulna view``: a robot on a page of this machine."""
 
+import os
+from contextlib import suppress
 from typing import Annotated
 
 import typer
@@ -18,6 +20,8 @@ from ulna.commands.options import (
     positions,
 )
 from ulna.viewing import view as open_view
+
+_PATIENCE_S = 2.0
 
 
 def view(
@@ -43,9 +47,12 @@ def view(
     if hulls:
         arm = arm.with_convex_hulls()
     start = positions("--q", q, arm, degrees=degrees)
-    with open_view(arm, load_scene(scene), host=host, port=port, open_browser=not no_open) as shown:
+    shown = open_view(arm, load_scene(scene), host=host, port=port, open_browser=not no_open)
+    with suppress(KeyboardInterrupt):
         shown.q = start
         typer.echo(f"{arm.name} is at {shown.url}  (Ctrl-C ends it)")
         for mesh in shown.arm.missing:
             typer.echo(f"not shown: {mesh}", err=True)
         shown.wait()
+    if not shown.stop(within=_PATIENCE_S):
+        os._exit(0)  # a first use compiles: waiting for that takes long, and an orderly end meanwhile would abort in the compiler

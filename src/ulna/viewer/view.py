@@ -97,14 +97,21 @@ class View:
         self.session.q = q
         self._wake.set()
 
-    def stop(self) -> None:
-        """End the page and everything that runs for it. A second call does nothing."""
-        if self._stopping.is_set():
-            return
-        self._stopping.set()
-        self._wake.set()
-        self._thread.join(timeout=_STOP_WITHIN_S)
-        self.page.stop()
+    def stop(self, within: float = _STOP_WITHIN_S) -> bool:
+        """End the page and everything that runs for it. A second call does nothing.
+
+        Args:
+            within: How long to wait for the last frame [s]: one that compiles cannot be interrupted, and takes its time.
+
+        Returns:
+            Whether the last frame has ended. If not, a program that ends now must do so by ``os._exit``.
+        """
+        if not self._stopping.is_set():
+            self._stopping.set()
+            self._wake.set()
+            self._thread.join(timeout=within)
+            self.page.stop()
+        return not self._thread.is_alive()
 
     def wait(self) -> None:
         """Wait until it is stopped, or for Ctrl-C."""
