@@ -10,6 +10,9 @@ from collections.abc import Callable, Iterator
 
 PATIENCE_S = 60.0  # for a busy machine, and for a first use that compiles
 
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # of a shell's background job; what is started here would inherit it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 
 @contextlib.contextmanager
 def running(*command: str, end_with: signal.Signals = signal.SIGINT, **options) -> Iterator[subprocess.Popen]:

@@ -1,5 +1,6 @@
 """Any robot can be looked at: humanoids, robots whose meshes are missing, and descriptions that mean harm."""
 
+import importlib
 import threading
 
 import numpy as np
@@ -115,7 +116,7 @@ def test_joints_of_every_kind_can_be_looked_at(kinds):
 
 def test_a_view_that_cannot_be_built_leaves_nothing_behind(panda, monkeypatch):
     before = threading.active_count()
-    monkeypatch.setattr("ulna.viewer.view.Arm", lambda *_: 1 / 0)
+    monkeypatch.setattr(importlib.import_module("ulna.viewer.view"), "Arm", lambda *_: 1 / 0)  # another test forgets modules
     with pytest.raises(ZeroDivisionError):
         ulna.view(panda)
     assert threading.active_count() <= before
