@@ -75,12 +75,13 @@ def forward_kinematics(tree: Tree, q: ArrayLike, link: str) -> Array:
 
 def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = None) -> Array:
     """T_base_frame of every row of a table of frames, shape (..., n_frames, 4, 4), for q of shape (..., n_dof)."""
-    q = as_positions(q, tree)
-    T = as_out(out, (*q.shape[:-1], len(frames), 4, 4), q)
+    q, n = as_positions(q, tree), len(frames)
     if q.ndim == 1:
+        T = np.empty((n, 4, 4)) if out is None else as_out(out, (n, 4, 4), q)
         good = frames_one(tree.joints, frames, for_kernel(q), T)
     else:
-        good = frames_batch(tree.joints, frames, flat(q), T.reshape(-1, len(frames), 4, 4))
+        T = as_out(out, (*q.shape[:-1], n, 4, 4), q)
+        good = frames_batch(tree.joints, frames, flat(q), T.reshape(-1, n, 4, 4))
     if not good:
         refuse_out_of_range(q)
     return T
