@@ -1,5 +1,6 @@
 """Every entry compiled ahead, so that no call waits for the compiler."""
 
+import gc
 import importlib
 import multiprocessing
 import pkgutil
@@ -14,6 +15,7 @@ from ulna.kernels import cache
 from ulna.kernels.compile import ENTRIES, is_plain
 from ulna.kernels.kinds import NONE
 
+_RARELY = 50_000  # objects more than before, until what nobody holds is looked for: a compilation makes millions that are held
 _OF_TWO_BODIES_IN_LANES = ("ulna.kernels.edge", "ulna.kernels.nearest", "ulna.kernels.verdict")
 
 
@@ -80,3 +82,4 @@ def _place(entry: Any) -> tuple[str, str]:
 
 def _begin_quietly() -> None:
     cache.announces = False
+    gc.set_threshold(_RARELY)

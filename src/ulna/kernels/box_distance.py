@@ -13,7 +13,7 @@ finds where. Extents of zero are extents like any other.
 import numpy as np
 
 from ulna.kernels.box_box import boxes_overlap, relative_pose, widest_gap
-from ulna.kernels.compile import kernel, routine
+from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import clamp, maximum
 from ulna.kernels.lanes import any_lane, splat, sqrt, where
 from ulna.kernels.vectors import axis, chosen, cross, dot, minus, origin, place, plus, step, times, turn, turn_into
@@ -24,7 +24,7 @@ _NEAR = 1e-10  # of the boxes' size: nearer than this the normal is that of the 
 _TILT = 0.6e-12, -0.36e-12, 0.71e-12
 
 
-@routine
+@kernel
 def box_pair(a, h, b, g):
     """The signed distance of two boxes [m], and in the frame in which the poses are given p_a, p_b and the normal from a to b."""
     shift, gap, direction, near = way_out(a, h, b, g)
@@ -38,7 +38,7 @@ def box_pair(a, h, b, g):
     return where(gap > 0.0, distance, gap), place(a, p), place(a, step(q, -shift, n)), turn(a, normal)
 
 
-@routine
+@kernel
 def way_out(a, h, b, g):
     """How far b must go to touch a only [m], the gap, its axis from a to b, and where the boxes are near enough to need them.
 
@@ -77,7 +77,7 @@ def numbered_axis(a, k):
     return chosen(k < 0.5, axis(a, 0), chosen(k < 1.5, axis(a, 1), axis(a, 2)))
 
 
-@routine
+@kernel
 def nearest_points(r, t, h, g):
     """The least square of a distance over the 25 pairs, and the pair, in the frame of A. r = R_a_b by rows, t = t_a_b."""
     x, y, z = columns(r)

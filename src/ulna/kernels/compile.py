@@ -15,7 +15,10 @@ from numba.core import config
 from ulna.kernels.cache import KernelCache, cache_folder
 
 # 'nnan' and 'ninf' are left out on purpose: NaN in must give NaN out, and then an error, never a plausible number.
-_FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True}
+# Numba offers each function to C too, which nobody calls here: that way in is not compiled.
+_FLAGS: dict[str, Any] = {
+    "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True,
+}  # fmt: skip
 # Range reduction and compensated sums die of 'reassoc': with it, sin(1e5) is wrong by 4e-12 instead of 2e-16.
 _EXACT_FLAGS: dict[str, Any] = {**_FLAGS, "fastmath": {"contract", "nsz"}}
 # Kernels allocate nothing, so they need not count references: each array handed on would cost two atomic ones. It also keeps
@@ -39,8 +42,11 @@ def kernel(function):
 
 
 def routine(function):
-    """Compile a longer piece that works on rows: called, not inlined, which keeps compilation short."""
-    return njit(**_COUNTS_NOTHING, **_FLAGS)(function)
+    """Compile a longer piece that works on rows: called, which keeps compilation short, unless LLVM thinks inlining worth it.
+
+    Left unsaid, ``forceinline`` would be that of whatever calls it first (Numba's callees inherit it): True from a kernel.
+    """
+    return njit(forceinline=False, **_COUNTS_NOTHING, **_FLAGS)(function)
 
 
 def exact_kernel(function):
@@ -50,7 +56,7 @@ def exact_kernel(function):
 
 def workspace(function):
     """Compile what makes arrays for an entry: besides entries the only kind that may return one."""
-    return njit(**_FLAGS)(function)
+    return njit(forceinline=False, **_FLAGS)(function)
 
 
 def entry(*calls: Kinds) -> Callable[[Callable], Any]:

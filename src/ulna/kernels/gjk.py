@@ -13,7 +13,7 @@ a nearest point on a face along the face's normal instead of as a sum of its cor
 """
 
 from ulna.kernels.box_box import relative_pose
-from ulna.kernels.compile import kernel, routine
+from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import maximum, minimum
 from ulna.kernels.lanes import any_lane, logical_not, splat, sqrt, where
 from ulna.kernels.support import support
@@ -28,7 +28,7 @@ _EXACT = 1e-12  # of the bodies' size: bounds that near have met
 _TOUCHING = 1e-10  # of the bodies' size: cores this near to each other count as touching
 
 
-@routine
+@kernel
 def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
     """Nearest points of two cores.
 

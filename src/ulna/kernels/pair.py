@@ -82,7 +82,7 @@ def closed_core(kind_a, a, h, vertices_a, kind_b, b, g):
     return box_pair(a, h, b, g)
 
 
-@routine
+@kernel
 def convex_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
     """The answer by search: of the distance, and where the cores overlap of the depth."""
     no_reach = splat(-1.0, a[0])

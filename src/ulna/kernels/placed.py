@@ -44,7 +44,7 @@ def others_overlap(bodies, vertices, i, a, others, points, j, b):
     return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b))
 
 
-@routine
+@kernel
 def rows_answer(bodies, vertices, i, a, others, points, j, b, scratch):
     """The answer of ``pair_distance`` for body i of one table, at pose a, and body j of another, at pose b."""
     if vertices is None or points is None:
