@@ -13,15 +13,16 @@ import numpy as np
 
 from benchmarks.account import account_rows
 from benchmarks.bounds import bound_rows, copy_ns, peak_ns
+from benchmarks.collision import collision_data
 from benchmarks.inverse import protocol_rows
 from benchmarks.kinematics import batch_rows, single_call_rows
 from benchmarks.markdown import page
-from benchmarks.peer import PEERS, Peer, make_peer, peer_version
-from benchmarks.scaling import joint_rows, pair_rows, size_rows
+from benchmarks.peer import PEERS, Peer, make_peer
+from benchmarks.scaling import joint_rows, size_rows
 from ulna.bench import first_use
 from ulna.bench.arms import NAMES, load_arm
 from ulna.bench.clock import time_each
-from ulna.bench.machine import machine_facts
+from ulna.bench.machine import installed_version, machine_facts
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import Forward, Solver, follow_path, ulna_solver
 from ulna.bench.targets import path_positions
@@ -40,7 +41,7 @@ def main() -> None:
     warnings.simplefilter("ignore")  # of the peers, which are not ours to mend
     data = {
         "machine": {**machine_facts(), "commit": _commit(), "load": " ".join(f"{load:.1f}" for load in os.getloadavg())},
-        "versions": {name: peer_version(name) for name in PEERS},
+        "versions": {name: installed_version(name) for name in PEERS},
         "forward_kinematics": [],
         "jacobian": [],
         "account": [],
@@ -49,7 +50,9 @@ def main() -> None:
         "tracking": [],
         "scaling_with_joints": [],
         "scaling_with_rows": [],
+        "collision": [],
         "scaling_with_pairs": [],
+        "edges": [],
         "bounds": [],
         "first_use": [],
         "first_use_ever": [],
@@ -64,11 +67,14 @@ def main() -> None:
             _say(str(error))
             data["absent"].append({"robot": name, "peer": "all", "why": str(error)})
     if not options.peers_only:
-        _say("scaling, bounds, first use")
+        _say("collision, scaling, bounds, first use")
         panda, peak, copy = load_arm("panda"), peak_ns(), copy_ns()
+        tables, why = collision_data(panda, peak)
+        data.update(tables)
+        data["absent"] += [{"robot": "panda", "peer": "pin with coal", "why": why}] * bool(why)
         data["account"] = account_rows(panda)
         data.update(scaling_with_joints=joint_rows(peak), scaling_with_rows=size_rows(panda, peak, copy))
-        data.update(scaling_with_pairs=pair_rows(panda, peak), bounds=bound_rows("panda", panda, peak, copy))
+        data["bounds"] = bound_rows("panda", panda, peak, copy)
         data.update(first_use=first_use.first_use_rows(), first_use_ever=first_use.cold_rows())
         data.update(memory=first_use.memory_rows(), size=first_use.size_rows())
     _write(data, options.out)
@@ -151,7 +157,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--robot", action="append", choices=NAMES, help="repeatable; all of them unless given")
     parser.add_argument("--n", type=int, default=1000, help="targets of each protocol (default 1000)")
-    parser.add_argument("--peers-only", action="store_true", help="leave out scaling, bounds and first use")
+    parser.add_argument("--peers-only", action="store_true", help="leave out collision, scaling, bounds and first use")
     parser.add_argument("--out", type=Path, default=RESULTS, help="the folder to write to")
     return parser.parse_args()
 

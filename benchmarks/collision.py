@@ -1,65 +1,43 @@
-"""Collision queries beside Pinocchio with Coal, called in a loop: the same robot, the same twelve boxes, one process, medians.
+"""Collision queries beside Pinocchio with Coal, and in worlds of more and more boxes: ``python -m benchmarks.collision``.
 
-Needs pin and coal (the group ``tests``). Run: python benchmarks/collision.py
+All of it on one processor: the peer uses one, and so does Ulna here, whose batches would else be shared among threads.
 """
 
-import time
-from collections.abc import Callable
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
 
-import coal
 import numpy as np
-import pinocchio as pin
 
 import ulna
+from benchmarks.bounds import count_operations, peak_ns
+from benchmarks.markdown import table
+from benchmarks.peer import NotForThisArm
+from ulna.bench.clock import Work, ratio, time_interleaved
+from ulna.bench.targets import random_positions
+from ulna.collision.objects import ALONE
+from ulna.kernels.lanes import WIDTH
+from ulna.robot import Robot
 
-N = 2048  # configurations of a batch
-N_LOOP = 200  # of the other library's loop
-REPEATS = 15
-
-
-def seconds(call: Callable[[], object]) -> float:
-    """The median time of a call."""
-    call()
-    times = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - start)
-    return float(np.median(times))
+N, CALLS, LOOP = 2048, 64, 16  # configurations of a batch, of a pass that asks for one, and of a pass of the peer's loop
+BOXES = (1, 4, 16, 64, 100, 256, 1000, 10_000)
+QUERIES = ("in_collision", "signed_distance")
 
 
-class Peer:
-    """Pinocchio's kinematics and Coal's shapes: the robot's twelve boxes, the world's, and the pairs that are checked."""
-
-    def __init__(self, robot: ulna.Robot, world: ulna.World, *, itself: bool) -> None:
-        self.model = pin.buildModelFromXML(robot.to_urdf())
-        self.data, self.geometry = self.model.createData(), pin.GeometryModel()
-        bodies, names = [], iter(robot.collision_names)
-        for link in robot.description.links:
-            frame = self.model.frames[self.model.getFrameId(link.name)]
-            for body in link.collisions:
-                placement = frame.placement * pin.SE3(body.pose)
-                shape = coal.Box(*body.shape.extents)
-                bodies.append(
-                    self.geometry.addGeometryObject(pin.GeometryObject(next(names), frame.parentJoint, placement, shape))
-                )
-        for name in world.names:
-            shape = coal.Box(*world.shape(name).extents)
-            other = self.geometry.addGeometryObject(pin.GeometryObject(f"world {name}", 0, pin.SE3(world.pose(name)), shape))
-            for body in bodies:
-                self.geometry.addCollisionPair(pin.CollisionPair(body, other))
-        if itself:
-            for i, j in robot._checker.pairs:  # noqa: SLF001 - the pairs by number, so that both check the same
-                self.geometry.addCollisionPair(pin.CollisionPair(bodies[i], bodies[j]))
-        self.answers = self.geometry.createData()
-
-    def collides(self, q) -> bool:
-        """Whether any pair touches."""
-        return pin.computeCollisions(self.model, self.data, self.geometry, self.answers, q, True)  # noqa: FBT003
-
-    def distances(self, q) -> int:
-        """The distances of all pairs: the number of the nearest."""
-        return pin.computeDistances(self.model, self.data, self.geometry, self.answers, q)
+@contextmanager
+def one_processor() -> Iterator[None]:
+    """Keep this process to one processor, where the system can."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    allowed = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(allowed)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, allowed)
 
 
 def scattered(n: int, size: float, reach: float) -> ulna.World:
@@ -72,78 +50,109 @@ def scattered(n: int, size: float, reach: float) -> ulna.World:
     return world
 
 
-def line(name: str, ours: float, theirs: float, least: float) -> None:
-    """Print one line of the table."""
-    print(f"{name:42} {ours * 1e6:10.3f} {theirs * 1e6:10.2f} {theirs / ours:9.1f}x {least:6.0f}x")
+def query_rows(robot: Robot) -> list[dict]:
+    """One call and a row of a batch of each query, in three scenes: Ulna's time, and the peer's in a loop.
 
+    The peer's ``computeDistances`` gives the distances of all pairs: it has no call for the least of them.
 
-def against_the_peer(robot: ulna.Robot) -> None:
-    """The ratios of queries in a batch and one by one."""
-    q = np.random.default_rng(1).uniform(robot.lower, robot.upper, (N, robot.n_dof))
+    Raises:
+        NotForThisArm: The peer is absent, or says otherwise than Ulna.
+    """
+    try:
+        from benchmarks.peers.coal import Scene, disagreement  # noqa: PLC0415 -- it may be absent
+    except ImportError as error:
+        raise NotForThisArm(f"absent: {error}") from None
+    rows, q = [], random_positions(robot, N, 1)
     one = ulna.World()
     one.add("crate", ulna.Box((0.15, 0.09, 0.126)), ulna.pose((0.5, 0, 0.21)))
-    hundred, nothing = scattered(100, 0.06, 1.0), ulna.World()
-    print(f"{'microseconds a configuration':42} {'Ulna':>10} {'pin+coal':>10} {'ratio':>10} {'aim':>7}")
-    cases = {
-        "one box (12 pairs)": (one, False, 15),
-        "100 boxes (1200 pairs)": (hundred, False, 50),
-        "itself (37 pairs)": (nothing, True, 15),
+    scenes = {"one box": (one, False), "100 boxes": (scattered(100, 0.06, 1.0), False), "itself": (ulna.World(), True)}
+    for name, (world, itself) in scenes.items():
+        peer = Scene(robot, world, itself=itself)
+        if wrong := disagreement(peer, robot, world, q[:200], itself=itself):
+            raise NotForThisArm(f"{name}: {wrong}")
+        for query, theirs in zip(QUERIES, (peer.collides, peer.distances), strict=True):
+            rows += _query_rows(robot, world, itself, q, query, theirs, {"scene": name, "pairs": peer.n_pairs})
+    return rows
+
+
+def _query_rows(robot: Robot, world: ulna.World, itself: bool, q, query: str, theirs, scene: dict) -> list[dict]:  # noqa: FBT001
+    def ask(q):
+        return getattr(robot, query)(q, world, self_collision=itself)
+
+    calls = list(q[:CALLS])
+    works = {
+        "batch": Work(ask, [q], N),
+        "one": Work(ask, calls),
+        "peer": Work(theirs, calls[:LOOP]),
     }
-    for name, (world, itself, least) in cases.items():
-        peer = Peer(robot, world, itself=itself)
-        wrong = np.count_nonzero(robot.in_collision(q[:N_LOOP], world, itself) != [peer.collides(x) for x in q[:N_LOOP]])
-        ours = seconds(lambda world=world, itself=itself: robot.in_collision(q, world, itself)) / N
-        theirs = seconds(lambda peer=peer: [peer.collides(x) for x in q[:N_LOOP]]) / N_LOOP
-        line(f"batch, {name}" + (f", {wrong} differ" if wrong else ""), ours, theirs, least)
-    for name, (world, itself, _) in cases.items():
-        peer = Peer(robot, world, itself=itself)
-        ours = seconds(lambda world=world, itself=itself: robot.signed_distance(q, world, itself)) / N
-        theirs = seconds(lambda peer=peer: [peer.distances(x) for x in q[:N_LOOP]]) / N_LOOP
-        line(f"distances in a batch, {name}", ours, theirs, 5)
-    rows = [x.copy() for x in q[:N_LOOP]]
-    for name, (world, itself, _) in cases.items():
-        peer = Peer(robot, world, itself=itself)
-        ours = seconds(lambda world=world, itself=itself: [robot.in_collision(x, world, itself) for x in rows]) / N_LOOP
-        theirs = seconds(lambda peer=peer: [peer.collides(x) for x in rows]) / N_LOOP
-        line(f"one call, {name}", ours, theirs, 1)
+    timings = time_interleaved(works, passes=41)
+    rows = []
+    for kind, how in (("batch", f"a row of {N}"), ("one", "one call")):
+        lower, median, upper = ratio(timings["peer"], timings[kind])
+        rows.append({
+            **scene, "query": query, "asked": how, "ulna_ns": timings[kind].median, "pin_and_coal_ns": timings["peer"].median,
+            "times_ulna": median, "times_ulna_lower": lower, "times_ulna_upper": upper,
+        })  # fmt: skip
+    return rows
 
 
-def growth(robot: ulna.Robot) -> None:
-    """The time of a query in worlds of 1 to 10 000 boxes, as dense at any number from 100 on, and denser and denser."""
-    q = np.random.default_rng(1).uniform(robot.lower, robot.upper, (4 * N, robot.n_dof))
-    q = q[~robot.in_collision(q)]
-    print(
-        f"\n{'objects':>8} {'world':>8} {'free':>6} {'build [ms]':>11} {'one [us]':>14} {'batch [us]':>11} {'distance [us]':>14}"
-    )
-    for kind, size, reach in (("sparse", 0.05, None), ("crowded", 0.008, 2.0)):
-        for n in (1, 10, 100, 1000, 10_000):
+def growth_rows(robot: Robot, peak: float) -> list[dict]:
+    """Queries of free configurations in worlds of 1 to 10 000 boxes: equally dense from 100 on, or ever denser.
+
+    Bound: to place the robot's boxes, and to look at the balls around each pair; a world of more than ALONE boxes hangs in a
+    tree, where most pairs are not looked at, and has no such bound.
+    """
+    rows, counts, n_bodies = [], count_operations(robot, with_boxes=True), len(robot.collision_names)
+    q = random_positions(robot, 4 * N, 1)
+    for density, size, reach in (("as dense", 0.05, None), ("denser", 0.008, 2.0)):
+        for n in BOXES:
             world = scattered(n, size, reach or max(1.0, (n / 100) ** (1 / 3)))
-            start = time.perf_counter()
+            start = perf_counter()
             world.objects()
-            build = time.perf_counter() - start
-            free = q[~robot.in_collision(q, world)][:N_LOOP]
+            build_ms = 1e3 * (perf_counter() - start)
+            free = q[~robot.in_collision(q, world, self_collision=False)][:N]
             if not len(free):
-                continue
-            batch = np.repeat(free, -(-N // len(free)), axis=0)
-            one = seconds(lambda free=free, world=world: [robot.in_collision(x, world) for x in free]) / len(free)
-            many = seconds(lambda batch=batch, world=world: robot.in_collision(batch, world)) / len(batch)
-            apart = seconds(lambda batch=batch, world=world: robot.signed_distance(batch[:512], world)) / 512
-            numbers = f"{build * 1e3:11.1f} {one * 1e6:14.2f} {many * 1e6:11.3f} {apart * 1e6:14.2f}"
-            print(f"{n:8} {kind:>8} {len(free):6} {numbers}")
+                continue  # so crowded that the arm has no room
+            bound = (counts["place_bodies"] + n * n_bodies * counts["balls_meet"]) / WIDTH * peak if n <= ALONE else None
+            rows.append({
+                "boxes": n, "world": density, "pairs": n * n_bodies, "built_ms": build_ms, **_growth(robot, world, free),
+                "bound_ns": bound,
+            })  # fmt: skip
+    return rows
 
 
-def edges(robot: ulna.Robot) -> None:
-    """Certified edges in a batch, beside as many samples as one would have to take to be sure to a tenth of a millimetre."""
+def _growth(robot: Robot, world: ulna.World, free) -> dict[str, float]:
+    batch = np.resize(free, (N, robot.n_dof))  # all free: a robot that touches something early would not meet the rest
+    works = {
+        "one_ns": Work(lambda x: robot.in_collision(x, world, self_collision=False), list(batch[:CALLS])),
+        "batch_ns": Work(lambda q: robot.in_collision(q, world, self_collision=False), [batch], N),
+        "distance_ns": Work(lambda q: robot.signed_distance(q, world, self_collision=False), [batch[:256]], 256),
+    }
+    return {name: timing.median for name, timing in time_interleaved(works, passes=15).items()}
+
+
+def edge_rows(robot: Robot) -> list[dict]:
+    """Certified edges of a third of a radian or so a joint among ten boxes, in a batch."""
     world, rng = scattered(10, 0.1, 0.9), np.random.default_rng(2)
-    q = rng.uniform(robot.lower, robot.upper, (4 * N, robot.n_dof))
+    q = random_positions(robot, 4 * N, 1)
     a = q[~robot.in_collision(q, world)][:500]
     b = np.clip(a + 0.3 * rng.normal(size=a.shape), robot.lower, robot.upper)
     found = robot.edge_in_collision(a, b, world)
-    print(f"\n{len(a)} edges, {found!s}: {seconds(lambda: robot.edge_in_collision(a, b, world)) / len(a) * 1e6:.1f} us an edge")
+    work = Work(lambda q: robot.edge_in_collision(q, b, world), [a], len(a))
+    median = time_interleaved({"edges": work}, passes=15)["edges"].median
+    return [{"edges": len(a), "in_collision": int(np.count_nonzero(found.in_collision)), "edge_ns": median}]
+
+
+def collision_data(robot: Robot, peak: float) -> tuple[dict[str, list[dict]], str]:
+    """All tables, and why the peer is not among them, or ""."""
+    with one_processor():
+        data = {"scaling_with_pairs": growth_rows(robot, peak), "edges": edge_rows(robot)}
+        try:
+            return {"collision": query_rows(robot), **data}, ""
+        except NotForThisArm as reason:
+            return {"collision": [], **data}, str(reason)
 
 
 if __name__ == "__main__":
-    panda = ulna.load("panda")
-    against_the_peer(panda)
-    growth(panda)
-    edges(panda)
+    tables, why = collision_data(ulna.load("panda"), peak_ns())
+    sys.stdout.write("\n\n".join(table(rows) for rows in tables.values() if rows) + f"\n{why and 'pin and coal: ' + why}\n")

@@ -1,22 +1,20 @@
 """All solutions of arms of six joints: whether a finder misses a branch that closed forms know.
 
-``python -m benchmarks.ik_branches`` compares ``robot.inverse_kinematics_all``, or while there is none a brute-force stand-in,
-with EAIK and ssik. A branch is a configuration up to whole turns of its joints. The oracle's branches are those of both libraries
-that reach the target by the product of the DH matrices written out here, and that whole turns can bring into the limits.
+``python -m benchmarks.ik_branches`` compares ``robot.inverse_kinematics_all`` with EAIK and ssik. A branch is a configuration
+up to whole turns of its joints. The oracle's branches are those of both libraries that reach the target by the product of the DH
+matrices written out here, and that whole turns can bring into the limits.
 """
 
 import argparse
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 import ulna
-from benchmarks.peer import bare_urdf, within_limits_by_turns
+from benchmarks.peer import bare_urdf, urdf_file, within_limits_by_turns
 
 Array = NDArray[np.float64]
 Finder = Callable[[Array], Array]  # T (4, 4) to configurations (n, 6)
@@ -88,10 +86,8 @@ def closed_forms(robot: ulna.Robot, rows) -> Finder:
 
     a, d, alpha, _ = np.transpose(rows)
     by_eaik = DhRobot(alpha, a, d)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "arm.urdf"
-        path.write_text(bare_urdf(robot), encoding="utf-8")
-        by_ssik = ssik.Manipulator.from_urdf(str(path), base=robot.base, ee=robot.tip)
+    with urdf_file(bare_urdf(robot)) as path:
+        by_ssik = ssik.Manipulator.from_urdf(path, base=robot.base, ee=robot.tip)
 
     def oracle(T: Array) -> Array:
         raw = [*by_eaik.IK(T).Q, *(found.q for found in by_ssik.solve(T, respect_limits=False))]
@@ -99,18 +95,6 @@ def closed_forms(robot: ulna.Robot, rows) -> Finder:
         return distinct([q for q in turned if q is not None])
 
     return oracle
-
-
-def brute_force(robot: ulna.Robot, starts: int = 400) -> Finder:
-    """A stand-in for a finder of all solutions: one search from each of many random configurations."""
-    seeds = np.random.default_rng(0).uniform(robot.lower, robot.upper, (starts, robot.n_dof))
-
-    def find(T: Array) -> Array:
-        targets = np.broadcast_to(T, (starts, 4, 4))
-        found = robot.inverse_kinematics(targets, seeds, position_tolerance=1e-7, rotation_tolerance=1e-7)
-        return distinct(found.q[np.asarray(found.success)])
-
-    return find
 
 
 def dh_product(rows, q: Array) -> Array:
@@ -146,15 +130,13 @@ def distinct(configurations) -> Array:
     return np.reshape(kept, (len(kept), 6))
 
 
-def run(names, n: int) -> Iterator[tuple[str, str, Comparison]]:
-    """For each arm the name, what was compared, and the outcome on n reachable targets."""
+def run(names, n: int) -> Iterator[tuple[str, Comparison]]:
+    """For each arm the name and the outcome on n reachable targets."""
     for name in names:
         rows, limits = ARMS[name]
         robot = ulna.Robot.from_dh(rows, convention="standard", limits=limits, name=name)
         targets = robot.forward_kinematics(np.random.default_rng(1).uniform(robot.lower, robot.upper, (n, 6)))
-        every = getattr(robot, "inverse_kinematics_all", None)
-        what = "a brute-force stand-in" if every is None else "inverse_kinematics_all"
-        yield name, what, compare(robot, rows, every or brute_force(robot), closed_forms(robot, rows), targets)
+        yield name, compare(robot, rows, robot.inverse_kinematics_all, closed_forms(robot, rows), targets)
 
 
 def main() -> None:
@@ -163,8 +145,8 @@ def main() -> None:
     parser.add_argument("--arm", action="append", choices=tuple(ARMS), help="repeatable; all of them unless given")
     parser.add_argument("--n", type=int, default=500, help="targets of each arm (default 500)")
     options = parser.parse_args()
-    for name, what, outcome in run(options.arm or ARMS, options.n):
-        sys.stdout.write(f"{name}, {what}: {outcome}\n")
+    for name, outcome in run(options.arm or ARMS, options.n):
+        sys.stdout.write(f"{name}: {outcome}\n")
 
 
 if __name__ == "__main__":

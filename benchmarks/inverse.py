@@ -10,13 +10,12 @@ import numpy as np
 
 from ulna.bench.clock import time_each
 from ulna.bench.protocol import PROTOCOLS
-from ulna.bench.solver import Forward, Solver, judge
+from ulna.bench.solver import Forward, Solver, judge, solver_figures
 from ulna.robot import Robot
 
 _BLOCK = 50
-_LONGEST_S = (
-    15.0  # that one solver may take under one protocol: a slow one gets fewer blocks, and the table says how many targets
-)
+# What one solver may take under one protocol: a slow one gets fewer blocks, and the table says of how many targets.
+_LONGEST_S = 15.0
 _PASSES = 3
 
 
@@ -50,12 +49,7 @@ def _row(name: str, protocol: str, library: str, claimed, good, times_ns, ratios
         "robot": name,
         "protocol": protocol,
         "library": library,
-        "targets": len(good),
-        "solved_percent": 100.0 * float(good.mean()),
-        "said_solved_but_not": int(np.count_nonzero(claimed & ~good)),
-        "mean_us": float(times_ns.mean()) / 1e3,
-        "median_us": float(np.median(times_ns)) / 1e3,
-        "p99_us": float(np.percentile(times_ns, 99)) / 1e3,
+        **solver_figures(claimed, good, times_ns),
         "times_ulna": float(median),
         "times_ulna_lower": float(lower),
         "times_ulna_upper": float(upper),

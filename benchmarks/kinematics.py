@@ -1,12 +1,15 @@
 """Forward kinematics and Jacobians, a call at a time and in batches, against the peers: interleaved, and ratios pass by pass."""
 
+from time import perf_counter_ns
+
 from benchmarks.peer import Peer
 from ulna.bench.clock import Timing, Work, ratio, time_interleaved
 from ulna.bench.targets import random_positions
 from ulna.robot import Robot
 
-# A pass is short beside the time that the system gives a process: a longer one would be interrupted by other work.
 ONE, LOOP, BATCH = 64, 128, 4096
+# A pass is short beside the time that the system gives a process: a longer one would be interrupted by other work.
+_PASS_NS = 1_000_000
 
 
 def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
@@ -16,7 +19,7 @@ def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str)
     for peer, offers in peers.items():
         function = offers.forward if kind == "forward_kinematics" else offers.jacobian
         if function is not None:
-            works[peer] = Work(function, [offers.own_q(x) for x in q])
+            works[peer] = Work(function, short(function, [offers.own_q(x) for x in q]))
         if kind == "forward_kinematics" and offers.forward_kept is not None:
             works[f"{peer}, placement kept"] = Work(offers.forward_kept, [offers.own_q(x) for x in q])
     return _rows(name, kind, time_interleaved(works, passes=81))
@@ -29,11 +32,22 @@ def batch_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> li
     for peer, offers in peers.items():
         function = offers.forward if kind == "forward_kinematics" else offers.jacobian
         if function is not None:
-            works[f"{peer}, in a loop"] = Work(_loop(function), [[offers.own_q(x) for x in q[:LOOP]]], LOOP)
+            some = short(function, [offers.own_q(x) for x in q[:LOOP]])
+            works[f"{peer}, in a loop"] = Work(_loop(function), [some], len(some))
         at_once = offers.forward_batch if kind == "forward_kinematics" else offers.jacobian_batch
         if at_once is not None:
             works[f"{peer}, at once"] = Work(at_once, [q], BATCH)
     return _rows(name, f"{kind}, {BATCH} at once", time_interleaved(works, passes=41))
+
+
+def short(function, inputs: list) -> list:
+    """As many of the inputs as a short pass has time for."""
+    times = []
+    for _ in range(3):  # the first may compile
+        start = perf_counter_ns()
+        function(inputs[0])
+        times.append(perf_counter_ns() - start)
+    return inputs[: max(1, int(_PASS_NS / max(1, min(times))))]
 
 
 def _loop(function):

@@ -2,9 +2,11 @@
 
 import importlib
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +78,7 @@ def check(peer: Peer, robot: Robot, tolerance: float = 1e-7) -> tuple[Peer | Non
     poses, jacobians = robot.forward_kinematics(q), robot.jacobian(q)
     answers = {
         "poses": (_one_by_one(peer, peer.forward, q), poses),
+        "kept poses": (_one_by_one(peer, peer.forward_kept, q), poses),
         "Jacobians": (_one_by_one(peer, peer.jacobian, q), jacobians),
         "poses of a batch": (peer.forward_batch and peer.forward_batch(q), poses),
         "Jacobians of a batch": (peer.jacobian_batch and peer.jacobian_batch(q), jacobians),
@@ -91,14 +94,6 @@ def _one_by_one(peer: Peer, function: Callable[[Array], Array] | None, q: Array)
     return None if function is None else np.array([function(peer.own_q(x)) for x in q])
 
 
-def peer_version(name: str) -> str:
-    """The installed version of a peer, or "absent"."""
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "absent"
-
-
 def bare_urdf(robot: Robot) -> str:
     """URDF text of the arm's joints and links alone, as the peers read it.
 
@@ -110,6 +105,15 @@ def bare_urdf(robot: Robot) -> str:
     for attribute in ("effort", "velocity"):
         text = re.sub(rf"<limit (?![^>]*{attribute}=)", f'<limit {attribute}="1" ', text)
     return text
+
+
+@contextmanager
+def urdf_file(text: str) -> Iterator[str]:
+    """The path of a file that holds a URDF, for peers that read nothing else."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.urdf"
+        path.write_text(text, encoding="utf-8")
+        yield str(path)
 
 
 def standing_offset(robot: Robot, forward: Callable[[Array], Array]) -> Array:

@@ -15,12 +15,13 @@ import matplotlib.pyplot as plt
 FOLDER = Path(__file__).parents[1] / "docs" / "plots"
 LINK, OTHER = "#1f77b4", "#d95f02"
 COLORS = {"forward_kinematics": LINK, "jacobian": OTHER}
+WORLDS = {"as dense": LINK, "denser": OTHER}
 
 
 def joints_plot(axes, rows: list[dict]) -> None:
     """One call and a row of a batch, against the joints of a chain."""
     for kind, color in COLORS.items():
-        x, one, batch, bound = columns(rows, kind, "joints", "one_ns", "batch_ns", "bound_ns")
+        x, one, batch, bound = columns(rows, "work", kind, "joints", "one_ns", "batch_ns", "bound_ns")
         axes.plot(x, one, "o-", color=color, label=f"{kind}, one call")
         axes.plot(x, batch, "s-", color=color, mfc="white", label=f"{kind}, a row of 4096")
         axes.plot(x, bound, "--", color=color, label="its arithmetic")
@@ -31,7 +32,7 @@ def joints_plot(axes, rows: list[dict]) -> None:
 def rows_plot(axes, rows: list[dict]) -> None:
     """A row of a batch, against the rows, by one thread and by two."""
     for kind, color in COLORS.items():
-        x, one, two, bound = columns(rows, kind, "rows", "one_thread_ns", "two_threads_ns", "bound_ns")
+        x, one, two, bound = columns(rows, "work", kind, "rows", "one_thread_ns", "two_threads_ns", "bound_ns")
         axes.plot(x, one, "o-", color=color, label=f"{kind}, one thread")
         axes.plot(x, two, "s:", color=color, mfc="white", label="two threads, a half each")
         axes.plot(x, bound, "--", color=color, label="arithmetic, or memory where no cache holds it")
@@ -40,12 +41,14 @@ def rows_plot(axes, rows: list[dict]) -> None:
 
 
 def pairs_plot(axes, rows: list[dict]) -> None:
-    """A configuration of a batch, against the pairs of boxes."""
-    x, time = [row["pairs"] for row in rows], [row["batch_ns"] for row in rows]
+    """A free configuration of a batch, against the pairs of boxes."""
     bound = [(row["pairs"], row["bound_ns"]) for row in rows if row["bound_ns"] is not None]
-    axes.plot(x, time, "o-", color=LINK, label="in_collision, a row of 4096")
-    axes.plot(*zip(*bound, strict=True), "--", color=LINK, label="boxes placed, balls around all pairs looked at")
-    axes.set_xlabel("pairs of boxes (beyond 768 in a tree)")
+    for world, color in WORLDS.items():
+        x, check, distance = columns(rows, "world", world, "pairs", "batch_ns", "distance_ns")
+        axes.plot(x, check, "o-", color=color, label=f"in_collision, boxes {world}")
+        axes.plot(x, distance, "s:", color=color, mfc="white", label=f"signed_distance, boxes {world}")
+    axes.plot(*zip(*sorted(bound), strict=True), "--", color=LINK, label="boxes placed, balls around all pairs looked at")
+    axes.set_xlabel(f"pairs of boxes (beyond {max(pairs for pairs, _ in bound)} in a tree)")
     axes.set_ylabel("ns a configuration")
 
 
@@ -56,9 +59,9 @@ PLOTS = {
 }
 
 
-def columns(rows: list[dict], kind: str, *keys: str) -> list[list[float]]:
-    """The columns of the rows of one kind of work."""
-    return [[row[key] for row in rows if row["work"] == kind] for key in keys]
+def columns(rows: list[dict], kind: str, one: str, *keys: str) -> list[list[float]]:
+    """The columns of those rows that are of one kind."""
+    return [[row[key] for row in rows if row[kind] == one] for key in keys]
 
 
 def draw(data: dict, folder: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-"""How the cost grows: with joints, rows, pairs of boxes, and two threads that each take a half; each beside its bound.
+"""How the cost grows: with joints, rows, and two threads that each take a half; each beside its bound.
 
 The bounds are those of ``bounds``: operations counted, bytes moved, at the speeds measured in the same run.
 """
@@ -11,13 +11,11 @@ import ulna
 from benchmarks.bounds import count_operations
 from ulna.bench.clock import Work, time_interleaved
 from ulna.bench.targets import random_positions
-from ulna.collision.objects import ALONE
 from ulna.kernels.lanes import WIDTH
 from ulna.robot import Robot
 
 JOINTS = (3, 6, 7, 12, 20, 40, 60)
 ROWS = (1, 8, 64, 512, 4096, 32_768, 262_144, 1_000_000)
-BOXES = (1, 4, 16, 64, 256, 1024, 4096)
 KINDS = ("forward_kinematics", "jacobian")
 BATCH, CALLS = 4096, 64
 _LARGEST_ANSWER = 400e6  # bytes: larger batches are left out
@@ -60,27 +58,6 @@ def size_rows(robot: Robot, peak: float, copy: float) -> list[dict]:
             rows.append({
                 "work": kind, "rows": n, "one_thread_ns": one, "two_threads_ns": two, "gain": one / two, "bound_ns": bound,
             })  # fmt: skip
-    return rows
-
-
-def pair_rows(robot: Robot, peak: float) -> list[dict]:
-    """The time of a configuration in a batch against worlds of more and more boxes, of a robot of boxes.
-
-    Bound: to place the robot's boxes, and to look at the balls around each pair; a world of more than ALONE boxes hangs in a
-    tree, where most pairs are not looked at, and has no such bound.
-    """
-    rows, counts, rng = [], count_operations(robot, with_boxes=True), np.random.default_rng(0)
-    q, n_bodies = random_positions(robot, BATCH, 0), len(robot.collision_names)
-    for n in BOXES:
-        world = ulna.World()
-        for k in range(n):
-            world.add(f"box {k}", ulna.Box((0.02, 0.02, 0.02)), ulna.pose(rng.uniform(-1, 1, 3), rng.uniform(-3, 3, 3)))
-        work = Work(lambda batch, world=world: robot.in_collision(batch, world, self_collision=False), [q], BATCH)
-        median = time_interleaved({"pairs": work})["pairs"].median
-        bound = (counts["place_bodies"] + n * n_bodies * counts["balls_meet"]) / WIDTH * peak if n <= ALONE else None
-        rows.append({
-            "boxes": n, "pairs": n * n_bodies, "batch_ns": median, "ns_a_pair": median / (n * n_bodies), "bound_ns": bound,
-        })  # fmt: skip
     return rows
 
 

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from benchmarks.markdown import table
+from ulna.bench.protocol import PROTOCOLS
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 BEGIN, END = "<!-- figures: begin -->", "<!-- figures: end -->"
@@ -15,8 +16,11 @@ GROWTH = {
     "bounds": "Distance from the bound",
     "scaling_with_joints": "Cost against joints",
     "scaling_with_rows": "Cost against rows and threads",
+    "collision": "Collision, on one processor",
     "scaling_with_pairs": "Cost against pairs of boxes",
+    "edges": "Edges, certified",
     "first_use": "First use, machine code cached",
+    "first_use_ever": "First use ever, with compilation",
     "memory": "Memory of a batch",
 }
 SOLVERS = ("roboticstoolbox-python", "pytracik", "frankik", "ssik", "EAIK")
@@ -35,7 +39,7 @@ def summary(data: dict, name: str) -> str:
         parts += [f"**{title}**", table([_call(row) for row in data[kind]])]
     parts += ["**Where the time of one call goes**", table(data["account"])] if data["account"] else []
     parts += ["**Batches**", table([_call(row) for row in data["batches"]])]
-    for protocol in ("reachable", "A", "B"):
+    for protocol in PROTOCOLS:
         parts += [f"**Inverse kinematics, protocol {protocol}**", table(solver_rows(data["protocols"], protocol))]
     parts += ["**Tracking**", table([_step(row) for row in data["tracking"]])]
     for key, title in GROWTH.items():
@@ -65,8 +69,13 @@ def _robot(name: str, by_library: dict) -> dict:
     }
     for peer in SOLVERS:
         row = by_library.get(peer)
-        figures[peer] = f"{row['solved_percent']:.4g} %, {row['times_ulna']:.3g}x" if row else ""
+        figures[peer] = _peer(row, ulna["targets"]) if row else ""
     return figures
+
+
+def _peer(row: dict, targets: int) -> str:
+    fewer = f" (of {row['targets']})" if row["targets"] != targets else ""  # where it is too slow for all
+    return f"{row['solved_percent']:.4g} %{fewer}, {row['times_ulna']:.3g}x"
 
 
 def _call(row: dict) -> dict:

@@ -4,13 +4,10 @@ It knows no limits: the first branch that keeps them is taken, turned by whole t
 it has no solution it gives the nearest in the sense of least squares, and marks it; these are left out.
 """
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 from eaik.IK_URDF import UrdfRobot
 
-from benchmarks.peer import NotForThisArm, Peer, bare_urdf, standing_offset, within_limits_by_turns
+from benchmarks.peer import NotForThisArm, Peer, bare_urdf, standing_offset, urdf_file, within_limits_by_turns
 from ulna.bench.protocol import Protocol
 from ulna.bench.solver import Solver
 from ulna.robot import Robot
@@ -20,10 +17,8 @@ def build(robot: Robot) -> UrdfRobot:
     """The library's own object for an arm."""
     if robot.n_dof != 6:
         raise NotForThisArm("for arms of six joints")
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "arm.urdf"
-        path.write_text(bare_urdf(robot), encoding="utf-8")
-        arm = UrdfRobot(str(path))
+    with urdf_file(bare_urdf(robot)) as path:
+        arm = UrdfRobot(path)
     if not arm.hasKnownDecomposition():
         raise NotForThisArm(f"no closed form: {arm.getKinematicFamily()}")
     return arm

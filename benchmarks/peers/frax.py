@@ -5,8 +5,6 @@ It reads a file, and asks for every link's inertia.
 
 import os
 import re
-import tempfile
-from pathlib import Path
 
 os.environ["JAX_ENABLE_X64"] = "1"
 
@@ -14,7 +12,7 @@ import frax
 import jax
 import numpy as np
 
-from benchmarks.peer import NotForThisArm, Peer, bare_urdf, standing_offset
+from benchmarks.peer import NotForThisArm, Peer, bare_urdf, standing_offset, urdf_file
 from ulna.robot import Robot
 
 jax.config.update("jax_enable_x64", True)  # noqa: FBT003 -- JAX's own way
@@ -24,11 +22,9 @@ _INERTIA = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" 
 def _arm(robot: Robot, ee_offset=None) -> frax.Manipulator:
     text = re.sub(r'<link name="([^"]*)"\s*/>', rf'<link name="\1">{_INERTIA}</link>', bare_urdf(robot))
     text = re.sub(r'(<link name="[^"]*"\s*>)(?!<inertial)(?=\s*</link>)', rf"\1{_INERTIA}", text)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "arm.urdf"
-        path.write_text(text, encoding="utf-8")
+    with urdf_file(text) as path:
         try:
-            return frax.Manipulator(str(path), joint_ordering=list(robot.joint_names), ee_offset=ee_offset)
+            return frax.Manipulator(path, joint_ordering=list(robot.joint_names), ee_offset=ee_offset)
         except (AssertionError, ValueError, NotImplementedError, KeyError) as error:
             message = f"it cannot read the arm: {type(error).__name__} {error}"
             raise NotForThisArm(message) from None

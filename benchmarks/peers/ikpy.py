@@ -1,21 +1,16 @@
 """``ikpy``: forward kinematics and inverse kinematics by SciPy, in Python throughout; far too slow for thousands of targets."""
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 from ikpy.chain import Chain
 
-from benchmarks.peer import NotForThisArm, Peer, bare_urdf
+from benchmarks.peer import NotForThisArm, Peer, bare_urdf, urdf_file
 from ulna.robot import Robot
 
 
 def make(robot: Robot) -> Peer:
     """The peer for an arm: its forward kinematics."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "arm.urdf"
-        path.write_text(bare_urdf(robot), encoding="utf-8")
-        chain = Chain.from_urdf_file(str(path), base_elements=[robot.base])
+    with urdf_file(bare_urdf(robot)) as path:
+        chain = Chain.from_urdf_file(path, base_elements=[robot.base])
     moving = [k for k, link in enumerate(chain.links) if link.joint_type in ("revolute", "prismatic", "continuous")]
     if [chain.links[k].name for k in moving] != list(robot.joint_names):
         raise NotForThisArm("it reads other joints from the file")

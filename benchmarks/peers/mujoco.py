@@ -20,7 +20,6 @@ class Model:
         self.position, self.turn = self.data.xpos[self.body], self.data.xmat[self.body].reshape(3, 3)
         names = [self.model.joint(k).name for k in range(self.model.njnt)]
         self.order = np.array([robot.joint_names.index(name) for name in names])
-        self.columns = np.argsort(self.order)
 
     def forward(self, q):
         """The tip's pose as a 4x4 matrix."""

@@ -3,13 +3,10 @@
 Arms that it specialises in seconds are built from the same URDF; the Panda, which takes it minutes, is the one it ships.
 """
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 import ssik
 
-from benchmarks.peer import NotForThisArm, Peer, bare_urdf, standing_offset
+from benchmarks.peer import NotForThisArm, Peer, bare_urdf, standing_offset, urdf_file
 from ulna.bench.protocol import Protocol
 from ulna.bench.solver import Solver
 from ulna.robot import Robot
@@ -28,10 +25,8 @@ def arm_for(robot: Robot) -> ssik.Manipulator:
 
 def build(robot: Robot) -> ssik.Manipulator:
     """The arm specialised from its URDF."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "arm.urdf"
-        path.write_text(bare_urdf(robot), encoding="utf-8")
-        return ssik.Manipulator.from_urdf(str(path), base=robot.base, ee=robot.tip)
+    with urdf_file(bare_urdf(robot)) as path:
+        return ssik.Manipulator.from_urdf(path, base=robot.base, ee=robot.tip)
 
 
 def make(robot: Robot) -> Peer:

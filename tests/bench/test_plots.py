@@ -1,7 +1,9 @@
 """The plots and the account of ``make bench``, judged on a run that is made up."""
 
+import numpy as np
 import pytest
-from benchmarks import account, bounds, plots, scaling
+from benchmarks import account, bounds, collision, plots, scaling
+from benchmarks.peers import coal
 
 import ulna
 
@@ -12,8 +14,9 @@ RUN = {
         for n in (3, 60)
     ],
     "scaling_with_pairs": [
-        {"pairs": 12, "batch_ns": 100.0, "bound_ns": 20.0},
-        {"pairs": 3072, "batch_ns": 900.0, "bound_ns": None},
+        {"world": world, "pairs": pairs, "batch_ns": 8.0 * pairs, "distance_ns": 90.0 * pairs, "bound_ns": bound}
+        for world in plots.WORLDS
+        for pairs, bound in ((12, 20.0), (3072, None))
     ],
     "scaling_with_rows": [],
 }
@@ -34,13 +37,22 @@ def test_the_parts_of_a_call_make_up_the_whole(panda):
 
 
 def test_more_pairs_need_more_operations_and_a_tree_has_no_such_bound(panda, monkeypatch):
-    monkeypatch.setattr(scaling, "BOXES", (1, 3, 65))
-    monkeypatch.setattr(scaling, "BATCH", 16)
-    one, three, hung = scaling.pair_rows(panda, peak=1.0)
+    monkeypatch.setattr(collision, "BOXES", (1, 3, 65))
+    monkeypatch.setattr(collision, "N", 64)
+    one, three, hung = (row for row in collision.growth_rows(panda, peak=1.0) if row["world"] == "as dense")
     assert (one["pairs"], three["pairs"], hung["bound_ns"]) == (12, 36, None)
     counts = bounds.count_operations(panda, with_boxes=True)
     assert three["bound_ns"] - one["bound_ns"] == pytest.approx(24 * counts["balls_meet"] / 8)
     assert counts["boxes_overlap"] > 5 * counts["balls_meet"] > 0
+
+
+def test_a_scene_that_says_otherwise_is_not_timed(panda, monkeypatch):
+    q, world = np.random.default_rng(0).uniform(panda.lower, panda.upper, (100, 7)), collision.scattered(20, 0.2, 0.8)
+    scene = coal.Scene(panda, world, itself=True)
+    assert coal.disagreement(scene, panda, world, q, itself=True) == ""
+    assert coal.disagreement(scene, panda, world, q, itself=False).endswith("verdicts differ")
+    monkeypatch.setattr(scene, "least_distance", lambda x: panda.signed_distance(x, world) + 1e-4)
+    assert coal.disagreement(scene, panda, world, q, itself=True) == "its distances differ by 1.0e-04 m"
 
 
 def test_a_longer_arm_has_a_higher_bound():

@@ -144,12 +144,12 @@ class TestBranches:
 
     def test_brute_force_finds_the_eight_branches_of_an_ur5e(self, arm):
         T = arm.forward_kinematics(np.array([0.3, -1.2, 1.5, -0.7, 0.9, 0.4]))
-        assert len(ik_branches.brute_force(arm)(T)) == 8  # Hawkins 2013: at most eight, all of them here
+        assert len(arm.inverse_kinematics_all(T)) == 8  # Hawkins 2013: at most eight, all of them here
 
     def test_what_a_finder_misses_or_makes_up_is_counted(self, arm):
         q = np.array([0.3, -1.2, 1.5, -0.7, 0.9, 0.4])
         T = arm.forward_kinematics(q)
-        every = ik_branches.brute_force(arm)(T)
+        every = arm.inverse_kinematics_all(T)
         wound = every + 2 * PI * np.array([0, 0, 0, 0, 0, -1])
         wound = np.where((wound < arm.lower), every, wound)
         cases = {

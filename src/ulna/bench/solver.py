@@ -46,17 +46,19 @@ def run_protocol(solver: Solver, robot: Robot, name: str, n: int, forward: Forwa
     protocol = PROTOCOLS[name]
     targets, start = protocol.targets(robot, n), protocol.start(robot)
     claimed, good = judge(solver, robot, protocol, targets, forward)
-    times = time_each(solver.solve, [(solver.prepare(T), start) for T in targets], passes) / 1e3
+    times = time_each(solver.solve, [(solver.prepare(T), start) for T in targets], passes)
+    return {"robot": robot.name, "protocol": name, "solver": solver.name, **solver_figures(claimed, good, times)}
+
+
+def solver_figures(claimed: NDArray[np.bool_], good: NDArray[np.bool_], times_ns: Array) -> dict[str, float]:
+    """What is told of a solver: of n targets each, what it said, whether it was so, and the times of its calls [ns]."""
     return {
-        "robot": robot.name,
-        "protocol": name,
-        "solver": solver.name,
-        "targets": n,
+        "targets": len(good),
         "solved_percent": 100.0 * float(good.mean()),
         "said_solved_but_not": int(np.count_nonzero(claimed & ~good)),
-        "mean_us": float(times.mean()),
-        "median_us": float(np.median(times)),
-        "p99_us": float(np.percentile(times, 99)),
+        "mean_us": float(times_ns.mean()) / 1e3,
+        "median_us": float(np.median(times_ns)) / 1e3,
+        "p99_us": float(np.percentile(times_ns, 99)) / 1e3,
     }
 
 

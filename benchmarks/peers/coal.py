@@ -1,0 +1,68 @@
+"""Pinocchio's kinematics with Coal's shapes: a robot of boxes, a world of boxes, and the pairs that are checked."""
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from benchmarks.peer import NotForThisArm
+from ulna.collision.world import World
+from ulna.model.shapes import Box
+from ulna.robot import Robot
+
+
+class Scene:
+    """A robot and a world as Pinocchio knows them; with itself, the pairs of the robot that Ulna checks, by number."""
+
+    def __init__(self, robot: Robot, world: World, *, itself: bool) -> None:
+        self.model = pin.buildModelFromXML(robot.to_urdf())
+        self.data, self.geometry = self.model.createData(), pin.GeometryModel()
+        bodies, names = [], iter(robot.collision_names)
+        for link in robot.description.links:
+            frame = self.model.frames[self.model.getFrameId(link.name)]
+            for body in link.collisions:
+                placement = frame.placement * pin.SE3(body.pose)
+                bodies.append(self._add(next(names), frame.parentJoint, placement, body.shape))
+        for name in world.names:
+            other = self._add(f"world {name}", 0, pin.SE3(world.pose(name)), world.shape(name))
+            for body in bodies:
+                self.geometry.addCollisionPair(pin.CollisionPair(body, other))
+        if itself:
+            for i, j in robot._checker.pairs:  # noqa: SLF001 - the pairs by number, so that both check the same
+                self.geometry.addCollisionPair(pin.CollisionPair(bodies[i], bodies[j]))
+        self.answers = self.geometry.createData()
+
+    def _add(self, name: str, joint: int, placement, shape) -> int:
+        if not isinstance(shape, Box):
+            raise NotForThisArm("this scene is of boxes only")
+        return self.geometry.addGeometryObject(pin.GeometryObject(name, joint, placement, coal.Box(*shape.extents)))
+
+    def collides(self, q) -> bool:
+        """Whether any pair touches; it stops at the first."""
+        return pin.computeCollisions(self.model, self.data, self.geometry, self.answers, q, True)  # noqa: FBT003
+
+    def distances(self, q) -> int:
+        """The distances of all pairs, kept in ``answers``: the number of the nearest."""
+        return pin.computeDistances(self.model, self.data, self.geometry, self.answers, q)
+
+    def least_distance(self, q) -> float:
+        """The distance of the nearest pair [m]."""
+        return float(self.answers.distanceResults[self.distances(q)].min_distance)
+
+    @property
+    def n_pairs(self) -> int:
+        """How many pairs are checked."""
+        return len(self.geometry.collisionPairs)
+
+
+def disagreement(scene: Scene, robot: Robot, world: World, q, *, itself: bool) -> str:
+    """What the scene says otherwise than Ulna of rows of q; "" if nothing.
+
+    Where boxes overlap only the sign is compared: Coal's depth is that of a search.
+    """
+    touches = np.array([scene.collides(x) for x in q])
+    differ = np.count_nonzero(touches != robot.in_collision(q, world, self_collision=itself))
+    theirs, ours = np.array([scene.least_distance(x) for x in q]), robot.signed_distance(q, world, self_collision=itself)
+    off = float(np.abs(np.maximum(theirs, 0.0) - np.maximum(ours, 0.0)).max())
+    if differ:
+        return f"{differ} of {len(q)} verdicts differ"
+    return f"its distances differ by {off:.1e} m" if not off <= 1e-6 else ""
