@@ -14,6 +14,7 @@ from ulna.model.pose import matrix_from_quaternion
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
     import roboticstoolbox as rtb
+    import spatialgeometry
     from spatialmath import SE3, UnitQuaternion
 
 RPY = np.array([0.3, -0.4, 0.9])
@@ -21,6 +22,7 @@ MODEL = """<mujoco><worldbody>
   <body name="free" pos="0.1 0.2 0.3" euler="17 -23 51"><freejoint/>
     <geom name="box" type="box" size="0.1 0.2 0.3" mass="1"/></body>
   <body name="arm" pos="2 0 0"><joint type="hinge" axis="0 0 1"/><geom name="capsule" type="capsule" size="0.1 0.4" mass="1"/>
+    <geom name="cylinder" type="cylinder" size="0.1 0.4" mass="1"/>
     <body name="hand" pos="0.5 0 0"><geom type="sphere" size="0.1" mass="1"/></body></body>
   <geom name="a" type="sphere" size="0.1" pos="-2 0 0"/>
   <body name="ball" pos="-1.85 0 0"><freejoint/><geom name="b" type="sphere" size="0.1" mass="1"/></body>
@@ -42,6 +44,9 @@ def toolbox() -> None:
     same(theirs.jacob0(q), ours.jacobian(q))
     same(theirs.jacobe(q), ours.jacobian(q, expressed_in="link"))
     same(theirs.jacob0_analytical(q, representation="rpy/zyx"), ours.analytical_jacobian(q))
+    ball = spatialgeometry.Sphere(0.1, pose=SE3(1, 0, 1))
+    same(spatialgeometry.Cuboid([0.2, 0.4, 2.0]).closest_point(ball)[0], 1 - 0.2 / 2 - 0.1)
+    same(spatialgeometry.Cylinder(0.3, 2.0).closest_point(ball)[0], 1 - 0.3 - 0.1)  # the ball stands at its edge
 
 
 def mujoco_itself() -> None:
@@ -58,6 +63,7 @@ def mujoco_itself() -> None:
     same(matrix_from_quaternion(free.xquat), R)
     same(model.geom("box").size, [0.1, 0.2, 0.3])
     same(model.geom("capsule").rbound, 0.1 + 0.4)
+    same(model.geom("cylinder").rbound, np.hypot(0.1, 0.4))
     velocity = np.zeros(6)
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, model.body("free").id, velocity, 0)
     same(velocity, [*(R @ data.qvel[3:6]), *data.qvel[:3]])

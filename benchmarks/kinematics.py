@@ -2,6 +2,8 @@
 
 from time import perf_counter_ns
 
+import numpy as np
+
 from benchmarks.peer import Peer
 from ulna.bench.clock import Timing, Work, ratio, time_interleaved
 from ulna.bench.targets import random_positions
@@ -15,7 +17,16 @@ _PASS_NS = 1_000_000
 def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
     """One call for one q: ``kind`` is "forward_kinematics" or "jacobian"."""
     q = random_positions(robot, ONE, seed=0)
-    works = {"ulna": Work(getattr(robot, kind), list(q))}
+    bound, out = (
+        (robot.compile_forward(), np.empty((4, 4)))
+        if kind == "forward_kinematics"
+        else (robot.compile_jacobian(), np.empty((6, robot.n_dof)))
+    )
+    works = {
+        "ulna": Work(getattr(robot, kind), list(q)),
+        "ulna, bound": Work(bound, list(q)),
+        "ulna, bound, out=": Work(lambda x: bound(x, out), list(q)),  # the lambda costs what a line of a loop does not
+    }
     for peer, offers in peers.items():
         function = offers.forward if kind == "forward_kinematics" else offers.jacobian
         if function is not None:

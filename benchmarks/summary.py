@@ -1,16 +1,17 @@
-"""The short tables of docs/performance.md, made from the figures of a run: ``python -m benchmarks.summary RESULT.json``.
+"""The tables of docs/performance.md and docs/comparison.md: ``python -m benchmarks.summary RESULT.json`` makes them of a run.
 
-Nothing is copied by hand: what stands between the two marks of that page is written anew.
+Nothing is copied by hand: what stands between the two marks of a page is written anew.
 """
 
 import json
 import sys
 from pathlib import Path
 
+from benchmarks.beside import beside_rows, solved
 from benchmarks.markdown import table
 from ulna.bench.protocol import PROTOCOLS
 
-PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+DOCS = Path(__file__).parents[1] / "docs"
 BEGIN, END = "<!-- figures: begin -->", "<!-- figures: end -->"
 GROWTH = {
     "bounds": "Distance from the bound",
@@ -94,14 +95,26 @@ def _step(row: dict) -> dict:
     }  # fmt: skip
 
 
-def main() -> None:
-    """Write the page's tables anew."""
-    result = Path(sys.argv[1])
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+def comparison(data: dict, name: str) -> str:
+    """The figures of the page that compares."""
+    machine, load = data["machine"], data["machine"]["load"]
+    run = f"`benchmarks/results/{name}`: commit {machine['commit']}, load {load} at its beginning."
+    return f"{run}\n\n{table(beside_rows(data))}\n\nSolved to 1e-5 m and 1e-5 rad: {solved(data)}"
+
+
+def write(page: Path, figures: str) -> None:
+    """Put the figures between the marks of a page."""
+    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
-    data = json.loads(result.read_text(encoding="utf-8"))
-    figures = summary(data, result.with_suffix(".md").name)
-    PAGE.write_text(f"{before}{BEGIN}\n\n{figures}\n\n{END}{after}", encoding="utf-8")
+    page.write_text(f"{before}{BEGIN}\n\n{figures}\n\n{END}{after}", encoding="utf-8")
+
+
+def main() -> None:
+    """Write the pages' tables anew."""
+    result = Path(sys.argv[1])
+    data, name = json.loads(result.read_text(encoding="utf-8")), result.with_suffix(".md").name
+    write(DOCS / "performance.md", summary(data, name))
+    write(DOCS / "comparison.md", comparison(data, name))
 
 
 if __name__ == "__main__":

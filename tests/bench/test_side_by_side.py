@@ -83,7 +83,7 @@ def test_the_urdf_for_the_peers_has_no_shapes_and_full_limits(panda):
 def test_single_calls_and_batches_have_a_row_for_each_library(panda):
     peers = {"pin": pinocchio.make(panda), "silent": peer.Peer()}
     rows = single_call_rows("panda", panda, peers, "forward_kinematics")
-    assert [row["library"] for row in rows] == ["ulna", "pin", "pin, placement kept"]
+    assert [row["library"] for row in rows] == ["ulna", "ulna, bound", "ulna, bound, out=", "pin", "pin, placement kept"]
     assert rows[0]["times_ulna"] == 1.0
     assert [row["library"] for row in batch_rows("panda", panda, peers, "jacobian")] == ["ulna", "pin, in a loop"]
 
