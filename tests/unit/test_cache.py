@@ -159,6 +159,14 @@ def test_folders_that_nobody_used_for_a_month_are_removed(tmp_path, monkeypatch)
     assert now - folder.stat().st_mtime < 3600
 
 
+def test_a_folder_that_cannot_be_removed_costs_no_other_its_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    for name in ("kernels-a", "kernels-b"):
+        (tmp_path / "ulna" / name / "in_the_way").mkdir(parents=True)  # rmdir refuses, as it does a folder of another user's
+        os.utime(tmp_path / "ulna" / name, (0, 0))
+    assert loaded(KERNELS).cache_folder().parent == tmp_path / "ulna"
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_a_terminal_is_told_of_a_compilation_and_only_of_that(tmp_path):
     said = []

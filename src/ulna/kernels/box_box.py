@@ -9,6 +9,7 @@ negative by how far they overlap. Boxes that just touch (gap zero) count as over
 from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import maximum
 from ulna.kernels.lanes import splat, sqrt, where
+from ulna.kernels.vectors import dot
 
 # Two edges within 1e-8 rad of parallel give no axis of their own: the product of unit vectors so close carries no
 # direction, and the face normals already separate as well as that axis would, to 1e-8 of the boxes' size.
@@ -27,6 +28,25 @@ def relative_pose(a, b):
         a[2] * d[0] + a[6] * d[1] + a[10] * d[2],
     )
     return r, t
+
+
+@kernel
+def columns(r):
+    """The columns of a matrix of three rows."""
+    return (r[0][0], r[1][0], r[2][0]), (r[0][1], r[1][1], r[2][1]), (r[0][2], r[1][2], r[2][2])
+
+
+@kernel
+def turned_back(r, v):
+    """R' v, for a matrix of three rows."""
+    x, y, z = columns(r)
+    return dot(x, v), dot(y, v), dot(z, v)
+
+
+@kernel
+def seen_from_a(r, t, p):
+    """A point of the frame of B in the frame of A: R p + t."""
+    return dot(r[0], p) + t[0], dot(r[1], p) + t[1], dot(r[2], p) + t[2]
 
 
 @kernel

@@ -12,7 +12,7 @@ finds where. Extents of zero are extents like any other.
 
 import numpy as np
 
-from ulna.kernels.box_box import boxes_overlap, relative_pose, widest_gap
+from ulna.kernels.box_box import boxes_overlap, columns, relative_pose, seen_from_a, turned_back, widest_gap
 from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import clamp, maximum
 from ulna.kernels.lanes import any_lane, splat, sqrt, where
@@ -84,37 +84,12 @@ def nearest_points(r, t, h, g):
     edges = times(x, g[0]), times(y, g[1]), times(z, g[2])
     square, q = nearest_corner(t, edges, h)
     best = square, inside(q, h), q
-    square, corner = nearest_corner(turned_back(r, minus_of(t)), (times(r[0], h[0]), times(r[1], h[1]), times(r[2], h[2])), g)
+    square, corner = nearest_corner(turned_back(r, times(t, -1.0)), (times(r[0], h[0]), times(r[1], h[1]), times(r[2], h[2])), g)
     best = nearer(best, (square, seen_from_a(r, t, corner), seen_from_a(r, t, inside(corner, g))))
     sx, sy, sz = columns(signs(r))
     best = nearest_edges(best, t, h, x, g[0], (edges[1], edges[2]), (sx, sy, sz))
     best = nearest_edges(best, t, h, y, g[1], (edges[2], edges[0]), (sy, sz, sx))
     return nearest_edges(best, t, h, z, g[2], (edges[0], edges[1]), (sz, sx, sy))
-
-
-@kernel
-def columns(r):
-    """The columns of a matrix of three rows."""
-    return (r[0][0], r[1][0], r[2][0]), (r[0][1], r[1][1], r[2][1]), (r[0][2], r[1][2], r[2][2])
-
-
-@kernel
-def turned_back(r, v):
-    """R' v, for a matrix of three rows."""
-    x, y, z = columns(r)
-    return dot(x, v), dot(y, v), dot(z, v)
-
-
-@kernel
-def minus_of(v):
-    """-v."""
-    return -v[0], -v[1], -v[2]
-
-
-@kernel
-def seen_from_a(r, t, p):
-    """A point of the frame of B in the frame of A: R p + t."""
-    return dot(r[0], p) + t[0], dot(r[1], p) + t[1], dot(r[2], p) + t[2]
 
 
 @kernel

@@ -60,10 +60,11 @@ def _base_folder() -> Path:
 def _remove_unused(base: Path) -> None:
     oldest = time.time() - _UNUSED_FOLDER_DAYS * 86400
     for folder in base.glob("kernels-*"):
-        if folder.stat().st_mtime < oldest:
-            for file in folder.iterdir():
-                file.unlink(missing_ok=True)
-            folder.rmdir()
+        with contextlib.suppress(OSError):  # another user's, or another process removes it too: it stays, or is gone already
+            if folder.stat().st_mtime < oldest:
+                for file in folder.iterdir():
+                    file.unlink(missing_ok=True)
+                folder.rmdir()
 
 
 class _KernelLocator(_CacheLocator):

@@ -19,7 +19,7 @@ A set without volume (of two flat cores in one plane) has depth zero along its o
 import numpy as np
 
 from ulna.kernels.box_box import relative_pose
-from ulna.kernels.compile import kernel, routine
+from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import sincos
 from ulna.kernels.gjk import nearest_cores
 from ulna.kernels.lanes import lane_count, lane_of, sqrt, with_lane
@@ -86,7 +86,7 @@ def pose_of(a, lane):
     return x[0], y[0], z[0], t[0], x[1], y[1], z[1], t[1], x[2], y[2], z[2], t[2]
 
 
-@routine
+@kernel
 def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, points, faces, edges):
     """The depth, the point of A that lies deepest in B, and the normal from A to B, in the frame of A.
 
@@ -137,7 +137,7 @@ def around_axes(body, depth, n, points):
     return depth, n
 
 
-@routine
+@kernel
 def around(body, z, depth, n, points):
     """The same for one axis: the lowest of many directions, then sections of the arc about it (Kiefer, Proc. AMS 1953)."""
     u = across(z)
@@ -169,7 +169,7 @@ def on_circle(u, v, angle):
     return step(times(u, cosine), sine, v)
 
 
-@routine
+@kernel
 def polished(body, depth, n, size, points):
     """The depth, the point of A and the normal, from an upper bound of the depth and its normal.
 

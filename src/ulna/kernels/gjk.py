@@ -12,7 +12,7 @@ it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): norm
 a nearest point on a face along the face's normal instead of as a sum of its corners.
 """
 
-from ulna.kernels.box_box import relative_pose
+from ulna.kernels.box_box import relative_pose, seen_from_a, turned_back
 from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import maximum, minimum
 from ulna.kernels.lanes import any_lane, logical_not, splat, sqrt, where
@@ -21,9 +21,8 @@ from ulna.kernels.vectors import chosen, cross, dot, minus, place, step, times, 
 
 STEPS = 64
 _FAR = 1e300
-_NEEDLE = (
-    1e-10  # the square of the sine of an angle: a triangle so thin has a normal of few digits, and of none at the square of it
-)
+# The square of the sine of an angle: a triangle so thin has a normal of few digits, and of none at the square of it.
+_NEEDLE = 1e-10
 _EXACT = 1e-12  # of the bodies' size: bounds that near have met
 _TOUCHING = 1e-10  # of the bodies' size: cores this near to each other count as touching
 
@@ -80,13 +79,8 @@ def reach_of(h):
 def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
     """The farthest point along -v of all differences p - q in the frame of A, and its p."""
     p = support(kind_a, h, vertices_a, (-v[0], -v[1], -v[2]))
-    along = (
-        r[0][0] * v[0] + r[1][0] * v[1] + r[2][0] * v[2],
-        r[0][1] * v[0] + r[1][1] * v[1] + r[2][1] * v[2],
-        r[0][2] * v[0] + r[1][2] * v[1] + r[2][2] * v[2],
-    )
-    q = support(kind_b, g, vertices_b, along)
-    return minus(p, (dot(r[0], q) + t[0], dot(r[1], q) + t[1], dot(r[2], q) + t[2])), p
+    q = support(kind_b, g, vertices_b, turned_back(r, v))
+    return minus(p, seen_from_a(r, t, q)), p
 
 
 @kernel

@@ -4,7 +4,6 @@ import numpy as np
 
 from ulna.kernels.compile import kernel, routine, workspace
 from ulna.kernels.damped_step import N_SYSTEM
-from ulna.kernels.jacobian import turn_into
 from ulna.kernels.lane_search import (
     ALLOWED,
     CHANGE,
@@ -32,6 +31,7 @@ from ulna.kernels.search_layout import (
     START,
     STATUS,
 )
+from ulna.kernels.vectors import turn_into
 
 LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # of the bounds: where q may be, and where starts are taken from
 

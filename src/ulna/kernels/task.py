@@ -8,9 +8,9 @@ import math
 
 from ulna.kernels.compile import kernel
 from ulna.kernels.elementary import first_quadrant_angle
-from ulna.kernels.jacobian import cross, turn_into
 from ulna.kernels.lanes import load, sqrt, store, where
 from ulna.kernels.search_layout import POINTING, SLACK, TASK
+from ulna.kernels.vectors import cross, turn_into
 
 _TINY = 1e-12  # of a sine: below it the axis of a half turn is chosen, not computed
 
