@@ -129,7 +129,7 @@ def jobs(problem: Problem, order: NDArray[np.int64], part: Round) -> tuple[Array
     n_dof = problem.tree.n_dof
     starts = seed_share(n_dof) if part.from_seed else np.empty((0, n_dof))
     if part.count > len(starts):
-        starts = np.vstack([starts, shares(n_dof, problem.seed, part.first, part.count - len(starts))])
+        starts = np.vstack([starts, shares(problem.tree, problem.link, problem.seed, part.first, part.count - len(starts))])
     settings = problem.settings.copy()
     settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import UnknownNameError
-from ulna.kernels.layout import BASE, FIXED, FRAME_WIDTH, PARENT, PRISMATIC, REVOLUTE, TABLE_WIDTH
+from ulna.kernels.layout import BASE, COLUMN, FIXED, FRAME_WIDTH, KIND, PARENT, PRISMATIC, REVOLUTE, TABLE_WIDTH
 from ulna.model.description import Description, Joint, JointType, frozen
 from ulna.model.pose import pose
 from ulna.model.structure import (
@@ -93,6 +93,11 @@ class Tree:
         if chain is None:
             chain = self._chains[link] = self._make_chain(link)
         return chain
+
+    def moving_columns(self, link: str) -> NDArray[np.int64]:
+        """The entries of q that drive a joint between the base and a link, in order."""
+        chain = self.chain(link)
+        return np.unique(chain[chain[:, KIND] != FIXED, COLUMN].astype(np.int64))
 
     def frame_row(self, link: str, T_link_frame: NDArray[np.float64]) -> NDArray[np.float64]:
         """The row of a table of frames for a frame that stands still on a link."""
