@@ -119,6 +119,8 @@ def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None
     J = geometric_jacobian(tree, q, link, "base")[..., moving]
     Jt = np.swapaxes(J, -1, -2)
     np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=answer)
+    if not len(moving):  # the determinant of no rows is 1
+        answer[...] = 0.0
     return answer if q.ndim > 1 or out is not None else answer[()]
 
 
