@@ -31,7 +31,7 @@ from ulna.kernels.nearest import BODY, NEAREST, NEAREST_WIDTH, nearest_batch
 from ulna.kernels.verdict import OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
 from ulna.kinematics.batches import in_parts
 from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
+from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.model.description import Description
 from ulna.model.tree import Tree
 
@@ -129,12 +129,7 @@ class Checker:
             raise InputError("resolution", f"{resolution!r}; a length of at least {LEAST_RESOLUTION:g} m is expected")
         scene = self._scene(self._objects(world), self_collision)
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
-        try:
-            batch = np.broadcast_shapes(starts.shape[:-1], ends.shape[:-1])
-        except ValueError:
-            raise InputError("q_b", f"shape {ends.shape} does not go with q_a of shape {starts.shape}") from None
-        shape = *batch, self.tree.n_dof
-        a, b = (flat(np.array(np.broadcast_to(side, shape), order="C")) for side in (starts, ends))
+        batch, a, b = rows_of_both(starts, ends, "q_a", "q_b")
         status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
 
         def run(part: slice) -> bool:
@@ -145,7 +140,7 @@ class Checker:
         if (status == EDGE_OUT_OF_RANGE).any():
             refuse_out_of_range(starts, "q_a")
             refuse_out_of_range(ends, "q_b")
-        q = (a + free[:, None] * (b - a)).reshape(shape)
+        q = (a + free[:, None] * (b - a)).reshape(*batch, self.tree.n_dof)
         hit = (status == EDGE_CONTACT).reshape(batch)
         return EdgeReport(hit if batch else bool(hit), free.reshape(batch) if batch else float(free[0]), q)
 
