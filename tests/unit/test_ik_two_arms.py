@@ -7,7 +7,7 @@ import pytest
 
 import zoo
 from ulna import Robot
-from ulna.model.description import Description, Link
+from ulna.model.description import Description, Joint, JointType, Limits, Link, Mimic
 
 OTHER = slice(0, 6)  # the entries of q that drive the arm that nobody asks about
 
@@ -47,6 +47,19 @@ def test_a_start_that_is_not_the_seed_is_replayed_with_the_other_arm_at_the_seed
     for T in targets:
         result = arms.inverse_kinematics(T, link="asked link6", trace=True)
         assert result.trace[-1, :2] == pytest.approx([result.position_error, result.rotation_error], abs=1e-9)
+
+
+def test_a_leader_whose_follower_it_does_not_move_stays_too():
+    base, tip = Robot.from_dh([(0, 0, 0, 0), (1.0, 0, 0, 0), (1.0, 0, 0, 0)]).description, Link("tip")
+    leader = Joint("leader", JointType.REVOLUTE, "base", "away", np.eye(4), zoo.Z, Limits(-1, 1))
+    follower = replace(leader, name="follower", parent="link3", child="tip", mimic=Mimic("leader", 0.0, 0.5))
+    arm = Robot(replace(base, links=(*base.links, Link("away"), tip), joints=(*base.joints, leader, follower)))
+    assert arm.joint_names == ("joint1", "joint2", "joint3", "leader")
+    T = arm.forward_kinematics(np.random.default_rng(63).uniform(-1, 1, (50, 4)), "tip")
+    result = arm.inverse_kinematics(T, link="tip")
+    assert result.success.all()
+    np.testing.assert_array_equal(result.q[:, 3], np.zeros(50))
+    assert (arm.manipulability(result.q, "tip") > 0.0).any()
 
 
 def test_every_branch_of_the_arm_stands_once(arms):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import UnknownNameError
-from ulna.kernels.layout import BASE, COLUMN, FIXED, FRAME_WIDTH, KIND, PARENT, PRISMATIC, REVOLUTE, TABLE_WIDTH
+from ulna.kernels.layout import BASE, COLUMN, FIXED, FRAME_WIDTH, KIND, PARENT, PRISMATIC, RATIO, REVOLUTE, TABLE_WIDTH
 from ulna.model.description import Description, Joint, JointType, frozen
 from ulna.model.pose import pose
 from ulna.model.structure import (
@@ -95,9 +95,10 @@ class Tree:
         return chain
 
     def moving_columns(self, link: str) -> NDArray[np.int64]:
-        """The entries of q that drive a joint between the base and a link, in order."""
+        """The entries of q that move a joint between the base and a link, in order."""
         chain = self.chain(link)
-        return np.unique(chain[chain[:, KIND] != FIXED, COLUMN].astype(np.int64))
+        moved = (chain[:, KIND] != FIXED) & (chain[:, RATIO] != 0.0)
+        return np.unique(chain[moved, COLUMN].astype(np.int64))
 
     def frame_row(self, link: str, T_link_frame: NDArray[np.float64]) -> NDArray[np.float64]:
         """The row of a table of frames for a frame that stands still on a link."""
