@@ -7,13 +7,12 @@ the gain 0.1: of the methods and gains that its documentation names this was the
 
 import warnings
 
-import numpy as np
-
 from benchmarks.peer import Peer
 from ulna.bench.protocol import Protocol
 from ulna.bench.solver import Solver
-from ulna.bench.targets import finite_limits
 from ulna.kernels.layout import COLUMN, FIXED, KIND, REVOLUTE
+from ulna.kinematics.sample import usual_range
+from ulna.model.tree import row_pose
 from ulna.robot import Robot
 
 with warnings.catch_warnings():
@@ -25,10 +24,10 @@ _GAIN = 0.1
 
 def sequence(robot: Robot) -> ETS:
     """The arm's table of joints as an elementary transform sequence."""
-    lower, upper = finite_limits(robot)
+    lower, upper = usual_range(robot.lower, robot.upper)
     elements = []
     for row in robot.tree.chain(robot.tip):
-        elements.append(ET.SE3(np.vstack([row[:12].reshape(3, 4), [0, 0, 0, 1]])))
+        elements.append(ET.SE3(row_pose(row)))
         if row[KIND] != FIXED:
             k = int(row[COLUMN])
             elements.append((ET.Rz if row[KIND] == REVOLUTE else ET.tz)(qlim=[lower[k], upper[k]]))

@@ -6,7 +6,7 @@ import pytest
 
 import ulna
 from ulna.bench.arms import ARMS, NAMES, load_arm
-from ulna.bench.targets import finite_limits, longest_reach, middle, out_of_reach, path_positions, random_positions
+from ulna.bench.targets import longest_reach, middle, out_of_reach, path_positions, random_positions
 from ulna.errors import UlnaError
 
 INSTALLED = [name for name in NAMES if name != "iiwa14"]  # its data package is no dependency of the tests
@@ -36,9 +36,16 @@ def test_random_positions_and_paths_keep_the_limits(name):
     for q in (random_positions(arm, 500, 0), path_positions(arm, 500, 0)):
         assert q.shape == (500, arm.n_dof)
         assert ((q >= arm.lower) & (q <= arm.upper)).all()
-    lower, upper = finite_limits(arm)
-    assert np.isfinite([lower, upper]).all()
-    np.testing.assert_allclose(middle(arm) - lower, upper - middle(arm))
+    bounded = np.isfinite(arm.upper - arm.lower)
+    np.testing.assert_allclose(middle(arm)[bounded], (arm.lower[bounded] + arm.upper[bounded]) / 2)
+    np.testing.assert_allclose(middle(arm)[~bounded], 0.0, atol=1e-15)
+
+
+def test_limits_that_are_as_good_as_none_give_positions_that_can_be_reached():
+    arm = ulna.Robot.from_dh([(0.1, 0, 0.3, 0)] * 3, limits=[(-1e16, 1e16), (-1, 2), (-1e16, 1e16)])
+    for q in (random_positions(arm, 50, 0), path_positions(arm, 50, 0)):
+        assert (np.abs(q) <= np.pi).all()
+    assert np.isfinite(out_of_reach(arm, 50, 0)).all()
 
 
 def test_a_path_is_smooth():

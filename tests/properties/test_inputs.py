@@ -1,5 +1,7 @@
 """Positions and targets may come as any array of numbers; they are never changed, and answers share no memory with them."""
 
+import tempfile
+
 import numpy as np
 import pytest
 
@@ -35,11 +37,33 @@ def read_only(q):
     return q
 
 
+def mapped(q):
+    with tempfile.TemporaryFile() as file:
+        file.write(q.tobytes())
+        file.flush()
+        return np.memmap(file, np.float64, "r", shape=q.shape)
+
+
+class Lender:
+    """Gives its array to read, not to write, as those of other libraries do."""
+
+    def __init__(self, q):
+        self.q = read_only(q)
+
+    def __array__(self, dtype=None, copy=None):
+        return self.q
+
+    def __getitem__(self, row):
+        return Lender(self.q[row])
+
+
 FORMS = {
     "Fortran order": np.asfortranarray,
     "every third column": strided,
     "negative strides": negative,
     "read-only": read_only,
+    "read-only memory map": mapped,
+    "read-only by __array__": Lender,
     "float32": np.float32,
     "longdouble": np.longdouble,
     "big-endian": lambda q: q.astype(">f8"),

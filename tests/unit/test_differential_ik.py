@@ -120,3 +120,8 @@ def test_manipulability_is_the_product_of_the_singular_values(panda):
     planar = Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
     assert planar.manipulability([0.4, 0.0]) == pytest.approx(1.0)  # J'J = [[5, 3], [3, 2]]: a stretched arm still turns its end
     assert ulna.load("panda").manipulability(np.zeros(7)) < 1e-12
+
+
+def test_a_link_that_no_joint_moves_has_no_manipulability(panda):
+    assert panda.manipulability(panda.home, link="panda_link0") == 0.0
+    np.testing.assert_array_equal(panda.manipulability(np.tile(panda.home, (2, 3, 1)), link="panda_link0"), np.zeros((2, 3)))

@@ -79,6 +79,27 @@ def test_a_batch_of_reports_is_an_array_of_them(panda, world, rng):
     assert [[report.in_collision for report in row] for row in reports] == verdicts.tolist()
 
 
+class Restless(ulna.World):
+    """Between any two looks at it the object has gone, and another stands in its place."""
+
+    def objects(self):
+        found = super().objects()
+        for name in self.names:
+            pose = self.pose(name)
+            self.remove(name)
+            self.add(f"{name}'", ulna.Box((0.1, 0.2, 0.3)), ulna.pose((0, 0, 0.5)) @ pose)
+        return found
+
+
+def test_a_report_is_of_one_moment_of_the_world(panda):
+    restless, still = Restless(), ulna.World()
+    for world in (restless, still):
+        world.add("a", ulna.Sphere(0.1), ulna.pose((0.5, 0, 0.2)))
+    found, expected = (panda.check_collision(panda.home, world, False, max_distance=np.inf) for world in (restless, still))
+    assert str(found.pairs) == str(expected.pairs)
+    assert restless.names == ("a'",), "it was looked at once"
+
+
 @pytest.mark.parametrize("self_collision", [True, False])
 def test_the_gradient_is_that_of_differences_away_from_ties(panda, world, rng, self_collision):
     q, h, judged = random_positions(panda, rng, 60), 1e-6, 0

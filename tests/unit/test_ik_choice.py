@@ -1,10 +1,14 @@
 """The best of several solutions: nearest, in the middle of the ranges, free to move, and clear of what stands in the way."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import ulna
-from ulna import Robot
+from ulna import InputError, Robot
+from ulna.ik.obstacles import Obstacles
+from ulna.model.description import Body
 
 N = 200
 
@@ -109,6 +113,46 @@ def test_one_target_in_a_world_says_what_hits_what(panda, world):
     assert result.status == "in collision"
     assert "hits crate" in str(result)
     assert "crate" in {name for _, name in result.collisions}
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_elbow_with_the_greater_clearance_from_the_world_is_taken_however_near_the_arm_is_to_itself(side):
+    """A post beside the arm, off the way of both elbows; the arm's own bars are nearer to each other."""
+    bar = Body("bar", ulna.Capsule(0.02, 0.6), ulna.pose((0.5, 0, 0), (0, np.pi / 2, 0)))
+    rows = [(0, 0, 0, 0), (1.0, 0, 0, 0), (1.0, 0, 0, 0)]
+    plain = Robot.from_dh(rows, joint_types=["revolute", "revolute", "fixed"], limits=[(-3, 3)] * 2).description
+    links = tuple(replace(link, collisions=(bar,)) if link.name in {"link1", "link2"} else link for link in plain.links)
+    arm = Robot(replace(plain, links=links)).with_allowed_collisions(())
+    world = ulna.World()
+    world.add("post", ulna.Sphere(0.1), ulna.pose((0.7, 1.5 * side, 0)))
+    elbows = np.array([[0.8, -1.6], [-0.8, 1.6]])
+    clearance = arm.signed_distance(elbows, world, self_collision=False)
+    assert (arm.signed_distance(elbows) < clearance).all(), "otherwise nothing would be proved"
+    for seed in range(3):
+        result = arm.inverse_kinematics(
+            arm.forward_kinematics(elbows[0]), task="position", world=world, rank="clearance", seed=seed
+        )
+        np.testing.assert_allclose(result.q, elbows[clearance.argmax()], atol=1e-4)
+
+
+def test_only_what_solves_its_target_is_looked_at(panda, world, targets, monkeypatch):
+    """What no kernel has written holds whatever was in the memory."""
+    empty = np.empty
+    monkeypatch.setattr(np, "empty", lambda shape, dtype=float: np.full(shape, 1e300) if dtype is float else empty(shape, dtype))
+    with pytest.raises(InputError, match=r"^T: has an entry that is not finite"):
+        panda.inverse_kinematics(np.full((4, 4), np.nan), world=world)
+    asked = []
+    monkeypatch.setattr(Obstacles, "collides", lambda self, q: asked.append(q) or self.robot.in_collision(q, self.world))
+    result = panda.inverse_kinematics(targets[:20], world=world)
+    known = panda.forward_kinematics(np.concatenate(asked))
+    apart = np.abs(known[:, None] - targets[None, :20]).max(axis=(2, 3)).min(axis=1)
+    assert result.success.any()
+    assert apart.max() < 3e-5
+
+
+@pytest.mark.parametrize("rank", [*MEASURES, "clearance", None])
+def test_a_target_that_nothing_solves_has_nothing_to_rank(panda, world, rank):
+    assert not panda.inverse_kinematics(ulna.pose((5.0, 0, 0)), world=world, rank=rank, max_iterations=200).success
 
 
 # ---- postures

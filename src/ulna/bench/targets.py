@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.kernels.layout import COLUMN, KIND, OFFSET, PRISMATIC, RATIO
+from ulna.kinematics import sample
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
@@ -14,23 +15,18 @@ _SWING = 0.25  # of a joint's range, to each side of its middle
 
 def middle(robot: Robot) -> Array:
     """The middle of each joint's range [rad or m], shape (n_dof,)."""
-    lower, upper = finite_limits(robot)
+    lower, upper = sample.usual_range(robot.lower, robot.upper)
     return (lower + upper) / 2
 
 
-def finite_limits(robot: Robot) -> tuple[Array, Array]:
-    """Lower and upper limits, with a turn about zero where a joint has none."""
-    return np.where(np.isinf(robot.lower), -np.pi, robot.lower), np.where(np.isinf(robot.upper), np.pi, robot.upper)
-
-
 def random_positions(robot: Robot, n: int, seed: int) -> Array:
-    """Configurations drawn evenly within the limits, shape (n, n_dof): those of a reachable target's q."""
-    return np.random.default_rng(seed).uniform(*finite_limits(robot), (n, robot.n_dof))
+    """Configurations drawn evenly within the usual range, shape (n, n_dof): those of a reachable target's q."""
+    return sample.random_positions(robot.tree, n, seed)
 
 
 def path_positions(robot: Robot, n: int, seed: int) -> Array:
     """A smooth path about the middle of the range, shape (n, n_dof): every joint swings at a pace and from a phase of its own."""
-    lower, upper = finite_limits(robot)
+    lower, upper = sample.usual_range(robot.lower, robot.upper)
     rng = np.random.default_rng(seed)
     waves, phases = rng.uniform(1.0, _WAVES, robot.n_dof), rng.uniform(0.0, 2 * np.pi, robot.n_dof)
     time = np.linspace(0.0, 1.0, n)[:, None]

@@ -31,7 +31,7 @@ from ulna.kernels.nearest import BODY, NEAREST, NEAREST_WIDTH, nearest_batch
 from ulna.kernels.verdict import OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
 from ulna.kinematics.batches import in_parts
 from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range
+from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.model.description import Description
 from ulna.model.tree import Tree
 
@@ -82,7 +82,7 @@ class Checker:
         self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.bool_] | None = None
     ) -> bool | NDArray[np.bool_]:
         """Whether anything touches: a bool for one q, else shape (...,)."""
-        scene = self._scene(world, self_collision)
+        scene = self._scene(self._objects(world), self_collision)
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
             return self._touches(q, scene)
@@ -101,14 +101,14 @@ class Checker:
         """The least signed distance: a number for one q, else shape (...,)."""
         q = as_positions(q, self.tree)
         answer = as_out(out, q.shape[:-1], q)
-        answer[...] = self._nearest(q, self._scene(world, self_collision))[..., NEAREST]
+        answer[...] = self._nearest(q, self._scene(self._objects(world), self_collision))[..., NEAREST]
         return float(answer) if q.ndim == 1 and out is None else answer
 
     def distance_gradient(
         self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
         """The gradient of the least signed distance, shape (..., n_dof)."""
-        scene = self._scene(world, self_collision)
+        scene = self._scene(self._objects(world), self_collision)
         q = as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
         pairs = self._nearest(q, scene).reshape(-1, NEAREST_WIDTH)[:, BODY:].astype(np.int64)
@@ -127,14 +127,9 @@ class Checker:
         """Whether anything touches on the straight lines from q_a to q_b."""
         if isinstance(resolution, bool) or not isinstance(resolution, Real) or not LEAST_RESOLUTION <= resolution < np.inf:
             raise InputError("resolution", f"{resolution!r}; a length of at least {LEAST_RESOLUTION:g} m is expected")
-        scene = self._scene(world, self_collision)
+        scene = self._scene(self._objects(world), self_collision)
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
-        try:
-            batch = np.broadcast_shapes(starts.shape[:-1], ends.shape[:-1])
-        except ValueError:
-            raise InputError("q_b", f"shape {ends.shape} does not go with q_a of shape {starts.shape}") from None
-        shape = *batch, self.tree.n_dof
-        a, b = (flat(np.array(np.broadcast_to(side, shape), order="C")) for side in (starts, ends))
+        batch, a, b = rows_of_both(starts, ends, "q_a", "q_b")
         status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
 
         def run(part: slice) -> bool:
@@ -145,7 +140,7 @@ class Checker:
         if (status == EDGE_OUT_OF_RANGE).any():
             refuse_out_of_range(starts, "q_a")
             refuse_out_of_range(ends, "q_b")
-        q = (a + free[:, None] * (b - a)).reshape(shape)
+        q = (a + free[:, None] * (b - a)).reshape(*batch, self.tree.n_dof)
         hit = (status == EDGE_CONTACT).reshape(batch)
         return EdgeReport(hit if batch else bool(hit), free.reshape(batch) if batch else float(free[0]), q)
 
@@ -153,7 +148,8 @@ class Checker:
         """The pairs that are no farther apart than ``max_distance``: a report for one q, else an array of them, shape (...,)."""
         if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
             raise InputError("max_distance", f"{max_distance!r}; a distance [m] of at least 0 is expected")
-        objects, scene = self._objects(world), self._scene(world, self_collision)
+        objects = self._objects(world)  # once: what is told must have the names of what was checked
+        scene = self._scene(objects, self_collision)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
             return self._report(q, scene, objects.names, float(max_distance))
@@ -212,11 +208,11 @@ class Checker:
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         return NO_OBJECTS if world is None else world.objects()
 
-    def _scene(self, world: World | None, self_collision: bool) -> tuple:
-        """The robot and the world, as the kernels take them."""
-        if world is None and not self_collision:
+    def _scene(self, objects: Objects, self_collision: bool) -> tuple:
+        """The robot and the objects of a world, as the kernels take them."""
+        if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
-        objects, bodies, pairs = self._objects(world), self.bodies, self.pairs if self_collision else NO_PAIRS
+        bodies, pairs = self.bodies, self.pairs if self_collision else NO_PAIRS
         boxes = bodies.only_boxes and objects.only_boxes
         vertices, points = (None, None) if boxes else (bodies.vertices, objects.vertices)
         return self.tree.joints, bodies.table, vertices, pairs, objects.table, points, objects.nodes, objects.n_alone

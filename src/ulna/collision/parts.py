@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.cores import NO_VERTICES, shape_columns, shape_vertices
-from ulna.kernels.layout import BOX, SPHERE
+from ulna.kernels.layout import BODY_WIDTH, BOX, HALF_EXTENTS, RADIUS, REACH, SHAPE
 from ulna.model.clouds import HeightMap, Obstacle, PointCloud
+from ulna.model.shapes import Sphere
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ def parts_of(shape: Obstacle) -> Parts:
     """The solids of an object."""
     match shape:
         case PointCloud(points=points, radius=radius):
-            return Parts(points, np.tile((SPHERE, 0.0, 0.0, 0.0, radius, 0.0, 0.0, radius), (len(points), 1)), NO_VERTICES)
+            return Parts(points, np.tile(shape_columns(Sphere(radius)), (len(points), 1)), NO_VERTICES)
         case HeightMap():
             return _columns_of_cells(shape)
     return Parts(np.zeros((1, 3)), np.array([shape_columns(shape)]), shape_vertices(shape))
@@ -44,6 +45,7 @@ def _columns_of_cells(terrain: HeightMap) -> Parts:
     half = np.empty((nx * ny, 3))
     half[:, :2], half[:, 2] = terrain.cell / 2, (terrain.heights.ravel() - terrain.bottom) / 2
     places = np.column_stack([np.repeat(x, ny), np.tile(y, nx), terrain.bottom + half[:, 2]])
-    columns = np.zeros((nx * ny, 8))
-    columns[:, 0], columns[:, 1:4], columns[:, 7] = BOX, half, np.linalg.norm(half, axis=1)
+    columns = np.zeros((nx * ny, BODY_WIDTH - SHAPE))
+    columns[:, 0], columns[:, REACH - SHAPE] = BOX, np.linalg.norm(half, axis=1)
+    columns[:, HALF_EXTENTS - SHAPE : RADIUS - SHAPE] = half
     return Parts(places, columns, NO_VERTICES)

@@ -18,7 +18,6 @@ from ulna.ik.explain import turning_columns
 from ulna.ik.problem import STEPS, Problem
 from ulna.ik.rounds import Round, jobs
 from ulna.kernels import search_layout as layout
-from ulna.kernels.layout import COLUMN, FIXED, KIND
 from ulna.kinematics.jacobian import geometric_jacobian
 
 Array = NDArray[np.float64]
@@ -113,7 +112,7 @@ def _merge(problem: Problem, found: Array, more: Array) -> Array:
 
 def _is_continuum(problem: Problem, found: Array) -> bool:
     """Whether the solutions are not isolated: more joints than rows, or far more solutions than any arm has branches."""
-    moving = np.unique(problem.chain[problem.chain[:, KIND] != FIXED, COLUMN].astype(int))
+    moving = problem.tree.moving_columns(problem.link)
     asked = int((np.asarray(problem.task.slack) == 0.0).sum())
     if len(moving) > asked or len(found) >= _MOST_BRANCHES:
         return True

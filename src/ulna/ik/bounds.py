@@ -45,12 +45,17 @@ def seed_share(n_dof: int) -> Array:
     return np.full((1, n_dof), np.nan)
 
 
-def shares(n_dof: int, seed: int, first: int, count: int) -> Array:
-    """The random starts ``first`` to ``first + count``: shape (count, n_dof), in [0, 1)."""
+def shares(tree: Tree, link: str, seed: int, first: int, count: int) -> Array:
+    """The random starts ``first`` to ``first + count``: shape (count, n_dof), in [0, 1).
+
+    What does not move the link is NaN, which stays at the seed: where it went would be by chance.
+    """
     blocks = range(first // _TABLE, (first + count - 1) // _TABLE + 1)
-    rows = np.concatenate([_block(n_dof, seed, block) for block in blocks])
-    start = first - blocks[0] * _TABLE
-    return rows[start : start + count].copy()
+    rows = np.concatenate([_block(tree.n_dof, seed, block) for block in blocks])
+    start, moving = first - blocks[0] * _TABLE, tree.moving_columns(link)
+    chosen = np.full((count, tree.n_dof), np.nan)
+    chosen[:, moving] = rows[start : start + count, moving]
+    return chosen
 
 
 @lru_cache(maxsize=64)

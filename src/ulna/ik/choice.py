@@ -9,7 +9,6 @@ from ulna.errors import InputError, did_you_mean
 from ulna.ik.obstacles import Obstacles
 from ulna.ik.problem import Problem, mid_range
 from ulna.kinematics.jacobian import manipulability
-from ulna.kinematics.positions import flat
 
 Array = NDArray[np.float64]
 RANKS = ("nearest", "manipulability", "clearance", "mid_range")
@@ -29,19 +28,18 @@ def price_of(
         raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
 
     def price(order: NDArray[np.int64], q: Array) -> Array:
-        rows, batch = flat(q), q.shape[:-1]
         if rank == "manipulability":
             cost = -manipulability(problem.tree, q, problem.link)
         elif rank == "mid_range":
             cost = _from_mid_range(problem, q)
         elif rank == "clearance" and obstacles is not None:
-            cost = -obstacles.clearance(rows).reshape(batch)
+            cost = -obstacles.clearance(q)
         elif rank == "nearest" or problem.seeded:
             seeds = problem.seeds[np.minimum(order, len(problem.seeds) - 1)]
-            cost = np.abs(q - seeds[:, None]).max(axis=-1)
+            cost = np.abs(q - seeds).max(axis=-1)
         else:
-            cost = np.zeros(batch)
-        return cost if obstacles is None else np.where(obstacles.collides(rows).reshape(batch), np.inf, cost)
+            cost = np.zeros(len(q))
+        return cost if obstacles is None else np.where(obstacles.collides(q), np.inf, cost)
 
     return price
 
@@ -51,4 +49,4 @@ def _from_mid_range(problem: Problem, q: Array) -> Array:
     half = (problem.tree.upper - problem.tree.lower) / 2
     bounded = np.isfinite(half) & (half > 0)
     share = (q - mid_range(problem.tree))[..., bounded] / half[bounded]
-    return np.mean(share**2, axis=-1) if bounded.any() else np.zeros(q.shape[:-1])
+    return np.mean(share**2, axis=-1) if bounded.any() else np.zeros(len(q))

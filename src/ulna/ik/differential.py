@@ -10,7 +10,7 @@ from ulna.ik.problem import positive, refuse_immovable
 from ulna.kernels.differential import differential_batch, differential_one
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
 from ulna.model.arrays import as_floats
 from ulna.model.tree import Tree
 
@@ -43,19 +43,10 @@ def differential_ik(
             _work.numbers = np.empty(size)
         good = differential_one(chain, frame, tree.limits, tree.velocity_limits, lam, dt, q, twist, _work.numbers, out)
     else:
-        shape = _batch_shape(q, twist)
-        out = as_out(out, (*shape, tree.n_dof), q, twist)
-        q, twist = (np.array(np.broadcast_to(given, (*shape, given.shape[-1])), order="C") for given in (q, twist))
-        rows = out.reshape(-1, tree.n_dof)
-        good = differential_batch(chain, frame, tree.limits, tree.velocity_limits, lam, dt, flat(q), flat(twist), rows)
+        batch, qs, twists = rows_of_both(q, twist, "q", "twist")
+        out = as_out(out, (*batch, tree.n_dof), q, twist)
+        good = differential_batch(chain, frame, tree.limits, tree.velocity_limits, lam, dt, qs, twists, flat(out))
     if not good:
         refuse_out_of_range(q)
         refuse_out_of_range(twist, "twist")
     return out
-
-
-def _batch_shape(q: Array, twist: Array) -> tuple[int, ...]:
-    try:
-        return np.broadcast_shapes(q.shape[:-1], twist.shape[:-1])
-    except ValueError:
-        raise InputError("twist", f"shape {twist.shape} does not go with q of shape {q.shape}") from None

@@ -26,8 +26,8 @@ class Obstacles:
         return self.robot.in_collision(q, self.world)
 
     def clearance(self, q: Array) -> Array:
-        """How far configurations (n, n_dof) are from everything [m], shape (n,)."""
-        return self.robot.signed_distance(q, self.world)
+        """How far configurations (n, n_dof) are from the world [m], shape (n,): a robot is always near to itself."""
+        return self.robot.signed_distance(q, self.world, self_collision=False)
 
     def pairs(self, q: Array) -> tuple[tuple[str, str], ...]:
         """The names of the pairs that collide at one configuration."""

@@ -10,11 +10,10 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.ik.bounds import bounds_of
 from ulna.ik.task import Task
 from ulna.kernels import search_layout as layout
-from ulna.kernels.layout import FIXED, KIND, PARENT
-from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+from ulna.kinematics.positions import as_positions, refuse_out_of_range, rows_of
 from ulna.model.arrays import as_floats
 from ulna.model.pose import as_pose
-from ulna.model.tree import Tree
+from ulna.model.tree import Tree, lengthened
 
 Array = NDArray[np.float64]
 
@@ -128,11 +127,7 @@ def _in_task_frame(chain: Array, targets: Array, turn: Array | None) -> tuple[Ar
         return chain, targets
     T_end_task = np.eye(4)
     T_end_task[:3, :3] = turn
-    row = np.zeros((1, chain.shape[1]))
-    row[0, :12], row[0, KIND], row[0, PARENT] = T_end_task[:3].ravel(), FIXED, len(chain) - 1
-    turned = np.vstack([chain, row])
-    turned.setflags(write=False)
-    return turned, targets @ T_end_task
+    return lengthened(chain, T_end_task), targets @ T_end_task
 
 
 def _columns(tree: Tree, held: Iterable[str]) -> tuple[int, ...]:
@@ -154,7 +149,7 @@ def _seeds(tree: Tree, q_seed: ArrayLike, batch: tuple[int, ...]) -> Array:
     if seeds.ndim == 1:
         return seeds.reshape(1, -1)
     try:
-        return flat(np.array(np.broadcast_to(seeds, (*batch, tree.n_dof)), order="C"))
+        return rows_of(seeds, batch)
     except ValueError:
         message = f"shape {seeds.shape} does not go with targets of batch shape {batch}: give one seed, or one for each target"
         raise InputError("q_seed", message) from None

@@ -31,7 +31,7 @@ class QuickSearch:
         settings[layout.ROTATION_TOLERANCE] = positive("rotation_tolerance", tolerances[1])
         settings[layout.FIRST_WINS], settings[layout.STEPS] = 1.0, STEPS
         bounds, from_seed = limit_bounds(tree.bounds), seed_share(tree.n_dof)
-        random = shares(tree.n_dof, as_count("seed", seed), 0, _STARTS - 1)
+        random = shares(tree, link, as_count("seed", seed), 0, _STARTS - 1)
         self._chain, self._home = tree.chain(link), home.copy()
         self._from_home = np.concatenate([settings, bounds.ravel(), home, from_seed.ravel(), random.ravel()])
         settings[layout.STEPS] = SEEDED_STEPS

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.kernels.layout import COLUMN, KIND, OFFSET, PRISMATIC, RATIO, REVOLUTE
+from ulna.model.tree import row_pose
 
 Array = NDArray[np.float64]
 _SWEEPS = 60
@@ -128,7 +129,7 @@ def _links(chain: Array, lower: Array, upper: Array) -> list[_Link] | None:
     """The way from the base to the first revolute axis, from each to the next, and from the last to the end."""
     links, T, slides = [], np.eye(4), []
     for row in chain:
-        T = T @ np.vstack([row[:12].reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+        T = T @ row_pose(row)
         if int(row[KIND]) == PRISMATIC:
             column = int(row[COLUMN])
             ends = np.array([lower[column], upper[column]]) * row[RATIO] + row[OFFSET]

@@ -18,8 +18,8 @@ from ulna.kernels.levenberg_marquardt import search_jobs
 from ulna.kinematics.batches import in_parts
 
 Array = NDArray[np.float64]
-# The price of every job that has solved its target, shape (m, n_starts); infinite: not acceptable. Called with the numbers of the
-# targets (m,) and the configurations (m, n_starts, n_dof).
+# The price of every job that has solved its target, shape (k,); infinite: not acceptable. Called with the numbers of the targets
+# (k,) and the configurations (k, n_dof).
 Price = Callable[[NDArray[np.int64], Array], Array]
 
 _JOBS_A_THREAD = 1024
@@ -88,7 +88,8 @@ class Search:
     def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Round, price: Price | None) -> None:
         """Keep what is better than before for some targets, and close those that are solved."""
         solved = info[:, :, layout.STATUS] == layout.SOLVED
-        costs = np.where(solved, 0.0 if price is None else price(order, q), np.inf)
+        costs = np.full(solved.shape, np.inf)
+        costs[solved] = 0.0 if price is None else price(order[solved.nonzero()[0]], q[solved])
         self._note_rejected(order, q, info, solved & np.isinf(costs))
         chosen = np.where(np.isfinite(costs).any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
         row = np.arange(len(order))
@@ -129,7 +130,7 @@ def jobs(problem: Problem, order: NDArray[np.int64], part: Round) -> tuple[Array
     n_dof = problem.tree.n_dof
     starts = seed_share(n_dof) if part.from_seed else np.empty((0, n_dof))
     if part.count > len(starts):
-        starts = np.vstack([starts, shares(n_dof, problem.seed, part.first, part.count - len(starts))])
+        starts = np.vstack([starts, shares(problem.tree, problem.link, problem.seed, part.first, part.count - len(starts))])
     settings = problem.settings.copy()
     settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))

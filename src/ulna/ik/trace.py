@@ -38,5 +38,5 @@ def _start(problem: Problem, start: int) -> Array:
     if start == 0:
         return problem.seeds[0]
     lower, upper, low, high = problem.bounds[0]
-    q = low + shares(problem.tree.n_dof, problem.seed, start - 1, 1)[0] * (high - low)
-    return np.clip(q, lower, upper)
+    share = shares(problem.tree, problem.link, problem.seed, start - 1, 1)[0]
+    return np.clip(np.where(np.isnan(share), problem.seeds[0], low + share * (high - low)), lower, upper)

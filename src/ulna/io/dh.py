@@ -81,7 +81,7 @@ def _serial_arm(
         child = f"link{k}"
         before, behind = around_the_motion(numbers, convention)
         if row.type == JointType.FIXED:
-            chain.fix(row.name, child, before @ behind)
+            chain.add(row, child, before @ behind)
         elif np.array_equal(behind, np.eye(4)):
             chain.add(row, child, before)
         else:
@@ -105,7 +105,7 @@ class _Chain:
         self.links.append(Link(child))
 
     def fix(self, name: str, child: str, T_parent_child: NDArray) -> None:
-        while name in self.taken and name in {joint.name for joint in self.joints} | self.taken:
+        while name in self.taken:
             name += "_"
         self.add(_Row(name, JointType.FIXED, Limits()), child, T_parent_child)
 

@@ -6,7 +6,7 @@ whatever its block: the answer is bit for bit that of one call.
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cache
 
 from ulna.kernels.layout import WIDTH
@@ -15,7 +15,7 @@ LEAST_ROWS = 1024  # of a part, where a row takes less than a microsecond
 
 
 def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, threads: int | None = None) -> bool:
-    """Run a kernel over rows 0 to n in parts, and say whether it said yes to all.
+    """Run a kernel over rows 0 to n in parts, and say whether it said yes to all. However this ends, no part runs on behind it.
 
     Args:
         run: Calls the kernel for the rows of a slice; the kernel lets go of the interpreter's lock (``nogil``).
@@ -34,7 +34,13 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
     if n_parts < 2 or threads < 2:
         return run(slice(0, n))
     step = -(-n // n_parts // WIDTH) * WIDTH
-    return all(_pool(os.getpid(), threads).map(run, [slice(start, min(start + step, n)) for start in range(0, n, step)]))
+    pool = _pool(os.getpid(), threads)
+    parts: list[Future[bool]] = []
+    try:
+        parts.extend(pool.submit(run, slice(start, min(start + step, n))) for start in range(0, n, step))
+        return all(part.result() for part in parts)
+    finally:  # the caller's array is the caller's again
+        wait([part for part in parts if not part.cancel()])
 
 
 @cache

@@ -11,7 +11,7 @@ from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, RATIO
 from ulna.model.description import Description, Joint, JointType, Mimic
 from ulna.model.structure import moving_joints
 from ulna.model.subtree import chain_joints
-from ulna.model.tree import Tree, motion_along_z
+from ulna.model.tree import Tree, motion_along_z, row_pose
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def dh_chain(description: Description, tree: Tree, link: str) -> DHChain:
     names = iter(moving_joints(description, joints))
     T, kept, rows, frames = np.eye(4), [], [], []
     for row in table:
-        T = T @ np.vstack([row[:12].reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+        T = T @ row_pose(row)
         if row[KIND] == FIXED:
             continue
         joint = next(names)

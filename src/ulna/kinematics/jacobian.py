@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.compile import ready
 from ulna.kernels.jacobian import BASE, LINK, SPATIAL, jacobian_batch, jacobian_one
-from ulna.kernels.layout import COLUMN, FIXED, KIND
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, refuse_out_of_range
@@ -116,11 +115,12 @@ def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None
     """
     q = as_positions(q, tree)
     answer = as_out(out, q.shape[:-1], q)
-    J, chain = geometric_jacobian(tree, q, link, "base"), tree.chain(link)
-    moving = np.unique(chain[chain[:, KIND] != FIXED, COLUMN].astype(int))
-    J = J[..., moving]
+    moving = tree.moving_columns(link)
+    J = geometric_jacobian(tree, q, link, "base")[..., moving]
     Jt = np.swapaxes(J, -1, -2)
     np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=answer)
+    if not len(moving):  # the determinant of no rows is 1
+        answer[...] = 0.0
     return answer if q.ndim > 1 or out is not None else answer[()]
 
 

@@ -42,6 +42,20 @@ def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:
     return q.reshape(prod(q.shape[:-1]), q.shape[-1])
 
 
+def rows_of_both(a: NDArray, b: NDArray, name_a: str, name_b: str) -> tuple[tuple[int, ...], NDArray, NDArray]:
+    """The batch shape of two batches together, and the rows of each (``rows_of``); an ``InputError`` if there is none."""
+    try:
+        batch = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
+    except ValueError:
+        raise InputError(name_b, f"shape {b.shape} does not go with {name_a} of shape {a.shape}") from None
+    return batch, rows_of(a, batch), rows_of(b, batch)
+
+
+def rows_of(a: NDArray, batch: tuple[int, ...]) -> NDArray[np.float64]:
+    """A copy with a row for each of a batch, C-contiguous, shape (n, ...); a ``ValueError`` if it does not go with that shape."""
+    return flat(np.array(np.broadcast_to(a, (*batch, a.shape[-1])), order="C"))
+
+
 def for_kernel(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """q with at least one entry, which a kernel of a robot without joints does not read."""
     return q if q.shape[-1] else np.zeros((*q.shape[:-1], 1))

@@ -24,7 +24,8 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
         array = np.asarray(values)
         if array.dtype.kind not in "biuf":
             raise InputError(name, f"not an array of numbers (it holds {_what(array)})")
-        return np.asarray(array, dtype=np.float64, order="C")
+        array = np.asarray(array, dtype=np.float64, order="C")
+        return array if array.flags.carray else array.copy()
     except (TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import UnknownNameError
-from ulna.kernels.layout import BASE, FIXED, FRAME_WIDTH, PARENT, PRISMATIC, REVOLUTE, TABLE_WIDTH
+from ulna.kernels.layout import BASE, COLUMN, FIXED, FRAME_WIDTH, KIND, PARENT, PRISMATIC, RATIO, REVOLUTE, TABLE_WIDTH
 from ulna.model.description import Description, Joint, JointType, frozen
 from ulna.model.pose import pose
 from ulna.model.structure import (
@@ -94,6 +94,12 @@ class Tree:
             chain = self._chains[link] = self._make_chain(link)
         return chain
 
+    def moving_columns(self, link: str) -> NDArray[np.int64]:
+        """The entries of q that move a joint between the base and a link, in order."""
+        chain = self.chain(link)
+        moved = (chain[:, KIND] != FIXED) & (chain[:, RATIO] != 0.0)
+        return np.unique(chain[moved, COLUMN].astype(np.int64))
+
     def frame_row(self, link: str, T_link_frame: NDArray[np.float64]) -> NDArray[np.float64]:
         """The row of a table of frames for a frame that stands still on a link."""
         return _frame_row(self.link_row[link], self.link_offset[link] @ T_link_frame)
@@ -113,13 +119,10 @@ class Tree:
         while row != BASE:
             rows.append(self.joints[row])
             row = int(self.joints[row][PARENT])
-        rows.reverse()
-        if not rows or not np.array_equal(self.link_offset[link], np.eye(4)):
-            rows.append(_joint_row(self.link_offset[link], FIXED, Drive(0), BASE))
-        chain = np.array(rows)
+        chain, offset = np.array(rows[::-1]).reshape(-1, TABLE_WIDTH), self.link_offset[link]
         chain[:, PARENT] = np.arange(len(chain)) - 1
-        chain.setflags(write=False)
-        return chain
+        ends_here = rows and np.array_equal(offset, np.eye(4))
+        return frozen(chain, chain.shape) if ends_here else lengthened(chain, offset)
 
 
 def build_tree(description: Description) -> Tree:
@@ -159,6 +162,16 @@ def build_tree(description: Description) -> Tree:
         link_offset={name: frozen(T, (4, 4)) for name, T in link_offset.items()},
         link_frames=frozen([_frame_row(link_row[name], link_offset[name]) for name in names], (len(names), FRAME_WIDTH)),
     )
+
+
+def lengthened(chain: NDArray[np.float64], T_end_frame: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A chain with a frame behind its end that no joint moves."""
+    return frozen([*chain, _joint_row(T_end_frame, FIXED, Drive(0), len(chain) - 1)], (len(chain) + 1, TABLE_WIDTH))
+
+
+def row_pose(row: NDArray[np.float64]) -> NDArray[np.float64]:
+    """T_parent_joint of a row of a table of joints, shape (4, 4)."""
+    return np.vstack([row[:12].reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
 
 
 def _motion_rows(joint: Joint, drive: Drive, parent: int, T_parent_joint: NDArray, first_row: int):

@@ -58,7 +58,8 @@ class InverseKinematics(Structure):
             seed: Chooses the random configurations; without ``time_limit`` the result depends on nothing else.
             task: ``"pose"``; ``"position"``: any orientation; ``"pointing"``: position and the direction of the link's z axis;
                 or an ``ulna.Task`` (another axis, slack by component).
-            world: Configurations that collide with it are rejected, and the search goes on.
+            world: Configurations that collide with it, or in which the robot touches itself, are rejected, and the search goes
+                on.
             rank: Which of several solutions: ``"nearest"`` to the seed (largest joint change), ``"manipulability"``,
                 ``"clearance"`` from the world, ``"mid_range"`` of the joints. It chooses among what sixteen starts find.
             posture: Of all solutions near the seed, the one nearest to this configuration, shape (n_dof,), or to

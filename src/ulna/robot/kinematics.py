@@ -141,7 +141,8 @@ class Kinematics(Structure):
             out: Written to and returned if given: a float64 array of the result's shape.
 
         Returns:
-            Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints.
+            Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints, and 0
+            for a link that none moves.
         """
         return self._jacobian.manipulability(self.tree, q, self._the_tip if link is None else link, out)
 

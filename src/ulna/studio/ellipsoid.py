@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.kernels.layout import COLUMN, FIXED, KIND
 from ulna.model.description import JointType
 from ulna.robot import Robot
 
@@ -47,12 +46,10 @@ def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
 def _driven_columns(robot: Robot, link: str) -> list[int]:
     """The entries of q that move a link, those of a moving base aside."""
     types = {joint.name: joint.type for joint in robot.description.joints}
-    chain = robot.tree.chain(link)
-    moving = {int(column) for column in chain[chain[:, KIND] != FIXED, COLUMN]}
     own = [
         column
         for name, place in zip(robot.joint_names, robot.joint_slices, strict=True)
         if types[name] not in (JointType.PLANAR, JointType.FLOATING)
         for column in range(place.start, place.stop)
     ]
-    return [column for column in own if column in moving]
+    return [column for column in robot.tree.moving_columns(link).tolist() if column in own]

@@ -88,6 +88,11 @@ def test_limits_are_given_for_the_moving_joints_in_their_order():
     assert robot.joint_names == ("joint1", "joint3", "joint5")
 
 
+def test_every_joint_has_the_number_of_its_row_fixed_ones_too():
+    robot = Robot.from_dh(ROWS[:3], joint_types=["revolute", "revolute", "fixed"])
+    assert [joint.name for joint in robot.description.joints] == ["joint1", "joint2", "joint3"]
+
+
 @pytest.mark.parametrize("convention", DH_FORMULAS)
 def test_the_ends_of_a_table_stand_before_and_behind_its_rows(convention):
     T_base_0, T_n_tip = naive.from_rpy((0.1, 0.2, 0.3), (0.4, -0.5, 0.6)), naive.from_rpy((0, -0.2, 0.1), (1.4, 0.5, -2.6))
