@@ -99,10 +99,13 @@ class Checker:
         self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.float64] | None = None
     ) -> Any:
         """The least signed distance: a number for one q, else shape (...,)."""
+        scene = self._scene(self._objects(world), self_collision)
         q = as_positions(q, self.tree)
+        if q.ndim == 1 and out is None:
+            return float(self._nearest(q, scene)[NEAREST])
         answer = as_out(out, q.shape[:-1], q)
-        answer[...] = self._nearest(q, self._scene(self._objects(world), self_collision))[..., NEAREST]
-        return float(answer) if q.ndim == 1 and out is None else answer
+        answer[...] = self._nearest(q, scene)[..., NEAREST]
+        return answer
 
     def distance_gradient(
         self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.float64] | None = None
