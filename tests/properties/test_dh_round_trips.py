@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import naive
 import ulna
+import zoo
 from close import assert_close
 from ulna import Robot
 
@@ -97,19 +98,10 @@ def test_the_ur5_of_universal_robots_is_the_published_table_turned_by_half_a_tur
     """ROS turns the base by pi about z; seen from there every x axis of the published table points the other way."""
     robot = ulna.load(ROBOTS / "ur_description/urdf/ur5_robot.urdf")
     table = robot.dh("standard", "ee_link")
-    published = np.array(
-        [
-            (0, 0.089159, pi / 2),
-            (-0.425, 0, 0),
-            (-0.39225, 0, 0),
-            (0, 0.10915, pi / 2),
-            (0, 0.09465, -pi / 2),
-            (0, 0.0823, 0),
-        ]
-    )
-    assert_close(table.rows[:5, :3], published[:5] * [-1, 1, -1], atol=1e-15)
+    published = np.array(zoo.UR5)
+    assert_close(table.rows[:5, :3], published[:5, :3] * [-1, 1, -1], atol=1e-15)
     assert_close(table.rows[5, :2], published[5, :2])
-    turned = Robot.from_dh(np.column_stack([published, np.zeros(6)]), convention="standard", T_base_0=ulna.pose(rpy=(0, 0, pi)))
+    turned = Robot.from_dh(published, convention="standard", T_base_0=ulna.pose(rpy=(0, 0, pi)))
     q = np.random.default_rng(6).uniform(-3, 3, (100, 6))
     flange, tip = turned.forward_kinematics(q), robot.forward_kinematics(q, "ee_link")
     apart = np.linalg.inv(flange) @ tip

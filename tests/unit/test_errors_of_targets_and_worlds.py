@@ -7,12 +7,11 @@ import pytest
 
 import ulna
 import zoo
+from ik_methods import METHODS
 from not_poses import NOT_POSES, TARGET, mirrored, spoilt
 from ulna import Box, DescriptionError, FileError, GeometryError, InputError, Mesh, Robot, UlnaError, UnknownNameError, World
 from ulna.errors import SingularityError
 from ulna.kernels.layout import LARGEST
-
-METHODS = ["levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares"]
 
 
 def refused(kind, call, *arguments, **named):

@@ -6,19 +6,8 @@ import numpy as np
 import pytest
 
 import naive
+from ik_methods import TEXTBOOK
 from ulna import InputError
-
-TEXTBOOK = ("jacobian_transpose", "pseudo_inverse", "damped_least_squares")
-
-
-@pytest.fixture(scope="module")
-def q(panda):
-    return np.random.default_rng(41).uniform(panda.lower, panda.upper, (40, 7))
-
-
-@pytest.fixture(scope="module")
-def targets(panda, q):
-    return panda.forward_kinematics(q)
 
 
 def errors(panda, q, T):

@@ -6,22 +6,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from ik_methods import METHODS, TEXTBOOK
 from not_poses import NOT_POSES
 from ulna import InputError, Task
 from ulna.kernels.from_the_seed import follow_each
 from ulna.kernels.levenberg_marquardt import search_jobs
-
-TEXTBOOK = ("jacobian_transpose", "pseudo_inverse", "damped_least_squares")
-
-
-@pytest.fixture(scope="module")
-def q(panda):
-    return np.random.default_rng(41).uniform(panda.lower, panda.upper, (40, 7))
-
-
-@pytest.fixture(scope="module")
-def targets(panda, q):
-    return panda.forward_kinematics(q)
 
 
 def read_only(a):
@@ -100,7 +89,7 @@ def test_the_short_way_and_the_long_refuse_the_same_seeds_in_the_same_words(pand
 
 
 @pytest.mark.parametrize("name", NOT_POSES)
-@pytest.mark.parametrize("method", ["levenberg_marquardt", *TEXTBOOK])
+@pytest.mark.parametrize("method", METHODS)
 def test_the_short_way_and_the_long_refuse_the_same_targets_in_the_same_words(panda, name, method):
     T, _ = NOT_POSES[name]
     short = refusal(lambda: panda.inverse_kinematics(T, method=method))
