@@ -1,6 +1,5 @@
 """DH table -> robot -> DH table, and URDF -> DH table -> robot."""
 
-import sys
 from math import pi
 from pathlib import Path
 
@@ -13,11 +12,10 @@ import naive
 import ulna
 import zoo
 from close import assert_close
+from robot_files import EXAMPLES
 from ulna import Robot
 
 CONVENTIONS = ("modified", "standard")
-SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
-ROBOTS = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
 ARMS = [
     "panda_description/urdf/panda.urdf",
     "ur_description/urdf/ur3_robot.urdf",
@@ -78,7 +76,7 @@ def test_the_table_of_a_tables_robot_is_that_table(convention, rows, kinds):
 
 @pytest.mark.parametrize("path", ARMS, ids=lambda path: Path(path).stem)
 def test_every_chain_of_a_real_robot_is_its_table(path):
-    robot = ulna.load(ROBOTS / path)
+    robot = ulna.load(EXAMPLES / path)
     for leaf in robot.tree.leaves:
         for convention in CONVENTIONS:
             table = robot.dh(convention, leaf)
@@ -96,7 +94,7 @@ def test_every_chain_of_a_real_robot_is_its_table(path):
 
 def test_the_ur5_of_universal_robots_is_the_published_table_turned_by_half_a_turn():
     """ROS turns the base by pi about z; seen from there every x axis of the published table points the other way."""
-    robot = ulna.load(ROBOTS / "ur_description/urdf/ur5_robot.urdf")
+    robot = ulna.load(EXAMPLES / "ur_description/urdf/ur5_robot.urdf")
     table = robot.dh("standard", "ee_link")
     published = np.array(zoo.UR5)
     assert_close(table.rows[:5, :3], published[:5, :3] * [-1, 1, -1], atol=1e-15)

@@ -1,8 +1,6 @@
 """``ulna.inspect``: a sound document has no findings, and one defect has the one finding that names it."""
 
 import re
-import sys
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -10,10 +8,8 @@ from hypothesis import strategies as st
 
 import ulna
 from inspection_cases import DEFECTS, SOUND
+from robot_files import EXAMPLES
 from ulna import InputError, Severity, UlnaError
-
-SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
-ROBOTS = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
 
 
 def told(inspection):
@@ -95,7 +91,7 @@ def test_a_mesh_that_cannot_be_read_is_a_warning(tmp_path, content, reason):
 
 
 def test_the_grippers_of_the_pr2_are_told_to_contradict_themselves():
-    inspection = ulna.inspect(ROBOTS / "pr2_description/urdf/pr2.urdf")
+    inspection = ulna.inspect(EXAMPLES / "pr2_description/urdf/pr2.urdf")
     contradictions = [finding.where for finding in inspection.findings if "no room" in finding.message]
     assert contradictions == ["joint 'r_gripper_r_parallel_root_joint'", "joint 'l_gripper_r_parallel_root_joint'"]
 
