@@ -14,6 +14,18 @@ def panda():
     return ulna.load("panda")
 
 
+@pytest.fixture(scope="module")
+def q(panda):
+    """Forty configurations of the Panda within its limits."""
+    return np.random.default_rng(41).uniform(panda.lower, panda.upper, (40, 7))
+
+
+@pytest.fixture(scope="module")
+def targets(panda, q):
+    """Forty poses that the Panda reaches: those of ``q``."""
+    return panda.forward_kinematics(q)
+
+
 @pytest.fixture
 def rng():
     return np.random.default_rng(20240607)

@@ -19,6 +19,7 @@ SOUND = """<robot name="arm">
   <joint name="shoulder" type="revolute">
     <parent link="base"/><child link="upper"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/>
     <limit lower="-1" upper="1" velocity="2" effort="3"/>
+    <safety_controller k_velocity="9" k_position="8" soft_lower_limit="-0.9" soft_upper_limit="0.9"/>
   </joint>
   <joint name="grip" type="prismatic">
     <parent link="upper"/><child link="left"/><origin xyz="0 0 0.5"/><axis xyz="1 0 0"/>
@@ -74,11 +75,7 @@ DEFECTS = {
         'multiplier="0.5"',
         'multiplier="-0.5"',
         [
-            (
-                WARNING,
-                "joint 'grip too'",
-                "its limits and those of 'grip', which it mimics, leave no room: its own are passed over",
-            ),
+            (WARNING, "joint 'grip too'", "its limits leave 'grip', which it mimics, no room: they are passed over"),
         ],
     ),
     "a follower that stands still": (

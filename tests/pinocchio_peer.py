@@ -60,6 +60,10 @@ class Peer:
         pin.framesForwardKinematics(self.model, self.data, self.configuration(q))
         return np.array([self.data.oMf[frame].homogeneous for frame in self.frames])
 
+    def link_pose(self, q: np.ndarray, link: str) -> np.ndarray:
+        pin.framesForwardKinematics(self.model, self.data, self.configuration(q))
+        return self.data.oMf[self.frame(link)].homogeneous
+
     def jacobian(self, q: np.ndarray, link: str, expressed_in: str) -> np.ndarray:
         return pin.computeFrameJacobian(self.model, self.data, self.configuration(q), self.frame(link), FRAMES[expressed_in])
 
@@ -95,6 +99,6 @@ def farthest_jacobian(peer: Peer, n: int = 100) -> float:
     return largest
 
 
-def random_positions(robot, n: int) -> np.ndarray:
+def random_positions(robot, n: int, seed: int = 1) -> np.ndarray:
     lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
-    return np.random.default_rng(1).uniform(lower, upper, (n, robot.n_dof))
+    return np.random.default_rng(seed).uniform(lower, upper, (n, robot.n_dof))

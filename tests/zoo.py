@@ -6,7 +6,7 @@ import naive
 from ulna.model.description import Description, Joint, JointType, Limits, Link, Mimic
 
 X, Y, Z = np.eye(3)
-# The DH table of a UR5: Universal Robots, "Parameters for calculations of kinematics and dynamics".
+# Universal Robots, "DH parameters for calculations of kinematics and dynamics" (standard): a, d, alpha, theta.
 UR5 = [
     (0, 0.089159, np.pi / 2, 0),
     (-0.425, 0, 0, 0),
@@ -14,6 +14,14 @@ UR5 = [
     (0, 0.10915, np.pi / 2, 0),
     (0, 0.09465, -np.pi / 2, 0),
     (0, 0.0823, 0, 0),
+]
+UR5E = [
+    (0, 0.1625, np.pi / 2, 0),
+    (-0.425, 0, 0, 0),
+    (-0.3922, 0, 0, 0),
+    (0, 0.1333, np.pi / 2, 0),
+    (0, 0.0997, -np.pi / 2, 0),
+    (0, 0.0996, 0, 0),
 ]
 _PLACES = [((0.1, -0.2, 0.3), (0.3, -0.5, 1.2)), ((0.0, 0.25, 0.1), (-1.1, 0.4, 0.2)), ((-0.3, 0.1, 0.05), (0.0, 0.0, 2.5))]
 

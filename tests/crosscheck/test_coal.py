@@ -5,12 +5,12 @@ overlapping, and its depths of nearly parallel boxes are up to 1.3e-6 m off. So 
 verdicts too, but for bodies with nearly parallel edges: there it may call free what overlaps by 1e-6 m.
 """
 
-import coal
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import ulna
+from coal_boxes import as_coal, distance, overlap
 
 PAIRS = 2500  # a family: 22 500 in all
 CONTACT = 1e-9  # [m] nearer to touching than this, either verdict is right
@@ -72,24 +72,6 @@ FAMILIES = {
 }
 
 
-def as_coal(extents, T):
-    return coal.Box(*extents), coal.Transform3s(T[:3, :3], T[:3, 3])
-
-
-def exacting(request):
-    request.gjk_tolerance = request.epa_tolerance = 1e-12
-    return request
-
-
-def coal_overlaps(a, b) -> bool:
-    return coal.collide(*a, *b, exacting(coal.CollisionRequest()), coal.CollisionResult()) > 0
-
-
-def coal_distance(a, b) -> float:
-    """Negative when penetrating."""
-    return coal.distance(*a, *b, exacting(coal.DistanceRequest()), coal.DistanceResult())
-
-
 def gap_by_separating_axes(a, T_a, b, T_b) -> float:
     """The widest gap over the fifteen axes, each normalised, in extended precision where the machine has it."""
     T_a, T_b = np.asarray(T_a, np.longdouble), np.asarray(T_b, np.longdouble)
@@ -115,7 +97,7 @@ class Pairs:
         self.delicate = fly in (nearly_parallel, crossed)
         self.exactness = 1e-8 if self.delicate else 1e-13  # [m]
         self.gaps = np.array([gap_by_separating_axes(self.a, T, self.b, self.T_crate) for T in self.T])
-        self.verdicts = np.array([coal_overlaps(as_coal(self.a, T), as_coal(self.b, self.T_crate)) for T in self.T])
+        self.verdicts = np.array([overlap(as_coal(self.a, T), as_coal(self.b, self.T_crate)) for T in self.T])
 
 
 @pytest.fixture(scope="module", params=FAMILIES)
@@ -163,7 +145,7 @@ def test_the_depth_is_coals(family):
     for k, pair in overlapping(family):
         if family.delicate and family.gaps[k] > -2e-6:
             continue
-        expected = coal_distance(as_coal(family.a, family.T[k]), as_coal(family.b, family.T_crate))
+        expected = distance(as_coal(family.a, family.T[k]), as_coal(family.b, family.T_crate))
         assert pair.signed_distance == pytest.approx(expected, rel=0, abs=max(1e-9, family.exactness))
 
 
@@ -182,7 +164,7 @@ def test_moved_out_along_the_normal_a_box_is_free_just_beyond_the_depth(family, 
         T_moved = moved_out(family, pair, margin)
         gap = gap_by_separating_axes(family.a, family.T[k], family.b, T_moved)
         assert gap == pytest.approx(margin, rel=0, abs=family.exactness)
-        assert coal_overlaps(as_coal(family.a, family.T[k]), as_coal(family.b, T_moved)) == (margin < 0)
+        assert overlap(as_coal(family.a, family.T[k]), as_coal(family.b, T_moved)) == (margin < 0)
 
 
 def test_the_verdict_turns_within_rounding_of_the_contact(family):

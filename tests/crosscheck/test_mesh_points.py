@@ -1,20 +1,17 @@
 """The points of a mesh, by the box around them, against trimesh: every mesh of a few robots, in the three kinds of files."""
 
 import re
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from close import assert_close
+from robot_files import EXAMPLES
 from ulna.io.mesh_points import mesh_points
 
 trimesh = pytest.importorskip("trimesh")
 pytest.importorskip("collada")
 
-SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
-ROBOTS = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
 MESHES = [
     path
     for robot in (
@@ -24,7 +21,7 @@ MESHES = [
         "quadruped_description",
         "double_pendulum_description",
     )
-    for path in sorted((ROBOTS / robot).rglob("*"))
+    for path in sorted((EXAMPLES / robot).rglob("*"))
     if path.suffix.lower() in (".stl", ".obj", ".dae") and path.stat().st_size < 1_000_000
 ]
 # Two nodes, one turned and moved within the other, in centimetres: the scene decides where the square is.

@@ -1,11 +1,11 @@
 """The Panda's twelve boxes: the assignment's table through Pinocchio's links, and Coal's verdicts over all of them."""
 
-import coal
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import ulna
+from coal_boxes import as_coal, distance, overlap
 
 # The table of the assignment, section 5: link, translation [m], quaternion (w, x, y, z), size [m]
 TABLE = [
@@ -24,23 +24,6 @@ TABLE = [
 ]
 CRATE = (0.15, 0.09, 0.126)
 NAMES = tuple(f"box {k}" for k in range(1, 13))
-
-
-def exacting(request):
-    request.gjk_tolerance = request.epa_tolerance = 1e-12
-    return request
-
-
-def as_coal(extents, T):
-    return coal.Box(*extents), coal.Transform3s(T[:3, :3], T[:3, 3])
-
-
-def overlap(a, b) -> bool:
-    return coal.collide(*a, *b, exacting(coal.CollisionRequest()), coal.CollisionResult()) > 0
-
-
-def distance(a, b) -> float:
-    return coal.distance(*a, *b, exacting(coal.DistanceRequest()), coal.DistanceResult())
 
 
 class Boxes:

@@ -1,6 +1,5 @@
 """DH table -> robot -> DH table, and URDF -> DH table -> robot."""
 
-import sys
 from math import pi
 from pathlib import Path
 
@@ -11,12 +10,12 @@ from hypothesis import strategies as st
 
 import naive
 import ulna
+import zoo
 from close import assert_close
+from robot_files import EXAMPLES
 from ulna import Robot
 
 CONVENTIONS = ("modified", "standard")
-SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
-ROBOTS = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
 ARMS = [
     "panda_description/urdf/panda.urdf",
     "ur_description/urdf/ur3_robot.urdf",
@@ -77,7 +76,7 @@ def test_the_table_of_a_tables_robot_is_that_table(convention, rows, kinds):
 
 @pytest.mark.parametrize("path", ARMS, ids=lambda path: Path(path).stem)
 def test_every_chain_of_a_real_robot_is_its_table(path):
-    robot = ulna.load(ROBOTS / path)
+    robot = ulna.load(EXAMPLES / path)
     for leaf in robot.tree.leaves:
         for convention in CONVENTIONS:
             table = robot.dh(convention, leaf)
@@ -95,21 +94,12 @@ def test_every_chain_of_a_real_robot_is_its_table(path):
 
 def test_the_ur5_of_universal_robots_is_the_published_table_turned_by_half_a_turn():
     """ROS turns the base by pi about z; seen from there every x axis of the published table points the other way."""
-    robot = ulna.load(ROBOTS / "ur_description/urdf/ur5_robot.urdf")
+    robot = ulna.load(EXAMPLES / "ur_description/urdf/ur5_robot.urdf")
     table = robot.dh("standard", "ee_link")
-    published = np.array(
-        [
-            (0, 0.089159, pi / 2),
-            (-0.425, 0, 0),
-            (-0.39225, 0, 0),
-            (0, 0.10915, pi / 2),
-            (0, 0.09465, -pi / 2),
-            (0, 0.0823, 0),
-        ]
-    )
-    assert_close(table.rows[:5, :3], published[:5] * [-1, 1, -1], atol=1e-15)
+    published = np.array(zoo.UR5)
+    assert_close(table.rows[:5, :3], published[:5, :3] * [-1, 1, -1], atol=1e-15)
     assert_close(table.rows[5, :2], published[5, :2])
-    turned = Robot.from_dh(np.column_stack([published, np.zeros(6)]), convention="standard", T_base_0=ulna.pose(rpy=(0, 0, pi)))
+    turned = Robot.from_dh(published, convention="standard", T_base_0=ulna.pose(rpy=(0, 0, pi)))
     q = np.random.default_rng(6).uniform(-3, 3, (100, 6))
     flange, tip = turned.forward_kinematics(q), robot.forward_kinematics(q, "ee_link")
     apart = np.linalg.inv(flange) @ tip

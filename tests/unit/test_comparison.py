@@ -1,20 +1,16 @@
 """``ulna.compare``: each kind of difference alone, on a robot of which one thing was changed."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ulna
+from robot_files import EXAMPLES
 from ulna import InputError, Robot
 from ulna.comparison.result import KINDS
 from ulna.robots.panda import DH_JOINT_TYPES, DH_ROWS
 from zoo import every_joint
-
-SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
-ROBOTS = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
 
 ARM = """<robot name="arm">
   <link name="base"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
@@ -85,7 +81,7 @@ def test_a_robot_is_the_same_as_itself(panda, name):
 
 
 def test_the_bundled_panda_stands_where_that_of_example_robot_data_does(panda):
-    other = ulna.load(ROBOTS / "panda_description/urdf/panda.urdf")
+    other = ulna.load(EXAMPLES / "panda_description/urdf/panda.urdf")
     comparison = ulna.compare(panda, other)
     assert {kind for kind, _ in found(comparison)} == {"link", "joint", "collision", "visual"}
     assert len(comparison.poses) == 9

@@ -13,20 +13,11 @@ from ulna import DHTable, InputError, Robot
 from ulna.kernels.layout import LARGEST
 from ulna.model.description import Description, Joint, JointType, Limits, Link, Mimic
 from ulna.robots.panda import DH_ROWS
-from zoo import every_joint, of_chain, unit
+from zoo import UR5, every_joint, of_chain, unit
 
 RNG = np.random.default_rng(31)
 CONVENTIONS = ("modified", "standard")
 
-# Universal Robots, "DH parameters for calculations of kinematics and dynamics" (standard): a, d, alpha, theta.
-UR5 = [
-    (0, 0.089159, pi / 2, 0),
-    (-0.425, 0, 0, 0),
-    (-0.39225, 0, 0, 0),
-    (0, 0.10915, pi / 2, 0),
-    (0, 0.09465, -pi / 2, 0),
-    (0, 0.0823, 0, 0),
-]
 # Corke and Armstrong-Helouvry, A search for consensus among model parameters reported for the PUMA 560 robot (1994), standard.
 PUMA_A, PUMA_D, PUMA_ALPHA = [0, 0.4318, 0.0203, 0, 0, 0], [0, 0, 0.15005, 0.4318, 0, 0], [pi / 2, 0, -pi / 2, pi / 2, -pi / 2, 0]
 # Spong, Hutchinson and Vidyasagar (2006), example 3.5: the Stanford arm (standard; its third joint slides); d2 and d6 chosen.

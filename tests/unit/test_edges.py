@@ -85,7 +85,6 @@ def test_a_thin_sheet_between_two_free_configurations_is_not_jumped_over():
 def test_a_clearance_above_the_resolution_is_no_contact():
     robot, world = ulna.load(SLIDER), ulna.World()
     world.add("ceiling", ulna.Box((8, 8, 0.1)), ulna.pose((0, 0, 0.15 + 2e-3)))  # 2 mm above the cube
-    assert robot.edge_in_collision([-1, -2], [1, 2], world, resolution=3e-3).in_collision in (True, False)
     assert not robot.edge_in_collision([-1, -2], [1, 2], world, resolution=1e-3)
     world.move("ceiling", ulna.pose((0, 0, 0.15 - 1e-6)))
     assert robot.edge_in_collision([-1, -2], [1, 2], world).free_until == 0.0

@@ -7,38 +7,11 @@ import pytest
 
 import ulna
 import zoo
+from ik_methods import METHODS
+from not_poses import NOT_POSES, TARGET, mirrored, spoilt
 from ulna import Box, DescriptionError, FileError, GeometryError, InputError, Mesh, Robot, UlnaError, UnknownNameError, World
 from ulna.errors import SingularityError
-
-METHODS = ["levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares"]
-TARGET = ulna.pose((0.4, 0.1, 0.5), (3.0, 0.1, 0.2))
-
-
-def spoilt(*changes):
-    """The target with entries ((row, column), value) put in."""
-    T = TARGET.copy()
-    for entry, value in changes:
-        T[entry] = value
-    return T
-
-
-def mirrored():
-    return TARGET @ np.diag([1.0, 1, -1, 1])
-
-
-NOT_POSES = {
-    "nan in the rotation": (spoilt(((0, 0), np.nan)), "has an entry that is not finite"),
-    "nan in the position": (spoilt(((1, 3), np.nan)), "has an entry that is not finite"),
-    "infinite position": (spoilt(((2, 3), np.inf)), "has an entry that is not finite"),
-    "infinite rotation": (spoilt(((2, 1), -np.inf)), "has an entry that is not finite"),
-    "nan in the last row": (spoilt(((3, 0), np.nan)), "has an entry that is not finite"),
-    "huge rotation": (spoilt(((0, 0), 1e9)), "has a rotation part whose columns are not orthonormal"),
-    "overflowing rotation": (spoilt(((0, 0), 1e300)), "has a rotation part whose columns are not orthonormal"),
-    "scaled": (TARGET * [[2], [2], [2], [1]], "has a rotation part whose columns are not orthonormal"),
-    "zeros": (np.zeros((4, 4)), "has a last row that is not (0, 0, 0, 1)"),
-    "last row": (spoilt(((3, 3), 1.1)), "has a last row that is not (0, 0, 0, 1)"),
-    "reflection": (mirrored(), "is a reflection: its determinant is negative"),
-}
+from ulna.kernels.layout import LARGEST
 
 
 def refused(kind, call, *arguments, **named):
@@ -85,24 +58,35 @@ def test_a_target_at_the_border_of_rigid_is_either_searched_for_or_refused(panda
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("far", [1e6, 1e9, 1e153, 1e155, 1e200, 1e308])
-def test_a_target_however_far_is_not_found_within_the_limits(panda, method, far):
-    try:
-        s = panda.inverse_kinematics(spoilt(((0, 3), far)), method=method, max_iterations=60)
-    except InputError:
-        return
-    assert not s.success
-    assert s.status == ("unreachable" if method == "levenberg_marquardt" else s.status)
-    assert s.status in ("unreachable", "stationary", "not found")
+def test_a_rotation_is_refused_only_beyond_a_millionth(panda, method):
+    there = panda.forward_kinematics(panda.home)
+    bent, broken = (there * [1 + defect / 2, 1, 1, 1] for defect in (5e-7, 2e-6))
+    assert panda.inverse_kinematics(bent, q_seed=panda.home, method=method).success
+    message = refused(InputError, panda.inverse_kinematics, broken, q_seed=panda.home, method=method)
+    assert message == "T: has a rotation part whose columns are not orthonormal, so it is not a pose"
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_target_as_far_as_may_be_is_not_found_within_the_limits(panda, method):
+    s = panda.inverse_kinematics(spoilt(((0, 3), LARGEST)), method=method, max_iterations=60)
+    assert s.status in (["unreachable"] if method == "levenberg_marquardt" else ["unreachable", "stationary", "not found"])
     assert ((s.q >= panda.lower) & (s.q <= panda.upper)).all()
-    assert s.position_error > 0.5 * far
+    assert s.position_error > 0.5 * LARGEST
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("far", [np.nextafter(LARGEST, np.inf), 1e9, 1e155, 1e308])
+def test_a_target_farther_than_that_is_refused(panda, method, far):
+    message = refused(InputError, panda.inverse_kinematics, spoilt(((0, 3), -far)), method=method)
+    assert message == "T: has a position beyond 1e+06 m, so it is not a pose"
 
 
 def test_targets_of_another_shape_are_refused(panda):
     for shape in [(), (4,), (3, 4), (16,), (2, 3, 3), (7,)]:
         message = refused(InputError, panda.inverse_kinematics, np.zeros(shape))
         assert message == f"T: shape {shape}, but targets have shape (..., 4, 4); ulna.pose(xyz, rpy) makes one"
-    assert refused(InputError, panda.inverse_kinematics, "home").startswith("T: not an array of numbers")
+    for word in ("home", None):
+        assert refused(InputError, panda.inverse_kinematics, word).startswith("T: not an array of numbers")
 
 
 @pytest.mark.parametrize(
@@ -110,21 +94,9 @@ def test_targets_of_another_shape_are_refused(panda):
     [
         ({"method": "levenberg"}, "method: 'levenberg' is not a method; did you mean 'levenberg_marquardt'?"),
         (
-            {"method": 3},
-            "method: 3 is not a method; there are "
-            + ", ".join(map(repr, ["levenberg_marquardt", "jacobian_transpose", "damped_least_squares", "pseudo_inverse"])),
-        ),
-        (
             {"method": "jacobian_transpose", "posture": np.zeros(7)},
             "posture: the method 'jacobian_transpose' takes none: it goes from the seed alone, wherever that leads",
         ),
-        ({"position_tolerance": 0}, "position_tolerance: 0; a number above 0 is expected"),
-        ({"position_tolerance": -1e-5}, "position_tolerance: -1e-05; a number above 0 is expected"),
-        ({"rotation_tolerance": np.nan}, "rotation_tolerance: nan; a number above 0 is expected"),
-        ({"rotation_tolerance": np.inf}, "rotation_tolerance: inf; a number above 0 is expected"),
-        ({"max_iterations": -1}, "max_iterations: -1; a whole number of at least 0 is expected"),
-        ({"max_iterations": np.nan}, "max_iterations: nan; a whole number of at least 0 is expected"),
-        ({"max_iterations": 2.5}, "max_iterations: 2.5; a whole number of at least 0 is expected"),
         ({"posture": np.zeros((2, 7))}, "posture: shape (2, 7), but one posture, shape (7,), serves all targets"),
     ],
 )
@@ -132,10 +104,37 @@ def test_an_option_out_of_its_range_is_refused_by_name(panda, options, message):
     assert refused(InputError, panda.inverse_kinematics, TARGET, **options) == message
 
 
-@pytest.mark.parametrize("seed", [-1, 1.5, None])
-def test_a_seed_that_is_no_whole_number_is_refused(panda, seed):
-    """None would be another seed each time, and the result would depend on more than its arguments."""
-    assert refused(InputError, panda.inverse_kinematics, TARGET, seed=seed).startswith("seed: ")
+@pytest.mark.parametrize("method", ["lm", "", None, 3])
+def test_what_is_like_no_method_is_refused_with_those_that_there_are(panda, method):
+    known = "'levenberg_marquardt', 'jacobian_transpose', 'damped_least_squares', 'pseudo_inverse'"
+    message = refused(InputError, panda.inverse_kinematics, TARGET, method=method)
+    assert message == f"method: {method!r} is not a method; there are {known}"
+
+
+@pytest.mark.parametrize("name", ["position_tolerance", "rotation_tolerance"])
+@pytest.mark.parametrize("value", [0, -1e-5, np.nan, np.inf, "fine", None, (1e-5, 1e-5), 1e-5 + 0j])
+def test_a_tolerance_that_is_no_number_above_zero_is_refused(panda, name, value):
+    message = refused(InputError, panda.inverse_kinematics, TARGET, **{name: value})
+    assert message == f"{name}: {value!r}; a number above 0 is expected"
+
+
+@pytest.mark.parametrize("name", ["max_iterations", "seed"])
+@pytest.mark.parametrize("value", [-1, 2**31, np.nan, 1.5, "many", [1, 2]])
+def test_a_count_that_is_no_whole_number_is_refused(panda, name, value):
+    message = refused(InputError, panda.inverse_kinematics, TARGET, **{name: value})
+    assert message == f"{name}: {value!r}; a whole number of at least 0 is expected"
+
+
+def test_no_seed_is_refused_for_the_result_would_depend_on_more_than_its_arguments(panda):
+    assert refused(InputError, panda.inverse_kinematics, TARGET, seed=None).startswith("seed: ")
+
+
+def test_numbers_of_other_kinds_are_numbers(panda):
+    T = panda.forward_kinematics(panda.home + 0.1)
+    plain = panda.inverse_kinematics(T, seed=3, max_iterations=100, position_tolerance=1e-6)
+    numpy = panda.inverse_kinematics(T, seed=np.int64(3), max_iterations=np.int32(100), position_tolerance=np.float64(1e-6))
+    assert np.array_equal(plain.q, numpy.q)
+    assert panda.inverse_kinematics(T.astype(np.float32), q_seed=panda.home.astype(np.float32)).success
 
 
 def test_seeds_must_go_with_the_targets(panda):
@@ -148,6 +147,14 @@ def test_seeds_must_go_with_the_targets(panda):
 def test_a_robot_without_joints_has_nothing_to_solve_for():
     message = refused(InputError, Robot(zoo.two_links("fixed", zoo.Z)).inverse_kinematics, np.eye(4))
     assert message == "T: the robot has no moving joints, so nothing can be solved for"
+
+
+def test_a_link_that_no_joint_moves_is_reached_where_it_stands_and_nowhere_else(panda):
+    there = panda.inverse_kinematics(np.eye(4), link="panda_link0")
+    assert (bool(there.success), int(there.iterations)) == (True, 0)
+    missed = panda.inverse_kinematics(ulna.pose((0.1, 0, 0)), link="panda_link0")
+    assert not missed.success
+    assert missed.position_error == pytest.approx(0.1)
 
 
 # ---- worlds -------------------------------------------------------------------------------------------------------------

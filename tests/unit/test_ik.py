@@ -6,9 +6,8 @@ import pytest
 
 import ulna
 import zoo
+from ik_methods import METHODS
 from ulna import InputError
-
-METHODS = ("levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares")
 
 
 def random_positions(robot, n: int, seed: int = 4) -> np.ndarray:

@@ -5,17 +5,9 @@ import pytest
 
 import naive
 import ulna
+import zoo
 from ulna import InputError, Robot
 
-# Universal Robots, "DH parameters for calculations of kinematics and dynamics", table of the UR5e.
-UR5E = [
-    (0, 0.1625, np.pi / 2, 0),
-    (-0.425, 0, 0, 0),
-    (-0.3922, 0, 0, 0),
-    (0, 0.1333, np.pi / 2, 0),
-    (0, 0.0997, -np.pi / 2, 0),
-    (0, 0.0996, 0, 0),
-]
 LINKS = (1.0, 0.6)
 
 
@@ -26,7 +18,7 @@ def planar():
 
 @pytest.fixture(scope="module")
 def ur5e():
-    return Robot.from_dh(UR5E, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
+    return Robot.from_dh(zoo.UR5E, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
 
 
 def distinct(found):
@@ -73,7 +65,7 @@ def test_limits_leave_out_the_branches_beyond_them(ur5e):
     everywhere = ur5e.inverse_kinematics_all(T)
     limits = np.column_stack([np.full(6, -np.pi), np.full(6, np.pi)])
     limits[2] = 0.0, np.pi
-    narrow = Robot.from_dh(UR5E, convention="standard", limits=limits).inverse_kinematics_all(T)
+    narrow = Robot.from_dh(zoo.UR5E, convention="standard", limits=limits).inverse_kinematics_all(T)
     elbow = everywhere[:, 2] - 2 * np.pi * np.rint(everywhere[:, 2] / (2 * np.pi))
     assert len(everywhere) == 8
     assert len(narrow) == np.count_nonzero(elbow >= 0) == 4

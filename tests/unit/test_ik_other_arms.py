@@ -1,6 +1,5 @@
 """Arms of other makes: none of the targets they can reach is missed, judged by Pinocchio; five joints meet what five can."""
 
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -9,9 +8,10 @@ import pinocchio as pin
 import pytest
 
 import ulna
+from pinocchio_peer import Peer, random_positions
+from robot_files import EXAMPLES
 from ulna import Task
 
-SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
 ARMS = {
     "ur_description/urdf/ur5_robot.urdf": "tool0",
     "ur_description/urdf/ur10_robot.urdf": "tool0",
@@ -31,44 +31,25 @@ five_joints = pytest.mark.parametrize("path", FIVE_JOINTS, ids=lambda path: Path
 
 
 @cache
-def arm_of(path):
-    """The robot, and its model and data in Pinocchio."""
-    file = next(Path(entry) / SHARE / path for entry in sys.path if (Path(entry) / SHARE).is_dir())
-    robot = ulna.load(file)
-    model = pin.buildModelFromXML(robot.to_urdf())
-    return robot, model, model.createData()
+def peer_of(path):
+    """The robot's model in Pinocchio, which knows the robot too."""
+    robot = ulna.load(EXAMPLES / path)
+    return Peer(robot, pin.buildModelFromXML(robot.to_urdf()))
 
 
 def pinocchio_poses(path, q):
-    """The poses of the arm's end at each q, by Pinocchio: its continuous joints are a cosine and a sine."""
-    robot, model, data = arm_of(path)
-    poses = []
-    for x in q:
-        positions = pin.neutral(model)
-        for name, value in zip(robot.joint_names, x, strict=True):
-            joint = model.joints[model.getJointId(name)]
-            positions[joint.idx_q : joint.idx_q + joint.nq] = value if joint.nq == 1 else (np.cos(value), np.sin(value))
-        mimics = [joint for joint in robot.description.joints if joint.mimic is not None]
-        for follower in mimics:
-            joint = model.joints[model.getJointId(follower.name)]
-            if joint.nq == 1:
-                leader = x[robot.joint_names.index(follower.mimic.joint)]
-                positions[joint.idx_q] = follower.mimic.multiplier * leader + follower.mimic.offset
-        pin.framesForwardKinematics(model, data, positions)
-        poses.append(data.oMf[model.getFrameId(ARMS[path], pin.BODY)].homogeneous.copy())
-    return np.array(poses)
+    """The poses of the arm's end at each q, by Pinocchio."""
+    return np.array([peer_of(path).link_pose(x, ARMS[path]) for x in q])
 
 
-def random_positions(path, n):
-    robot = arm_of(path)[0]
-    lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
-    return np.random.default_rng(4).uniform(lower, upper, (n, robot.n_dof))
+def positions_of(path, n):
+    return random_positions(peer_of(path).robot, n, seed=4)
 
 
 @arms
 def test_every_target_is_reached_within_the_limits(path):
-    robot = arm_of(path)[0]
-    targets = pinocchio_poses(path, random_positions(path, 200))
+    robot = peer_of(path).robot
+    targets = pinocchio_poses(path, positions_of(path, 200))
     result = robot.inverse_kinematics(targets, link=ARMS[path])
     assert result.success.all(), str(result)
     assert ((result.q >= robot.lower) & (result.q <= robot.upper)).all()
@@ -79,8 +60,8 @@ def test_every_target_is_reached_within_the_limits(path):
 
 @five_joints
 def test_five_joints_point_where_they_are_told_whatever_the_turn_about_the_axis(path):
-    robot = arm_of(path)[0]
-    goals = pinocchio_poses(path, random_positions(path, 100))
+    robot = peer_of(path).robot
+    goals = pinocchio_poses(path, positions_of(path, 100))
     turn = np.random.default_rng(9).uniform(-np.pi, np.pi, 100)
     targets = np.array([T @ ulna.pose((0, 0, 0), (0, 0, angle)) for T, angle in zip(goals, turn, strict=True)])
     result = robot.inverse_kinematics(targets, link=ARMS[path], task=Task.pointing())
@@ -93,8 +74,8 @@ def test_five_joints_point_where_they_are_told_whatever_the_turn_about_the_axis(
 
 @five_joints
 def test_of_an_orientation_that_five_joints_cannot_meet_the_best_is_told(path):
-    robot = arm_of(path)[0]
-    goals = pinocchio_poses(path, random_positions(path, 20))
+    robot = peer_of(path).robot
+    goals = pinocchio_poses(path, positions_of(path, 20))
     targets = np.array(
         [T @ ulna.pose((0, 0, 0), rpy) for T, rpy in zip(goals, np.random.default_rng(1).uniform(-2, 2, (20, 3)), strict=True)]
     )
@@ -103,7 +84,7 @@ def test_of_an_orientation_that_five_joints_cannot_meet_the_best_is_told(path):
     reached = pinocchio_poses(path, result.q)
     np.testing.assert_allclose(result.position_error, np.linalg.norm((reached - targets)[:, :3, 3], axis=1), rtol=0, atol=1e-12)
     told = result.position_error**2 + result.rotation_error**2
-    tried = pinocchio_poses(path, random_positions(path, 2000))
+    tried = pinocchio_poses(path, positions_of(path, 2000))
     nearer = 0
     for T, best in zip(targets, told, strict=True):
         angles = np.arccos(np.clip((np.einsum("nij,ij->n", tried[:, :3, :3], T[:3, :3]) - 1) / 2, -1, 1))

@@ -6,22 +6,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-import ulna
+from ik_methods import METHODS, TEXTBOOK
+from not_poses import NOT_POSES
 from ulna import InputError, Task
 from ulna.kernels.from_the_seed import follow_each
 from ulna.kernels.levenberg_marquardt import search_jobs
-
-TEXTBOOK = ("jacobian_transpose", "pseudo_inverse", "damped_least_squares")
-
-
-@pytest.fixture(scope="module")
-def q(panda):
-    return np.random.default_rng(41).uniform(panda.lower, panda.upper, (40, 7))
-
-
-@pytest.fixture(scope="module")
-def targets(panda, q):
-    return panda.forward_kinematics(q)
 
 
 def read_only(a):
@@ -82,13 +71,6 @@ NO_SEEDS = {
     "short": np.zeros(6),
     "a batch": np.zeros((2, 7)),
 }
-NO_TARGETS = {
-    "NaN": np.full((4, 4), np.nan),
-    "scaled": 2 * np.eye(4),
-    "a reflection": np.diag([1.0, 1.0, -1.0, 1.0]),
-    "too far": ulna.pose((2e6, 0, 0)),
-    "3x3": np.eye(3),
-}
 
 
 def refusal(call):
@@ -106,10 +88,10 @@ def test_the_short_way_and_the_long_refuse_the_same_seeds_in_the_same_words(pand
     assert short.startswith("q_seed")
 
 
-@pytest.mark.parametrize("name", NO_TARGETS)
-@pytest.mark.parametrize("method", ["levenberg_marquardt", *TEXTBOOK])
+@pytest.mark.parametrize("name", NOT_POSES)
+@pytest.mark.parametrize("method", METHODS)
 def test_the_short_way_and_the_long_refuse_the_same_targets_in_the_same_words(panda, name, method):
-    T = NO_TARGETS[name]
+    T, _ = NOT_POSES[name]
     short = refusal(lambda: panda.inverse_kinematics(T, method=method))
     assert short == refusal(lambda: panda.inverse_kinematics(T.tolist(), method=method, max_iterations=7))
     assert short.startswith("T: ")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ik_methods import METHODS
 from ulna import InputError, UnknownNameError
 
 N = 200
@@ -32,7 +33,7 @@ def assert_reached(panda, result, targets):
 # ---- held joints and largest steps
 
 
-@pytest.mark.parametrize("method", ["levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares"])
+@pytest.mark.parametrize("method", METHODS)
 def test_joints_that_are_held_do_not_move_by_a_bit(panda, q, targets, method):
     seeds = near(panda, q, 0.2)
     seeds[:, COLUMNS] = q[:, COLUMNS]

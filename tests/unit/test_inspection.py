@@ -1,8 +1,6 @@
 """``ulna.inspect``: a sound document has no findings, and one defect has the one finding that names it."""
 
 import re
-import sys
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -10,10 +8,8 @@ from hypothesis import strategies as st
 
 import ulna
 from inspection_cases import DEFECTS, SOUND
+from robot_files import EXAMPLES
 from ulna import InputError, Severity, UlnaError
-
-SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
-ROBOTS = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
 
 
 def told(inspection):
@@ -95,9 +91,18 @@ def test_a_mesh_that_cannot_be_read_is_a_warning(tmp_path, content, reason):
 
 
 def test_the_grippers_of_the_pr2_are_told_to_contradict_themselves():
-    inspection = ulna.inspect(ROBOTS / "pr2_description/urdf/pr2.urdf")
-    contradictions = [finding.where for finding in inspection.findings if "leave no room" in finding.message]
+    inspection = ulna.inspect(EXAMPLES / "pr2_description/urdf/pr2.urdf")
+    contradictions = [finding.where for finding in inspection.findings if "no room" in finding.message]
     assert contradictions == ["joint 'r_gripper_r_parallel_root_joint'", "joint 'l_gripper_r_parallel_root_joint'"]
+
+
+def test_a_follower_that_contradicts_another_follower_is_told_and_its_limits_do_not_hold():
+    third = """<link name="third"/><joint name="grip three" type="prismatic"><parent link="upper"/><child link="third"/>
+    <axis xyz="1 0 0"/><limit lower="0.3" upper="0.4" velocity="2" effort="3"/><mimic joint="grip"/></joint></robot>"""
+    text = SOUND.replace('lower="0" upper="0.4"', 'lower="0" upper="0.1"').replace("</robot>", third)
+    [finding] = ulna.inspect(text).findings
+    assert (finding.where, finding.severity) == ("joint 'grip three'", Severity.WARNING)
+    assert ulna.load(text).upper[1] == 0.2
 
 
 def test_a_xacro_file_is_inspected_expanded_and_one_that_does_not_expand_has_its_error(tmp_path):

@@ -17,10 +17,14 @@ _ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``: other inpu
 
 @dataclass(frozen=True)
 class Document:
-    """``robot`` or the ``error`` that there is instead; ``root`` is None where there is not even XML."""
+    """``robot`` or the ``error`` that there is instead; ``root`` is None where there is not even XML.
+
+    ``folder`` and ``package_dirs`` say where its meshes lie; for a robot given by name, those that its name stands for.
+    """
 
     source: str
     folder: Path | None
+    package_dirs: tuple[Path, ...]
     root: etree._Element | None
     robot: Robot | None
     error: DescriptionError | InputError | None
@@ -41,11 +45,12 @@ def read_document(source: str | Path, xacro_args: Mapping[str, object], package_
         name = getattr(error, "source", "") or ("URDF text" if path is None else path.name)
         folder, text = (None, str(source).encode()) if path is None else (path.parent, path.read_bytes())
         does_not_expand = str(getattr(error, "message", "")).startswith("xacro:")
-        root = None if does_not_expand else _elements(text, name, folder, xacro_args, package_dirs)
-        return Document(name, folder, root, None, error)
-    description, path = robot.description, _path(source)
+        folders = tuple(map(Path, package_dirs))
+        root = None if does_not_expand else _elements(text, name, folder, xacro_args, folders)
+        return Document(name, folder, folders, root, None, error)
+    description = robot.description
     root = parse(description.text.encode(), description.source)
-    return Document(description.source, None if path is None else path.parent, root, robot, None)
+    return Document(description.source, description.folder, description.package_dirs, root, robot, None)
 
 
 def _path(source: str | Path) -> Path | None:
@@ -54,11 +59,11 @@ def _path(source: str | Path) -> Path | None:
 
 
 def _elements(
-    text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
+    text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: tuple[Path, ...]
 ) -> etree._Element | None:
     """The root of a document that was refused: the expanded one of a xacro file, or None if it is not XML or does not expand."""
     try:
-        whole = expanded(io_document.Document(text, source, folder), xacro_args, tuple(map(Path, package_dirs)))
+        whole = expanded(io_document.Document(text, source, folder), xacro_args, package_dirs)
         root = parse(whole.text, source)
     except (DescriptionError, InputError):
         return None

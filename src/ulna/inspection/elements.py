@@ -13,7 +13,7 @@ from ulna.inspection.result import Finding, Severity
 _CHILDREN = {
     "robot": ("link", "joint", "material"),
     "link": ("visual", "collision", "inertial"),
-    "joint": ("parent", "child", "origin", "axis", "limit", "mimic"),
+    "joint": ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller"),
     "visual": ("origin", "geometry", "material"),
     "collision": ("origin", "geometry"),
     "inertial": ("origin", "mass", "inertia"),
@@ -33,6 +33,7 @@ _ATTRIBUTES = {
     "axis": ("xyz",),
     "limit": ("lower", "upper", "velocity", "effort"),
     "mimic": ("joint", "multiplier", "offset"),
+    "safety_controller": ("k_velocity", "k_position", "soft_lower_limit", "soft_upper_limit"),
     "box": ("size",),
     "sphere": ("radius",),
     "cylinder": ("radius", "length"),

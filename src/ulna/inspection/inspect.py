@@ -45,7 +45,7 @@ def inspect(
     document = read_document(source, xacro_args or {}, package_dirs)
     robot, root = document.robot, document.root
     reach = None if robot is None else reach_of(robot)
-    found = list(_findings(document, package_dirs, reach))
+    found = list(_findings(document, reach))
     ordered = [finding for severity in Severity for finding in found if finding.severity == severity]
     return Inspection(
         source=document.source,
@@ -60,7 +60,7 @@ def inspect(
     )
 
 
-def _findings(document: Document, package_dirs: Iterable[str | Path], reach: float | None) -> Iterator[Finding]:
+def _findings(document: Document, reach: float | None) -> Iterator[Finding]:
     error, root = document.error, document.root
     line = error.line if isinstance(error, DescriptionError) else None
     if error is not None:
@@ -70,7 +70,7 @@ def _findings(document: Document, package_dirs: Iterable[str | Path], reach: flo
         return
     own = [*element_findings(root), *name_findings(root), *joint_findings(root), *shape_findings(root), *inertia_findings(root)]
     yield from own if error is None else _without_what_was_told(own, line)
-    yield from mesh_findings(root, document.folder, package_dirs)
+    yield from mesh_findings(root, document.folder, document.package_dirs)
     if document.robot is not None and reach is not None:
         yield from robot_findings(document.robot, reach)
 

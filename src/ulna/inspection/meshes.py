@@ -1,7 +1,7 @@
 """Mesh files: missing, unreadable, or of a size that looks like another unit."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +14,8 @@ from ulna.io.mesh_points import READABLE, mesh_points
 from ulna.io.packages import resolve_uri
 
 
-def mesh_findings(root: etree._Element, folder: Path | None, package_dirs: Iterable[str | Path]) -> Iterator[Finding]:
+def mesh_findings(root: etree._Element, folder: Path | None, package_dirs: Sequence[Path]) -> Iterator[Finding]:
     """What is wrong with the files of meshes, each looked at once."""
-    package_dirs = list(package_dirs)
     users: dict[tuple[str, tuple[float, ...]], list[etree._Element]] = defaultdict(list)
     for mesh in root.iterfind("link/*/geometry/mesh"):
         users[mesh.get("filename", ""), numbers(mesh, "scale") or (1.0, 1.0, 1.0)].append(mesh)
@@ -50,9 +49,7 @@ def _content_findings(path: Path, scale: tuple[float, ...], mesh: etree._Element
     yield from size_findings(f"mesh {path.name}", scaled, of_robot(mesh), mesh.sourceline)
 
 
-def _missing(
-    home: str, some: list[tuple[str, etree._Element]], folder: Path | None, package_dirs: Sequence[str | Path]
-) -> Finding:
+def _missing(home: str, some: list[tuple[str, etree._Element]], folder: Path | None, package_dirs: Sequence[Path]) -> Finding:
     """One finding for all missing meshes of a package or a folder, with every path tried for the first."""
     uri, mesh = some[0]
     tried = tuple(str(path) for path in _resolved(uri, folder, package_dirs)[1])
@@ -62,7 +59,7 @@ def _missing(
     return Finding(Severity.WARNING, of_robot(mesh) if len(some) == 1 else "document", message, mesh.sourceline, tried)
 
 
-def _resolved(uri: str, folder: Path | None, package_dirs: Sequence[str | Path]) -> tuple[Path | None, list[Path]]:
+def _resolved(uri: str, folder: Path | None, package_dirs: Sequence[Path]) -> tuple[Path | None, list[Path]]:
     try:
         return resolve_uri(uri, folder, package_dirs)
     except OSError:  # a name that no file system takes

@@ -7,7 +7,7 @@ import numpy as np
 
 from ulna.inspection.result import Finding, Severity
 from ulna.model.description import Description, JointType
-from ulna.model.structure import columns_of_q, drives_of, follower_range, hard_bounds, joints_from_root
+from ulna.model.structure import bounds_of_q, columns_of_q, drives_of, hard_bounds, joints_from_root
 from ulna.robot import Robot
 
 _LARGEST_REACH, _LEAST_REACH = 20.0, 0.01
@@ -37,7 +37,8 @@ def _contradictions(description: Description) -> Iterator[Finding]:
     joints = joints_from_root(description)
     columns = columns_of_q(joints)
     drives = drives_of(joints, columns, description.source)
-    leaders = {columns[joint.name].start: joint for joint in joints if joint.name in columns}
+    _, passed_over = bounds_of_q(joints, drives, hard_bounds)
+    leaders = {column.start: name for name, column in columns.items()}
     for joint in joints:
         drive = drives[joint.name]
         if joint.mimic is None or drive.column is None:
@@ -45,9 +46,6 @@ def _contradictions(description: Description) -> Iterator[Finding]:
         where = f"joint {joint.name!r}"
         if drive.ratio == 0:
             yield Finding(Severity.WARNING, where, f"mimics {joint.mimic.joint!r} with multiplier 0: it stands still", joint.line)
-            continue
-        leader, follower = leaders[drive.column], follower_range(hard_bounds(joint), drive)
-        low, high = max(leader.limits.lower, follower[0]), min(leader.limits.upper, follower[1])
-        if follower[0] < follower[1] and not low < high:
-            message = f"its limits and those of {leader.name!r}, which it mimics, leave no room: its own are passed over"
+        elif joint.name in passed_over and joint.limits.lower < joint.limits.upper:
+            message = f"its limits leave {leaders[drive.column]!r}, which it mimics, no room: they are passed over"
             yield Finding(Severity.WARNING, where, message, joint.line)

@@ -1,12 +1,11 @@
 """The files behind a description's meshes, as far as a description that a stranger wrote may lead to them."""
 
-import os
 from pathlib import Path
 from urllib.parse import unquote
 
 from ulna.errors import FileError
 from ulna.io.fence import Fence
-from ulna.io.packages import package_folders
+from ulna.io.packages import places
 from ulna.model.description import Description
 
 MESHES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
@@ -28,11 +27,10 @@ class MeshFiles:
         Raises:
             FileError: It is not there, may not be read, or is no mesh; the message says which, and what was tried.
         """
-        scheme, separator, rest = uri.partition("://")
         if Path(uri).suffix.lower() not in MESHES:
             raise FileError(uri, f"is not read as a mesh; {', '.join(MESHES)} are")
         try:
-            return self._in_package(uri, rest) if scheme == "package" else self._plain(uri, rest if separator else uri)
+            return self._readable(uri)
         except (OSError, ValueError) as error:
             if isinstance(error, FileError):
                 raise
@@ -45,26 +43,26 @@ class MeshFiles:
             raise FileError(name, f"lies outside {mesh.parent}, whose {mesh.name} names it")
         return path
 
-    def _plain(self, uri: str, given: str) -> Path:
-        path = Path(unquote(given)) if self.folder is None else self.folder / unquote(given)
-        if not self.fence.admits(str(path)):
-            raise FileError(uri, "lies outside the description's folder, its package and package_dirs, so it is not read")
-        if not path.is_file():
-            raise FileError(uri, f"no such file; tried {path}")
-        return path
-
-    def _in_package(self, uri: str, rest: str) -> Path:
-        name, _, inside = rest.partition("/")
-        inside = os.path.normpath(unquote(inside).lstrip("/"))
-        if not name or name.startswith(".") or inside.startswith(".."):
+    def _readable(self, uri: str) -> Path:
+        packages = places(uri, self.folder, self.package_dirs)
+        if not packages:
             raise FileError(uri, "leads out of its package, so it is not read")
-        given = set(package_folders(name, None, self.package_dirs))
-        folders = dict.fromkeys(package_folders(name, self.folder, self.package_dirs))
-        holding = [folder for folder in folders if (folder / inside).is_file()]
-        for folder in holding:
-            if folder in given or (folder / "package.xml").is_file():
-                self.fence.admit(folder)  # for its textures
-                return folder / inside
-        if holding:
-            raise FileError(uri, f"{holding[0]} has no package.xml; if it is the package, name its folder in package_dirs")
-        raise FileError(uri, f"no such file; tried {'; '.join(str(folder / inside) for folder in folders)}")
+        admitted = [path for path, package in packages.items() if package is not None or self.fence.admits(str(path))]
+        found = [path for path in admitted if path.is_file()]
+        given = places(uri, None, self.package_dirs)
+        for path in found:
+            package = packages[path]
+            if package is None:
+                return path
+            if path in given or (package / "package.xml").is_file():
+                self.fence.admit(package)  # for its textures
+                return path
+        raise FileError(uri, _refusal(packages, admitted, found))
+
+
+def _refusal(packages: dict[Path, Path | None], admitted: list[Path], found: list[Path]) -> str:
+    if found:
+        return f"{packages[found[0]]} has no package.xml; if it is the package, name its folder in package_dirs"
+    if len(admitted) < len(packages):
+        return "lies outside the description's folder, its package and package_dirs, so it is not read"
+    return f"no such file; tried {'; '.join(map(str, admitted))}"

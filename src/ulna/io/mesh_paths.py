@@ -24,13 +24,13 @@ def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Ite
         return text
     root = etree.fromstring(text.encode(), etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False))
     named = [element for element in root.iter(*_NAMING_FILES) if element.get("filename")]
-    places = found_files((element.get("filename", "") for element in named), folder, package_dirs)
+    places = _found_files((element.get("filename", "") for element in named), folder, package_dirs)
     for element in named:
         element.set("filename", places[element.get("filename", "")].resolve().as_uri())
     return etree.tostring(root.getroottree(), encoding="unicode")
 
 
-def found_files(uris: Iterable[str], folder: Path | None, package_dirs: Iterable[str | Path]) -> dict[str, Path]:
+def _found_files(uris: Iterable[str], folder: Path | None, package_dirs: Iterable[str | Path]) -> dict[str, Path]:
     """The file behind each address, each looked for once.
 
     Raises:

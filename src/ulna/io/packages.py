@@ -43,22 +43,26 @@ def _is_package(folder: Path, name: str) -> bool:
     return declared is not None and declared[1] == name
 
 
-def resolve_uri(
-    uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()
-) -> tuple[Path | None, list[Path]]:
-    """The file behind ``package://``, ``file://`` or a plain path (relative to the description), or None; and every path tried.
+def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> dict[Path, Path | None]:
+    """Where the file behind an address may lie, best first, each with the folder of its package (None for no package's).
 
-    A path that climbs out of its package with ``..`` is not followed.
+    The address is ``package://``, ``file://`` or a plain path, the last two relative to the description. Signs may stand in
+    percent, but a plain path is first taken as it is written. One that climbs out of its package with ``..`` leads nowhere.
     """
     scheme, _, rest = uri.partition("://")
     if scheme == "package":
         name, _, inside = rest.partition("/")
         inside = os.path.normpath(unquote(inside).lstrip("/"))
-        if name in ("", ".", "..") or inside.startswith(".."):
-            return None, []
-        candidates = [folder / inside for folder in dict.fromkeys(package_folders(name, description_folder, package_dirs))]
-    elif scheme == "file":
-        candidates = [Path(unquote(rest))]
-    else:
-        candidates = [Path(uri) if description_folder is None else description_folder / uri]
+        if not name or name.startswith(".") or inside.startswith(".."):
+            return {}
+        return {folder / inside: folder for folder in package_folders(name, description_folder, package_dirs)}
+    names = (unquote(rest),) if scheme == "file" else (uri, unquote(uri))
+    return dict.fromkeys((description_folder or Path()) / name for name in names)
+
+
+def resolve_uri(
+    uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()
+) -> tuple[Path | None, list[Path]]:
+    """The file behind an address, or None; and every path tried."""
+    candidates = list(places(uri, description_folder, package_dirs))
     return next((path for path in candidates if path.is_file()), None), candidates

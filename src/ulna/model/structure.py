@@ -145,25 +145,28 @@ def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
 
 def bounds_of_q(
     joints: tuple[Joint, ...], drives: dict[str, Drive], bounds_of: Callable[[Joint], tuple[float, float]]
-) -> np.ndarray:
-    """Lower and upper bounds of q, shape (2, n_dof): infinite for continuous, planar and floating joints.
+) -> tuple[np.ndarray, set[str]]:
+    """Lower and upper bounds of q, shape (2, n_dof), and the names of the joints whose bounds are passed over.
 
-    ``bounds_of`` gives those of a joint: ``hard_bounds`` or ``soft_bounds``. The bounds of a joint that mimics another narrow the
-    other's. Where they would leave it no room at all they are passed over: such a description contradicts itself (the gripper of
-    ``pr2.urdf`` does), and its writers meant it to move.
+    The bounds are infinite for continuous, planar and floating joints. ``bounds_of`` gives those of a joint: ``hard_bounds`` or
+    ``soft_bounds``. The bounds of a joint that mimics another narrow the other's. Where they would leave it no room at all they
+    are passed over: such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its writers meant it to move.
     """
     bounds: list[tuple[float, float]] = []
+    passed_over: set[str] = set()
     for joint in joints:
         width = N_POSITIONS[joint.type] if joint.mimic is None else 0
         bounds += [bounds_of(joint) if joint.type in _BOUNDED else (-np.inf, np.inf)] * width
     for joint in joints:
         drive = drives[joint.name]
         if joint.mimic is not None and joint.type in _BOUNDED and drive.column is not None and drive.ratio != 0:
-            low, high = follower_range(bounds_of(joint), drive)
+            low, high = _follower_range(bounds_of(joint), drive)
             narrowed = max(low, bounds[drive.column][0]), min(high, bounds[drive.column][1])
             if narrowed[0] < narrowed[1]:
                 bounds[drive.column] = narrowed
-    return np.array(bounds).reshape(-1, 2).T
+            else:
+                passed_over.add(joint.name)
+    return np.array(bounds).reshape(-1, 2).T, passed_over
 
 
 def hard_bounds(joint: Joint) -> tuple[float, float]:
@@ -182,7 +185,7 @@ def soft_bounds(joint: Joint) -> tuple[float, float]:
     return max(lower, joint.safety.soft_lower), min(upper, joint.safety.soft_upper)
 
 
-def follower_range(bounds: tuple[float, float], drive: Drive) -> tuple[float, float]:
+def _follower_range(bounds: tuple[float, float], drive: Drive) -> tuple[float, float]:
     """The positions of its leader at which a joint that mimics it stands within some bounds; the ratio is not 0."""
     low, high = sorted((bound - drive.offset) / drive.ratio for bound in bounds)
     return low, high

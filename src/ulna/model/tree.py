@@ -143,8 +143,8 @@ def build_tree(description: Description) -> Tree:
                 row, offset = len(table) - 1, offset_behind
         link_row[joint.child], link_offset[joint.child] = row, offset
     names = tuple(link.name for link in description.links)
-    lower, upper = (frozen(bound, bound.shape) for bound in bounds_of_q(ordered, drives, hard_bounds))
-    soft = np.clip(bounds_of_q(ordered, drives, soft_bounds), lower, upper)
+    lower, upper = (frozen(bound, bound.shape) for bound in bounds_of_q(ordered, drives, hard_bounds)[0])
+    soft = np.clip(bounds_of_q(ordered, drives, soft_bounds)[0], lower, upper)
     velocity = velocity_limits_of_q(ordered)
     return Tree(
         root=root,

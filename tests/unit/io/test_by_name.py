@@ -13,6 +13,8 @@ XACRO = (
     '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="$(find arm_pkg)/part.xacro"/></robot>'
 )
 PART = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="$(arg side)"/></robot>'
+MESH = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+MESHES = f'<robot name="r"><link name="l">{MESH.format("ball.stl")}{MESH.format("package://arm_pkg/ball.stl")}</link></robot>'
 REPOSITORIES = """
 from dataclasses import dataclass
 @dataclass
@@ -111,6 +113,12 @@ def test_a_cached_robot_is_read_without_importing_the_package_that_would_downloa
 def test_a_cached_xacro_robot_has_its_arguments_and_packages_and_ours_come_first(descriptions, cache):
     assert ulna.load("sided").link_names == ("left",)
     assert ulna.load("sided", xacro_args={"side": "right"}).link_names == ("right",)
+
+
+def test_the_meshes_of_a_robot_by_name_are_looked_for_where_its_description_lies(descriptions, cache, tmp_path):
+    put(tmp_path / "cache/arms/package/ball.stl", "vertex 0 0 0 vertex 0.1 0.1 0.1")
+    put(tmp_path / "cache/arms/package/kr6.urdf", MESHES)
+    assert [finding.message for finding in ulna.inspect("kr6").findings] == ["no link has a collision shape"]
 
 
 def test_a_commit_in_the_environment_chooses_another_copy(descriptions, cache, tmp_path, monkeypatch):

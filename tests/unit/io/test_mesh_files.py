@@ -5,6 +5,7 @@ import pytest
 import ulna
 from ulna.errors import FileError
 from ulna.io.mesh_files import MeshFiles
+from ulna.io.packages import resolve_uri
 
 URDF = '<robot name="a"><link name="l"><visual><geometry><mesh filename="{}"/></geometry></visual></link></robot>'
 
@@ -91,3 +92,22 @@ def test_text_without_a_folder_opens_nothing(tmp_path):
     text = MeshFiles(ulna.load(URDF.format("x.stl")).description)
     with pytest.raises(FileError, match="lies outside"):
         text.find(str(there))
+
+
+@pytest.mark.parametrize(
+    ("uri", "name"),
+    [
+        ("a%20b.stl", "a%20b.stl"),
+        ("a%20b.stl", "a b.stl"),
+        ("file://a%20b.stl", "a b.stl"),
+        ("package://robot/urdf/a%20b.stl", "a b.stl"),
+    ],
+)
+def test_those_who_read_a_mesh_and_those_who_name_it_find_the_same_file(place, uri, name):
+    mesh = place / "robot/urdf" / name
+    mesh.write_text("solid")
+    found = files(place)
+    assert found.find(uri).samefile(mesh)
+    path, _ = resolve_uri(uri, found.folder)
+    assert path is not None
+    assert path.samefile(mesh)
