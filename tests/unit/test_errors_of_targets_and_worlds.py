@@ -122,7 +122,7 @@ def test_a_tolerance_that_is_no_number_above_zero_is_refused(panda, name, value)
 @pytest.mark.parametrize("value", [-1, 2**31, np.nan, 1.5, "many", [1, 2]])
 def test_a_count_that_is_no_whole_number_is_refused(panda, name, value):
     message = refused(InputError, panda.inverse_kinematics, TARGET, **{name: value})
-    assert message == f"{name}: {value!r}; a whole number of at least 0 is expected"
+    assert message == f"{name}: {value!r}; a whole number from 0 to 2147483647 is expected"
 
 
 def test_no_seed_is_refused_for_the_result_would_depend_on_more_than_its_arguments(panda):

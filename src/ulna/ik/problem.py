@@ -193,7 +193,7 @@ def _at_least_zero(name: str, value: float) -> float:
 
 
 def as_count(name: str, value: int) -> int:
-    """A whole number of at least 0, or an ``InputError`` that names it."""
+    """A whole number from 0 on that the kernels can count with, or an ``InputError`` that names it."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2**31:
-        raise InputError(name, f"{value!r}; a whole number of at least 0 is expected")
+        raise InputError(name, f"{value!r}; a whole number from 0 to {2**31 - 1} is expected")
     return int(value)
