@@ -9,6 +9,7 @@ import pytest
 import ulna
 import zoo
 from processes import wait_for
+from ulna.picture import FREE, TOUCHING
 from ulna.viewer.arm import Arm
 from ulna.viewer.page import Page
 from ulna.viewer.visuals import link_visuals
@@ -103,6 +104,26 @@ def test_every_shape_that_can_collide_can_be_drawn():
     with ulna.view(ulna.load("panda"), world) as view:
         view.obstacles.show(set())
         assert set(view.obstacles.nodes) == set(world.names)
+
+
+def test_what_a_link_holds_is_drawn_where_it_is_held_and_red_where_it_touches(panda):
+    above = ulna.pose((0, 0, 0.08), (0, 0, 0.5))
+    holding = panda.with_attached("cup", ulna.Box((0.06, 0.06, 0.12)), above, touch_links=["panda_link7"])
+    page = Page(port=0)
+    try:
+        arm = Arm(page.server, holding)
+        cup = arm.held["cup"]
+        assert cup.name.startswith(arm.frames[holding.link_names.index(holding.attached[0].link)].name + "/")
+        np.testing.assert_allclose(ulna.pose(cup.position, wxyz=cup.wxyz), above, atol=1e-12)
+        assert set(arm.solids) | set(arm.held) == set(holding.collision_names)
+        arm.show_solids(visible=False)  # as the page of `ulna view` has it at first
+        assert cup.visible
+        arm.touch(["cup"])
+        assert cup.color == TOUCHING
+        arm.touch([])
+        assert cup.color == FREE
+    finally:
+        page.stop()
 
 
 @pytest.mark.parametrize("kinds", [("planar", "floating", "continuous"), ("fixed",)])
