@@ -141,3 +141,10 @@ def test_a_view_that_cannot_be_built_leaves_nothing_behind(panda, monkeypatch):
     with pytest.raises(ZeroDivisionError):
         ulna.view(panda)
     assert threading.active_count() <= before
+
+
+@pytest.mark.parametrize(("robot", "q"), [("panda", None), (ulna.load("panda"), np.full(7, 2e6)), (ulna.load("panda"), [0.0])])
+def test_what_cannot_be_shown_is_refused_before_a_page_is_opened(robot, q, monkeypatch):
+    monkeypatch.setattr(importlib.import_module("ulna.viewer.view"), "Page", lambda *_, **__: pytest.fail("a page was opened"))
+    with pytest.raises(ulna.InputError):
+        ulna.view(robot, q=q)

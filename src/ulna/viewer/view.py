@@ -36,9 +36,16 @@ class View:
     """
 
     def __init__(
-        self, robot: Robot, world: World | None = None, *, host: str = HOST, port: int = 0, origins: tuple[str, ...] = ()
+        self,
+        robot: Robot,
+        world: World | None = None,
+        *,
+        q: ArrayLike | None = None,
+        host: str = HOST,
+        port: int = 0,
+        origins: tuple[str, ...] = (),
     ) -> None:
-        self.session = Session(robot, world)
+        self.session = Session(robot, world, q)
         self.answer_time = 0.0
         self._event_time: float | None = None
         self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self.session.moving else IDLE_S)
