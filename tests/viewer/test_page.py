@@ -79,3 +79,12 @@ def test_a_server_that_came_up_unguarded_is_stopped(monkeypatch):
     with pytest.raises(ulna.UlnaError, match="lets foreign pages in"):
         Page(port=0)
     wait_for(lambda: threading.active_count() <= before, "no thread left")
+
+
+@pytest.mark.parametrize(("host", "name"), [("0.0.0.0", "127.0.0.1"), ("::", "[::1]"), ("::1", "[::1]"), ("", "127.0.0.1")])  # noqa: S104
+def test_the_address_is_one_that_leads_to_the_page(monkeypatch, host, name):
+    monkeypatch.setattr(page, "_refuse_busy", lambda *_: None)  # not every machine has addresses of version 6
+    monkeypatch.setattr(page, "refusing_foreign_pages", lambda *_: contextlib.nullcontext())
+    server = SimpleNamespace(gui=SimpleNamespace(configure_theme=lambda **_: None), get_port=lambda: 8080)
+    monkeypatch.setattr(viser, "ViserServer", lambda **_: server)
+    assert Page(host).url == f"http://{name}:8080"

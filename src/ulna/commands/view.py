@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from ulna.commands.options import (
+    SERVED,
     Degrees,
     Hulls,
     NoOpen,
@@ -15,6 +16,7 @@ from ulna.commands.options import (
     RobotName,
     Scene,
     XacroArgs,
+    as_options,
     load_robot,
     load_scene,
     positions,
@@ -47,7 +49,8 @@ def view(
     if hulls:
         arm = arm.with_convex_hulls()
     start = positions("--q", q, arm, degrees=degrees)
-    shown = open_view(arm, load_scene(scene), q=start, host=host, port=port, open_browser=not no_open)
+    with as_options(SERVED):
+        shown = open_view(arm, load_scene(scene), q=start, host=host, port=port, open_browser=not no_open)
     with suppress(KeyboardInterrupt):
         typer.echo(f"{arm.name} is at {shown.url}  (Ctrl-C ends it)")
         for mesh in shown.arm.missing:

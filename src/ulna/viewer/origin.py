@@ -18,7 +18,7 @@ from ulna.errors import UlnaError
 from ulna.viewer.labels import asks_for_page, with_names
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
-_EVERYWHERE = ("", "0.0.0.0", "::")  # noqa: S104 - compared with, not listened on
+EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - no hosts, and where this machine finds itself
 _starting = threading.Lock()
 
 
@@ -36,7 +36,7 @@ def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bo
     if origins[0] in others:
         return True
     place = urlsplit(origins[0])
-    known = host in _EVERYWHERE or place.hostname in {*_LOOPBACK, host.lower()}
+    known = host in EVERYWHERE or place.hostname in {*_LOOPBACK, host.lower()}
     return known and asked == [place.netloc]
 
 

@@ -14,7 +14,7 @@ import rich
 import viser
 
 from ulna.errors import InputError, UlnaError
-from ulna.viewer.origin import refusing_foreign_pages
+from ulna.viewer.origin import EVERYWHERE, refusing_foreign_pages
 
 HOST = "127.0.0.1"
 _silence = threading.Lock()
@@ -40,7 +40,8 @@ class Page:
         self.server.gui.configure_theme(
             control_layout="floating", control_width="medium", show_logo=False, show_share_button=False
         )
-        name = "127.0.0.1" if host in ("0.0.0.0", "") else f"[{host}]" if ":" in host else host  # noqa: S104
+        name = EVERYWHERE.get(host, host)
+        name = f"[{name}]" if ":" in name else name
         self.url = f"http://{name}:{self.server.get_port()}"
 
     def open(self) -> None:
@@ -80,5 +81,5 @@ def _refuse_busy(host: str, port: int) -> None:
     except OSError as error:
         reason = (error.strerror or str(error)).split(" (while")[0]
         if error.errno == errno.EADDRINUSE:
-            raise InputError("port", f"{port} is in use on {host} ({reason}); choose another with --port") from None
+            raise InputError("port", f"{port} is in use on {host} ({reason}); choose another, or 0 for a free one") from None
         raise InputError("host", f"cannot listen on {host}, port {port} ({reason})") from None
