@@ -93,9 +93,7 @@ class DemoApp:
     def draw_report(self, report: Report) -> None:
         """Colour the light and the boxes, and say it in words."""
         self.scene.draw_report(report)
-        words = marked(str(report), light_color(report), filled=report.in_collision)
-        if self.verdict.content != words:
-            self.verdict.content = words
+        self.verdict.content = marked(str(report), light_color(report), filled=report.in_collision)
 
     # ---- widgets ------------------------------------------------------------------------------------------------------
 

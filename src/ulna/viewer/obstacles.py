@@ -136,8 +136,7 @@ class Obstacles:
             node.on_click(lambda _: self._pick(name))
         elif not np.array_equal(self._drawn[name][1], T):
             self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
-        if self.nodes[name].color != color:
-            self.nodes[name].color, self.nodes[name].opacity = color, opacity(red=red)
+        self.nodes[name].color, self.nodes[name].opacity = color, opacity(red=red)
         self._drawn[name] = (shape, T)
 
     def _pick(self, name: str) -> None:
