@@ -93,4 +93,4 @@ $(VENV)/.dev: pyproject.toml | $(RUN)/python
 	touch $(VENV)/.demo $@
 
 clean:
-	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache build

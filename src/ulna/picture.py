@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.report import Report
-from ulna.demo import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, light_color
+from ulna.demo import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, RED, light_color
 from ulna.model.pose import pose
 from ulna.model.shapes import Box, Cylinder
 from ulna.robot import Robot
 from ulna.robots import panda
 
-FREE, TOUCHING, MOVABLE, INK = (90, 140, 220), (225, 45, 45), (240, 170, 40), (40, 45, 52)
+FREE, TOUCHING, MOVABLE, INK = (90, 140, 220), RED, (240, 170, 40), (40, 45, 52)
 PALE, STRONG = 0.2, 0.75  # opacities: the arm is seen through its boxes, a touching box is not overlooked
 WORD_POSITION = (0.0, 0.0, -LIGHT.length)  # of the word beside the light, in the light's frame [m]
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from numpy.typing import ArrayLike
+
 from ulna.collision.world import World
 from ulna.errors import needs_extra
 from ulna.robot import Robot
@@ -17,6 +19,7 @@ def view(
     robot: Robot,
     world: World | None = None,
     *,
+    q: ArrayLike | None = None,
     host: str = "127.0.0.1",
     port: int = 0,
     open_browser: bool = False,
@@ -27,7 +30,8 @@ def view(
     Args:
         robot: The robot.
         world: What stands around it: the page shows it and changes it; an empty one unless given.
-        host: The address to listen on. Any but the default lets other machines in.
+        q: Where the robot stands at first [rad or m], shape (n_dof,); home unless given.
+        host: The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.
         port: The TCP port; a free one unless given.
         open_browser: Open a page on this machine, if it has a browser.
         origins: Addresses of other pages that may talk to it, such as ``"https://hub.example.org"`` of a proxy.
@@ -37,7 +41,7 @@ def view(
         Jupyter.
 
     Raises:
-        InputError: The address cannot be listened on.
+        InputError: The address cannot be listened on, or the robot, the world or q is none; then no page is opened.
         MissingExtraError: The extra ``viewer`` is not installed.
 
     Example:
@@ -47,7 +51,7 @@ def view(
         ...     view.url
         'http://127.0.0.1:...'
     """
-    shown = needing_the_extra()(robot, world, host=host, port=port, origins=tuple(origins))
+    shown = needing_the_extra()(robot, world, q=q, host=host, port=port, origins=tuple(origins))
     if open_browser:
         shown.page.open()
     return shown

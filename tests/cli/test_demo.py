@@ -104,7 +104,7 @@ def test_a_busy_port_is_one_line(run, monkeypatch):
     monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
     monkeypatch.setitem(sys.modules, "ulna.viewer.app", SimpleNamespace(serve=serve))
     result = run("demo")
-    assert (result.exit_code, result.stderr) == (2, "ulna: port: cannot listen\n")
+    assert (result.exit_code, result.stderr) == (2, "ulna: --port: cannot listen\n")
 
 
 @pytest.mark.parametrize("package", ["viser", "trimesh"])
@@ -121,6 +121,11 @@ def test_without_the_viewer_extra_it_says_what_to_install(run, monkeypatch, pack
 
 def test_json_goes_with_check_only(refusal):
     assert refusal("demo", "--json").startswith("--json: goes with --check")
+
+
+@pytest.mark.parametrize("options", [["--host", "127.0.0.1"], ["--port", "0"], ["--no-open"]])
+def test_options_of_the_view_do_not_go_with_check(refusal, options):
+    assert refusal("demo", "--check", *options).startswith("--host, --port, --no-open: go with the view")
 
 
 def test_a_port_that_is_none_is_a_usage_error(run):

@@ -1,6 +1,7 @@
 """``ulna view`` as a program, and scene files at the command line."""
 
 import json
+import socket
 import sys
 
 import ulna
@@ -45,6 +46,13 @@ def test_a_scene_that_is_wrong_is_one_line(run, tmp_path):
         result = run(command, "--scene", str(tmp_path / "scene.json"))
         assert result.exit_code == 2
         assert result.stderr == "ulna: scene.json: object 1 'a': 'bix' is no shape; did you mean 'box'?\n"
+
+
+def test_what_the_page_refuses_is_told_by_the_name_of_the_option(refusal):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert refusal("view", "--no-open", "--port", port).startswith(f"--port: {port} is in use on 127.0.0.1")
+    assert refusal("view", "--no-open", "--port", "0", "--q", "2e6,0,0,0,0,0,0").startswith("q[0]: ")
 
 
 def test_a_port_that_cannot_be_is_refused(run):

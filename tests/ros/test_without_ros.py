@@ -42,6 +42,14 @@ def test_the_command_says_so_in_one_sentence(version):
     assert run.stderr.rstrip().endswith(SAME)
 
 
+def test_a_ros_that_is_there_by_half_is_told_in_its_own_words(tmp_path, monkeypatch):
+    (tmp_path / "rosgraph.py").write_text('raise ImportError("libros.so:\\n cannot open")')
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("ROS_IP", "127.0.0.1")
+    with pytest.raises(MissingROSError, match=r"\(it cannot be imported: libros.so: cannot open; docs/ros.md says how"):
+        load_ros(1)
+
+
 def test_ros_stays_on_this_machine_unless_the_user_said_otherwise(monkeypatch):
     monkeypatch.setenv("ROS_IP", "")
     monkeypatch.setenv("ROS_HOSTNAME", "")

@@ -28,6 +28,33 @@ def scene(**entry):
     return json.dumps({"ulna_scene": 1, "objects": [{"name": "crate", "shape": "box", "extents": [1, 2, 3], **entry}]})
 
 
+class Fickle(ulna.World):
+    """A world that another thread empties as soon as somebody has its names."""
+
+    @property
+    def names(self):
+        names = super().names
+        for name in names:
+            self.remove(name)
+        return names
+
+
+def test_a_world_that_changes_meanwhile_is_written_as_it_was_at_one_moment():
+    world = Fickle()
+    world.add("ball", ulna.Sphere(0.1))
+    assert world_from_json(world_to_json(world)).names == ("ball",)
+
+
+def test_the_objects_of_one_moment_are_in_order_and_ones_own():
+    world = ulna.World()
+    world.add("b", ulna.Sphere(0.1), ulna.pose((1, 2, 3)))
+    world.add("a", ulna.Box((1, 1, 1)))
+    items = world.items()
+    assert [(name, shape) for name, shape, _ in items] == [("b", ulna.Sphere(0.1)), ("a", ulna.Box((1, 1, 1)))]
+    items[0][2][:] = 0.0
+    assert np.array_equal(world.pose("b"), ulna.pose((1, 2, 3)))
+
+
 def test_a_world_comes_back_equal_to_the_last_digit(tmp_path, rng):
     world = ulna.World()
     for k in range(60):

@@ -1,4 +1,6 @@
+import asyncio
 import threading
+from types import SimpleNamespace
 
 import av
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 from browser import SIZE, around, pixels, project
 from colors import count
 from processes import wait_for
-from ulna.demo import BOX_START, LIGHT_POSITION, Demo
+from ulna.demo import BOX_NAME, BOX_START, LIGHT_POSITION, Demo
 from ulna.model.pose import pose
 from ulna.viewer.app import DemoApp
 
@@ -33,7 +35,7 @@ def still(app, page):
     """The arm at home, the box where it starts, and the camera of the one page."""
     app.set_configuration(app.demo.robot.home)
     page.get_by_role("button", name="Put the box back").click()
-    wait_for(lambda: np.allclose(app.scene.handles.position, BOX_START), "the box at its start")
+    wait_for(lambda: np.allclose(app.scene.handles.control.position, BOX_START), "the box at its start")
     camera = next(iter(app.server.get_clients().values())).camera
     wait_for(lambda: light_is(page, camera, "green"), "a green light")
     return camera
@@ -71,8 +73,8 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
         page.mouse.move(tip[0], tip[1] - climb)
         page.wait_for_timeout(50)
     wait_for(lambda: light_is(page, still, "red"), "a red light")
-    assert app.scene.handles.position[2] > BOX_START[2] + 0.1
-    assert np.allclose(app.scene.handles.position[:2], BOX_START[:2], atol=1e-3)
+    assert app.scene.handles.control.position[2] > BOX_START[2] + 0.1
+    assert np.allclose(app.scene.handles.control.position[:2], BOX_START[:2], atol=1e-3)
     assert app.show.answer_time > 0.0
     words = page.get_by_role("status").inner_text()
     report = app.demo.check(app.show.q)
@@ -115,13 +117,34 @@ def test_stopping_leaves_no_thread_behind():
     wait_for(lambda: threading.active_count() <= before, "no thread left")
 
 
+def test_a_demo_that_cannot_be_built_leaves_nothing_behind(monkeypatch):
+    before = threading.active_count()
+    monkeypatch.setitem(DemoApp._build.__globals__, "DemoScene", lambda *_: 1 / 0)  # another test forgets modules
+    with pytest.raises(ZeroDivisionError):
+        DemoApp(Demo(), port=0)
+    wait_for(lambda: threading.active_count() <= before, "no thread left")
+
+
+def test_the_light_answers_where_the_handles_stand_and_no_earlier_place_of_theirs(app):
+    """Whatever the order in which a drag's events are handled."""
+    handles = app.scene.handles
+    for x in (0.3, 0.6, 0.45):
+        with app.show.lock:  # a frame is being made
+            for step in (0.0, 0.01):
+                handles.control.position = np.array([x + step, 0.0, 0.5])
+                event = handles._update(SimpleNamespace(phase="update", client_id=0))
+                asyncio.run_coroutine_threadsafe(event, app.server._event_loop).result(10)
+        wait_for(lambda: not handles.moved_by_hand, "a frame")
+        with app.show.lock:
+            assert np.array_equal(app.demo.world.pose(BOX_NAME), handles.pose)
+
+
 def test_record_gives_a_video_of_what_was_seen(app, page, still):
     """The light is where the page's camera shows it, and changes as the box was moved."""
     page.get_by_role("button", name="Record").click()
     page.get_by_role("button", name="Stop recording").wait_for()
     page.wait_for_timeout(700)
-    app.scene.put_handles(pose((0.3, 0.0, 0.5)))
-    app._box_moved()
+    app.put_box(pose((0.3, 0.0, 0.5)))
     page.wait_for_timeout(700)
     page.get_by_role("button", name="Stop recording").click()
     with page.expect_download(timeout=120_000) as download:

@@ -158,16 +158,16 @@ def test_it_is_made_with_no_display_and_no_graphics_library(tmp_path):
 @pytest.mark.parametrize(
     ("name", "form", "message"),
     [
-        ("demo.avi", {}, "OUT: 'demo.avi' ends in none of .mp4, .gif, .png"),
-        ("demo", {}, "OUT: 'demo' ends in none of"),
-        ("demo.mp4", {"size": (8, 100)}, "--size: 8x100; each side has 16 to 4096 pixels"),
-        ("demo.mp4", {"size": (100, 4097)}, "--size: 100x4097"),
-        ("demo.gif", {"rate": 51}, "--fps: 51; 1 to 50"),
-        ("demo.mp4", {"rate": 0}, "--fps: 0; 1 to 120"),
-        ("demo.mp4", {"rate": 121}, "--fps: 121; 1 to 120"),
-        ("demo.mp4", {"seconds": 0.0}, "--seconds: 0; more than 0 s"),
-        ("demo.mp4", {"seconds": float("nan")}, "--seconds: nan"),
-        ("demo.mp4", {"seconds": 1e9}, "--seconds: 1e\\+09"),
+        ("demo.avi", {}, "path: 'demo.avi' ends in none of .mp4, .gif, .png"),
+        ("demo", {}, "path: 'demo' ends in none of"),
+        ("demo.mp4", {"size": (8, 100)}, "size: 8x100; each side has 16 to 4096 pixels"),
+        ("demo.mp4", {"size": (100, 4097)}, "size: 100x4097"),
+        ("demo.gif", {"rate": 51}, "rate: 51; 1 to 50"),
+        ("demo.mp4", {"rate": 0}, "rate: 0; 1 to 120"),
+        ("demo.mp4", {"rate": 121}, "rate: 121; 1 to 120"),
+        ("demo.mp4", {"seconds": 0.0}, "seconds: 0; more than 0 s"),
+        ("demo.mp4", {"seconds": float("nan")}, "seconds: nan"),
+        ("demo.mp4", {"seconds": 1e9}, "seconds: 1e\\+09"),
     ],
 )
 def test_a_form_that_cannot_be_had_is_refused(tmp_path, name, form, message):

@@ -6,9 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import ulna
 from processes import wait_for
 from ulna.demo import Demo
 from ulna.show import Show
+from ulna.viewer import record_button
 from ulna.viewer.record_button import LONGEST_S, RecordButton, evenly_spaced
 
 SCREEN = SimpleNamespace(draw_arm=len, draw_report=str)
@@ -66,6 +68,21 @@ def test_from_press_to_press_a_video_is_made(server, button):
     wait_for(lambda: server.button.label == "Record", "the video")
     assert not server.button.disabled
     assert server.files["ulna-demo.mp4"][4:8] == b"ftyp"
+
+
+def test_a_video_that_cannot_be_made_is_told_to_its_reader(server, button, monkeypatch, capsys):
+    def fail(*_):
+        raise ulna.FileError("ulna-demo.mp4", "cannot be written: no space")
+
+    monkeypatch.setattr(record_button, "record_pictures", fail)
+    told = []
+    server.client.add_notification = lambda *words, **_: told.append(words)
+    server.press()
+    button.take(0.0)
+    server.press()
+    wait_for(lambda: told and server.button.label == "Record", "the words, and the button")
+    assert told == [("The video was not made", "ulna-demo.mp4: cannot be written: no space")]
+    assert "no space" in capsys.readouterr().err
 
 
 def test_two_presses_without_a_frame_between_make_nothing(server, button):

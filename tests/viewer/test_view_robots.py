@@ -9,6 +9,7 @@ import pytest
 import ulna
 import zoo
 from processes import wait_for
+from ulna.picture import FREE, TOUCHING
 from ulna.viewer.arm import Arm
 from ulna.viewer.page import Page
 from ulna.viewer.visuals import link_visuals
@@ -105,6 +106,26 @@ def test_every_shape_that_can_collide_can_be_drawn():
         assert set(view.obstacles.nodes) == set(world.names)
 
 
+def test_what_a_link_holds_is_drawn_where_it_is_held_and_red_where_it_touches(panda):
+    above = ulna.pose((0, 0, 0.08), (0, 0, 0.5))
+    holding = panda.with_attached("cup", ulna.Box((0.06, 0.06, 0.12)), above, touch_links=["panda_link7"])
+    page = Page(port=0)
+    try:
+        arm = Arm(page.server, holding)
+        cup = arm.held["cup"]
+        assert cup.name.startswith(arm.frames[holding.link_names.index(holding.attached[0].link)].name + "/")
+        np.testing.assert_allclose(ulna.pose(cup.position, wxyz=cup.wxyz), above, atol=1e-12)
+        assert set(arm.solids) | set(arm.held) == set(holding.collision_names)
+        arm.show_solids(visible=False)  # as the page of `ulna view` has it at first
+        assert cup.visible
+        arm.touch(["cup"])
+        assert cup.color == TOUCHING
+        arm.touch([])
+        assert cup.color == FREE
+    finally:
+        page.stop()
+
+
 @pytest.mark.parametrize("kinds", [("planar", "floating", "continuous"), ("fixed",)])
 def test_joints_of_every_kind_can_be_looked_at(kinds):
     robot = ulna.Robot(zoo.of_chain(*kinds))
@@ -120,3 +141,10 @@ def test_a_view_that_cannot_be_built_leaves_nothing_behind(panda, monkeypatch):
     with pytest.raises(ZeroDivisionError):
         ulna.view(panda)
     assert threading.active_count() <= before
+
+
+@pytest.mark.parametrize(("robot", "q"), [("panda", None), (ulna.load("panda"), np.full(7, 2e6)), (ulna.load("panda"), [0.0])])
+def test_what_cannot_be_shown_is_refused_before_a_page_is_opened(robot, q, monkeypatch):
+    monkeypatch.setattr(importlib.import_module("ulna.viewer.view"), "Page", lambda *_, **__: pytest.fail("a page was opened"))
+    with pytest.raises(ulna.InputError):
+        ulna.view(robot, q=q)

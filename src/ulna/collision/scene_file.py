@@ -9,7 +9,6 @@ Metres and radians, in the base frame of the robot; ``docs/viewer.md`` lists the
 """
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +76,7 @@ def world_to_json(world: World) -> str:
           {"name": "ball", "shape": "sphere", "radius": 0.1, "xyz": [0.5, 0.0, 0.25]}
         ]}
     """
-    lines = ",\n".join(f"  {json.dumps(_entry(name, shape, T), ensure_ascii=False)}" for name, shape, T in _content(world))
+    lines = ",\n".join(f"  {json.dumps(_entry(name, shape, T), ensure_ascii=False)}" for name, shape, T in world.items())
     return f'{{"ulna_scene": {VERSION}, "objects": [\n{lines}\n]}}\n'
 
 
@@ -100,11 +99,6 @@ def world_from_json(text: str | bytes, source: str = "scene") -> World:
     for number, entry in enumerate(data["objects"], start=1):
         _add(world, entry, number, source)
     return world
-
-
-def _content(world: World) -> Iterator[tuple[str, Obstacle, NDArray[np.float64]]]:
-    for name in world.names:
-        yield name, world.shape(name), world.pose(name)
 
 
 def _entry(name: str, shape: Obstacle, T: NDArray[np.float64]) -> dict[str, Any]:

@@ -85,6 +85,20 @@ class World:
             self._known(name)
             return self._poses[name].copy()
 
+    def items(self) -> tuple[tuple[str, Obstacle, NDArray[np.float64]], ...]:
+        """The name, the shape and T_base_object, shape (4, 4), of every object: all of one moment.
+
+        Example:
+            >>> from ulna.model.pose import pose
+            >>> from ulna.model.shapes import Sphere
+            >>> world = World()
+            >>> world.add("ball", Sphere(0.1), pose((0.5, 0, 0.25)))
+            >>> [(name, shape, T[:3, 3].tolist()) for name, shape, T in world.items()]
+            [('ball', Sphere(radius=0.1), [0.5, 0.0, 0.25])]
+        """
+        with self._lock:
+            return tuple((name, shape, self._poses[name].copy()) for name, shape in self._shapes.items())
+
     def objects(self) -> Objects:
         """The objects as the kernels read them, of one moment; made anew only after a change."""
         with self._lock:

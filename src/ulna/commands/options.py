@@ -1,6 +1,7 @@
 """What the subcommands' options have in common, and what they mean."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -28,7 +29,17 @@ Degrees = Annotated[bool, typer.Option("--degrees", help="All angles given are d
 Scene = Annotated[Path | None, typer.Option(metavar="FILE", help="A scene file: the obstacles, as `ulna view` saves them.")]
 Hulls = Annotated[bool, typer.Option("--hulls", help="Take the convex hulls of meshes as the robot's shapes.")]
 NoOpen = Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")]
+SERVED = {"host": "--host", "port": "--port"}  # what a page is opened with, by the names of its options
 Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
+
+
+@contextmanager
+def as_options(names: Mapping[str, str]) -> Iterator[None]:
+    """Around a call of the library: what it refuses is told by the name of the option, not by that of the argument."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(names.get(error.argument, error.argument), error.message) from None
 
 
 def load_robot(robot: str, xacro_arg: Sequence[str] | None, package_dir: Sequence[Path] | None) -> ulna.Robot:

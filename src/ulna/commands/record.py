@@ -10,8 +10,10 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ulna.commands.options import Degrees, PackageDirs, Positions, XacroArgs, load_robot, positions
+from ulna.commands.options import Degrees, PackageDirs, Positions, XacroArgs, as_options, load_robot, positions
 from ulna.errors import InputError, needs_extra
+
+_OPTIONS = {"path": "OUT", "seconds": "--seconds", "size": "--size", "rate": "--fps", "at": "--at"}
 
 
 def record(
@@ -39,12 +41,19 @@ def record(
         raise InputError("--xacro-arg, --package-dir", "go with --robot; without it the demo is recorded")
     if of_robot and at is not None:
         raise InputError("--at", "goes with the demo; a robot that stands has no moments")
+    if degrees and q is None:
+        raise InputError("--degrees", "goes with --q")
+    if out.suffix.lower() == ".png" and (fps is not None or (of_robot and seconds is not None)):
+        raise InputError(
+            "--seconds, --fps", "go with a video; a .png is a single picture, and --seconds the length of the demo's story"
+        )
     recorder = _recorder()
     seconds = (10.0 if of_robot else 30.0) if seconds is None else seconds
-    form = recorder.make_form(out, seconds, None if size is None else _size(size), fps)
+    with as_options(_OPTIONS):
+        form = recorder.make_form(out, seconds, None if size is None else _size(size), fps)
     start = time.perf_counter()
     missing: tuple[str, ...] = ()
-    with _progress() as progress:
+    with as_options(_OPTIONS), _progress() as progress:
         task = progress.add_task(out.name, total=form.n_frames)
 
         def tell(done: int) -> None:

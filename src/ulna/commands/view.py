@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from ulna.commands.options import (
+    SERVED,
     Degrees,
     Hulls,
     NoOpen,
@@ -15,6 +16,7 @@ from ulna.commands.options import (
     RobotName,
     Scene,
     XacroArgs,
+    as_options,
     load_robot,
     load_scene,
     positions,
@@ -32,7 +34,7 @@ def view(
     degrees: Degrees = False,
     hulls: Hulls = False,
     host: Annotated[
-        str, typer.Option(help="The address to listen on; any but the default lets other machines in.")
+        str, typer.Option(help="The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Its port; 0 takes a free one.")] = 8080,
     no_open: NoOpen = False,
@@ -47,9 +49,9 @@ def view(
     if hulls:
         arm = arm.with_convex_hulls()
     start = positions("--q", q, arm, degrees=degrees)
-    shown = open_view(arm, load_scene(scene), host=host, port=port, open_browser=not no_open)
+    with as_options(SERVED):
+        shown = open_view(arm, load_scene(scene), q=start, host=host, port=port, open_browser=not no_open)
     with suppress(KeyboardInterrupt):
-        shown.q = start
         typer.echo(f"{arm.name} is at {shown.url}  (Ctrl-C ends it)")
         for mesh in shown.arm.missing:
             typer.echo(f"not shown: {mesh}", err=True)

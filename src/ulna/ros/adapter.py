@@ -27,11 +27,15 @@ def load_ros(version: int) -> ModuleType:
         os.environ[name] = value
     try:
         return import_module(f"ulna.ros.ros{version}")
-    except ModuleNotFoundError as error:
-        if (error.name or "ulna").startswith("ulna"):
+    except ImportError as error:  # a ROS that is there by half, as before its setup script, has modules that fail
+        if isinstance(error, UlnaError) or (error.name or "").startswith("ulna"):
             raise
+        lacks = isinstance(error, ModuleNotFoundError)
+        reason = (
+            f"this Python has no module {error.name!r}" if lacks else f"it cannot be imported: {' '.join(str(error).split())}"
+        )
         raise MissingROSError(
-            f"ROS {version} is not here (this Python has no module {error.name!r}; docs/ros.md says how to install it); "
+            f"ROS {version} is not here ({reason}; docs/ros.md says how to install it); "
             "the same in the browser, without ROS: ulna demo"
         ) from None
 

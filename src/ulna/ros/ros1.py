@@ -41,9 +41,7 @@ class ArmAndLight:
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
         """Tell the joints' positions."""
-        message = messages.joint_state(self.robot, q)
-        message.header.stamp = rospy.Time.now()
-        self._joints.publish(message)
+        self._joints.publish(_joint_state(self.robot, q))
 
     def draw_report(self, report: Report) -> None:
         """Tell the light, its word and the boxes."""
@@ -94,8 +92,15 @@ def play_arm() -> None:
 def hold_arm(q: NDArray[np.float64]) -> None:
     """The arm stands at q, shape (n_dof,), until the node is ended. No light: nothing is checked."""
     rospy.init_node("arm")
-    arm = ArmAndLight(Demo())
-    beat(lambda _: arm.draw_arm(q))
+    robot, publisher = load("panda"), rospy.Publisher("joint_states", JointState, queue_size=_QUEUE)
+    beat(lambda _: publisher.publish(_joint_state(robot, q)))
+
+
+def _joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
+    """Where the joints are now."""
+    message = messages.joint_state(robot, q)
+    message.header.stamp = rospy.Time.now()
+    return message
 
 
 def show_solids(groups: Mapping[str, Sequence[Solid]]) -> None:

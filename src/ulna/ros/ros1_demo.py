@@ -91,11 +91,12 @@ def _have_master(master: Children) -> None:
     uri = urlsplit(rosgraph.get_master_uri())
     if uri.hostname not in _HERE:
         raise MissingROSError(f"the master at {uri.geturl()} does not answer, and only one on this machine can be started here")
-    master.start("rosmaster", "rosmaster", "--core", "-p", str(uri.port or 11311))
+    port = str(uri.port or 11311)
+    master.start("rosmaster", "rosmaster", "--core", "-p", port)
     end = time.monotonic() + _MASTER_WITHIN_S
     while not rosgraph.is_master_online():
         if time.monotonic() > end or any(master.ended()):
-            raise MissingROSError(f"the master did not start; rosmaster --core -p {uri.port} says why")
+            raise MissingROSError(f"the master did not start; rosmaster --core -p {port} says why")
         time.sleep(0.05)
 
 

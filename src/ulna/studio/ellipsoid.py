@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.model.description import JointType
 from ulna.robot import Robot
+from ulna.studio.hand import BASES
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def _driven_columns(robot: Robot, link: str) -> list[int]:
     own = [
         column
         for name, place in zip(robot.joint_names, robot.joint_slices, strict=True)
-        if types[name] not in (JointType.PLANAR, JointType.FLOATING)
+        if types[name] not in BASES
         for column in range(place.start, place.stop)
     ]
     return [column for column in robot.tree.moving_columns(link).tolist() if column in own]

@@ -17,7 +17,7 @@ MOST_A_FRAME = 0.25  # [rad or m] of any joint: at 60 frames a second faster tha
 _GLIDES, _DAMPING = 10, 0.03  # steps of differential inverse kinematics in a frame, and their damping
 _QUICK = 160  # steps of the search in a frame: a branch that goes on is found in a few
 _AT_REST = 1e-9  # of |displacement|^2 [m^2] + |rotation|^2 [rad^2]: less is no progress
-_HELD = (JointType.PLANAR, JointType.FLOATING)  # a base stands while its hand is dragged
+BASES = (JointType.PLANAR, JointType.FLOATING)  # a base stands while its hand is dragged
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class Hand:
     def __init__(self, robot: Robot, link: str) -> None:
         self.robot, self.link = robot, link
         joints = robot.description.joints
-        self.held = tuple(joint.name for joint in joints if joint.type in _HELD and joint.name in robot.joint_names)
+        self.held = tuple(joint.name for joint in joints if joint.type in BASES and joint.name in robot.joint_names)
         unhurried = tuple(_unhurried(joint) for joint in joints)
         self._loop = Robot(replace(robot.description, joints=unhurried, text=""), home=robot.home)
 
@@ -125,11 +125,11 @@ def rotation_vector(R: Array) -> Array:
 def palm(robot: Robot) -> str:
     """The link that a person takes for the hand: the tip of the longest chain, or what carries its fingers."""
     carriers = {joint.child: joint for joint in robot.description.joints}
-    counts = {link: sum(joint.name in robot.joint_names for joint in _way(link, carriers)) for link in robot.tree.leaves}
-    tip = robot.tip or max(robot.tree.leaves, key=lambda link: counts[link])
+    tip = max(robot.tree.leaves, key=lambda link: _count(link, carriers, robot))
+    half = _count(tip, carriers, robot) / 2
     for joint in _way(tip, carriers):
         fingers = [one for one in robot.description.joints if one.parent == joint.parent and one.type != JointType.FIXED]
-        if len(fingers) > 1 and joint.parent in carriers and 2 * _count(joint.parent, carriers, robot) > counts.get(tip, 0):
+        if len(fingers) > 1 and joint.parent in carriers and _count(joint.parent, carriers, robot) > half:
             return joint.parent
     return tip
 
@@ -142,10 +142,11 @@ def _way(link: str, carriers: dict[str, Joint]) -> Iterable[Joint]:
 
 
 def _count(link: str, carriers: dict[str, Joint], robot: Robot) -> int:
+    """How many independent joints move a link."""
     return sum(joint.name in robot.joint_names for joint in _way(link, carriers))
 
 
 def _unhurried(joint: Joint) -> Joint:
     """Without a limit of speed, which some files give as 0; or with none at all where it shall stand still."""
-    speed = 0.0 if joint.type in _HELD else inf
+    speed = 0.0 if joint.type in BASES else inf
     return replace(joint, limits=Limits(joint.limits.lower, joint.limits.upper, speed, joint.limits.effort))

@@ -31,16 +31,16 @@ class Session:
         lock: Held during a frame; hold it to do two things as one.
     """
 
-    def __init__(self, robot: Robot, world: World | None = None) -> None:
+    def __init__(self, robot: Robot, world: World | None = None, q: ArrayLike | None = None) -> None:
+        if not isinstance(robot, Robot):
+            raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected: ulna.load gives one")
         if world is not None and not isinstance(world, World):
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         self.robot, self.world = robot, World() if world is None else world
         self.lock = threading.RLock()
         self.avoiding, self.itself = False, not self.unchecked
-        self.target: Array | None = None
-        self.trouble = ""
         self.clearance = Clearance(None, refusal=self.unchecked)
-        self._q = robot.home.copy()
+        self.q = robot.home if q is None else q
         self._hand = Hand(robot, palm(robot)) if robot.n_dof else None
         self._seen: tuple | None = None
         self._letting_go = False

@@ -1,1 +1,1 @@
-"""The view in a browser: ``scene`` draws, ``app`` holds the widgets and the loop. The only importer of viser and trimesh."""
+"""Pages and pictures: ``view`` shows any robot, ``app`` the demo, ``record`` paints. The only importer of viser and trimesh."""

@@ -1,16 +1,16 @@
 """The demo's loop and widgets: plays the trajectory, answers the handles, and serves the page on this machine."""
 
-import threading
 import time
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.report import Report
 from ulna.demo import BOX_START, Demo, light_color
 from ulna.model.pose import pose
 from ulna.show import Show
 from ulna.viewer.joints import JointSliders
+from ulna.viewer.loop import Loop
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.record_button import RecordButton
 from ulna.viewer.scene import DemoScene
@@ -37,7 +37,7 @@ def serve(demo: Demo, host: str = HOST, port: int = 8080, *, open_browser: bool 
     try:
         if open_browser:
             app.page.open()
-        app.run_until_interrupted()
+        app.wait()
     finally:
         app.stop()
 
@@ -50,27 +50,26 @@ class DemoApp:
         self.page = Page(host, port)
         self.server, self.url = self.page.server, self.page.url
         self.show = Show(demo, self)
-        self._stopping, self._wake = threading.Event(), threading.Event()
-        self.scene = DemoScene(self.server, demo)
-        self._add_widgets()
-        self.scene.handles.on_update(lambda _: self._box_moved())
-        self.show.stand(self.show.q)
-        self._thread = threading.Thread(target=self._play, name="ulna-demo", daemon=True)
-        self._thread.start()
-
-    def run_until_interrupted(self) -> None:
-        """Wait for Ctrl-C."""
+        self._loop, self._last = Loop("ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND), time.perf_counter()
         try:
-            while self._thread.is_alive():
-                self._thread.join(timeout=0.5)
-        except KeyboardInterrupt:
-            pass
+            self._build()
+        except BaseException:
+            self.page.stop()
+            raise
+        self._loop.start()
+
+    def _build(self) -> None:
+        self.scene = DemoScene(self.server, self.demo, self._loop.wake)
+        self._add_widgets()
+        self.show.stand(self.show.q)
+
+    def wait(self) -> None:
+        """Wait for Ctrl-C."""
+        self._loop.wait()
 
     def stop(self) -> None:
         """End the loop and the server."""
-        self._stopping.set()
-        self._wake.set()
-        self._thread.join(timeout=STOP_WITHIN_S)
+        self._loop.stop(STOP_WITHIN_S)
         self.recording.close()
         self.page.stop()
 
@@ -81,6 +80,12 @@ class DemoApp:
             self.show.stand(q)
             self._show_joints()
 
+    def put_box(self, T_base_box: ArrayLike) -> None:
+        """Put the box at a pose, shape (4, 4), unless somebody holds it."""
+        with self.show.lock:
+            self.scene.handles.put(np.asarray(T_base_box))
+            self.show.drag(self.scene.handles.pose)
+
     def draw_arm(self, q: NDArray[np.float64]) -> None:
         """Put the arm at q."""
         self.scene.arm.stand(q)
@@ -88,9 +93,7 @@ class DemoApp:
     def draw_report(self, report: Report) -> None:
         """Colour the light and the boxes, and say it in words."""
         self.scene.draw_report(report)
-        words = marked(str(report), light_color(report), filled=report.in_collision)
-        if self.verdict.content != words:
-            self.verdict.content = words
+        self.verdict.content = marked(str(report), light_color(report), filled=report.in_collision)
 
     # ---- widgets ------------------------------------------------------------------------------------------------------
 
@@ -102,32 +105,24 @@ class DemoApp:
         self.speed = gui.add_slider("Speed", min=0.0, max=3.0, step=0.1, initial_value=1.0, hint="1 is real time")
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
         self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
-        gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self._put_box_back())
+        gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self.put_box(pose(BOX_START)))
         self.recording = RecordButton(self.server, self.show, lambda: self.show_boxes.value)
-        self.joints = JointSliders(gui, self.demo.robot, self._wake.set)
-
-    def _put_box_back(self) -> None:
-        self.scene.put_handles(pose(BOX_START))
-        self._box_moved()
+        self.joints = JointSliders(gui, self.demo.robot, self._loop.wake)
 
     # ---- what moves ---------------------------------------------------------------------------------------------------
 
-    def _box_moved(self) -> None:
-        self.show.drag(self.scene.handle_pose())
-
-    def _play(self) -> None:
-        last = time.perf_counter()
-        while not self._stopping.is_set():
-            self._wake.wait(1.0 / FRAMES_PER_SECOND)
-            self._wake.clear()
-            now, q = time.perf_counter(), self.show.q.copy()
-            with self.show.lock, self.server.atomic():
-                if self.joints.take(q):  # a person's hand stops the trajectory
-                    self.set_configuration(q)
-                elif self.playing.value and self.speed.value > 0.0:
-                    self.show.advance((now - last) * self.speed.value)
-                self.recording.take(now)
-            last = now
+    def _frame(self) -> None:
+        now = time.perf_counter()
+        seconds, self._last = now - self._last, now
+        with self.show.lock, self.server.atomic():
+            if self.scene.handles.take():
+                self.show.drag(self.scene.handles.pose)
+            q = self.show.q.copy()
+            if self.joints.take(q):  # a person's hand stops the trajectory
+                self.set_configuration(q)
+            elif self.playing.value and self.speed.value > 0.0:
+                self.show.advance(seconds * self.speed.value)
+            self.recording.take(now)
 
     def _show_joints(self) -> None:
         """Set the sliders to where the arm stands. Not while it moves: that would take a number out of the hands that type it."""

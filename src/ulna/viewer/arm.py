@@ -1,4 +1,4 @@
-"""A robot in the scene of the page: what its links look like, what they collide as, their frames and their names."""
+"""A robot in the scene of the page: what its links look like, what they collide as and hold, their frames and their names."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -46,6 +46,7 @@ class Arm:
     Attributes:
         missing: The meshes that are not shown, each with the reason.
         solids: The collision shapes by their names in reports.
+        held: What its links hold, by name; seen with the looks.
         extent: The room it takes at home.
     """
 
@@ -70,6 +71,10 @@ class Arm:
             for k, name in _names_of_places(robot)
         ]
         self.solids = self._add_solids(number)
+        self.held = {
+            held.name: add_solid(self._scene, f"{root}/{number[held.link]}/held{k}", held.shape, FREE, STRONG, held.T_link_object)
+            for k, held in enumerate(robot.attached)
+        }
         self._touching: tuple[str, ...] = ()
 
     def stand(self, q: NDArray[np.float64]) -> None:
@@ -82,15 +87,16 @@ class Arm:
         self._places[moved] = places[moved]
 
     def touch(self, names: Collection[str]) -> None:
-        """Show the collision shapes of these names strong and red, the others pale."""
-        changed = [name for name in self.solids if (name in self._touching) != (name in names)]
-        for name in changed:
-            self.solids[name].color, self.solids[name].opacity = (TOUCHING, STRONG) if name in names else (FREE, PALE)
+        """Show the collision shapes of these names strong and red, the others pale; what is held is always strong."""
+        for name, node in (self.solids | self.held).items():
+            if (name in self._touching) != (name in names):
+                node.color = TOUCHING if name in names else FREE
+                node.opacity = STRONG if name in names or name in self.held else PALE
         self._touching = tuple(names)
 
     def show_looks(self, *, visible: bool) -> None:
-        """Show or hide the visuals."""
-        for node in self.looks:
+        """Show or hide the visuals, and what the links hold."""
+        for node in (*self.looks, *self.held.values()):
             node.visible = visible
 
     def show_solids(self, *, visible: bool) -> None:

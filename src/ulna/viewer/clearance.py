@@ -25,7 +25,6 @@ class ClearancePanel:
             for k in (0, 1)
         ]
         self.label = server.scene.add_label("/nearest/label", "", visible=False, anchor="bottom-center", font_screen_scale=1.2)
-        self.lined = True
 
     def show(self, clearance: Clearance) -> None:
         """Say what touches and what is nearest."""
@@ -36,12 +35,10 @@ class ClearancePanel:
             (self.verdict, marked(str(clearance), color, filled=clearance.verdict == "collision")),
             (self.nearest, plain(words) if words else ""),
         ):
-            if element.content != content:
-                element.content = content
-        seen = pair is not None and self.lined
+            element.content = content
         for node in (self.line, self.label, *self.ends):
-            node.visible = seen
-        if pair is None or not seen:
+            node.visible = pair is not None
+        if pair is None:
             return
         middle, between = (pair.witness_a + pair.witness_b) / 2, pair.witness_b - pair.witness_a
         self.line.position, self.line.wxyz = middle, _turn_z_onto(between)

@@ -34,6 +34,4 @@ class EllipsoidPanel:
         self.node.position, self.node.wxyz = found.T[:3, 3], quaternion_from_matrix(found.T)
         x, y, z = np.maximum(_SECONDS * found.radii, _THINNEST).tolist()
         self.node.scale = (x, y, z)
-        content = mobility_html(found)
-        if self.numbers.content != content:
-            self.numbers.content = content
+        self.numbers.content = mobility_html(found)

@@ -34,6 +34,7 @@ class HandPanel:
             hint=session.unchecked or "The hand stops rather than touch the obstacles or the robot itself",
         )
         self.status = gui.add_html("")
+        self._shown = session.link
         self.link.on_update(self._choose)
         self.avoiding.on_update(self._avoid)
 
@@ -54,14 +55,10 @@ class HandPanel:
         words = trouble or (
             "the hand is on its way" if session.moving else "the hand follows" if pulled else "drag the handles to move the hand"
         )
-        if (self.mark.color, self.reason.text) != (color, trouble.partition(":")[0]):
-            self.mark.color, self.reason.text = color, trouble.partition(":")[0]
-            self.reason.visible = bool(trouble)
-        content = marked(words, color, filled=bool(trouble))
-        if self.status.content != content:
-            self.status.content = content
-        if self.link.value != session.link:
-            self.link.value = session.link
+        self.mark.color, self.reason.text, self.reason.visible = color, trouble.partition(":")[0], bool(trouble)
+        self.status.content = marked(words, color, filled=bool(trouble))
+        if session.link != self._shown:  # else it is a person's choice, of which the session has not heard yet
+            self._shown = self.link.value = session.link
 
     def _choose(self, event: viser.GuiEvent) -> None:
         if event.client is not None:

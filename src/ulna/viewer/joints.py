@@ -37,9 +37,8 @@ class JointSliders:
     def show(self, q: NDArray[np.float64]) -> None:
         """Set the sliders to where the robot stands; not those that a person has just moved."""
         for column, (slide, slider) in self.sliders.items():
-            value = round(slide.shown(q), _DIGITS)
-            if column not in self._dirty and slider.value != value:
-                slider.value = value
+            if column not in self._dirty:
+                slider.value = round(slide.shown(q), _DIGITS)
         for follower, slider in self._followers:
             slider.value = round(float(np.clip(follower.position(q), slider.min, slider.max)), _DIGITS)
 

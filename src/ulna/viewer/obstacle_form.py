@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import viser
 from numpy.typing import NDArray
 
@@ -20,11 +22,21 @@ _DIGITS = 4  # behind the point: tenths of millimetres
 Known = dict[str, tuple[Obstacle, "NDArray[Any]"]]
 
 
+class Edit(NamedTuple):
+    """What a person has typed last into a field: which, of what obstacle, what, and who."""
+
+    field: Any
+    name: str
+    value: Any
+    client: viser.ClientHandle
+
+
 class ObstacleForm:
-    """The fields of one obstacle; those that it has not are hidden."""
+    """The fields of one obstacle; those that it has not are hidden. What is typed waits for ``take``, and is not written over."""
 
     def __init__(self, gui: viser.GuiApi, obstacles: Obstacles) -> None:
         self._obstacles, self._next, self._changed = obstacles, "", False
+        self._edits: dict[int, Edit] = {}
         zero = (0.0, 0.0, 0.0)
         self.choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             "Obstacle", [_NONE], initial_value=_NONE, hint="Or click it in the scene"
@@ -49,7 +61,10 @@ class ObstacleForm:
         self._next, self._changed = name, True
 
     def take(self) -> bool:
-        """Whether another one was chosen since the last call."""
+        """Do what was typed since the last call, and tell whether another obstacle was chosen."""
+        edits, self._edits = self._edits, {}
+        for edit in sorted(edits.values(), key=lambda edit: edit.field is self.name):  # last: the others know the old name
+            self._apply(edit)
         changed, self._changed = self._changed, False
         return changed
 
@@ -60,8 +75,7 @@ class ObstacleForm:
         self._next = ""
         if self.choice.options != options:
             self.choice.options = options
-        if self.choice.value != chosen:
-            self.choice.value = chosen
+        self.choice.value = chosen
         shape, T = known.get(chosen, (None, None))
         self._show_fields(shape)
         if shape is None or T is None:
@@ -89,41 +103,50 @@ class ObstacleForm:
                 return [(self.radius, radius), (self.length, length)]
         return []
 
-    @staticmethod
-    def _write(field: Any, value: Any) -> None:
-        if field.value != value:
+    def _write(self, field: Any, value: Any) -> None:
+        if id(field) not in self._edits:
             field.value = value
 
-    def _chosen(self, event: viser.GuiEvent) -> None:
+    async def _chosen(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
             self._changed = True
             self._obstacles.moved()
 
-    def _typed(self, event: viser.GuiEvent) -> None:
-        """A person has typed: the obstacle becomes what the form says."""
-        if event.client is None or self.chosen not in self._obstacles.world.names:
-            return
-        name, world = self.chosen, self._obstacles.world
-        shape, T = world.shape(name), world.pose(name)
-        if event.target in (self.xyz, self.rpy):
-            T = pose(self.xyz.value, self.rpy.value)
-        try:
-            self._obstacles.change(name, self._shape(shape), T, self.name.value.strip() or name)
-        except UlnaError as error:
-            event.client.add_notification("That cannot be", str(error), color="red")
+    async def _typed(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            self._edits[id(event.target)] = Edit(event.target, self.chosen, event.target.value, event.client)
+            self._obstacles.moved()
 
-    def _shape(self, shape: Obstacle) -> Obstacle:
-        """The shape that the sizes say; the same one if they say nothing new."""
-        match shape:
-            case Box():
-                new: Obstacle = Box(self.extents.value)
-            case Sphere():
-                new = Sphere(self.radius.value)
-            case Cylinder() | Capsule():
-                new = type(shape)(self.radius.value, self.length.value)
-            case _:
-                return shape
-        return shape if new == shape else new
+    def _apply(self, edit: Edit) -> None:
+        """The obstacle becomes what one field says; the rest of it stays as it is."""
+        known = {name: (shape, T) for name, shape, T in self._obstacles.world.items()}
+        if edit.name not in known:
+            return
+        field, (shape, T) = edit.field, known[edit.name]
+        name = (edit.value.strip() if field is self.name else "") or edit.name
+        try:
+            if field is self.xyz:
+                T[:3, 3] = _retyped(T[:3, 3], edit.value)
+            elif field is self.rpy:
+                T[:3, :3] = pose(rpy=_retyped(rpy_from_matrix(T), edit.value))[:3, :3]
+            self._obstacles.change(edit.name, self._shape(shape, field, edit.value), T, name)
+        except UlnaError as error:
+            edit.client.add_notification("That cannot be", str(error), color="red")
+
+    def _shape(self, shape: Obstacle, field: Any, value: Any) -> Obstacle:
+        """The shape with one size changed; the same one if the field is of no size."""
+        if field is self.extents and isinstance(shape, Box):
+            return Box(value)
+        if field is self.radius and isinstance(shape, Sphere | Cylinder | Capsule):
+            return replace(shape, radius=value)
+        if field is self.length and isinstance(shape, Cylinder | Capsule):
+            return replace(shape, length=value)
+        return shape
+
+
+def _retyped(exact: NDArray[Any], typed: tuple[float, ...]) -> NDArray[Any]:
+    """The numbers that a person has changed; for the others, of which the form has few digits, the exact ones."""
+    return np.where(np.equal(typed, _rounded(exact)), exact, typed)
 
 
 def _rounded(values: NDArray[Any]) -> tuple[float, ...]:

@@ -97,8 +97,8 @@ class Obstacles:
         with self.lock:
             for name in self.world.names:
                 self.world.remove(name)
-            for name in world.names:
-                self.world.add(name, world.shape(name), world.pose(name))
+            for name, shape, T in world.items():
+                self.world.add(name, shape, T)
         self.moved()
 
     def take(self) -> bool:
@@ -114,16 +114,17 @@ class Obstacles:
     def show(self, touching: set[str]) -> None:
         """Draw the world as it is now; what touches the robot is red."""
         with self.lock:
-            known = {name: (self.world.shape(name), self.world.pose(name)) for name in self.world.names}
+            known = {name: (shape, T) for name, shape, T in self.world.items()}
             for name in [name for name, (shape, _) in self._drawn.items() if name not in known or known[name][0] is not shape]:
                 self.nodes.pop(name).remove()
                 del self._drawn[name]
             for name, (shape, T) in known.items():
                 self._draw(name, shape, T, red=name in touching)
             self.form.show(known)
-            self.delete.visible = self.handles.control.visible = self.chosen is not None
-            if self.chosen is not None:
-                self.handles.put(known[self.chosen][1])
+            _, T = known.get(self.form.chosen, (None, None))
+            self.delete.visible = self.handles.control.visible = T is not None
+            if T is not None:
+                self.handles.put(T)
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
         color = TOUCHING if red else MOVABLE
@@ -135,8 +136,7 @@ class Obstacles:
             node.on_click(lambda _: self._pick(name))
         elif not np.array_equal(self._drawn[name][1], T):
             self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
-        if self.nodes[name].color != color:
-            self.nodes[name].color, self.nodes[name].opacity = color, opacity(red=red)
+        self.nodes[name].color, self.nodes[name].opacity = color, opacity(red=red)
         self._drawn[name] = (shape, T)
 
     def _pick(self, name: str) -> None:

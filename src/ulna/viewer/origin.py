@@ -18,7 +18,7 @@ from ulna.errors import UlnaError
 from ulna.viewer.labels import asks_for_page, with_names
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
-_EVERYWHERE = ("", "0.0.0.0", "::")  # noqa: S104 - compared with, not listened on
+EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - no hosts, and where this machine finds itself
 _starting = threading.Lock()
 
 
@@ -36,7 +36,7 @@ def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bo
     if origins[0] in others:
         return True
     place = urlsplit(origins[0])
-    known = host in _EVERYWHERE or place.hostname in {*_LOOPBACK, host.lower()}
+    known = host in EVERYWHERE or place.hostname in {*_LOOPBACK, host.lower()}
     return known and asked == [place.netloc]
 
 
@@ -46,20 +46,14 @@ def refusing_foreign_pages(host: str, others: Collection[str] = ()) -> Iterator[
 
     viser has no argument for it, so the call that it makes is given one. Where it makes that call no more, this is an error.
     """
-    serve, guarded = websockets.asyncio.server.serve, []
-
-    def guarding(*arguments: Any, process_request: Callable, **options: Any) -> Any:
-        def ask(connection: Any, request: Any) -> Any:
-            if not is_own_page(request.headers, host, others):
-                return connection.respond(http.HTTPStatus.FORBIDDEN, "This page is not one of this server.\n")
-            document = asks_for_page(request)
-            response = process_request(connection, request)
-            return with_names(response) if document else response
-
-        guarded.append(ask)
-        return serve(*arguments, process_request=ask, **options)
-
+    guarded = []
     with _starting:
+        serve = websockets.asyncio.server.serve  # read here: before, it may be what another thread has put in its place
+
+        def guarding(*arguments: Any, process_request: Callable, **options: Any) -> Any:
+            guarded.append(_asking(process_request, host, others))
+            return serve(*arguments, process_request=guarded[-1], **options)
+
         websockets.asyncio.server.serve = guarding  # type: ignore[assignment,misc]
         try:
             yield
@@ -67,3 +61,16 @@ def refusing_foreign_pages(host: str, others: Collection[str] = ()) -> Iterator[
             websockets.asyncio.server.serve = serve  # type: ignore[misc]
     if not guarded:
         raise UlnaError("this version of viser starts its server in a way that lets foreign pages in; viser 1.1.1 is known to do")
+
+
+def _asking(process_request: Callable, host: str, others: Collection[str]) -> Callable:
+    """What answers a request: a refusal to a foreign page, to any other what viser answers."""
+
+    def ask(connection: Any, request: Any) -> Any:
+        if not is_own_page(request.headers, host, others):
+            return connection.respond(http.HTTPStatus.FORBIDDEN, "This page is not one of this server.\n")
+        document = asks_for_page(request)
+        response = process_request(connection, request)
+        return with_names(response) if document else response
+
+    return ask

@@ -2,20 +2,22 @@
 
 import contextlib
 import errno
-import io
 import logging
 import os
 import socket
 import sys
+import threading
 import webbrowser
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
+import rich
 import viser
 
-from ulna.errors import InputError
-from ulna.viewer.origin import refusing_foreign_pages
+from ulna.errors import InputError, UlnaError
+from ulna.viewer.origin import EVERYWHERE, refusing_foreign_pages
 
 HOST = "127.0.0.1"
+_silence = threading.Lock()
 
 
 class Page:
@@ -28,13 +30,18 @@ class Page:
     def __init__(self, host: str = HOST, port: int = 8080, *, title: str = "Ulna", origins: Collection[str] = ()) -> None:
         _refuse_busy(host, port)
         logging.getLogger("websockets").setLevel(logging.ERROR)
-        with _quiet(), refusing_foreign_pages(host, origins):
-            self.server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+        try:
+            with _quiet(), refusing_foreign_pages(host, origins):
+                self.server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+        except UlnaError:  # it listens, but unguarded
+            self.stop()
+            raise
         self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
         self.server.gui.configure_theme(
             control_layout="floating", control_width="medium", show_logo=False, show_share_button=False
         )
-        name = "127.0.0.1" if host in ("0.0.0.0", "") else f"[{host}]" if ":" in host else host  # noqa: S104
+        name = EVERYWHERE.get(host, host)
+        name = f"[{name}]" if ":" in name else name
         self.url = f"http://{name}:{self.server.get_port()}"
 
     def open(self) -> None:
@@ -48,9 +55,19 @@ class Page:
             self.server.stop()
 
 
-def _quiet() -> contextlib.AbstractContextManager:
-    """Hold back what viser prints on its own: the address is told once, by who serves."""
-    return contextlib.redirect_stdout(io.StringIO())
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Hold back what viser prints on its own: the address is told once, by who serves.
+
+    Its console alone is silenced, one page at a time: sys.stdout is also that of the program's other threads.
+    """
+    console = rich.get_console()
+    with _silence:
+        before, console.quiet = console.quiet, True
+        try:
+            yield
+        finally:
+            console.quiet = before
 
 
 def _refuse_busy(host: str, port: int) -> None:
@@ -64,5 +81,5 @@ def _refuse_busy(host: str, port: int) -> None:
     except OSError as error:
         reason = (error.strerror or str(error)).split(" (while")[0]
         if error.errno == errno.EADDRINUSE:
-            raise InputError("port", f"{port} is in use on {host} ({reason}); choose another with --port") from None
+            raise InputError("port", f"{port} is in use on {host} ({reason}); choose another, or 0 for a free one") from None
         raise InputError("host", f"cannot listen on {host}, port {port} ({reason})") from None

@@ -5,6 +5,7 @@ machine's processor (``viewer.record``): so no frame is lost to a slow browser, 
 """
 
 import threading
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -100,6 +101,9 @@ class RecordButton:
                     client.send_file_download(path.name, path.read_bytes())
         except _GivenUpError:
             pass
+        except Exception as error:  # noqa: BLE001 - the reader waits for an answer, whatever it is
+            traceback.print_exc()
+            client.add_notification("The video was not made", str(error) or type(error).__name__, color="red")
         finally:
             self.button.label, self.button.disabled = _RECORD, False
 

@@ -1,22 +1,26 @@
 """Draws the demo: the arm, its boxes, the movable box with its handles, the light with its word."""
 
-import numpy as np
+from collections.abc import Callable
+
 import viser
-from numpy.typing import NDArray
 
 from ulna.collision.report import Report
 from ulna.demo import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, Demo, light_color
-from ulna.model.pose import pose, quaternion_from_matrix
 from ulna.picture import MOVABLE, WORD_POSITION
 from ulna.viewer.arm import Arm
+from ulna.viewer.handles import Handles
 
 
 class DemoScene:
-    """The scene's handles. ``arm.stand`` and ``draw_report`` are all that changes from frame to frame."""
+    """The scene. ``arm.stand`` and ``draw_report`` are all that changes from frame to frame.
 
-    def __init__(self, server: viser.ViserServer, demo: Demo) -> None:
-        self.demo = demo
-        self.server = server
+    Args:
+        server: The page.
+        demo: What is drawn.
+        moved: Called when a person has moved the box's handles.
+    """
+
+    def __init__(self, server: viser.ViserServer, demo: Demo, moved: Callable[[], None]) -> None:
         scene = server.scene
         scene.set_up_direction("+z")
         scene.add_grid("/floor", width=2.4, height=2.4, cell_size=0.1, section_size=0.6, cell_color=(225, 228, 232))
@@ -30,19 +34,9 @@ class DemoScene:
         self.word = scene.add_label(
             "/light/word", str(untouched), position=WORD_POSITION, anchor="top-center", font_screen_scale=1.3
         )
-        start = demo.world.pose(BOX_NAME)
-        self.handles = scene.add_transform_controls(
-            "/movable", scale=0.22, line_width=3.0, depth_test=False, position=start[:3, 3], wxyz=quaternion_from_matrix(start)
-        )
+        self.handles = Handles(scene, "/movable", 0.22, moved)
+        self.handles.put(demo.world.pose(BOX_NAME))
         scene.add_box("/movable/box", MOVABLE, BOX.extents)
-
-    def handle_pose(self) -> NDArray[np.float64]:
-        """T_base_box as the handles stand."""
-        return pose(self.handles.position, wxyz=self.handles.wxyz)
-
-    def put_handles(self, T: NDArray[np.float64]) -> None:
-        """Move the handles, and the box with them."""
-        self.handles.position, self.handles.wxyz = T[:3, 3], quaternion_from_matrix(T)
 
     def draw_report(self, report: Report) -> None:
         """Colour the light, its word and the boxes that touch."""

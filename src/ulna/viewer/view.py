@@ -1,9 +1,7 @@
 """A robot on a page: moved by its joints and by its hand, among obstacles. It runs beside the program that opened it."""
 
 import html
-import threading
 import time
-import traceback
 from typing import Self
 
 import numpy as np
@@ -18,6 +16,7 @@ from ulna.viewer.ellipsoid import EllipsoidPanel
 from ulna.viewer.hand import HandPanel
 from ulna.viewer.joints import JointSliders
 from ulna.viewer.look import LookPanel
+from ulna.viewer.loop import Loop
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.stage import add_stage
@@ -37,20 +36,26 @@ class View:
     """
 
     def __init__(
-        self, robot: Robot, world: World | None = None, *, host: str = HOST, port: int = 0, origins: tuple[str, ...] = ()
+        self,
+        robot: Robot,
+        world: World | None = None,
+        *,
+        q: ArrayLike | None = None,
+        host: str = HOST,
+        port: int = 0,
+        origins: tuple[str, ...] = (),
     ) -> None:
-        self.session = Session(robot, world)
+        self.session = Session(robot, world, q)
         self.answer_time = 0.0
         self._event_time: float | None = None
-        self._wake, self._stopping = threading.Event(), threading.Event()
+        self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self.session.moving else IDLE_S)
         self.page = Page(host, port, title=f"Ulna: {robot.name}", origins=origins)
         try:
             self._build()
         except BaseException:
             self.page.stop()
             raise
-        self._thread = threading.Thread(target=self._run, name="ulna-view", daemon=True)
-        self._thread.start()
+        self._loop.start()
 
     def _build(self) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
@@ -95,7 +100,7 @@ class View:
     @q.setter
     def q(self, q: ArrayLike) -> None:
         self.session.q = q
-        self._wake.set()
+        self._loop.wake()
 
     def stop(self, within: float = _STOP_WITHIN_S) -> bool:
         """End the page and everything that runs for it. A second call does nothing.
@@ -106,20 +111,14 @@ class View:
         Returns:
             Whether the last frame has ended. If not, a program that ends now must do so by ``os._exit``.
         """
-        if not self._stopping.is_set():
-            self._stopping.set()
-            self._wake.set()
-            self._thread.join(timeout=within)
+        if not self._loop.stopping:
+            self._loop.stop(within)
             self.page.stop()
-        return not self._thread.is_alive()
+        return self._loop.ended
 
     def wait(self) -> None:
         """Wait until it is stopped, or for Ctrl-C."""
-        try:
-            while self._thread.is_alive():
-                self._thread.join(timeout=0.5)
-        except KeyboardInterrupt:
-            pass
+        self._loop.wait()
 
     def __enter__(self) -> Self:
         return self
@@ -133,25 +132,19 @@ class View:
         look = 'width="100%" height="600" style="border:0"'
         return f'<iframe src="{html.escape(self.url, quote=True)}" title="{title}" {look}></iframe>'
 
-    # ---- the loop -----------------------------------------------------------------------------------------------------
+    # ---- a frame ------------------------------------------------------------------------------------------------------
 
     def _happened(self) -> None:
         """Something is to be done: at once, if the loop is not busy."""
         if self._event_time is None:
             self._event_time = time.perf_counter()
-        self._wake.set()
+        self._loop.wake()
 
-    def _run(self) -> None:
-        while not self._stopping.is_set():
-            self._wake.wait(FRAME_S if self.session.moving else IDLE_S)
-            self._wake.clear()
-            since, self._event_time = self._event_time, None
-            try:
-                self._frame()
-            except Exception:  # noqa: BLE001 - one frame that fails is told, and is no reason for a dead page
-                traceback.print_exc()
-            if since is not None:
-                self.answer_time = time.perf_counter() - since
+    def _timed_frame(self) -> None:
+        since, self._event_time = self._event_time, None
+        self._frame()
+        if since is not None:
+            self.answer_time = time.perf_counter() - since
 
     def _frame(self) -> None:
         session = self.session

@@ -69,6 +69,15 @@ def test_what_cannot_be_is_refused_by_name(panda):
         session.link = "panda_link88"
     with pytest.raises(InputError, match="world: "):
         Session(panda, "crate")
+    with pytest.raises(InputError, match=r"robot: str; an ulna.Robot is expected: ulna.load"):
+        Session("panda")
+    with pytest.raises(InputError, match="beyond"):
+        Session(panda, q=np.full(7, 2e6))
+
+
+def test_a_robot_begins_where_it_is_told_to(panda):
+    assert np.array_equal(Session(panda).q, panda.home)
+    assert np.array_equal(Session(panda, q=panda.home + 0.1).q, panda.home + 0.1)
 
 
 def test_the_nearest_pair_is_the_signed_distance(panda, world, rng):

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import atan, pi, tan
+from math import atan, inf, pi, tan
 from pathlib import Path
 
 import numpy as np
@@ -67,16 +67,16 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
     """
     ending = path.suffix.lower()
     if ending not in WRITERS:
-        raise InputError("OUT", f"{path.name!r} ends in none of {', '.join(WRITERS)}{did_you_mean(ending, WRITERS)}")
+        raise InputError("path", f"{path.name!r} ends in none of {', '.join(WRITERS)}{did_you_mean(ending, WRITERS)}")
     is_gif = ending == ".gif"
     width, height = size or ((640, 360) if is_gif else (1280, 720))
     rate = (10 if is_gif else 30) if rate is None else rate
     if not (16 <= width <= LARGEST_SIZE and 16 <= height <= LARGEST_SIZE):
-        raise InputError("--size", f"{width}x{height}; each side has 16 to {LARGEST_SIZE} pixels")
+        raise InputError("size", f"{width}x{height}; each side has 16 to {LARGEST_SIZE} pixels")
     if not 1 <= rate <= (50 if is_gif else 120):
-        raise InputError("--fps", f"{rate}; 1 to {50 if is_gif else 120} pictures a second can be had")
-    if not 0.0 < seconds * rate <= MOST_FRAMES:
-        raise InputError("--seconds", f"{seconds:g}; more than 0 s and at most {MOST_FRAMES} pictures can be had")
+        raise InputError("rate", f"{rate}; 1 to {50 if is_gif else 120} pictures a second can be had")
+    if not (0.0 < seconds < inf and (ending == ".png" or seconds * rate <= MOST_FRAMES)):
+        raise InputError("seconds", f"{seconds:g}; more than 0 s and at most {MOST_FRAMES} pictures can be had")
     if ending == ".mp4":
         width, height = width + width % 2, height + height % 2  # H.264 halves the colours' raster
     return Form(path, seconds, (width, height), rate)
@@ -96,12 +96,12 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
         FileError: The file cannot be written.
     """
     if at is not None and not form.is_still:
-        raise InputError("--at", f"is for a single picture, a .png; {form.path.name} shows the whole story")
+        raise InputError("at", f"is for a single picture, a .png; {form.path.name} shows the whole story")
     demo = Demo()
     story = Story(demo, form.seconds)
     at = 0.1 * form.seconds if at is None else at
     if not 0.0 <= at <= form.seconds:
-        raise InputError("--at", f"{at:g} s is not between 0 and {form.seconds:g} s")
+        raise InputError("at", f"{at:g} s is not between 0 and {form.seconds:g} s")
     moments = [story.moment(at)] if form.is_still else story.moments(form.rate)
     camera = _widened(DEMO_CAMERA, form.size)
     record_pictures(form, demo.robot, [demo_picture(demo.robot, moment, camera, boxes=boxes) for moment in moments], tell)

@@ -1,0 +1,90 @@
+"""How pages begin and end beside each other and beside the program, without a browser."""
+
+import contextlib
+import sys
+import threading
+from types import SimpleNamespace
+
+import pytest
+import rich
+import viser
+import websockets.asyncio.server
+
+import ulna
+from processes import wait_for
+from ulna.viewer import origin, page
+from ulna.viewer.page import Page
+
+
+class ToldLock:
+    """A lock that tells whenever somebody asks for it."""
+
+    def __init__(self):
+        self.lock, self.asked = threading.Lock(), threading.Semaphore(0)
+
+    def __enter__(self):
+        self.asked.release()
+        self.lock.acquire()
+
+    def __exit__(self, *_):
+        self.lock.release()
+
+
+def overlapping(lock, context):
+    """Enter one context, let another thread ask to enter a second one, leave the first, and wait for the second to be left."""
+
+    def enter_and_leave():
+        with contextlib.suppress(ulna.UlnaError), context():
+            pass
+
+    other = threading.Thread(target=enter_and_leave)
+    with contextlib.suppress(ulna.UlnaError), context():
+        assert lock.asked.acquire(timeout=10)
+        other.start()
+        assert lock.asked.acquire(timeout=10)
+    other.join()
+
+
+def test_two_pages_that_begin_at_once_leave_the_websockets_as_they_were(monkeypatch):
+    before, lock = websockets.asyncio.server.serve, ToldLock()
+    monkeypatch.setattr(origin, "_starting", lock)
+    overlapping(lock, lambda: origin.refusing_foreign_pages("127.0.0.1"))
+    assert websockets.asyncio.server.serve is before
+
+
+def test_two_pages_that_begin_at_once_leave_the_output_as_it_was(monkeypatch):
+    before, lock = sys.stdout, ToldLock()
+    monkeypatch.setattr(page, "_silence", lock)
+    overlapping(lock, page._quiet)
+    assert sys.stdout is before
+    assert not rich.get_console().quiet
+
+
+def test_only_the_words_of_viser_are_held_back(monkeypatch, capsys):
+    real = viser.ViserServer
+
+    def server(**options):
+        sys.stdout.write("the program's own\n")
+        return real(**options)
+
+    monkeypatch.setattr(viser, "ViserServer", server)
+    Page(port=0).stop()
+    assert capsys.readouterr().out == "the program's own\n"
+
+
+def test_a_server_that_came_up_unguarded_is_stopped(monkeypatch):
+    unguarded = SimpleNamespace(asyncio=SimpleNamespace(server=SimpleNamespace(serve=websockets.asyncio.server.serve)))
+    monkeypatch.setattr("viser.infra._infra.websockets", unguarded)
+    before = threading.active_count()
+    with pytest.raises(ulna.UlnaError, match="lets foreign pages in"):
+        Page(port=0)
+    wait_for(lambda: threading.active_count() <= before, "no thread left")
+
+
+@pytest.mark.parametrize(("host", "name"), [("0.0.0.0", "127.0.0.1"), ("::", "[::1]"), ("::1", "[::1]"), ("", "127.0.0.1")])  # noqa: S104
+def test_the_address_is_one_that_leads_to_the_page(monkeypatch, host, name):
+    monkeypatch.setattr(page, "_refuse_busy", lambda *_: None)  # not every machine has addresses of version 6
+    monkeypatch.setattr(page, "refusing_foreign_pages", lambda *_: contextlib.nullcontext())
+    server = SimpleNamespace(gui=SimpleNamespace(configure_theme=lambda **_: None), get_port=lambda: 8080)
+    monkeypatch.setattr(viser, "ViserServer", lambda **_: server)
+    assert Page(host).url == f"http://{name}:8080"

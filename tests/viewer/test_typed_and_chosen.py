@@ -1,0 +1,108 @@
+"""What a person types and chooses, when a frame comes between the value and the page's word of it; without a browser."""
+
+import inspect
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna.studio.session import Session
+from ulna.viewer.hand import HandPanel
+from ulna.viewer.obstacles import Obstacles
+from ulna.viewer.page import Page
+
+
+@pytest.fixture(scope="module")
+def server():
+    page = Page(port=0)
+    yield page.server
+    page.stop()
+
+
+@pytest.fixture
+def obstacles(server):
+    return Obstacles(server, ulna.World(), np.zeros(3), 1.0, lambda: None)
+
+
+def person_sets(field, value, between=lambda: None, client=None):
+    """As viser does it: the value, listeners that are coroutines, and others later, when a frame may have been made."""
+    field._impl.value = value
+    event = SimpleNamespace(client=client or SimpleNamespace(), client_id=0, target=field)
+    later = []
+    for listener in field._impl.update_cb:
+        if inspect.iscoroutinefunction(listener):
+            with pytest.raises(StopIteration):
+                listener(event).send(None)
+        else:
+            later.append(listener)
+    between()
+    for listener in later:
+        listener(event)
+
+
+def choose(obstacles, name):
+    obstacles.form.choose(name)
+    obstacles.take()
+    obstacles.show(set())
+
+
+def test_a_frame_does_not_write_over_what_was_just_typed(obstacles):
+    obstacles.world.add("ball", ulna.Sphere(0.1))
+    choose(obstacles, "ball")
+    person_sets(obstacles.form.radius, 0.25, between=lambda: obstacles.show(set()))
+    obstacles.take()
+    assert obstacles.world.shape("ball") == ulna.Sphere(0.25)
+
+
+def test_only_the_number_that_was_typed_changes(obstacles):
+    T = ulna.pose((0.123456789, 1 / 3, 2 / 3), (0.1234567, 0.2345678, 1 / 3))
+    obstacles.world.add("rod", ulna.Cylinder(1 / 30, 1 / 3), T)
+    choose(obstacles, "rod")
+    form = obstacles.form
+    person_sets(form.xyz, (0.5, *form.xyz.value[1:]))
+    obstacles.take()
+    expected = T.copy()
+    expected[0, 3] = 0.5
+    assert np.array_equal(obstacles.world.pose("rod"), expected)
+    person_sets(form.rpy, (*form.rpy.value[:2], 0.5))
+    obstacles.take()
+    moved = obstacles.world.pose("rod")
+    assert np.allclose(moved, ulna.pose((0.5, 1 / 3, 2 / 3), (0.1234567, 0.2345678, 0.5)), rtol=0, atol=1e-12)
+    person_sets(form.length, 0.4)
+    person_sets(form.name, "post")
+    obstacles.take()
+    assert obstacles.world.shape("post") == ulna.Cylinder(1 / 30, 0.4)
+    assert obstacles.world.names == ("post",)
+    assert np.array_equal(obstacles.world.pose("post"), moved)
+
+
+def test_what_is_typed_is_of_the_obstacle_that_was_chosen_then(obstacles):
+    for name in ("a", "b"):
+        obstacles.world.add(name, ulna.Sphere(0.1))
+    choose(obstacles, "a")
+    person_sets(obstacles.form.radius, 0.2)
+    person_sets(obstacles.form.choice, "b")
+    assert obstacles.take()
+    assert [obstacles.world.shape(name).radius for name in ("a", "b")] == [0.2, 0.1]
+
+
+def test_what_cannot_be_is_said_to_who_typed_it(obstacles):
+    told = []
+    client = SimpleNamespace(add_notification=lambda *words, **_: told.append(words))
+    obstacles.world.add("ball", ulna.Sphere(0.1))
+    choose(obstacles, "ball")
+    person_sets(obstacles.form.radius, -1.0, client=client)
+    obstacles.take()
+    assert told[0][0] == "That cannot be"
+    assert obstacles.world.shape("ball") == ulna.Sphere(0.1)
+
+
+def test_a_frame_does_not_take_back_the_link_that_was_just_chosen(server, panda):
+    session = Session(panda)
+    panel = HandPanel(server, session, 1.0, lambda: None)
+    person_sets(panel.link, "panda_link4", between=panel.show)
+    assert session.link == "panda_link4"
+    session.link = "panda_link5"  # by the program
+    panel.show()
+    assert panel.link.value == "panda_link5"
