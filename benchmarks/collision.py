@@ -3,10 +3,7 @@
 All of it on one processor: the peer uses one, and so does Ulna here, whose batches would else be shared among threads.
 """
 
-import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from time import perf_counter
 
 import numpy as np
@@ -15,6 +12,7 @@ import ulna
 from benchmarks.bounds import count_operations, peak_ns
 from benchmarks.markdown import table
 from benchmarks.peer import NotForThisArm
+from benchmarks.processors import one_processor
 from ulna.bench.clock import Work, ratio, time_interleaved
 from ulna.bench.targets import random_positions
 from ulna.collision.objects import ALONE
@@ -24,20 +22,6 @@ from ulna.robot import Robot
 N, CALLS, LOOP = 2048, 64, 16  # configurations of a batch, of a pass that asks for one, and of a pass of the peer's loop
 BOXES = (1, 4, 16, 64, 100, 256, 1000, 10_000)
 QUERIES = ("in_collision", "signed_distance")
-
-
-@contextmanager
-def one_processor() -> Iterator[None]:
-    """Keep this process to one processor, where the system can."""
-    if not hasattr(os, "sched_setaffinity"):
-        yield
-        return
-    allowed = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {min(allowed)})
-    try:
-        yield
-    finally:
-        os.sched_setaffinity(0, allowed)
 
 
 def scattered(n: int, size: float, reach: float) -> ulna.World:

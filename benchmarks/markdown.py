@@ -10,7 +10,7 @@ _TITLES = {
     "protocols": "Inverse kinematics",
     "tracking": "Tracking a path",
     "scaling_with_joints": "Cost against joints",
-    "scaling_with_rows": "Cost against rows and threads",
+    "scaling_with_rows": "Cost against rows and processors",
     "collision": "Collision, on one processor",
     "scaling_with_pairs": "Cost against pairs of boxes",
     "edges": "Edges, certified",

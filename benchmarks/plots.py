@@ -30,11 +30,11 @@ def joints_plot(axes, rows: list[dict]) -> None:
 
 
 def rows_plot(axes, rows: list[dict]) -> None:
-    """A row of a batch, against the rows, by one thread and by two."""
+    """A row of a batch, against the rows, by one processor and by all."""
     for kind, color in COLORS.items():
-        x, one, two, bound = columns(rows, "work", kind, "rows", "one_thread_ns", "two_threads_ns", "bound_ns")
-        axes.plot(x, one, "o-", color=color, label=f"{kind}, one thread")
-        axes.plot(x, two, "s:", color=color, mfc="white", label="two threads, a half each")
+        x, one, two, bound = columns(rows, "work", kind, "rows", "one_processor_ns", "all_processors_ns", "bound_ns")
+        axes.plot(x, one, "o-", color=color, label=f"{kind}, one processor")
+        axes.plot(x, two, "s:", color=color, mfc="white", label="all processors")
         axes.plot(x, bound, "--", color=color, label="arithmetic, or memory where no cache holds it")
     axes.set_xlabel("rows of the batch")
     axes.set_ylabel("ns a row")

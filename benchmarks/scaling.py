@@ -1,14 +1,13 @@
-"""How the cost grows: with joints, rows, and two threads that each take a half; each beside its bound.
+"""How the cost grows: with joints, rows and processors; each beside its bound.
 
 The bounds are those of ``bounds``: operations counted, bytes moved, at the speeds measured in the same run.
 """
-
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 import ulna
 from benchmarks.bounds import count_operations
+from benchmarks.processors import one_processor
 from ulna.bench.clock import Work, time_interleaved
 from ulna.bench.targets import random_positions
 from ulna.kernels.lanes import WIDTH
@@ -40,7 +39,7 @@ def joint_rows(peak: float) -> list[dict]:
 
 
 def size_rows(robot: Robot, peak: float, copy: float) -> list[dict]:
-    """The time of a row for batches of one to a million, with one thread and with two that take a half each."""
+    """The time of a row for batches of one to a million, with one processor and with all that there are."""
     rows, counts = [], count_operations(robot)
     for kind in KINDS:
         ask = getattr(robot, kind)
@@ -49,26 +48,16 @@ def size_rows(robot: Robot, peak: float, copy: float) -> list[dict]:
             moved = q[0].nbytes + ask(q[:1]).nbytes
             if n * moved > _LARGEST_ANSWER:
                 continue
-            repeated = [q] * max(1, CALLS // n)
-            with ThreadPoolExecutor(2) as pool:
-                works = {"one": Work(ask, repeated, n), "two": Work(in_halves(ask, pool), repeated, n)}
-                times = time_interleaved(works, passes=7 if n >= 100_000 else 21)
-            one, two = times["one"].median, times["two"].median
+            work, passes = {kind: Work(ask, [q] * max(1, CALLS // n), n)}, 7 if n >= 100_000 else 21
+            with one_processor():
+                one = time_interleaved(work, passes)[kind].median
+            every = time_interleaved(work, passes)[kind].median
             bound = max(counts[kind] / WIDTH * peak, moved * copy if n * moved > _CACHES else 0.0)
             rows.append({
-                "work": kind, "rows": n, "one_thread_ns": one, "two_threads_ns": two, "gain": one / two, "bound_ns": bound,
+                "work": kind, "rows": n, "one_processor_ns": one, "all_processors_ns": every, "gain": one / every,
+                "bound_ns": bound,
             })  # fmt: skip
     return rows
-
-
-def in_halves(ask, pool: ThreadPoolExecutor):
-    """The same question, each half of a batch asked in a thread of its own."""
-
-    def halves(q):
-        middle = len(q) // 2
-        return list(pool.map(ask, (q[:middle], q[middle:])))
-
-    return halves
 
 
 def random_arm(joints: int) -> Robot:

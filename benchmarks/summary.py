@@ -16,7 +16,7 @@ BEGIN, END = "<!-- figures: begin -->", "<!-- figures: end -->"
 GROWTH = {
     "bounds": "Distance from the bound",
     "scaling_with_joints": "Cost against joints",
-    "scaling_with_rows": "Cost against rows and threads",
+    "scaling_with_rows": "Cost against rows and processors",
     "collision": "Collision, on one processor",
     "scaling_with_pairs": "Cost against pairs of boxes",
     "edges": "Edges, certified",

@@ -1,6 +1,8 @@
 """``make bench``: what stands around the peers, judged without most of them (pin is here; the others need not be)."""
 
+import os
 import sys
+import threading
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,13 +11,15 @@ from benchmarks import bounds, guard, ik_branches, markdown, peer
 from benchmarks.inverse import protocol_rows
 from benchmarks.kinematics import batch_rows, single_call_rows
 from benchmarks.peers import pinocchio
-from benchmarks.scaling import in_halves, random_arm
+from benchmarks.processors import one_processor
+from benchmarks.scaling import random_arm
 
 import ulna
 from ulna.bench.arms import load_arm
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import Solver, ulna_solver
 from ulna.bench.targets import random_positions
+from ulna.kinematics.batches import in_parts, n_processors
 
 PI = np.pi
 
@@ -108,13 +112,14 @@ def test_rows_become_a_table_in_markdown():
     ]
 
 
-def test_halves_of_a_batch_come_back_in_order(panda):
-    from concurrent.futures import ThreadPoolExecutor
-
-    q = random_positions(panda, 101, 0)
-    with ThreadPoolExecutor(2) as pool:
-        halves = in_halves(panda.forward_kinematics, pool)(q)
-    np.testing.assert_array_equal(np.concatenate(halves), panda.forward_kinematics(q))
+def test_on_one_processor_nothing_is_handed_to_threads_and_afterwards_all_is_as_it_was():
+    allowed, before = n_processors(), os.sched_getaffinity(0)
+    threads = set()
+    with one_processor():
+        assert in_parts(lambda _: threads.add(threading.get_ident()) is None, 10_000, 1000)
+        assert (n_processors(), len(os.sched_getaffinity(0))) == (1, 1)
+    assert threads == {threading.get_ident()}
+    assert (n_processors(), os.sched_getaffinity(0)) == (allowed, before)
 
 
 def test_each_joint_more_costs_the_same_number_of_operations():

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.errors import InputError
 from ulna.ik.problem import positive, refuse_immovable
 from ulna.kernels.differential import differential_batch, differential_one
+from ulna.kinematics.batches import in_parts
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
@@ -45,7 +46,8 @@ def differential_ik(
     else:
         batch, qs, twists = rows_of_both(q, twist, "q", "twist")
         out = as_out(out, (*batch, tree.n_dof), q, twist)
-        good = differential_batch(chain, frame, tree.limits, tree.velocity_limits, lam, dt, qs, twists, flat(out))
+        robot, of_rows = (chain, frame, tree.limits, tree.velocity_limits), flat(out)
+        good = in_parts(lambda part: differential_batch(*robot, lam, dt, qs[part], twists[part], of_rows[part]), len(qs))
     if not good:
         refuse_out_of_range(q)
         refuse_out_of_range(twist, "twist")

@@ -12,6 +12,7 @@ from functools import cache
 from ulna.kernels.layout import WIDTH
 
 LEAST_ROWS = 1024  # of a part, where a row takes less than a microsecond
+LEAST_POSES = 16 * LEAST_ROWS  # of a part, where a row takes some twenty nanoseconds: a thread takes tens of microseconds to ask
 
 
 def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, threads: int | None = None) -> bool:

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.kernels.chain import forward_batch, forward_one
 from ulna.kernels.compile import ready
 from ulna.kernels.tree import frames_batch, frames_one
+from ulna.kinematics.batches import LEAST_POSES, in_parts
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.model.tree import Tree
@@ -56,7 +57,8 @@ class CompiledForward:
             x = for_kernel(q)
             good = forward_one(self._chain, len(x), x, T)
         else:
-            good = forward_batch(self._tree.chain(self._link), flat(q), T.reshape(-1, 4, 4))
+            chain, rows, of_rows = self._tree.chain(self._link), flat(q), T.reshape(-1, 4, 4)
+            good = in_parts(lambda part: forward_batch(chain, rows[part], of_rows[part]), len(rows), LEAST_POSES)
         if not good:
             refuse_out_of_range(q)
         return T
@@ -81,7 +83,9 @@ def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = Non
         good = frames_one(tree.joints, frames, for_kernel(q), T)
     else:
         T = as_out(out, (*q.shape[:-1], n, 4, 4), q)
-        good = frames_batch(tree.joints, frames, flat(q), T.reshape(-1, n, 4, 4))
+        rows = flat(q)
+        of_rows = T.reshape(len(rows), n, 4, 4)
+        good = in_parts(lambda part: frames_batch(tree.joints, frames, rows[part], of_rows[part]), len(rows), LEAST_POSES)
     if not good:
         refuse_out_of_range(q)
     return T

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.compile import ready
 from ulna.kernels.jacobian import BASE, LINK, SPATIAL, jacobian_batch, jacobian_one
+from ulna.kinematics.batches import LEAST_POSES, in_parts
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, refuse_out_of_range
@@ -61,8 +62,9 @@ class CompiledJacobian:
         if q.ndim == 1:
             good = n_dof == 0 or jacobian_one(self._chain, self._frame, n_dof, q, J)
         else:
-            rows = flat(q)
-            good = jacobian_batch(self._tree.chain(self._link), self._frame, rows, J.reshape(len(rows), 6, n_dof))
+            chain, frame, rows = self._tree.chain(self._link), self._frame, flat(q)
+            of_rows = J.reshape(len(rows), 6, n_dof)
+            good = in_parts(lambda part: jacobian_batch(chain, frame, rows[part], of_rows[part]), len(rows), LEAST_POSES)
         if not good:
             refuse_out_of_range(q)
         return J
