@@ -4,10 +4,29 @@ import signal
 import subprocess
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
+from typing import NamedTuple
 
 from ulna.ros.adapter import MissingROSError
 
 _END_WITHIN_S = 5.0
+
+
+_CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
+
+
+class Ended(NamedTuple):
+    """A program that has ended by itself: its name, and its status, which is minus the signal that ended it, if one did."""
+
+    name: str
+    status: int
+
+    @property
+    def crashed(self) -> bool:
+        """Whether nobody wanted that."""
+        return -self.status in _CRASHES
+
+    def __str__(self) -> str:
+        return f"{self.name} has {'crashed' if self.crashed else 'ended'} (status {self.status})"
 
 
 class Children(AbstractContextManager):
@@ -31,12 +50,12 @@ class Children(AbstractContextManager):
             raise MissingROSError(f"no program {command[0]!r} is on this machine; docs/ros.md says how to install it") from None
         self._running[name] = child
 
-    def ended(self) -> Iterator[str]:
-        """A sentence for each that has ended by itself, once."""
+    def ended(self) -> Iterator[Ended]:
+        """Each that has ended by itself, once."""
         for name, child in list(self._running.items()):
             if child.poll() is not None:
                 del self._running[name]
-                yield f"{name} has ended (status {child.returncode})"
+                yield Ended(name, child.returncode)
 
     def end(self, name: str) -> None:
         """End one, with SIGTERM, and SIGKILL if it does not listen."""

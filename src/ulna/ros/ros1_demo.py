@@ -16,13 +16,14 @@ import rospy
 
 from ulna.demo import Demo
 from ulna.ros.adapter import MissingROSError
-from ulna.ros.children import Children
+from ulna.ros.children import Children, Ended
 from ulna.ros.description import robot_description
 from ulna.ros.ros1 import ArmAndLight, MovableBox, beat
 
 _MASTER_WITHIN_S = 20.0
 _HERE = ("localhost", "127.0.0.1", "::1")
-_PUBLISHER = "robot_state_publisher"
+_PUBLISHER, _RVIZ = "robot_state_publisher", "RViz"
+_MOST_CRASHES = 3  # after which there must be a reason that another start will not mend
 
 
 def run(*, rviz: bool = True) -> None:
@@ -59,12 +60,12 @@ def _told_to_end() -> threading.Event:
     return told
 
 
-def _step(arm: ArmAndLight, master: Children, beside: Children, seconds: float) -> None:
+def _step(arm: ArmAndLight, master: Children, beside: "Beside", seconds: float) -> None:
     arm.show.advance(seconds)
-    for sentence in beside.ended():
-        rospy.logwarn(f"{sentence}; the demo goes on")
-    for sentence in master.ended():
-        rospy.logwarn(f"{sentence}; another is started")
+    for ended in beside.ended():
+        rospy.logwarn(f"{ended}; {'another is started' if beside.begin_again(ended) else 'the demo goes on'}")
+    for ended in master.ended():
+        rospy.logwarn(f"{ended}; another is started")
         _have_master(master)
 
 
@@ -73,7 +74,7 @@ class Beside(Children):
 
     def __init__(self, demo: Demo, config: str | None) -> None:
         super().__init__()
-        self._demo, self._config = demo, config
+        self._demo, self._config, self._crashes = demo, config, 0
 
     def meet_master(self) -> None:
         """Tell it the description; start robot_state_publisher, and RViz if there is a picture for it."""
@@ -82,6 +83,14 @@ class Beside(Children):
         self.start(_PUBLISHER, _find_state_publisher(), quiet=True)  # it complains of the fingers, which no link follows
         if self._config:
             _open_rviz(self, self._config)
+
+    def begin_again(self, ended: Ended) -> bool:
+        """Open RViz again if it has crashed, as it now and then does when it begins; not if it was closed, nor for ever."""
+        if not (ended.name == _RVIZ and ended.crashed and self._config and self._crashes < _MOST_CRASHES):
+            return False
+        self._crashes += 1
+        _open_rviz(self, self._config)
+        return True
 
 
 def _have_master(master: Children) -> None:
@@ -114,7 +123,7 @@ def _open_rviz(programs: Children, config: str) -> None:
     """RViz with the demo's picture; without one, or without a screen, the command to type elsewhere."""
     if os.environ.get("DISPLAY"):
         try:
-            programs.start("RViz", "rviz", "-d", config)
+            programs.start(_RVIZ, "rviz", "-d", config)
         except MissingROSError as error:
             rospy.logwarn(f"{error}; the demo goes on without RViz")
     else:

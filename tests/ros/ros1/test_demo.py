@@ -125,7 +125,10 @@ def test_one_command_shows_it_all_and_ends_what_it_started(another, display):
         assert "The demo runs" in program.stdout.readline()
         wait_for(lambda: light_is_seen(display), "the light in RViz")
         (first,) = children(program.pid, "-x", "rviz")
-        os.kill(first, signal.SIGTERM)
+        os.kill(first, signal.SIGSEGV)
+        (second,) = wait_for(lambda: set(children(program.pid, "-x", "rviz")) - {first}, "another RViz for the one that crashed")
+        wait_for(lambda: light_is_seen(display), "the light in it")
+        os.kill(second, signal.SIGTERM)
         wait_for(lambda: not light_is_seen(display), "an empty screen")
         with running("rviz", "-d", str(CONFIG), env=environment, stdout=subprocess.DEVNULL):
             wait_for(lambda: light_is_seen(display), "the light in the next RViz")
