@@ -1,6 +1,7 @@
-"""The tables of docs/performance.md and docs/comparison.md: ``python -m benchmarks.summary RESULT.json`` makes them of a run.
+"""The figures of docs/performance.md, docs/comparison.md and the README: ``python -m benchmarks.summary RESULT.json``.
 
-Nothing is copied by hand: what stands between the two marks of a page is written anew.
+Nothing is copied by hand: what stands between the two marks of a page is written anew, and so are those rows of the README's
+table that are rows of the comparison.
 """
 
 import json
@@ -24,6 +25,7 @@ GROWTH = {
     "first_use_ever": "First use ever, with compilation",
     "memory": "Memory of a batch",
 }
+README_PEERS = ("Pinocchio", "Robotics Toolbox", "MuJoCo", "TRAC-IK", "ikpy")
 SOLVERS = ("roboticstoolbox-python", "pytracik", "frankik", "ssik", "EAIK")
 
 
@@ -109,12 +111,20 @@ def write(page: Path, figures: str) -> None:
     page.write_text(f"{before}{BEGIN}\n\n{figures}\n\n{END}{after}", encoding="utf-8")
 
 
+def write_rows(page: Path, rows: list[dict[str, str]]) -> None:
+    """Write the rows of a page's table anew that are among these."""
+    known = {row["work"]: f"| {row['work']} | 1 | {' | '.join(row[peer] for peer in README_PEERS)} |" for row in rows}
+    lines = page.read_text(encoding="utf-8").split("\n")
+    page.write_text("\n".join(known.get(line[2:].partition(" |")[0], line) for line in lines), encoding="utf-8")
+
+
 def main() -> None:
-    """Write the pages' tables anew."""
+    """Write the pages' figures anew."""
     result = Path(sys.argv[1])
     data, name = json.loads(result.read_text(encoding="utf-8")), result.with_suffix(".md").name
     write(DOCS / "performance.md", summary(data, name))
     write(DOCS / "comparison.md", comparison(data, name))
+    write_rows(DOCS.parent / "README.md", beside_rows(data))
 
 
 if __name__ == "__main__":
