@@ -18,6 +18,7 @@ from benchmarks.inverse import protocol_rows
 from benchmarks.kinematics import batch_rows, single_call_rows
 from benchmarks.markdown import page
 from benchmarks.peer import PEERS, Peer, make_peer
+from benchmarks.processors import one_processor
 from benchmarks.scaling import joint_rows, size_rows
 from ulna.bench import first_use
 from ulna.bench.arms import NAMES, load_arm
@@ -74,7 +75,8 @@ def main() -> None:
         data["absent"] += [{"robot": "panda", "peer": "pin with coal", "why": why}] * bool(why)
         data["account"] = account_rows(panda)
         data.update(scaling_with_joints=joint_rows(peak), scaling_with_rows=size_rows(panda, peak, copy))
-        data["bounds"] = bound_rows("panda", panda, peak, copy)
+        with one_processor():  # for so is the bound
+            data["bounds"] = bound_rows("panda", panda, peak, copy)
         data.update(first_use=first_use.first_use_rows(), first_use_ever=first_use.cold_rows())
         data.update(memory=first_use.memory_rows(), size=first_use.size_rows())
     _write(data, options.out)
