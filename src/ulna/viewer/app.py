@@ -51,11 +51,8 @@ class DemoApp:
         self.server, self.url = self.page.server, self.page.url
         self.show = Show(demo, self)
         self._loop, self._last = Loop("ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND), time.perf_counter()
-        try:
+        with self.page.ending_if_it_fails():
             self._build()
-        except BaseException:
-            self.page.stop()
-            raise
         self._loop.start()
 
     def _build(self) -> None:

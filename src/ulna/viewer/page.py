@@ -49,6 +49,15 @@ class Page:
         if sys.platform in ("win32", "darwin") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
             webbrowser.open(self.url)
 
+    @contextlib.contextmanager
+    def ending_if_it_fails(self) -> Iterator[None]:
+        """Around what must be there before the page is of use: without it the server ends."""
+        try:
+            yield
+        except BaseException:
+            self.stop()
+            raise
+
     def stop(self) -> None:
         """End the server; open pages say that they have lost it."""
         with _quiet():

@@ -50,11 +50,8 @@ class View:
         self._event_time: float | None = None
         self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self.session.moving else IDLE_S)
         self.page = Page(host, port, title=f"Ulna: {robot.name}", origins=origins)
-        try:
+        with self.page.ending_if_it_fails():
             self._build()
-        except BaseException:
-            self.page.stop()
-            raise
         self._loop.start()
 
     def _build(self) -> None:
