@@ -23,8 +23,8 @@ test: $(VENV)/.dev
 	$(RUN)/ruff format --check
 	$(RUN)/pyright --pythonpath $(RUN)/python
 	$(RUN)/python -m pytest -n auto $(ARGS)
-	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/unit/kernels
-	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/unit/kernels
+	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/kernels
+	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/kernels
 
 # The peers, side by side with Ulna: writes benchmarks/results/. ARGS="--robot panda --n 10000" asks for less or more.
 bench: $(BENCH_VENV)/.bench
@@ -54,10 +54,10 @@ $(DOCS_VENV)/.docs: pyproject.toml
 
 # The demo in ROS, with the real parts, each ROS in an environment of its own. Without ROS 1 its tests are skipped and say so.
 test-ros1: .venv-ros1/.ready
-	.ci/offline .venv-ros1/bin/python -m pytest tests/ros/ros1 $(ARGS)
+	.ci/offline .venv-ros1/bin/python -m pytest tests/demo/ros/ros1 $(ARGS)
 
 test-ros2: .venv-ros2/.ready
-	.ci/offline .venv-ros2/bin/python -m pytest tests/ros/ros2 $(ARGS)
+	.ci/offline .venv-ros2/bin/python -m pytest tests/demo/ros/ros2 $(ARGS)
 
 # Debian's own Python, which sees Debian's rospy; what is in the environment comes first.
 .venv-ros1/.ready: pyproject.toml

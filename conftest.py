@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-# They import ROS, of which no environment has both: tests/ros runs them where it is.
-collect_ignore_glob = ["src/ulna/ros/messages.py", "src/ulna/ros/ros[12]*.py"]
+# They import ROS, of which no environment has both: tests/demo/ros runs them where it is.
+collect_ignore_glob = ["src/ulna/demo/ros/messages.py", "src/ulna/demo/ros/ros[12]*.py"]
 
 
 @pytest.hookimpl(hookwrapper=True)

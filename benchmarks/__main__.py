@@ -22,11 +22,11 @@ from benchmarks.processors import one_processor
 from benchmarks.scaling import joint_rows, size_rows
 from ulna.bench import first_use
 from ulna.bench.arms import NAMES, load_arm
-from ulna.bench.clock import time_each
 from ulna.bench.machine import installed_version, machine_facts
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import Forward, Solver, follow_path, ulna_solver
 from ulna.bench.targets import path_positions
+from ulna.bench.timing import time_each
 from ulna.errors import UlnaError
 from ulna.robot import Robot
 

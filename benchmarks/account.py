@@ -10,24 +10,25 @@ import numpy as np
 
 import ulna
 from benchmarks.markdown import table
-from ulna.bench.clock import Work, time_interleaved
 from ulna.bench.targets import random_positions
-from ulna.kernels.chain import forward_one
-from ulna.kernels.compile import brief_entry, ready
-from ulna.kernels.jacobian import BASE, jacobian_one
-from ulna.kernels.kinds import MATRIX, NUMBERS, WHOLE
+from ulna.bench.timing import Workload, time_interleaved
+from ulna.drivers.forward import forward_one
+from ulna.drivers.jacobian import jacobian_one
+from ulna.engine.decorators import low_latency_entry, ready
+from ulna.engine.signatures import MATRIX, NUMBERS, WHOLE
+from ulna.kernels.chain.jacobian import BASE
 from ulna.robot import Robot
 
 CALLS = 64
 
 
-@brief_entry((MATRIX, WHOLE, NUMBERS, MATRIX))
+@low_latency_entry((MATRIX, WHOLE, NUMBERS, MATRIX))
 def idle_forward(chain, n_dof, q, out):  # noqa: ARG001 -- only what it costs to hand them over is asked
     """As ``forward_one``, with nothing to do."""
     return True
 
 
-@brief_entry((MATRIX, WHOLE, WHOLE, NUMBERS, MATRIX))
+@low_latency_entry((MATRIX, WHOLE, WHOLE, NUMBERS, MATRIX))
 def idle_jacobian(chain, expressed_in, n_dof, q, out):  # noqa: ARG001 -- only what it costs to hand them over is asked
     """As ``jacobian_one``, with nothing to do."""
     return True
@@ -52,7 +53,7 @@ def account_rows(robot: Robot) -> list[dict]:
         "jac kernel": lambda x: jacobian_one(chain, BASE, n, x, J),
         "jac idle": lambda x: idle_jac(chain, BASE, n, x, J),
     }
-    timings = time_interleaved({name: Work(function, q) for name, function in works.items()}, passes=401)
+    timings = time_interleaved({name: Workload(function, q) for name, function in works.items()}, passes=401)
     return [_row(work, name, {key: timing.median for key, timing in timings.items()}) for work, name in _WORKS.items()]
 
 

@@ -14,11 +14,12 @@ import sys
 
 import numpy as np
 
-from ulna.bench.clock import Work, time_interleaved
 from ulna.bench.targets import random_positions
-from ulna.kernels.compile import entry
-from ulna.kernels.kinds import MATRIX, WHOLE
-from ulna.kernels.lanes import WIDTH, load, store
+from ulna.bench.timing import Workload, time_interleaved
+from ulna.engine.decorators import entry
+from ulna.engine.lanes import load, store
+from ulna.engine.signatures import MATRIX, WHOLE
+from ulna.engine.width import WIDTH
 from ulna.robot import Robot
 
 IN_CACHE, IN_MEMORY = 4096, 500_000  # rows of a batch
@@ -27,11 +28,11 @@ _COUNTING = """
 import json, sys
 import numpy as np
 import ulna
-from ulna.kernels.chain import chain_pose
-from ulna.kernels.box_box import boxes_overlap
-from ulna.kernels.jacobian import BASE, chain_jacobian
-from ulna.kernels.placed import balls_meet, half_extents, place_bodies
-from ulna.kernels.se3 import load_pose
+from ulna.kernels.chain.chain import chain_pose
+from ulna.kernels.distance.box_sat import boxes_overlap
+from ulna.kernels.chain.jacobian import BASE, chain_jacobian
+from ulna.kernels.collision.posed_pair import balls_meet, half_extents, place_bodies
+from ulna.kernels.spatial.se3 import load_pose
 
 class Counting(np.ndarray):
     operations = 0
@@ -91,14 +92,14 @@ def multiply_add(rows, rounds):
 def peak_ns() -> float:
     """The time of one operation on eight numbers at the peak [ns]."""
     rows = np.full((10, WIDTH), 0.5)
-    work = Work(lambda _: multiply_add(rows, _ROUNDS), [0] * 3, _ROUNDS * 32)
+    work = Workload(lambda _: multiply_add(rows, _ROUNDS), [0] * 3, _ROUNDS * 32)
     return float(time_interleaved({"peak": work}, passes=15)["peak"].passes.min())
 
 
 def copy_ns() -> float:
     """The time to read a byte and to write one, of an array that no cache holds [ns]."""
     source, target = np.ones(2**25), np.empty(2**25)
-    work = Work(lambda _: np.copyto(target, source), [0], source.nbytes)
+    work = Workload(lambda _: np.copyto(target, source), [0], source.nbytes)
     return float(time_interleaved({"copy": work}, passes=9)["copy"].passes.min()) / 2
 
 
@@ -112,7 +113,7 @@ def bound_rows(name: str, robot: Robot, peak: float, copy: float) -> list[dict]:
             q = random_positions(robot, n, 0)
             moved = q[0].nbytes + ask(q[:1]).nbytes
             arithmetic, memory = operations / WIDTH * peak, moved * copy if n == IN_MEMORY else 0.0
-            median = time_interleaved({kind: Work(ask, [q], n)})[kind].median
+            median = time_interleaved({kind: Workload(ask, [q], n)})[kind].median
             rows.append({
                 "robot": name,
                 "work": kind,

@@ -13,10 +13,10 @@ from benchmarks.bounds import count_operations, peak_ns
 from benchmarks.markdown import table
 from benchmarks.peer import NotForThisArm
 from benchmarks.processors import one_processor
-from ulna.bench.clock import Work, ratio, time_interleaved
 from ulna.bench.targets import random_positions
-from ulna.collision.objects import ALONE
-from ulna.kernels.lanes import WIDTH
+from ulna.bench.timing import Workload, ratio, time_interleaved
+from ulna.collision.objects import MOST_UNINDEXED
+from ulna.engine.width import WIDTH
 from ulna.robot import Robot
 
 N, CALLS, LOOP = 2048, 64, 16  # configurations of a batch, of a pass that asks for one, and of a pass of the peer's loop
@@ -65,9 +65,9 @@ def _query_rows(robot: Robot, world: ulna.World, itself: bool, q, query: str, th
 
     calls = list(q[:CALLS])
     works = {
-        "batch": Work(ask, [q], N),
-        "one": Work(ask, calls),
-        "peer": Work(theirs, calls[:LOOP]),
+        "batch": Workload(ask, [q], N),
+        "one": Workload(ask, calls),
+        "peer": Workload(theirs, calls[:LOOP]),
     }
     timings = time_interleaved(works, passes=41)
     rows = []
@@ -97,7 +97,7 @@ def growth_rows(robot: Robot, peak: float) -> list[dict]:
             free = q[~robot.in_collision(q, world, self_collision=False)][:N]
             if not len(free):
                 continue  # so crowded that the arm has no room
-            bound = (counts["place_bodies"] + n * n_bodies * counts["balls_meet"]) / WIDTH * peak if n <= ALONE else None
+            bound = (counts["place_bodies"] + n * n_bodies * counts["balls_meet"]) / WIDTH * peak if n <= MOST_UNINDEXED else None
             rows.append({
                 "boxes": n, "world": density, "pairs": n * n_bodies, "built_ms": build_ms, **_growth(robot, world, free),
                 "bound_ns": bound,
@@ -108,9 +108,9 @@ def growth_rows(robot: Robot, peak: float) -> list[dict]:
 def _growth(robot: Robot, world: ulna.World, free) -> dict[str, float]:
     batch = np.resize(free, (N, robot.n_dof))  # all free: a robot that touches something early would not meet the rest
     works = {
-        "one_ns": Work(lambda x: robot.in_collision(x, world, self_collision=False), list(batch[:CALLS])),
-        "batch_ns": Work(lambda q: robot.in_collision(q, world, self_collision=False), [batch], N),
-        "distance_ns": Work(lambda q: robot.signed_distance(q, world, self_collision=False), [batch[:256]], 256),
+        "one_ns": Workload(lambda x: robot.in_collision(x, world, self_collision=False), list(batch[:CALLS])),
+        "batch_ns": Workload(lambda q: robot.in_collision(q, world, self_collision=False), [batch], N),
+        "distance_ns": Workload(lambda q: robot.signed_distance(q, world, self_collision=False), [batch[:256]], 256),
     }
     return {name: timing.median for name, timing in time_interleaved(works, passes=15).items()}
 
@@ -122,7 +122,7 @@ def edge_rows(robot: Robot) -> list[dict]:
     a = q[~robot.in_collision(q, world)][:500]
     b = np.clip(a + 0.3 * rng.normal(size=a.shape), robot.lower, robot.upper)
     found = robot.edge_in_collision(a, b, world)
-    work = Work(lambda q: robot.edge_in_collision(q, b, world), [a], len(a))
+    work = Workload(lambda q: robot.edge_in_collision(q, b, world), [a], len(a))
     median = time_interleaved({"edges": work}, passes=15)["edges"].median
     return [{"edges": len(a), "in_collision": int(np.count_nonzero(found.in_collision)), "edge_ns": median}]
 

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 import ulna
-from ulna.model.pose import matrix_from_quaternion
+from ulna.description.pose import matrix_from_quaternion
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 import ulna
-from ulna.bench.clock import Work, ratio, time_interleaved
 from ulna.bench.machine import processor_name
-from ulna.bench.works import WORKS
+from ulna.bench.timing import Workload, ratio, time_interleaved
+from ulna.bench.workloads import WORKLOADS
 
 KEPT = Path(__file__).parent / "guard.json"
 SLOWER = 1.25  # times the kept multiple: more than the noise of a busy machine
@@ -26,8 +26,8 @@ def measure() -> dict[str, float]:
     """For each work the lower quartile of its time as a multiple of the yardstick's."""
     panda = ulna.load("panda")
     x = np.linspace(0.1, 1.0, _ROWS)
-    works = {"yardstick": Work(lambda _: np.sqrt(x * x + x), range(256))}
-    for make in WORKS.values():
+    works = {"yardstick": Workload(lambda _: np.sqrt(x * x + x), range(256))}
+    for make in WORKLOADS.values():
         works |= make(panda, _ROWS)
     timings = time_interleaved(works, passes=41)
     return {name: ratio(timing, timings["yardstick"])[0] for name, timing in timings.items() if name != "yardstick"}

@@ -5,8 +5,8 @@ from time import perf_counter_ns
 import numpy as np
 
 from benchmarks.peer import Peer
-from ulna.bench.clock import Timing, Work, ratio, time_interleaved
 from ulna.bench.targets import random_positions
+from ulna.bench.timing import Timing, Workload, ratio, time_interleaved
 from ulna.robot import Robot
 
 ONE, LOOP, BATCH = 64, 128, 4096
@@ -23,31 +23,31 @@ def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str)
         else (robot.compile_jacobian(), np.empty((6, robot.n_dof)))
     )
     works = {
-        "ulna": Work(getattr(robot, kind), list(q)),
-        "ulna, bound": Work(bound, list(q)),
-        "ulna, bound, out=": Work(lambda x: bound(x, out), list(q)),  # the lambda costs what a line of a loop does not
+        "ulna": Workload(getattr(robot, kind), list(q)),
+        "ulna, bound": Workload(bound, list(q)),
+        "ulna, bound, out=": Workload(lambda x: bound(x, out), list(q)),  # the lambda costs what a line of a loop does not
     }
     for peer, offers in peers.items():
         function = offers.forward if kind == "forward_kinematics" else offers.jacobian
         if function is not None:
-            works[peer] = Work(function, short(function, [offers.own_q(x) for x in q]))
+            works[peer] = Workload(function, short(function, [offers.own_q(x) for x in q]))
         if kind == "forward_kinematics" and offers.forward_kept is not None:
-            works[f"{peer}, placement kept"] = Work(offers.forward_kept, [offers.own_q(x) for x in q])
+            works[f"{peer}, placement kept"] = Workload(offers.forward_kept, [offers.own_q(x) for x in q])
     return _rows(name, kind, time_interleaved(works, passes=81))
 
 
 def batch_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
     """A batch of q: Ulna in one call, the peers in a loop of Python (some of the batch), or in one call where they have it."""
     q = random_positions(robot, BATCH, seed=0)
-    works = {"ulna": Work(getattr(robot, kind), [q], BATCH)}
+    works = {"ulna": Workload(getattr(robot, kind), [q], BATCH)}
     for peer, offers in peers.items():
         function = offers.forward if kind == "forward_kinematics" else offers.jacobian
         if function is not None:
             some = short(function, [offers.own_q(x) for x in q[:LOOP]])
-            works[f"{peer}, in a loop"] = Work(_loop(function), [some], len(some))
+            works[f"{peer}, in a loop"] = Workload(_loop(function), [some], len(some))
         at_once = offers.forward_batch if kind == "forward_kinematics" else offers.jacobian_batch
         if at_once is not None:
-            works[f"{peer}, at once"] = Work(at_once, [q], BATCH)
+            works[f"{peer}, at once"] = Workload(at_once, [q], BATCH)
     return _rows(name, f"{kind}, {BATCH} at once", time_interleaved(works, passes=41))
 
 

@@ -18,11 +18,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import kernel_modes
 import solids
 from coal_pairs import coal_request, coal_scene
-from ulna.kernels.compile import routine
-from ulna.kernels.depth import SCRATCH
-from ulna.kernels.lanes import load, store, where
-from ulna.kernels.pair import pair_distance, pair_overlap
-from ulna.kernels.se3 import load_pose
+from ulna.engine.decorators import routine
+from ulna.engine.lanes import load, store, where
+from ulna.kernels.distance.epa import SCRATCH
+from ulna.kernels.distance.pairs import pair_distance, pair_overlap
+from ulna.kernels.spatial.se3 import load_pose
 
 CHUNK = 4000
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ulna.bench.protocol import Protocol
 from ulna.bench.solver import Solver
 from ulna.bench.targets import random_positions
-from ulna.io.write_urdf import write_urdf
-from ulna.model.pose import inverse
+from ulna.description.pose import inverse
+from ulna.description.urdf_writer import write_urdf
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ulna.kinematics.batches import n_processors
+from ulna.engine.threads import n_processors
 
 
 @contextmanager

@@ -8,9 +8,9 @@ import numpy as np
 import ulna
 from benchmarks.bounds import count_operations
 from benchmarks.processors import one_processor
-from ulna.bench.clock import Work, time_interleaved
 from ulna.bench.targets import random_positions
-from ulna.kernels.lanes import WIDTH
+from ulna.bench.timing import Workload, time_interleaved
+from ulna.engine.width import WIDTH
 from ulna.robot import Robot
 
 JOINTS = (3, 6, 7, 12, 20, 40, 60)
@@ -29,7 +29,7 @@ def joint_rows(peak: float) -> list[dict]:
         q, counts = random_positions(robot, BATCH, 0), count_operations(robot)
         for kind in KINDS:
             ask = getattr(robot, kind)
-            times = time_interleaved({"one": Work(ask, list(q[:CALLS])), "batch": Work(ask, [q], BATCH)})
+            times = time_interleaved({"one": Workload(ask, list(q[:CALLS])), "batch": Workload(ask, [q], BATCH)})
             one, batch, bound = times["one"].median, times["batch"].median, counts[kind] / WIDTH * peak
             rows.append({
                 "work": kind, "joints": joints, "one_ns": one, "batch_ns": batch, "batch_ns_a_joint": batch / joints,
@@ -48,7 +48,7 @@ def size_rows(robot: Robot, peak: float, copy: float) -> list[dict]:
             moved = q[0].nbytes + ask(q[:1]).nbytes
             if n * moved > _LARGEST_ANSWER:
                 continue
-            work, passes = {kind: Work(ask, [q] * max(1, CALLS // n), n)}, 7 if n >= 100_000 else 21
+            work, passes = {kind: Workload(ask, [q] * max(1, CALLS // n), n)}, 7 if n >= 100_000 else 21
             with one_processor():
                 one = time_interleaved(work, passes)[kind].median
             every = time_interleaved(work, passes)[kind].median

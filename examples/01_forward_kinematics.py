@@ -3,7 +3,7 @@
 import numpy as np
 
 import ulna
-from ulna.robots.panda import DH_JOINT_TYPES, DH_LINKS, DH_ROWS
+from ulna.description.names.panda import DH_JOINT_TYPES, DH_LINKS, DH_ROWS
 
 robot = ulna.load("panda")
 dh_robot = ulna.Robot.from_dh(DH_ROWS, convention="modified", joint_types=DH_JOINT_TYPES)

@@ -1,6 +1,6 @@
 """The movable box with an arrow and a ring for each axis, in RViz (hw2.launch). The light: test_collision_detection.py."""
 
-from ulna.ros.adapter import ros1_or_exit
+from ulna.demo.ros.adapter import ros1_or_exit
 
 if __name__ == "__main__":
     ros1_or_exit().serve_box()

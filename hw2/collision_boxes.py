@@ -7,8 +7,10 @@ boxes in link frames, placed by forward kinematics. The two differ by centimetre
 import numpy as np
 
 import ulna
-from ulna.picture import MOVABLE, PALE, Solid, standing_boxes
-from ulna.ros.adapter import ros1_or_exit
+from ulna.demo.drawing import standing_boxes
+from ulna.demo.ros.adapter import ros1_or_exit
+from ulna.viewer.palette import MOVABLE, PALE
+from ulna.viewer.solid import Solid
 
 UPRIGHT = (1, 0, 0, 0)
 # Position of the centre [m], size along x, y, z [m], rotation as a quaternion w, x, y, z.

@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 
 import ulna
-from ulna.model.pose import rpy_from_matrix
+from ulna.description.pose import rpy_from_matrix
 
 FLANGE_TO_END_EFFECTOR = (0.0, 0.0, 0.1034)  # m; not in the URDF: the assignment adds it
 TOLERANCE = 1e-10  # of inverse kinematics [m and rad]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from franka_robot import FrankaRobot
 
-from ulna.robots.panda import DH_ROWS, HOME
+from ulna.description.names.panda import DH_ROWS, HOME
 
 URDF = Path(__file__).with_name("franka_robot.urdf")
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.ros.adapter import ros1_or_exit
+from ulna.demo.ros.adapter import ros1_or_exit
 
 if __name__ == "__main__":
     ros1_or_exit().hold_arm(np.zeros(7))

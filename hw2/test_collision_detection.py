@@ -3,7 +3,7 @@
 The box is 6DoF_Box.py's; drag it by its arrows and rings.
 """
 
-from ulna.ros.adapter import ros1_or_exit
+from ulna.demo.ros.adapter import ros1_or_exit
 
 if __name__ == "__main__":
     ros1_or_exit().play_arm()

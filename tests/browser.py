@@ -26,7 +26,7 @@ def pixels(page: Page) -> np.ndarray:
 
 def project(camera, point) -> np.ndarray:
     """Where a point of the scene appears [pixel x, y]: a pinhole that looks along the camera's z axis."""
-    from ulna.model.pose import inverse, pose
+    from ulna.description.pose import inverse, pose
 
     x, y, z = (inverse(pose(camera.position, wxyz=camera.wxyz)) @ [*point, 1.0])[:3]
     focal = SIZE[1] / 2 / np.tan(camera.fov / 2)

@@ -11,9 +11,9 @@ import warnings
 
 import atheris
 
-with atheris.instrument_imports(include=["ulna.io", "ulna.model", "ulna.errors", "ulna.robot"]):
+with atheris.instrument_imports(include=["ulna.description", "ulna.description", "ulna.errors", "ulna.robot"]):
     import ulna
-    from ulna.io import document
+    from ulna.description import document
 
 ROBOT = (
     '<robot name="r"><link name="a"/><link name="b"/>'

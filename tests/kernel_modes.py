@@ -18,8 +18,8 @@ from functools import cache
 import numpy as np
 from numba import config
 
-from ulna.kernels.compile import routine
-from ulna.kernels.lanes import WIDTH
+from ulna.engine.decorators import routine
+from ulna.engine.width import WIDTH
 
 COMPILED = not config.DISABLE_JIT
 MODES = ("float64", "f64x8") if COMPILED else ("scalars", "arrays")

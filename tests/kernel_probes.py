@@ -2,22 +2,22 @@
 
 import numpy as np
 
-from ulna.kernels.box_box import boxes_overlap, widest_gap
-from ulna.kernels.chain import chain_pose
-from ulna.kernels.compile import kernel
-from ulna.kernels.damped_step import release_pressed, solve_damped
-from ulna.kernels.elementary import first_quadrant_angle, maximum, minimum, sincos
-from ulna.kernels.jacobian import chain_jacobian
-from ulna.kernels.jacobian_transpose import transpose_step
-from ulna.kernels.lane_search import ALLOWED, CHANGE, LEAST, N_STATE, advance
-from ulna.kernels.lanes import any_lane, lane_count, lane_of, load, logical_not, rint, splat, sqrt, store, where, with_lane
-from ulna.kernels.pair import body_of, pair_distance, pair_overlap
-from ulna.kernels.pseudo_inverse import pseudo_inverse_step
-from ulna.kernels.se3 import compose, constant_pose, load_pose, slide_along_z, store_pose, turn_about_z
-from ulna.kernels.search_layout import WITH_POSTURE
-from ulna.kernels.so3 import rotation_between, rotation_vector
-from ulna.kernels.task import swing, task_error
-from ulna.kernels.tree import frame_pose, tree_poses
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import any_lane, lane_count, lane_of, load, logical_not, rint, splat, sqrt, store, where, with_lane
+from ulna.kernels.chain.chain import chain_pose
+from ulna.kernels.chain.jacobian import chain_jacobian
+from ulna.kernels.chain.tree import frame_pose, tree_poses
+from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
+from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
+from ulna.kernels.ik.damped_step import release_pressed, solve_damped
+from ulna.kernels.ik.jacobian_transpose import transpose_step
+from ulna.kernels.ik.levenberg_marquardt import ALLOWED, CHANGE, LEAST, N_STATE, advance
+from ulna.kernels.ik.pseudo_inverse import pseudo_inverse_step
+from ulna.kernels.ik.search_layout import WITH_POSTURE
+from ulna.kernels.ik.task import swing, task_error
+from ulna.kernels.spatial.elementary import first_quadrant_angle, maximum, minimum, sincos
+from ulna.kernels.spatial.se3 import compose, constant_pose, load_pose, slide_along_z, store_pose, turn_about_z
+from ulna.kernels.spatial.so3 import rotation_between, rotation_vector
 
 
 def arithmetic(x, out):

@@ -13,7 +13,7 @@ import yaml
 from PIL import Image
 
 from processes import running
-from ulna.model.pose import inverse
+from ulna.description.pose import inverse
 
 CONFIG = Path(__file__).parents[1] / "src" / "ulna" / "ros" / "demo.rviz"
 BACKGROUND = (246, 247, 249)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ulna.kernels import search_layout as layout
-from ulna.kernels.from_the_seed import follow_each
+from ulna.drivers.single_start import follow_each
+from ulna.kernels.ik import search_layout as layout
 
 
 def search(method, tree, link, seeds, targets, steps=10_000, tolerance=1e-5, *, trace=False):

@@ -8,8 +8,8 @@ import kernel_probes
 import naive
 import ulna
 from close import assert_close
-from ulna.collision.cores import shape_columns, shape_vertices
-from ulna.kernels.depth import SCRATCH
+from ulna.collision.rounded_shapes import shape_columns, shape_vertices
+from ulna.kernels.distance.epa import SCRATCH
 
 KINDS = ("sphere", "capsule", "box", "cylinder", "hull")
 PAIRS = [(a, b) for i, a in enumerate(KINDS) for b in KINDS[i:]]

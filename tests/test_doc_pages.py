@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import ulna
 from doc_pages import PAGES, ROOT, blocks, commands
-from ulna.cli import app
+from ulna.cli.app import app
 
 WITH_PYTHON = [page for page in PAGES if any(block.language == "python" for block in blocks(page))]
 LONG = ("demo", "view", "record", "bench", "warmup", "ros1", "ros2")  # have tests of their own; here their words are only parsed

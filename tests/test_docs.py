@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ulna.cli import app
+from ulna.cli.app import app
 
 PAGE = (Path(__file__).parents[1] / "docs" / "descriptions.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```console\n\$ ulna (.*)\n([\s\S]*?)\n```", PAGE)

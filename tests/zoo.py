@@ -3,7 +3,7 @@
 import numpy as np
 
 import naive
-from ulna.model.description import Description, Joint, JointType, Limits, Link, Mimic
+from ulna.description.robot_description import Description, Joint, JointType, Limits, Link, Mimic
 
 X, Y, Z = np.eye(3)
 # Universal Robots, "DH parameters for calculations of kinematics and dynamics" (standard): a, d, alpha, theta.

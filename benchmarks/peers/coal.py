@@ -6,7 +6,7 @@ import pinocchio as pin
 
 from benchmarks.peer import NotForThisArm
 from ulna.collision.world import World
-from ulna.model.shapes import Box
+from ulna.description.shapes import Box
 from ulna.robot import Robot
 
 

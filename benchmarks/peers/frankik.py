@@ -10,7 +10,7 @@ from frankik import FrankaKinematics, RobotType, fk
 from benchmarks.peer import NotForThisArm, Peer, standing_offset
 from ulna.bench.protocol import Protocol
 from ulna.bench.solver import Solver
-from ulna.model.pose import pose
+from ulna.description.pose import pose
 from ulna.robot import Robot
 
 _FLANGE_HAND = pose((0.0, 0.0, 0.1034), (0.0, 0.0, -np.pi / 4))

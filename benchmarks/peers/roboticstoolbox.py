@@ -12,7 +12,7 @@ from ulna.bench.protocol import Protocol
 from ulna.bench.solver import Solver
 from ulna.kernels.layout import COLUMN, FIXED, KIND, REVOLUTE
 from ulna.kinematics.sample import usual_range
-from ulna.model.tree import row_pose
+from ulna.kinematics.tree import row_pose
 from ulna.robot import Robot
 
 with warnings.catch_warnings():

@@ -10,7 +10,7 @@ from benchmarks.peer import Peer, bare_urdf
 from ulna.bench.protocol import Protocol
 from ulna.bench.solver import Solver
 from ulna.bench.targets import middle
-from ulna.model.pose import quaternion_from_matrix
+from ulna.description.pose import quaternion_from_matrix
 from ulna.robot import Robot
 
 _TIMEOUT_S = 0.005

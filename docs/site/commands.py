@@ -4,7 +4,7 @@ import re
 
 import typer
 
-from ulna.cli import app as command_line
+from ulna.cli.app import app as command_line
 
 _PLACE = "<!-- commands -->"
 

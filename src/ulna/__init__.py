@@ -5,6 +5,11 @@ from ulna.collision.scene_file import load_world, save_world
 from ulna.collision.world import World
 from ulna.comparison.compare import compare
 from ulna.comparison.result import Comparison
+from ulna.description.clouds import HeightMap, PointCloud
+from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.pose import pose
+from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
+from ulna.dh.table import DHTable
 from ulna.errors import (
     DescriptionError,
     DescriptionWarning,
@@ -20,16 +25,10 @@ from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
 from ulna.inspection.inspect import inspect
 from ulna.inspection.result import Finding, Inspection, Severity
-from ulna.model.clouds import HeightMap, PointCloud
-from ulna.model.convex_mesh import ConvexMesh
-from ulna.model.dh_table import DHTable
-from ulna.model.pose import pose
-from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
 from ulna.robot import Robot, load
-from ulna.viewing import view
+from ulna.viewer.open_page import view
 
 __version__ = "0.1.0"
-
 __all__ = [
     "Box",
     "Capsule",

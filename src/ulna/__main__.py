@@ -1,6 +1,6 @@
 """``python -m ulna``: the command ``ulna``."""
 
-from ulna.cli import app
+from ulna.cli.app import app
 
 if __name__ == "__main__":
     app(prog_name="ulna")

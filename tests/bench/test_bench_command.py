@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from ulna.bench import first_use
 from ulna.bench.machine import machine_facts
-from ulna.cli import app
+from ulna.cli.app import app
 from ulna.errors import UlnaError
 
 
@@ -68,7 +68,7 @@ def test_the_machine_is_told_without_names_of_hosts():
 
 
 def test_registers_are_those_that_the_code_was_compiled_for():
-    code = "from ulna.kernels.target import register_bits; print(register_bits())"
+    code = "from ulna.engine.register_width import register_bits; print(register_bits())"
     for variable, expected in ({"NUMBA_DISABLE_JIT": "1"}, "None"), ({"NUMBA_CPU_NAME": "generic"}, "128"):
         done = subprocess.run([sys.executable, "-c", code], env=os.environ | variable, capture_output=True, text=True, check=True)
         assert done.stdout.strip() == expected

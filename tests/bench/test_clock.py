@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from ulna.bench.clock import Timing, Work, one_pass, ratio, time_each, time_interleaved
+from ulna.bench.timing import Timing, Workload, one_pass, ratio, time_each, time_interleaved
 
 
 def wait(nanoseconds):
@@ -15,16 +15,16 @@ def wait(nanoseconds):
 
 
 def test_a_pass_takes_at_least_what_its_calls_take():
-    assert one_pass(Work(wait, [200_000] * 5)) >= 195_000
+    assert one_pass(Workload(wait, [200_000] * 5)) >= 195_000
 
 
 def test_the_time_is_that_of_one_problem_of_a_batch():
-    assert one_pass(Work(wait, [200_000] * 5, problems=100)) >= 1_950
+    assert one_pass(Workload(wait, [200_000] * 5, problems=100)) >= 1_950
 
 
 def test_works_take_turns_after_a_warm_up_that_does_not_count():
     seen = []
-    works = {name: Work(lambda x, name=name: seen.append((name, x)), [1, 2]) for name in "ab"}
+    works = {name: Workload(lambda x, name=name: seen.append((name, x)), [1, 2]) for name in "ab"}
     timings = time_interleaved(works, passes=3)
     assert seen == [("a", 1), ("a", 2), ("b", 1), ("b", 2)] * 4
     assert timings["a"].passes.shape == (3,)
@@ -45,4 +45,4 @@ def test_each_input_has_its_own_time():
 
 
 def test_what_the_loop_costs_is_taken_off_but_no_time_is_negative():
-    assert 0 <= one_pass(Work(lambda _: None, [0])) < 1e6
+    assert 0 <= one_pass(Workload(lambda _: None, [0])) < 1e6

@@ -19,7 +19,7 @@ from ulna.bench.arms import load_arm
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import Solver, ulna_solver
 from ulna.bench.targets import random_positions
-from ulna.kinematics.batches import in_parts, n_processors
+from ulna.engine.threads import in_parts, n_processors
 
 PI = np.pi
 

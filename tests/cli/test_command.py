@@ -31,26 +31,26 @@ ANSWERS = [
     ["dh", "--convention", "standard", "--link", "panda_link8"],
 ]
 SPOILT = """
-import ulna.robots.panda as panda
+import ulna.description.names.panda as panda
 rows = [list(row) for row in panda.DH_ROWS]
 rows[4][1] += 1e-4
-panda.DH_ROWS = rows  # before ulna.checks is imported, whose default it becomes
-from ulna.cli import app
+panda.DH_ROWS = rows  # before ulna.demo.checks is imported, whose default it becomes
+from ulna.cli.app import app
 app(["demo", "--check"], prog_name="ulna")
 """
 ENDLESS = """
 import signal, time
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the background would have it ignored
-import ulna.cli
-import ulna.commands.demo
-from ulna.checks import Check
+import ulna.cli.app
+import ulna.demo.command
+from ulna.demo.checks import Check
 
 def checks():
     yield Check("first", "0", "1", True)
     time.sleep(60)
 
-ulna.commands.demo.run_checks = checks
-ulna.cli.app(["demo", "--check"], prog_name="ulna")
+ulna.demo.command.run_checks = checks
+ulna.cli.app.app(["demo", "--check"], prog_name="ulna")
 """
 
 
@@ -169,11 +169,11 @@ def test_no_name_is_too_strange_for_the_terminal(odd, encoding):
 
 
 def test_importing_the_command_loads_neither_compiler_nor_viewer():
-    code = "import sys, ulna.cli; print([m for m in ('numba', 'llvmlite', 'viser', 'trimesh') if m in sys.modules])"
+    code = "import sys, ulna.cli.app; print([m for m in ('numba', 'llvmlite', 'viser', 'trimesh') if m in sys.modules])"
     assert spawn([sys.executable, "-c", code]).stdout == "[]\n"
 
 
 def test_help_and_info_do_not_load_the_compiler():
     for arguments in (["--help"], ["info"], ["urdf"]):
-        code = f"import sys, ulna.cli; ulna.cli.app({arguments}, standalone_mode=False); sys.exit('numba' in sys.modules)"
+        code = f"import sys, ulna.cli.app; ulna.cli.app.app({arguments}, standalone_mode=False); sys.exit('numba' in sys.modules)"
         assert spawn([sys.executable, "-c", code]).returncode == 0

@@ -4,7 +4,7 @@ import re
 
 import ulna
 from close import assert_close
-from ulna.robots.panda import DH_ROWS
+from ulna.description.names.panda import DH_ROWS
 
 LADDER = """<robot name="ladder">
   <link name="floor"/><link name="rung"/><link name="top"/>

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from ulna.answers.entries import Entry
-from ulna.commands.numbers import numbers
+from ulna.cli.numbers import numbers
+from ulna.robot.coordinates import Coordinate
 
 PI = math.pi
 HOME = [0, -PI / 4, 0, -3 * PI / 4, 0, PI / 2, PI / 4]
@@ -30,21 +30,21 @@ HOME = [0, -PI / 4, 0, -3 * PI / 4, 0, PI / 2, PI / 4]
     ],
 )
 def test_a_number_is_what_it_says(text, value):
-    assert numbers("--q", text, [Entry("a", "rad")]) == [value]
+    assert numbers("--q", text, [Coordinate("a", "rad")]) == [value]
 
 
 def test_commas_and_blanks_separate():
-    abcd = [Entry(name, "m") for name in "abcd"]
+    abcd = [Coordinate(name, "m") for name in "abcd"]
     for text in ("0,-pi/4,0.5 1e-3", " 0 , -pi/4\t0.5,1e-3 ", "0 -pi/4 0.5 1e-3"):
         assert numbers("--q", text, abcd) == [0, -PI / 4, 0.5, 1e-3]
 
 
 def test_home_as_the_assignment_writes_it_is_home_to_the_last_bit():
-    assert numbers("--q", "0,-pi/4,0,-3pi/4,0,pi/2,pi/4", [Entry(name, "rad") for name in "abcdefg"]) == HOME
+    assert numbers("--q", "0,-pi/4,0,-3pi/4,0,pi/2,pi/4", [Coordinate(name, "rad") for name in "abcdefg"]) == HOME
 
 
 def test_degrees_are_of_angles_only():
-    entries = [Entry("turn", "rad"), Entry("slide", "m"), Entry("w", "")]
+    entries = [Coordinate("turn", "rad"), Coordinate("slide", "m"), Coordinate("w", "")]
     assert numbers("--q", "180 180 180", entries, degrees=True) == [PI, 180, 180]
 
 

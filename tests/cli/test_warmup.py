@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import ulna.kernels
-from ulna import warmup
-from ulna.kernels.compile import ENTRIES
+from ulna.engine import warmup
+from ulna.engine.decorators import ENTRIES
 
 # Calls of every kind; then how entries were called without being told of it, and of what they were told without being called so.
 CALLS = """
@@ -19,8 +19,8 @@ import json, sys
 from pathlib import Path
 import numpy as np
 import ulna
-from ulna.kernels.compile import ENTRIES
-from ulna.viewer.record.record import make_form, record_demo
+from ulna.engine.decorators import ENTRIES
+from ulna.viewer.film.record import make_form; from ulna.demo.film import record_demo
 panda, world, mixed = ulna.load("panda"), ulna.World(), ulna.World()
 box = ulna.Box((0.1, 0.1, 0.1))
 world.add("crate", box, ulna.pose((0.4, 0, 0.4)))
@@ -63,15 +63,15 @@ print(json.dumps({
 # The command, of three entries alone: all of them take a minute or two.
 SOME = """
 import sys
-from ulna import warmup
+from ulna.engine import warmup
 every = warmup.all_jobs
 warmup.all_jobs = lambda: [job for job in every() if job.name in ("forward_one", "forward_batch", "jacobian_one")]
-from ulna.cli import app
+from ulna.cli.app import app
 app(["warmup", *sys.argv[1:]], prog_name="ulna")
 """
 POSES = """
 import ulna
-from ulna.kernels.compile import ENTRIES
+from ulna.engine.decorators import ENTRIES
 panda = ulna.load("panda")
 panda.forward_kinematics(panda.home), panda.forward_kinematics([panda.home] * 9), panda.jacobian(panda.home)
 print(sum(sum(entry.stats.cache_misses.values()) for entry in ENTRIES))
@@ -126,5 +126,5 @@ def test_it_says_where_nothing_can_be_kept(tmp_path):
 
 @pytest.mark.parametrize("module", ["tables", "answers"])
 def test_the_command_line_does_not_load_the_compiler_for_it(module):
-    code = f"import sys, ulna.{module}.warmup, ulna.cli; print('numba' in sys.modules)"
+    code = f"import sys, ulna.{module}.warmup, ulna.cli.app; print('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

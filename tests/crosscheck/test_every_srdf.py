@@ -11,7 +11,7 @@ import ulna
 from pinocchio_peer import Peer
 from robot_files import example_srdfs
 from ulna import DescriptionWarning, UlnaError
-from ulna.io.srdf import read_srdf
+from ulna.description.srdf import read_srdf
 
 FILES = example_srdfs()
 WITHOUT_A_ROBOT = {"cassie_v2"}  # only an SDF lies beside it

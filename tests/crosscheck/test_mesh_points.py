@@ -7,7 +7,7 @@ import pytest
 
 from close import assert_close
 from robot_files import EXAMPLES
-from ulna.io.mesh_points import mesh_points
+from ulna.description.meshes.points import mesh_points
 
 trimesh = pytest.importorskip("trimesh")
 pytest.importorskip("collada")

@@ -95,7 +95,7 @@ PRISMS = [
 
 
 def pose(text):
-    return ulna.model.pose.orthonormal(np.vstack([np.array(text.split(), dtype=float).reshape(3, 4), [0, 0, 0, 1]]))
+    return ulna.description.pose.orthonormal(np.vstack([np.array(text.split(), dtype=float).reshape(3, 4), [0, 0, 0, 1]]))
 
 
 def proved(mode, *pair, exactness=1e-11):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 import naive
 import ulna
 from close import assert_close
-from ulna.model.description import Description, Joint, JointType, Link, Mimic
+from ulna.description.robot_description import Description, Joint, JointType, Link, Mimic
 
 KINDS = list(JointType)
 FRAMES = ["base", "link", "spatial"]

@@ -5,7 +5,7 @@ import pytest
 
 import ulna
 import zoo
-from ulna.model.description import Body, Description, Joint, JointType, Link
+from ulna.description.robot_description import Body, Description, Joint, JointType, Link
 
 BATCHES = [(), (1,), (3,), (9,), (2, 4), (0,), (2, 0)]
 ROCK = Description("rock", (Link("stone", collisions=(Body("stone", ulna.Box((1, 1, 1)), np.eye(4)),)),), ())

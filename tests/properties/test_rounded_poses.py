@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.model.description import Body, Description, Link
+from ulna.description.robot_description import Body, Description, Link
 
 
 def one_box_robot(T):

@@ -13,11 +13,12 @@ from PIL import Image
 from browser import around
 from colors import count
 from ulna.collision.world import World
-from ulna.demo import BOX, LIGHT_POSITION, Demo
+from ulna.demo.film import DEMO_CAMERA, record_demo
+from ulna.demo.scenario import BOX, LIGHT_POSITION, Demo
+from ulna.demo.script import Story
 from ulna.errors import FileError, InputError
 from ulna.robot import load
-from ulna.story import Story
-from ulna.viewer.record.record import DEMO_CAMERA, make_form, record_demo, record_robot
+from ulna.viewer.film.record import make_form, record_robot
 
 SIZE = (320, 180)
 
@@ -142,7 +143,7 @@ def test_a_robot_is_seen_where_forward_kinematics_puts_it_from_all_sides(tmp_pat
 def test_it_is_made_with_no_display_and_no_graphics_library(tmp_path):
     """In an empty environment, and what the process has loaded is looked at: Linux tells."""
     program = (
-        "import sys; from pathlib import Path; from ulna.viewer.record.record import *;"
+        "import sys; from pathlib import Path; from ulna.viewer.film.record import *;"
         "record_demo(make_form(Path(sys.argv[1]), 0.2, (160, 90), 10));"
         "print(Path('/proc/self/maps').read_text() if sys.platform == 'linux' else '')"
     )

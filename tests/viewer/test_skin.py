@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from ulna.model.shapes import Box
-from ulna.picture import Solid
-from ulna.viewer.record.camera import Camera, sun_view
-from ulna.viewer.record.panes import make_panes
-from ulna.viewer.record.skin import corner_normals, linear
+from ulna.description.shapes import Box
+from ulna.viewer.film.camera import Camera, sun_view
+from ulna.viewer.film.panes import make_panes
+from ulna.viewer.film.skin import corner_normals, linear
+from ulna.viewer.solid import Solid
 
 
 def test_the_corners_of_a_cube_are_turned_as_its_sides():

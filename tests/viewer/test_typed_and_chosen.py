@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.studio.session import Session
 from ulna.viewer.hand import HandPanel
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import Page
+from ulna.viewer.session.session import Session
 
 
 @pytest.fixture(scope="module")

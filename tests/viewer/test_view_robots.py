@@ -9,9 +9,9 @@ import pytest
 import ulna
 import zoo
 from processes import wait_for
-from ulna.picture import FREE, TOUCHING
 from ulna.viewer.arm import Arm
 from ulna.viewer.page import Page
+from ulna.viewer.palette import FREE, TOUCHING
 from ulna.viewer.visuals import link_visuals
 
 LINK = '<link name="{}">{}</link>'

@@ -6,14 +6,14 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import ulna
-from ulna.kinematics.batches import n_processors
+from ulna.engine.threads import n_processors
 
 PACKAGES = ("numpy", "numba", "llvmlite")
 
 
 def machine_facts() -> dict[str, object]:
     """The processor, the cores that may be used, the widest register that the kernels use, and the versions."""
-    from ulna.kernels.target import register_bits  # noqa: PLC0415 -- it loads the compiler, which other commands may not need
+    from ulna.engine.register_width import register_bits  # noqa: PLC0415 -- it loads the compiler, which other commands may not need
 
     return {
         "processor": processor_name(),

@@ -14,7 +14,6 @@ from ulna.bench.targets import middle, out_of_reach, random_positions
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
-
 _SLACK = 1.001  # solvers stop at the tolerance by their own rounding
 _LIMIT_SLACK = 1e-6  # rad or m: some peers keep limits as float32
 

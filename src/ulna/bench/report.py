@@ -10,13 +10,12 @@ from ulna.bench.machine import machine_facts
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import STEP_BOUND, follow_path, run_protocol, ulna_solver
 from ulna.bench.targets import longest_reach
-from ulna.bench.works import BATCH, WORKS, timed_rows
+from ulna.bench.workloads import BATCH, WORKLOADS, timed_rows
 from ulna.errors import GeometryError, InputError, did_you_mean
 from ulna.robot import Robot
 
 Rows = list[dict[str, object]]
-
-SUBJECTS = (*WORKS, "load")
+SUBJECTS = (*WORKLOADS, "load")
 _UNREACHABLE_SHARE = 10  # each spends the whole budget, so a tenth of the targets will do
 
 
@@ -35,7 +34,7 @@ def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str,
     data: dict[str, object] = {"machine": machine_facts()}
     left_out: Rows = []
     for subject in subjects or SUBJECTS:
-        if subject in WORKS:
+        if subject in WORKLOADS:
             data[subject] = [row for name, arm in arms.items() for row in work_rows(subject, name, arm, n, left_out)]
         if subject == "ik":
             data["protocols"] = [row for name, arm in arms.items() for row in protocol_rows(name, arm, n, left_out)]
@@ -48,7 +47,7 @@ def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str,
 def work_rows(subject: str, name: str, robot: Robot, n: int, left_out: Rows) -> Rows:
     """The works of a subject, interleaved; or none, and why not in ``left_out``."""
     try:
-        works = WORKS[subject](robot, n if subject == "ik" else BATCH)
+        works = WORKLOADS[subject](robot, n if subject == "ik" else BATCH)
         for work in works.values():
             work.function(work.inputs[0])
     except GeometryError as error:

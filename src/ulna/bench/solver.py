@@ -6,14 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.bench.clock import time_each
 from ulna.bench.protocol import PROTOCOLS, Protocol, pose_errors, within_limits
 from ulna.bench.targets import path_positions
+from ulna.bench.timing import time_each
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
 Forward = Callable[[Array], Array]
-
 STEP_BOUND = 0.1  # rad or m, from one pose of a path to the next: a branch that flips is further away
 
 

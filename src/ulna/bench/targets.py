@@ -8,7 +8,6 @@ from ulna.kinematics import sample
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
-
 _WAVES = 5.0  # periods of the quickest joint along a path
 _SWING = 0.25  # of a joint's range, to each side of its middle
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.pose import as_one_pose
+from ulna.description.robot_description import frozen
+from ulna.description.shapes import HalfSpace, Solid
 from ulna.errors import GeometryError, InputError, UnknownNameError
-from ulna.model.description import frozen
-from ulna.model.pose import as_one_pose
-from ulna.model.shapes import HalfSpace, Solid
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
-from ulna.collision.cores import NO_VERTICES, shape_columns, shape_vertices
+from ulna.collision.rounded_shapes import NO_VERTICES, shape_columns, shape_vertices
+from ulna.description.robot_description import Description, frozen
 from ulna.errors import GeometryError
 from ulna.kernels.layout import BODY_WIDTH, BOX, SHAPE
-from ulna.model.description import Description, frozen
-from ulna.model.tree import Tree
+from ulna.kinematics.tree import Tree
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,29 +11,25 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.allowed import AllowedCollisions, as_link_pairs
 from ulna.collision.attached import Attached
 from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
-from ulna.collision.edge import EdgeReport
-from ulna.collision.evidence import find_allowed
+from ulna.collision.edge_report import EdgeReport
 from ulna.collision.objects import Objects
 from ulna.collision.report import Pair, Report
+from ulna.collision.sampled_pairs import find_allowed
 from ulna.collision.world import World
+from ulna.description.robot_description import Description
+from ulna.drivers.contacts import contacts_each, indexed_candidates
+from ulna.drivers.continuous import edges_each
+from ulna.drivers.nearest import nearest_batch
+from ulna.drivers.overlap import overlap_batch, overlap_one
+from ulna.engine.threads import in_parts
 from ulna.errors import InputError
-from ulna.kernels.contacts import (
-    CONTACT_WIDTH,
-    DISTANCE,
-    NORMAL,
-    WITNESS_A,
-    WITNESS_B,
-    candidates_hung,
-    contacts_each,
-)
-from ulna.kernels.edge import EDGE_CONTACT, EDGE_OUT_OF_RANGE, edges_each
-from ulna.kernels.nearest import BODY, NEAREST, NEAREST_WIDTH, nearest_batch
-from ulna.kernels.verdict import OUT_OF_RANGE, OVERLAPS, overlap_batch, overlap_one
-from ulna.kinematics.batches import in_parts
+from ulna.kernels.collision.contacts import CONTACT_WIDTH, DISTANCE, NORMAL, WITNESS_A, WITNESS_B
+from ulna.kernels.collision.continuous import EDGE_CONTACT, EDGE_OUT_OF_RANGE
+from ulna.kernels.collision.nearest import BODY, NEAREST, NEAREST_WIDTH
+from ulna.kernels.collision.overlap import OUT_OF_RANGE, OVERLAPS
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
-from ulna.model.description import Description
-from ulna.model.tree import Tree
+from ulna.kinematics.tree import Tree
 
 NO_OBJECTS = World().objects()
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
@@ -169,7 +165,7 @@ class Checker:
         return answer == OVERLAPS
 
     def _nearest(self, q: NDArray[np.float64], scene: tuple) -> NDArray[np.float64]:
-        """The nearest pair of each q (``kernels.nearest``), shape (..., NEAREST_WIDTH)."""
+        """The nearest pair of each q (``kernels.collision.nearest``), shape (..., NEAREST_WIDTH)."""
         nearest, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
         out = nearest.reshape(-1, NEAREST_WIDTH)
         if not in_parts(lambda part: nearest_batch(*scene, rows[part], out[part]), len(rows)):
@@ -197,7 +193,7 @@ class Checker:
         hung, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_hung else 0
         while len(hung) < count:
             hung = np.empty((count, 2), dtype=np.int64)
-            count = candidates_hung(joints, bodies, nodes, n_hung, max_distance, for_kernel(q), hung)
+            count = indexed_candidates(joints, bodies, nodes, n_hung, max_distance, for_kernel(q), hung)
         return np.concatenate([alone, hung[:count] + np.array((0, n + n_alone)), pairs])
 
     def _pair(self, candidate: NDArray[np.int64], found: NDArray[np.float64], object_names: tuple[str, ...]) -> Pair:

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.parts import Parts, parts_of
-from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE, WIDTH
-from ulna.model.clouds import Obstacle
-from ulna.model.description import frozen
-from ulna.model.shapes import HalfSpace
+from ulna.collision.expand import Solids, expand
+from ulna.description.clouds import Obstacle
+from ulna.description.robot_description import frozen
+from ulna.description.shapes import HalfSpace
+from ulna.engine.width import WIDTH
+from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE
 
-ALONE = 64  # worlds of at most so many objects need no tree: meeting each with eight configurations at once is as fast
+MOST_UNINDEXED = 64  # worlds of at most so many objects need no tree: meeting each with eight configurations at once is as fast
 _NOWHERE = 1e300  # bounds that nothing meets
 
 
@@ -23,7 +24,7 @@ class Objects:
         names: In the order of the table, for each solid that of the object which it is part of.
         table: What the kernels read of each (``kernels.layout``), shape (n, BODY_WIDTH).
         vertices: Those of all hulls, shape (m, 3).
-        nodes: The tree over the objects from ``n_alone`` on (``kernels.bounds``), shape (6 n_nodes, 8); none if there is no tree.
+        nodes: The tree over the objects from ``n_alone`` on (``kernels.collision.bvh``), shape (6 n_nodes, 8); none if there is no tree.
         n_alone: How many solids, the first of the table, are in no tree.
         only_boxes: Whether there are no other shapes.
     """
@@ -39,14 +40,14 @@ class Objects:
 def make_objects(shapes: dict[str, Obstacle], poses: dict[str, NDArray[np.float64]]) -> Objects:
     """The table of named shapes at poses T_base_object, and the tree."""
     kinds = sorted(shapes, key=lambda name: not isinstance(shapes[name], HalfSpace))
-    parts = [parts_of(shapes[name]) for name in kinds]
+    parts = [expand(shapes[name]) for name in kinds]
     names = [name for name, part in zip(kinds, parts, strict=True) for _ in part.places]
     vertices = [part.vertices for part in parts]
     first = np.cumsum([0, *map(len, vertices)])[:-1]
     rows = [_rows(poses[name], part, k) for name, part, k in zip(kinds, parts, first, strict=True)]
     table = np.concatenate([np.empty((0, BODY_WIDTH)), *rows])
     n_endless = sum(isinstance(shape, HalfSpace) for shape in shapes.values())
-    n_alone = len(table) if len(table) <= ALONE else n_endless
+    n_alone = len(table) if len(table) <= MOST_UNINDEXED else n_endless
     low, high = bounds(table[n_alone:])
     order = np.concatenate([np.arange(n_alone), n_alone + compact_order((low + high) / 2)])
     nodes = tree_of_bounds(low[order[n_alone:] - n_alone], high[order[n_alone:] - n_alone])
@@ -56,7 +57,7 @@ def make_objects(shapes: dict[str, Obstacle], poses: dict[str, NDArray[np.float6
     return Objects(tuple(names[k] for k in order), table, points, nodes, n_alone, only_boxes)
 
 
-def _rows(T: NDArray[np.float64], parts: Parts, first_vertex: int) -> NDArray[np.float64]:
+def _rows(T: NDArray[np.float64], parts: Solids, first_vertex: int) -> NDArray[np.float64]:
     """The rows of the solids of an object at a pose T_base_object."""
     rows = np.empty((len(parts.places), BODY_WIDTH))
     rows[:, :12], rows[:, 12:14], rows[:, 14:] = T[:3].ravel(), (BASE, 0.0), parts.columns
@@ -94,7 +95,7 @@ def compact_order(centres: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def tree_of_bounds(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The nodes of a complete tree, eight children each, over bounds in the order given (``kernels.bounds``)."""
+    """The nodes of a complete tree, eight children each, over bounds in the order given (``kernels.collision.bvh``)."""
     levels = []
     while len(low) and (not levels or len(low) > 1):
         n = -(-len(low) // WIDTH)

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.world import World
+from ulna.description.clouds import HeightMap, Obstacle, PointCloud
+from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.pose import as_one_pose, pose, rpy_from_matrix
+from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from ulna.errors import DescriptionError, FileError, UlnaError, did_you_mean
-from ulna.model.clouds import HeightMap, Obstacle, PointCloud
-from ulna.model.convex_mesh import ConvexMesh
-from ulna.model.pose import as_one_pose, pose, rpy_from_matrix
-from ulna.model.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 
 VERSION = 1
 LONGEST = 16_000_000  # bytes

@@ -6,17 +6,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.objects import Objects, make_objects
+from ulna.description.clouds import Obstacle
+from ulna.description.pose import as_one_pose
 from ulna.errors import GeometryError, InputError, UnknownNameError
-from ulna.model.clouds import Obstacle
-from ulna.model.pose import as_one_pose
 
 
 class World:
     """Obstacles by name. Objects may be added, moved and removed at any time, from any thread.
 
     Example:
-        >>> from ulna.model.pose import pose
-        >>> from ulna.model.shapes import Box
+        >>> from ulna.description.pose import pose
+        >>> from ulna.description.shapes import Box
         >>> world = World()
         >>> world.add("crate", Box(extents=(0.15, 0.09, 0.126)), pose((0.5, 0, 0.21)))
         >>> world.names
@@ -89,8 +89,8 @@ class World:
         """The name, the shape and T_base_object, shape (4, 4), of every object: all of one moment.
 
         Example:
-            >>> from ulna.model.pose import pose
-            >>> from ulna.model.shapes import Sphere
+            >>> from ulna.description.pose import pose
+            >>> from ulna.description.shapes import Sphere
             >>> world = World()
             >>> world.add("ball", Sphere(0.1), pose((0.5, 0, 0.25)))
             >>> [(name, shape, T[:3, 3].tolist()) for name, shape, T in world.items()]

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ulna.model.description import Description, Joint, JointType
-from ulna.model.structure import joints_from_root
+from ulna.description.robot_description import Description, Joint, JointType
+from ulna.description.structure import joints_from_root
 from ulna.robot import Robot
 
 

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from ulna.comparison.matching import Matching
 from ulna.comparison.result import Difference, Tolerances
-from ulna.model.description import Body, Joint, JointType, Link, Mimic
-from ulna.model.pose import angle_between, rpy_from_matrix
-from ulna.model.shapes import ConvexMesh, Mesh, Shape
+from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.pose import angle_between, rpy_from_matrix
+from ulna.description.robot_description import Body, Joint, JointType, Link, Mimic
+from ulna.description.shapes import Mesh, Shape
 
 _WITH_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, JointType.PLANAR)
 

@@ -5,12 +5,11 @@ from numpy.typing import NDArray
 
 from ulna.comparison.matching import Matching
 from ulna.comparison.result import PoseDifference
+from ulna.description.pose import angle_between, inverse
 from ulna.kinematics.sample import usual_range
-from ulna.model.pose import angle_between, inverse
 from ulna.robot import Robot
 
 N_CONFIGURATIONS = 1000
-
 Array = NDArray[np.float64]
 
 

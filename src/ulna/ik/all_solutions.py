@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from ulna.ik.bounds import limit_bounds
 from ulna.ik.explain import turning_columns
 from ulna.ik.problem import STEPS, Problem
-from ulna.ik.rounds import Round, jobs
-from ulna.kernels import search_layout as layout
+from ulna.ik.restarts import Restart, jobs
+from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.jacobian import geometric_jacobian
 
 Array = NDArray[np.float64]
@@ -48,7 +48,7 @@ def _branches(problem: Problem, n_spread: int) -> Array:
     while first < _MOST:
         before = len(found)
         for part, start in ((free, first), (clamped, first + count // 2)):
-            found = _merge(problem, found, _solutions(part, Round(start, count // 2, 3 * STEPS)))
+            found = _merge(problem, found, _solutions(part, Restart(start, count // 2, 3 * STEPS)))
         if _is_continuum(problem, found):
             found = _spread(problem, found, n_spread)
             break
@@ -58,7 +58,7 @@ def _branches(problem: Problem, n_spread: int) -> Array:
     return found[np.argsort(_distances(problem, found, problem.seeds[0]), kind="stable")]
 
 
-def _solutions(problem: Problem, part: Round) -> Array:
+def _solutions(problem: Problem, part: Restart) -> Array:
     """What the starts of a round find, within the limits."""
     q, info = jobs(problem, np.zeros(1, dtype=np.int64), part)
     q = _turned_within_limits(problem, q[0, info[0, :, layout.STATUS] == layout.SOLVED])

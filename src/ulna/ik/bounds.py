@@ -7,11 +7,9 @@ from numpy.typing import NDArray
 
 from ulna.errors import InputError
 from ulna.kinematics.sample import usual_range
-from ulna.model.tree import Tree
+from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-_TABLE = 1024  # shares that are kept
-_OWN_STREAM = 0x756C6E61  # a caller who draws targets with the same seed must not draw the very starts
 
 
 @lru_cache(maxsize=64)
@@ -38,26 +36,3 @@ def bounds_of(tree: Tree, seeds: Array, held: tuple[int, ...], max_step: float) 
         raise InputError("q_seed", f"{what} stands further beyond its limits than it may move (entry {beyond[0][1]} of q)")
     low, high = np.clip(bounds[:, 2], lower, upper), np.clip(bounds[:, 3], lower, upper)
     return np.stack([lower, upper, low, high], axis=1)
-
-
-def seed_share(n_dof: int) -> Array:
-    """The one start that is the seed itself, shape (1, n_dof)."""
-    return np.full((1, n_dof), np.nan)
-
-
-def shares(tree: Tree, link: str, seed: int, first: int, count: int) -> Array:
-    """The random starts ``first`` to ``first + count``: shape (count, n_dof), in [0, 1).
-
-    What does not move the link is NaN, which stays at the seed: where it went would be by chance.
-    """
-    blocks = range(first // _TABLE, (first + count - 1) // _TABLE + 1)
-    rows = np.concatenate([_block(tree.n_dof, seed, block) for block in blocks])
-    start, moving = first - blocks[0] * _TABLE, tree.moving_columns(link)
-    chosen = np.full((count, tree.n_dof), np.nan)
-    chosen[:, moving] = rows[start : start + count, moving]
-    return chosen
-
-
-@lru_cache(maxsize=64)
-def _block(n_dof: int, seed: int, block: int) -> Array:
-    return np.random.default_rng([_OWN_STREAM, seed, block]).random((_TABLE, n_dof))

@@ -5,15 +5,15 @@ import threading
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.description.arrays import as_floats
+from ulna.drivers.differential_ik import differential_batch, differential_one
+from ulna.engine.threads import in_parts
 from ulna.errors import InputError
 from ulna.ik.problem import positive, refuse_immovable
-from ulna.kernels.differential import differential_batch, differential_one
-from ulna.kinematics.batches import in_parts
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
-from ulna.model.arrays import as_floats
-from ulna.model.tree import Tree
+from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from ulna.ik.bounds import limit_bounds
 from ulna.ik.problem import DEFAULT_BUDGET, STEPS, Problem
 from ulna.ik.reach import Reach, reach_of
+from ulna.ik.restarts import Cost, Restart, Search, jobs
 from ulna.ik.result import CODES, Status
-from ulna.ik.rounds import Price, Round, Search, jobs
-from ulna.kernels import search_layout as layout
+from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, RATIO, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
-from ulna.model.tree import Tree
+from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 _STARTS = 64  # tried without limits before the limits are not to blame
@@ -103,7 +103,7 @@ def _set(search: Search, targets: NDArray[np.int64], status: Status) -> None:
 def _blame(search: Search, reasons: Reasons, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.bool_]:
     """Search within other bounds; where that solves, tell by how much the problem's own are passed: by the least of those met."""
     problem = replace(search.problem, bounds=bounds)
-    q, info = jobs(problem, order, Round(0, _STARTS, 3 * STEPS, from_seed=True))
+    q, info = jobs(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
     own = search.problem.bounds[np.minimum(order, len(search.problem.bounds) - 1)][:, None]
     if status == Status.JOINT_LIMITS:
         q = _turned_towards(problem, q, own[:, :, 0], own[:, :, 1])
@@ -146,13 +146,13 @@ def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
     return turning
 
 
-def settle_open(search: Search, price: Price | None, *, out_of_time: bool) -> None:
+def settle_open(search: Search, price: Cost | None, *, out_of_time: bool) -> None:
     """Let the best configurations of what is not solved come to rest: the best pose that can be met from there."""
     problem = search.problem
     rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
     if out_of_time or problem.budget < DEFAULT_BUDGET or not len(rest):
         return
-    part, before = Round(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True), search.info[rest]
+    part, before = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True), search.info[rest]
     q, info = jobs(replace(problem, seeds=search.q), rest, part)
     for column in (layout.START, layout.ITERATIONS):  # of the search: what follows is no step towards the target
         info[:, :, column] = before[:, None, column]

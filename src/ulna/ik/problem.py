@@ -6,17 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_pose
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.bounds import bounds_of
 from ulna.ik.task import Task
-from ulna.kernels import search_layout as layout
+from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.positions import as_positions, refuse_out_of_range, rows_of
-from ulna.model.arrays import as_floats
-from ulna.model.pose import as_pose
-from ulna.model.tree import Tree, lengthened
+from ulna.kinematics.tree import Tree, lengthened
 
 Array = NDArray[np.float64]
-
 STEPS, SEEDED_STEPS = 20, 60  # from one start before the next; from the caller's own
 DEFAULT_BUDGET = 16_000  # steps: 800 starts
 

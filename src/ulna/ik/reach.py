@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.kernels.layout import COLUMN, KIND, OFFSET, PRISMATIC, RATIO, REVOLUTE
-from ulna.model.tree import row_pose
+from ulna.kinematics.tree import row_pose
 
 Array = NDArray[np.float64]
 _SWEEPS = 60

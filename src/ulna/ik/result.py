@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.kernels import search_layout as layout
+from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class IKResult:
     tolerances: tuple[float, float]
     """Those asked for [m, rad]."""
     info: Array
-    """What the kernels tell of each target (``kernels.search_layout``), shape (n, N_INFO)."""
+    """What the kernels tell of each target (``kernels.ik.search_layout``), shape (n, N_INFO)."""
 
     def __init__(self, q: Array, info: Array, batch: tuple[int, ...], tolerances: tuple[float, float], notes: dict | None = None):
         put = object.__setattr__

@@ -8,18 +8,18 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.errors import InputError, did_you_mean
 from ulna.ik.all_solutions import all_solutions
 from ulna.ik.bounds import limit_bounds
-from ulna.ik.choice import price_of
+from ulna.ik.collision_filter import Obstacles
 from ulna.ik.explain import Reasons, close_unreachable, explain_open, reach_in_words, settle_open
-from ulna.ik.obstacles import Obstacles
 from ulna.ik.problem import DEFAULT_BUDGET, Problem, as_count, make_problem, refuse_what_is_no_pose
-from ulna.ik.quick import LEAST_BUDGET, QuickKey, QuickSearch
+from ulna.ik.ranking import cost_of
+from ulna.ik.restarts import Cost, Search, search_with_restarts
 from ulna.ik.result import CODES, IKResult, Status
-from ulna.ik.rounds import Price, Search, search_in_rounds
+from ulna.ik.single_target import LEAST_BUDGET, SingleTarget, SingleTargetKey
 from ulna.ik.task import Task, as_task
 from ulna.ik.textbook import TEXTBOOK, follow
 from ulna.ik.trace import convergence
-from ulna.kernels import search_layout as layout
-from ulna.model.tree import Tree
+from ulna.kernels.ik import search_layout as layout
+from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 METHODS = ("levenberg_marquardt", *TEXTBOOK)
@@ -47,7 +47,7 @@ def inverse_kinematics(
     threads: int | None,
     trace: bool,
     obstacles: Obstacles | None,
-    quick: Callable[[QuickKey], QuickSearch],
+    quick: Callable[[SingleTargetKey], SingleTarget],
 ) -> IKResult:
     """Configurations at which ``link`` stands at T; see ``Robot.inverse_kinematics``."""
     if method not in METHODS:
@@ -74,11 +74,11 @@ def _levenberg_marquardt(
     q_seed: ArrayLike | None,
     rank: str | None,
     obstacles: Obstacles | None,
-    quick: Callable[[QuickKey], QuickSearch],
+    quick: Callable[[SingleTargetKey], SingleTarget],
     *,
     trace: bool,
 ) -> IKResult:
-    price = price_of(problem, rank, obstacles)
+    price = cost_of(problem, rank, obstacles)
     if _is_plain(problem, rank, obstacles):
         result = quick((problem.link, *problem.tolerances, problem.seed)).solve(T, q_seed)
         if result is not None:
@@ -128,9 +128,9 @@ def _is_plain(problem: Problem, rank: str | None, obstacles: Obstacles | None) -
     return not (asked or narrowed or rank is not None or obstacles is not None or problem.time_limit == 0.0)
 
 
-def _search(problem: Problem, price: Price | None, many: int, *, seed_alone: bool) -> tuple[Search, Reasons]:
+def _search(problem: Problem, price: Cost | None, many: int, *, seed_alone: bool) -> tuple[Search, Reasons]:
     reasons = Reasons()
-    search, out_of_time = search_in_rounds(
+    search, out_of_time = search_with_restarts(
         problem, price, many, lambda search: close_unreachable(search, reasons), seed_alone=seed_alone
     )
     if not (search.info[:, layout.STATUS] == layout.SOLVED).all():

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.description.arrays import as_floats
 from ulna.errors import InputError, did_you_mean
-from ulna.kernels.search_layout import POINTING, WHOLE_POSE, WITH_SLACK
-from ulna.model.arrays import as_floats
+from ulna.kernels.ik.search_layout import POINTING, WHOLE_POSE, WITH_SLACK
 
 _FREE = float("inf")
 

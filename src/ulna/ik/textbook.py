@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.drivers.single_start import DAMPED_LEAST_SQUARES, JACOBIAN_TRANSPOSE, PSEUDO_INVERSE, follow_each
 from ulna.errors import InputError
 from ulna.ik.problem import Problem
-from ulna.kernels import search_layout as layout
-from ulna.kernels.from_the_seed import DAMPED_LEAST_SQUARES, JACOBIAN_TRANSPOSE, PSEUDO_INVERSE, follow_each
+from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
 _LONGEST_TRACE = 1_000_000

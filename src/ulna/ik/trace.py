@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.ik.bounds import shares
 from ulna.ik.problem import Problem
-from ulna.ik.rounds import Round, jobs
-from ulna.kernels import search_layout as layout
+from ulna.ik.restarts import Restart, jobs
+from ulna.ik.unit_samples import unit_samples
+from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
 
@@ -24,8 +24,8 @@ def convergence(problem: Problem, info: Array) -> Array:
     for k in range(steps + 1):
         posture = bool(problem.settings[layout.WITH_POSTURE]) and start == 0
         here = replace(problem, seeds=q[None])
-        _, before = jobs(here, np.zeros(1, dtype=np.int64), Round(0, 1, 0, from_seed=True, with_posture=posture))
-        after, _ = jobs(here, np.zeros(1, dtype=np.int64), Round(0, 1, 1, from_seed=True, with_posture=posture))
+        _, before = jobs(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 0, from_seed=True, with_posture=posture))
+        after, _ = jobs(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 1, from_seed=True, with_posture=posture))
         step = np.abs(after[0, 0] - q).max() if k < steps else 0.0
         rows.append([*before[0, 0, [layout.POSITION_ERROR, layout.ROTATION_ERROR]], step, before[0, 0, layout.DAMPING]])
         q = after[0, 0]
@@ -38,5 +38,5 @@ def _start(problem: Problem, start: int) -> Array:
     if start == 0:
         return problem.seeds[0]
     lower, upper, low, high = problem.bounds[0]
-    share = shares(problem.tree, problem.link, problem.seed, start - 1, 1)[0]
+    share = unit_samples(problem.tree, problem.link, problem.seed, start - 1, 1)[0]
     return np.clip(np.where(np.isnan(share), problem.seeds[0], low + share * (high - low)), lower, upper)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from lxml import etree
 
+from ulna.description import document as io_document
+from ulna.description.document import expanded, is_text
+from ulna.description.xml import parse
 from ulna.errors import DescriptionError, InputError
-from ulna.io import document as io_document
-from ulna.io.document import expanded, is_text
-from ulna.io.xml import parse
 from ulna.robot import Robot, load
 
 _ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``: other input errors are about the document's own numbers

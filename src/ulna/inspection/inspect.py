@@ -12,9 +12,9 @@ from ulna.inspection.joints import joint_findings
 from ulna.inspection.meshes import mesh_findings
 from ulna.inspection.names import name_findings
 from ulna.inspection.result import Finding, Inspection, Severity
+from ulna.inspection.robot_checks import reach_of, robot_findings
 from ulna.inspection.shapes import shape_findings
 from ulna.inspection.tree import tree_rows
-from ulna.inspection.whole import reach_of, robot_findings
 
 
 def inspect(

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 from lxml import etree
 
+from ulna.description.robot_description import JointType
 from ulna.errors import did_you_mean
 from ulna.inspection.elements import number, numbers, of_robot
 from ulna.inspection.result import Finding, Severity
-from ulna.model.description import JointType
 
 _TWO_TURNS = 4 * math.pi
 _UNIT = 1e-3  # how far the length of an axis may be from 1 and count as rounded

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 
+from ulna.description.meshes.points import READABLE, mesh_points
+from ulna.description.packages import resolve_uri
 from ulna.inspection.elements import listed, numbers, of_robot
 from ulna.inspection.result import Finding, Severity
 from ulna.inspection.shapes import size_findings
-from ulna.io.mesh_points import READABLE, mesh_points
-from ulna.io.packages import resolve_uri
 
 
 def mesh_findings(root: etree._Element, folder: Path | None, package_dirs: Sequence[Path]) -> Iterator[Finding]:

@@ -29,19 +29,14 @@ REACH        the radius of a ball about the frame's origin that holds the body [
 A half-space is all that lies below the plane z = 0 of its frame: its z axis is the outward normal. It has no extents.
 """
 
-WIDTH = 8  # of the number that is eight numbers
-
 KIND, COLUMN, RATIO, OFFSET, PARENT = 12, 13, 14, 15, 16
 TABLE_WIDTH = 17
 REVOLUTE, PRISMATIC, FIXED = 0, 1, 2
 BASE = -1
-
 JOINT, AT_JOINT = 12, 13
 FRAME_WIDTH = 14
-
 SHAPE, HALF_EXTENTS, RADIUS, FIRST_VERTEX, N_VERTICES, REACH = 14, 15, 18, 19, 20, 21
 BODY_WIDTH = 22
 SPHERE, CAPSULE, BOX, CYLINDER, HULL, HALF_SPACE = 0, 1, 2, 3, 4, 5  # a pair is worked out with the lower number first
-
 LARGEST_DEFECT = 1e-6  # of a pose that comes in from a rigid motion
 LARGEST = 1e6  # of a joint position or a coordinate: beyond it sincos' range reduction, and the caller's own number, lose digits

@@ -3,13 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.kernels.chain import forward_batch, forward_one
-from ulna.kernels.compile import ready
-from ulna.kernels.tree import frames_batch, frames_one
-from ulna.kinematics.batches import LEAST_POSES, in_parts
+from ulna.drivers.forward import forward_batch, forward_one, frames_batch, frames_one
+from ulna.engine.decorators import ready
+from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, for_kernel, refuse_out_of_range
-from ulna.model.tree import Tree
+from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 _SHAPE = (4, 4)

@@ -5,15 +5,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.description.pose import rpy_from_matrix
+from ulna.drivers.jacobian import jacobian_batch, jacobian_one
+from ulna.engine.decorators import ready
+from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.errors import InputError, SingularityError, did_you_mean
-from ulna.kernels.compile import ready
-from ulna.kernels.jacobian import BASE, LINK, SPATIAL, jacobian_batch, jacobian_one
-from ulna.kinematics.batches import LEAST_POSES, in_parts
+from ulna.kernels.chain.jacobian import BASE, LINK, SPATIAL
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, refuse_out_of_range
-from ulna.model.pose import rpy_from_matrix
-from ulna.model.tree import Tree
+from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 EXPRESSED_IN = {"base": BASE, "link": LINK, "spatial": SPATIAL}

@@ -5,10 +5,10 @@ from math import prod
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.description.arrays import as_floats
 from ulna.errors import InputError
 from ulna.kernels.layout import LARGEST
-from ulna.model.arrays import as_floats
-from ulna.model.tree import Tree
+from ulna.kinematics.tree import Tree
 
 NO_Q = -1
 """How many joints to tell a brief entry that a robot without joints has: no q is as long, so that each is looked at first."""

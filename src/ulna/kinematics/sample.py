@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.model.tree import Tree
+from ulna.kinematics.tree import Tree
 
 _NO_LIMIT = 1e3  # descriptions write 1e16 where they mean none; positions scattered over that would be of no use
 

@@ -15,7 +15,7 @@ from ulna.robot.kinematics import Kinematics
 
 if TYPE_CHECKING:
     from ulna.collision.checker import Checker
-    from ulna.collision.edge import EdgeReport
+    from ulna.collision.edge_report import EdgeReport
 
 Array = NDArray[np.float64]
 

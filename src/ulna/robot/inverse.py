@@ -13,8 +13,8 @@ from ulna.collision.world import World
 from ulna.robot.structure import Structure
 
 if TYPE_CHECKING:
-    from ulna.ik.quick import QuickKey, QuickSearch
     from ulna.ik.result import IKResult
+    from ulna.ik.single_target import SingleTarget, SingleTargetKey
     from ulna.ik.task import Task
 
 Array = NDArray[np.float64]
@@ -217,7 +217,7 @@ class InverseKinematics(Structure):
 
     @cached_property
     def _obstacles(self):
-        from ulna.ik.obstacles import Obstacles
+        from ulna.ik.collision_filter import Obstacles
 
         return Obstacles
 
@@ -225,12 +225,12 @@ class InverseKinematics(Structure):
     def _quick(self) -> dict:
         return {}
 
-    def _make_quick(self, key: QuickKey) -> QuickSearch:
+    def _make_quick(self, key: SingleTargetKey) -> SingleTarget:
         """What stays the same from call to call of ``inverse_kinematics``, kept for the next."""
-        from ulna.ik.quick import QuickSearch
+        from ulna.ik.single_target import SingleTarget
 
         link, position, rotation, seed = key
         if len(self._quick) >= _MOST_KEPT:
             self._quick.clear()
-        quick = QuickSearch(self.tree, self._the_tip if link is None else link, self.home, (position, rotation), seed)
+        quick = SingleTarget(self.tree, self._the_tip if link is None else link, self.home, (position, rotation), seed)
         return self._quick.setdefault(key, quick)

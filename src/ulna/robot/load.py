@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from ulna.io.load import load_description
-from ulna.model.subtree import cut_out
+from ulna.description.load import load_description
+from ulna.description.subtree import cut_out
 from ulna.robot.robot import Robot
 
 

@@ -10,16 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.allowed import AllowedCollisions, as_allowed
 from ulna.collision.attached import Attached, attach, detach
+from ulna.description.arrays import as_floats
+from ulna.description.meshes.hulls import with_hulls
+from ulna.description.pose import as_one_pose
+from ulna.description.robot_description import Description
+from ulna.description.shapes import Solid
+from ulna.description.subtree import with_tool
+from ulna.dh.from_table import description_from_dh, description_of_table
+from ulna.dh.table import DHTable
 from ulna.errors import InputError
-from ulna.io.dh import description_from_dh, description_of_table
-from ulna.io.hulls import with_hulls
-from ulna.model.arrays import as_floats
-from ulna.model.description import Description
-from ulna.model.dh_table import DHTable
-from ulna.model.pose import as_one_pose
-from ulna.model.shapes import Solid
-from ulna.model.subtree import with_tool
-from ulna.model.tree import Tree, build_tree
+from ulna.kinematics.tree import Tree, build_tree
 from ulna.robot.collisions import Collisions
 from ulna.robot.inverse import InverseKinematics
 

@@ -9,14 +9,14 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.meshes.addresses import with_mesh_paths
+from ulna.description.robot_description import Description
+from ulna.description.semantic import EndEffector, Srdf
+from ulna.description.urdf_writer import write_urdf
+from ulna.dh.table import PARALLEL, DHTable
 from ulna.errors import InputError
-from ulna.io.mesh_paths import with_mesh_paths
-from ulna.io.write_urdf import write_urdf
-from ulna.model.description import Description
-from ulna.model.dh_table import PARALLEL, DHTable
-from ulna.model.groups import JointGroup, configuration, joint_groups
-from ulna.model.srdf import EndEffector, Srdf
-from ulna.model.tree import Tree
+from ulna.kinematics.groups import JointGroup, configuration, joint_groups
+from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 
@@ -152,7 +152,7 @@ class Structure:
 
     @cached_property
     def _dh(self):
-        from ulna.kinematics import dh
+        from ulna.dh import from_chain as dh
 
         return dh
 

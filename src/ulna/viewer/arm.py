@@ -9,13 +9,13 @@ import viser
 from numpy.typing import NDArray
 from trimesh.exchange.gltf import export_glb
 
+from ulna.description.meshes.files import MeshFiles
+from ulna.description.pose import quaternion_from_matrix
+from ulna.description.robot_description import Body
+from ulna.description.shapes import Mesh
 from ulna.errors import FileError
-from ulna.io.mesh_files import MeshFiles
-from ulna.model.description import Body
-from ulna.model.pose import quaternion_from_matrix
-from ulna.model.shapes import Mesh
-from ulna.picture import FREE, PALE, STRONG, TOUCHING
 from ulna.robot import Robot
+from ulna.viewer.palette import FREE, PALE, STRONG, TOUCHING
 from ulna.viewer.solids import add_solid, add_triangles
 from ulna.viewer.visuals import link_visuals, read_mesh
 

@@ -9,7 +9,7 @@ from trimesh.geometry import align_vectors
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from ulna.model.description import Joint, JointType
+from ulna.description.robot_description import Joint, JointType
 from ulna.robot import Robot
 
 SHELL, HOUSING = (236, 238, 241, 255), (74, 82, 94, 255)  # the colours of the plain body: tubes, joints

@@ -4,10 +4,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from ulna.demo import GREEN, RED
-from ulna.picture import INK
-from ulna.studio.clearance import Clearance
-from ulna.viewer.words import marked, plain
+from ulna.viewer.html import marked, plain
+from ulna.viewer.palette import GREEN, INK, RED
+from ulna.viewer.session.clearance import Clearance
 
 _UNKNOWN = (150, 150, 150)
 

@@ -3,10 +3,10 @@
 import numpy as np
 import viser
 
-from ulna.model.pose import quaternion_from_matrix
-from ulna.studio.ellipsoid import mobility
-from ulna.studio.session import Session
-from ulna.viewer.words import mobility_html
+from ulna.description.pose import quaternion_from_matrix
+from ulna.viewer.html import mobility_html
+from ulna.viewer.session.ellipsoid import mobility
+from ulna.viewer.session.session import Session
 
 COLOR = (124, 92, 200)
 _SECONDS = 0.25  # a half axis is as long as the link would go in this time [s]

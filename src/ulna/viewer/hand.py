@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import viser
 
-from ulna.demo import GREEN, RED
 from ulna.robot import Robot
-from ulna.studio.session import Session
 from ulna.viewer.handles import Handles
-from ulna.viewer.words import marked
+from ulna.viewer.html import marked
+from ulna.viewer.palette import GREEN, RED
+from ulna.viewer.session.session import Session
 
 _RESTING = (120, 128, 138)
 

@@ -6,7 +6,7 @@ from typing import Any
 import viser
 from numpy.typing import NDArray
 
-from ulna.model.pose import pose, quaternion_from_matrix
+from ulna.description.pose import pose, quaternion_from_matrix
 
 
 class Handles:

@@ -7,7 +7,7 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.robot import Robot
-from ulna.studio.joints import Follower, Slide, SlideGroup, slide_groups
+from ulna.viewer.session.joints import Follower, Slide, SlideGroup, slide_groups
 
 _DIGITS = 3  # behind the point: milliradians, millimetres
 

@@ -9,10 +9,10 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ulna.description.clouds import Obstacle
+from ulna.description.pose import pose, rpy_from_matrix
+from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.errors import UlnaError
-from ulna.model.clouds import Obstacle
-from ulna.model.pose import pose, rpy_from_matrix
-from ulna.model.shapes import Box, Capsule, Cylinder, Sphere
 
 if TYPE_CHECKING:
     from ulna.viewer.obstacles import Obstacles

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
+from ulna.description.clouds import Obstacle
+from ulna.description.pose import pose, quaternion_from_matrix
+from ulna.description.shapes import Box, Cylinder, Sphere
 from ulna.errors import UlnaError
-from ulna.model.clouds import Obstacle
-from ulna.model.pose import pose, quaternion_from_matrix
-from ulna.model.shapes import Box, Cylinder, Sphere
-from ulna.picture import MOVABLE, TOUCHING
 from ulna.viewer.handles import Handles
 from ulna.viewer.obstacle_form import ObstacleForm
+from ulna.viewer.palette import MOVABLE, TOUCHING
 from ulna.viewer.solids import add_solid
 
 _EDGE = 0.15  # of a new obstacle, against the robot's size

@@ -6,9 +6,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from ulna.model.clouds import Obstacle
-from ulna.model.pose import quaternion_from_matrix
-from ulna.model.shapes import Box, Cylinder, HalfSpace, Sphere
+from ulna.description.clouds import Obstacle
+from ulna.description.pose import quaternion_from_matrix
+from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
 from ulna.viewer.visuals import triangles
 
 Color = tuple[int, int, int]

@@ -9,17 +9,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
 from ulna.robot import Robot
-from ulna.studio.session import Session
 from ulna.viewer.arm import Arm
 from ulna.viewer.clearance import ClearancePanel
 from ulna.viewer.ellipsoid import EllipsoidPanel
 from ulna.viewer.hand import HandPanel
 from ulna.viewer.joints import JointSliders
-from ulna.viewer.look import LookPanel
 from ulna.viewer.loop import Loop
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
+from ulna.viewer.session.session import Session
 from ulna.viewer.stage import add_stage
+from ulna.viewer.visibility import LookPanel
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between looks at a world that a program may have changed

@@ -9,13 +9,13 @@ import trimesh
 from numpy.typing import NDArray
 from trimesh.resolvers import Resolver
 
-from ulna.collision.parts import parts_of
+from ulna.collision.expand import expand
+from ulna.description.clouds import HeightMap, PointCloud
+from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.meshes.files import MeshFiles
+from ulna.description.robot_description import Body
+from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from ulna.errors import FileError
-from ulna.io.mesh_files import MeshFiles
-from ulna.model.clouds import HeightMap, PointCloud
-from ulna.model.convex_mesh import ConvexMesh
-from ulna.model.description import Body
-from ulna.model.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from ulna.robot import Robot
 from ulna.viewer.body import SHELL, joined, painted, plain_body
 
@@ -103,7 +103,7 @@ def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
 
 def _many(shape: PointCloud | HeightMap) -> trimesh.Trimesh:
     """A coarse ball about each point, or a column for each cell."""
-    parts = parts_of(shape)
+    parts = expand(shape)
     if isinstance(shape, PointCloud):
         one, sizes = trimesh.creation.icosphere(subdivisions=0), np.full((len(parts.places), 3), shape.radius)
     else:

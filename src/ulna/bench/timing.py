@@ -1,0 +1,89 @@
+"""How long a call takes: whole passes over many inputs, interleaved (A B A B ...), and medians.
+
+A pass calls a function once for each of its inputs, so that no call meets only what the one before left in the caches. What the
+loop itself costs, measured the same way with a body that does nothing, is taken off. The first pass of each function warms it up
+(compiles it, if need be) and is not counted. A pass is best kept under a millisecond or two: on a busy machine a longer one is
+interrupted by other work, and its time is no longer that of the call.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter_ns
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Workload(NamedTuple):
+    """A function of one argument, the arguments to call it with, and how many problems one call solves."""
+
+    function: Callable
+    inputs: Sequence
+    problems: int = 1
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Quartiles over the passes of the time of one problem [ns], and the times of all passes, shape (passes,)."""
+
+    lower: float
+    median: float
+    upper: float
+    passes: NDArray[np.float64]
+
+
+def time_interleaved(works: Mapping[str, Workload], passes: int = 21) -> dict[str, Timing]:
+    """The time of one problem of each work, the works taking turns.
+
+    Example:
+        >>> slow, quick = Work(lambda n: sum(range(n)), [4000] * 9), Work(lambda n: None, [4000] * 9)
+        >>> timings = time_interleaved({"slow": slow, "quick": quick}, passes=5)
+        >>> timings["slow"].median > timings["quick"].median
+        True
+    """
+    for work in works.values():
+        one_pass(work)
+    times = np.array([[one_pass(work) for work in works.values()] for _ in range(passes)])
+    return {name: _timing(times[:, k]) for k, name in enumerate(works)}
+
+
+def one_pass(work: Workload) -> float:
+    """The time of one problem [ns], the mean over a pass, less what the loop costs."""
+    function = work.function
+    start = perf_counter_ns()
+    for argument in work.inputs:
+        function(argument)
+    between = perf_counter_ns()
+    for argument in work.inputs:  # noqa: B007 -- the loop alone is timed
+        pass
+    end = perf_counter_ns()
+    return max(0.0, float((between - start) - (end - between))) / (len(work.inputs) * work.problems)
+
+
+def ratio(timing: Timing, yardstick: Timing) -> tuple[float, float, float]:
+    """Quartiles of how many times as long as the yardstick: pass by pass, so that what slows both cancels."""
+    lower, median, upper = np.percentile(timing.passes / yardstick.passes, (25, 50, 75))
+    return float(lower), float(median), float(upper)
+
+
+def time_each(function: Callable, inputs: Sequence[tuple], passes: int = 3) -> NDArray[np.float64]:
+    """The time of ``function(*inputs[k])`` for each k [ns]: the median over the passes, less what reading the clock costs."""
+    function(*inputs[0])
+    times = np.empty((passes, len(inputs)))
+    for row in times:
+        for k, arguments in enumerate(inputs):
+            start = perf_counter_ns()
+            function(*arguments)
+            row[k] = perf_counter_ns() - start
+    return np.maximum(0.0, np.median(times, axis=0) - _clock_cost())
+
+
+def _clock_cost() -> float:
+    """What stands between two readings of the clock with nothing in between [ns]."""
+    return float(np.median([-(perf_counter_ns() - perf_counter_ns()) for _ in range(1000)]))
+
+
+def _timing(passes: NDArray[np.float64]) -> Timing:
+    lower, median, upper = np.percentile(passes, (25, 50, 75))
+    return Timing(float(lower), float(median), float(upper), passes)

@@ -1,0 +1,96 @@
+"""``ulna check``: whether a robot touches boxes or itself."""
+
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from rich.console import RenderableType
+from rich.text import Text
+
+import ulna
+from ulna.cli.data import Q_KEYS, Data, data_of_q
+from ulna.cli.numbers import BOX, numbers
+from ulna.cli.options import (
+    Degrees,
+    Hulls,
+    Json,
+    PackageDirs,
+    Positions,
+    RobotName,
+    Scene,
+    XacroArgs,
+    load_robot,
+    load_scene,
+    positions,
+)
+from ulna.cli.output import make_table, number, show, title
+from ulna.collision.report import Report
+from ulna.robot import Robot
+
+REPORT_KEYS = (
+    f"{Q_KEYS}; in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
+    "robot; pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
+    "witness_a and witness_b: the nearest points, normal from a to b."
+)
+
+
+def report_data(robot: Robot, q: NDArray[np.float64], report: Report, distance: float) -> Data:
+    """What a collision check found, and the least distance; see ``REPORT_KEYS``."""
+    pairs = [{field.name: getattr(pair, field.name) for field in fields(pair)} for pair in report.pairs]
+    verdict = {"in_collision": report.in_collision, "signed_distance": distance, "touching": report.touching}
+    return {**data_of_q(robot, q), **verdict, "pairs": pairs}
+
+
+def check(
+    robot: RobotName = "panda",
+    *,
+    box: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NUMBERS", help='A box: "x, y, z, roll, pitch, yaw, length, width, height"; repeatable: box 1, box 2 ...'
+        ),
+    ] = None,
+    scene: Scene = None,
+    q: Positions = None,
+    itself: Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")] = True,
+    hulls: Hulls = False,
+    within: Annotated[float, typer.Option(min=0, metavar="METRES", help="Show pairs too that are so near.")] = 0.0,
+    degrees: Degrees = False,
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+    as_json: Json = False,
+) -> None:
+    """Whether the robot touches itself or boxes, how deep and where, and how far it is from them.
+
+    As in: ulna check --box "0.5,0,0.21,0,0,0,0.15,0.09,0.126", or: ulna check --scene scene.json. Exit status 0 if it is
+    free, 1 if not.
+    """
+    arm = load_robot(robot, xacro_arg, package_dir)
+    if hulls:
+        arm = arm.with_convex_hulls()
+    world = load_scene(scene)
+    for k, text in enumerate(box or (), start=1):
+        *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
+        world.add(f"box {k}", ulna.Box((length, width, height)), ulna.pose(place[:3], place[3:]))
+    at = positions("--q", q, arm, degrees=degrees)
+    report = arm.check_collision(at, world, itself, max_distance=within)
+    distance = arm.signed_distance(at, world, itself)
+    show(report_data(arm, at, report, distance), None if as_json else report_view)
+    raise typer.Exit(1 if report.in_collision else 0)
+
+
+def report_view(data) -> Iterator[RenderableType]:
+    """The verdict, the pairs, deepest first, and the least distance."""
+    yield title(data, "collision check")
+    if data["pairs"]:
+        table = make_table(["robot", "link", "other"], ["apart [mm]"], ["normal", "at [m]"])
+        for pair in data["pairs"]:
+            vectors = [" ".join(number(x, n) for x in pair[key]) for key, n in (("normal", 2), ("witness_a", 3))]
+            table.add_row(pair["name_a"], pair["link"], pair["name_b"], f"{1000 * pair['signed_distance'] + 0.0:.3f}", *vectors)
+        yield table
+    if data["signed_distance"] is not None:
+        yield f"least distance: {1000 * data['signed_distance'] + 0.0:.3f} mm"
+    yield Text("collision", "bold red") if data["in_collision"] else Text("free", "bold green")

@@ -1,0 +1,88 @@
+"""``ulna info``: what a robot is."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+
+from rich.console import RenderableType
+from rich.text import Text
+
+from ulna.cli.data import Data
+from ulna.cli.options import Json, PackageDirs, RobotName, XacroArgs, load_robot
+from ulna.cli.output import make_table, short, show
+from ulna.description.robot_description import JointType
+from ulna.robot import Robot
+from ulna.robot.coordinates import coordinates_of
+
+INFO_KEYS = (
+    "name; base; tip: null if there are several; leaves; n_dof; joints: one for each entry of q, with name, type, lower, upper, "
+    "soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: name, joint, multiplier, offset; links; "
+    "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
+)
+
+
+def info_data(robot: Robot) -> Data:
+    """What a robot is; see ``INFO_KEYS``."""
+    joints = robot.description.joints
+    columns = robot.lower, robot.upper, robot.soft_lower, robot.soft_upper, robot.velocity_limits, robot.home
+    keys = ("lower", "upper", "soft_lower", "soft_upper", "velocity_limit", "home")
+    return {
+        "name": robot.name,
+        "base": robot.base,
+        "tip": robot.tip,
+        "leaves": list(robot.tree.leaves),
+        "n_dof": robot.n_dof,
+        "joints": [
+            {"name": entry.name, "type": entry.type, **dict(zip(keys, row, strict=True)), "unit": entry.unit}
+            for entry, row in zip(coordinates_of(robot), zip(*columns, strict=True), strict=True)
+        ],
+        "fixed_joints": [j.name for j in joints if j.type == JointType.FIXED],
+        "mimic_joints": [{"name": j.name, **asdict(j.mimic)} for j in joints if j.mimic is not None],
+        "links": list(robot.link_names),
+        "collision_shapes": [
+            {"name": body.name, "link": link.name, "kind": type(body.shape).__name__.lower(), **asdict(body.shape)}
+            for link in robot.description.links
+            for body in link.collisions
+        ],
+    }
+
+
+def info(
+    robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None, as_json: Json = False
+) -> None:
+    """What a robot is: its joints with their limits, its links, its collision shapes."""
+    show(info_data(load_robot(robot, xacro_arg, package_dir)), None if as_json else info_view)
+
+
+def info_view(data) -> Iterator[RenderableType]:
+    """The robot's names, its joints, its links and its collision shapes."""
+    tip = data["tip"] or f"{len(data['leaves'])} tips"
+    yield Text.assemble((data["name"], "bold"), f": {data['n_dof']} dof, {data['base']} to {tip}")
+    table = make_table(["joint", "type"], ["lower", "upper", "home", "unit", "velocity\nlimit", "unit"], [])
+    for joint in data["joints"]:
+        lower, upper, home, velocity = (short(joint[key]) for key in ("lower", "upper", "home", "velocity_limit"))
+        table.add_row(joint["name"], joint["type"], lower, upper, home, joint["unit"], velocity, f"{joint['unit']}/s")
+    yield table
+    for joint in data["joints"]:
+        if (joint["soft_lower"], joint["soft_upper"]) != (joint["lower"], joint["upper"]):
+            yield f"{joint['name']}: soft limits {short(joint['soft_lower'])} to {short(joint['soft_upper'])} {joint['unit']}"
+    for mimic in data["mimic_joints"]:
+        yield f"{mimic['name']} = {mimic['multiplier']:g} * {mimic['joint']} + {mimic['offset']:g}"
+    yield _names("fixed joints", data["fixed_joints"])
+    yield _names("links", data["links"])
+    shapes = make_table(["collision shape", "link", "kind"], [], ["extents [m]"])
+    for shape in data["collision_shapes"]:
+        shapes.add_row(shape["name"], shape["link"], shape["kind"], _measures(shape))
+    yield shapes if data["collision_shapes"] else "no collision shapes: ulna check has nothing to check"
+
+
+def _names(kind: str, names: Sequence[str]) -> Text:
+    return Text.assemble((f"{kind} ({len(names)})", "bold"), ": " * bool(names), ", ".join(names))
+
+
+def _measures(shape) -> str:
+    if "extents" in shape:
+        return " x ".join(f"{extent:g}" for extent in shape["extents"])
+    rest = {key: value for key, value in shape.items() if key not in ("name", "link", "kind")}
+    if shape["kind"] == "mesh":
+        return f"{rest['uri']}, scale {' '.join(f'{s:g}' for s in rest['scale'])}"
+    return ", ".join(f"{key} {value:g}" for key, value in rest.items())

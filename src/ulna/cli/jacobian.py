@@ -1,0 +1,79 @@
+"""``ulna jacobian``: how fast a link moves for a unit rate of each joint."""
+
+from collections.abc import Iterator
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from rich.console import RenderableType
+from rich.text import Text
+
+from ulna.cli.data import Q_KEYS, Data, data_of_q
+from ulna.cli.options import Degrees, Json, Link, PackageDirs, Positions, RobotName, XacroArgs, load_robot, positions
+from ulna.cli.output import folded, make_table, number, show, title
+from ulna.errors import InputError
+from ulna.robot import Robot
+from ulna.robot.coordinates import coordinates_of
+
+Array = NDArray[np.float64]
+GEOMETRIC_ROWS = ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z")
+ANALYTICAL_ROWS = ("x", "y", "z", "roll", "pitch", "yaw")
+JACOBIAN_KEYS = (
+    f"{Q_KEYS}; base; link; kind: geometric or analytical; expressed_in: base, link or spatial, null if analytical; "
+    "rows and columns: their labels; jacobian: 6 rows."
+)
+
+
+def jacobian_data(robot: Robot, q: Array, link: str, J: Array, expressed_in: str | None) -> Data:
+    """A Jacobian with its labels; see ``JACOBIAN_KEYS``. ``expressed_in`` is None for the analytical one."""
+    return {
+        **data_of_q(robot, q),
+        "base": robot.base,
+        "link": link,
+        "kind": "analytical" if expressed_in is None else "geometric",
+        "expressed_in": expressed_in,
+        "rows": ANALYTICAL_ROWS if expressed_in is None else GEOMETRIC_ROWS,
+        "columns": [entry.name for entry in coordinates_of(robot)],
+        "jacobian": J,
+    }
+
+
+def jacobian(
+    robot: RobotName = "panda",
+    *,
+    q: Positions = None,
+    link: Link = None,
+    expressed_in: Annotated[str | None, typer.Option(metavar="FRAME", help="base, link or spatial; base unless given.")] = None,
+    analytical: Annotated[bool, typer.Option("--analytical", help="Rates of x, y, z, roll, pitch, yaw instead.")] = False,
+    degrees: Degrees = False,
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+    as_json: Json = False,
+) -> None:
+    """The Jacobian: how fast a link moves for a unit rate of each joint.
+
+    Rows are linear first, then angular: metres and radians per second.
+    """
+    arm = load_robot(robot, xacro_arg, package_dir)
+    at = positions("--q", q, arm, degrees=degrees)
+    if analytical and expressed_in is not None:
+        raise InputError("--expressed-in", "goes with the geometric Jacobian, not with --analytical")
+    frame = None if analytical else "base" if expressed_in is None else expressed_in
+    J = arm.analytical_jacobian(at, link) if frame is None else arm.jacobian(at, link, frame)
+    show(jacobian_data(arm, at, link or str(arm.tip), J, frame), None if as_json else jacobian_view)
+
+
+COLUMNS_AT_ONCE = 7  # of a Jacobian: as many as fit into 80 columns
+
+
+def jacobian_view(data) -> Iterator[RenderableType]:
+    """The matrix, a few columns at a time."""
+    frame = f", expressed in {data['expressed_in']}" if data["expressed_in"] else f", rates in {data['base']}"
+    yield title(data, f"{data['kind']} Jacobian of {data['link']}{frame}")
+    for first in range(0, max(len(data["columns"]), 1), COLUMNS_AT_ONCE):
+        some = slice(first, first + COLUMNS_AT_ONCE)
+        table = make_table([], ["", *(folded(name) for name in data["columns"][some])], [])
+        for label, row in zip(data["rows"], data["jacobian"], strict=True):
+            table.add_row(Text(label, "bold"), *(number(value, 5) for value in row[some]))
+        yield table

@@ -1,0 +1,39 @@
+"""Numbers as people write them on the command line: decimals, and fractions of pi."""
+
+import math
+import re
+from collections.abc import Sequence
+
+from ulna.errors import InputError
+from ulna.robot.coordinates import Coordinate
+
+XYZ = (Coordinate("x", "m"), Coordinate("y", "m"), Coordinate("z", "m"))
+RPY = (Coordinate("roll", "rad"), Coordinate("pitch", "rad"), Coordinate("yaw", "rad"))
+WXYZ = tuple(Coordinate(name, "") for name in "wxyz")
+BOX = (*XYZ, *RPY, Coordinate("length", "m"), Coordinate("width", "m"), Coordinate("height", "m"))
+_DECIMAL = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_WITH_PI = re.compile(rf"([+-]?)(?:({_DECIMAL})\*?)?pi(?:/({_DECIMAL}))?")
+_WITHOUT_PI = re.compile(rf"[+-]?{_DECIMAL}")
+
+
+def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: bool = False) -> list[float]:
+    """The numbers in "0,-pi/4,0.5 1e-3", one for each entry; with ``degrees``, those of angles are turned into radians."""
+    words = re.split(r"\s*,\s*|\s+", text.strip()) if text.strip() else []
+    if len(words) != len(entries):
+        names = ", ".join(entry.name for entry in entries[:9]) + (" ..." if len(entries) > 9 else "")
+        raise InputError(option, f"{len(words)} number{'s' * (len(words) != 1)}, but {len(entries)} are expected: {names}")
+    return [_number(option, word, degrees=degrees and entry.unit == "rad") for word, entry in zip(words, entries, strict=True)]
+
+
+def _number(option: str, word: str, *, degrees: bool) -> float:
+    value = math.nan
+    if _WITHOUT_PI.fullmatch(word):
+        value = math.radians(float(word)) if degrees else float(word)
+    elif match := _WITH_PI.fullmatch(word):
+        if degrees:
+            raise InputError(option, f"{word!r} is in radians, but --degrees is given")
+        sign, factor, divisor = match.groups()
+        value = float(f"{sign}{factor or 1}") * math.pi / (float(divisor or 1) or math.nan)
+    if not math.isfinite(value):
+        raise InputError(option, f"{word!r} is not a number; numbers are written as 0.5, 1e-3, pi/2 or -3pi/4")
+    return value

@@ -1,0 +1,24 @@
+"""``ulna urdf``: the URDF text of a robot."""
+
+from typing import Annotated
+
+import typer
+
+from ulna.cli.options import PackageDirs, RobotName, XacroArgs, xacro_arguments
+from ulna.description.load import urdf_text
+
+
+def urdf(
+    robot: RobotName = "panda",
+    *,
+    mesh_paths: Annotated[
+        str, typer.Option(metavar="KIND", help="given: as they stand; file: absolute file:// addresses, as RViz needs.")
+    ] = "given",
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+) -> None:
+    """Print the robot's URDF: of a xacro file, what it expands to.
+
+    It is printed even where it cannot be understood, so that an error's line can be looked up.
+    """
+    typer.echo(urdf_text(robot, xacro_arguments(xacro_arg), package_dir or (), mesh_paths).encode(), nl=False)

@@ -1,0 +1,94 @@
+"""``ulna warmup``: all that is compiled on first use, compiled now."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+import typer
+from rich.console import Console, RenderableType
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.text import Text
+
+from ulna.cli.data import Data
+from ulna.cli.options import Json
+from ulna.cli.output import make_table, show
+from ulna.engine.threads import n_processors
+from ulna.errors import FileError
+
+if TYPE_CHECKING:
+    from ulna.engine.warmup import Compiled  # which loads the compiler
+
+WARMUP_KEYS = (
+    "folder: where the machine code lies; seconds: in all; compiled: entry, shapes (boxes or any, where that is two), seconds, "
+    "was_cached: it lay there already."
+)
+
+
+def warmup_data(folder: str, seconds: float, compiled: Iterable[Compiled]) -> Data:
+    """What every kernel took; see ``WARMUP_KEYS``."""
+    rows = [
+        {"entry": one.name, "shapes": one.shapes, "seconds": one.seconds, "was_cached": one.was_cached}
+        for one in sorted(compiled, key=lambda one: -one.seconds)
+    ]
+    return {"folder": folder, "seconds": seconds, "compiled": rows}
+
+
+def warmup(*, as_json: Json = False) -> None:
+    """Compile every kernel for this machine, so that no first call waits for it.
+
+    The machine code is kept on disk: doing it again takes seconds. NUMBA_CACHE_DIR says where, as for Numba itself.
+    """
+    from ulna.engine.cache import cache_folder  # noqa: PLC0415 -- they load the compiler, which other commands may not need
+    from ulna.engine.warmup import all_jobs, compile_all  # noqa: PLC0415
+
+    folder = cache_folder()
+    if folder is None:
+        raise FileError("cache folder", "it cannot be written, so nothing would be kept; NUMBA_CACHE_DIR names another")
+    jobs, start = all_jobs(), time.perf_counter()
+    compiled = with_progress(compile_all(jobs, side_by_side=n_processors() > 1), len(jobs), in_lines=not as_json)
+    data = warmup_data(str(folder), time.perf_counter() - start, compiled)
+    show(data, None if as_json else warmup_view)
+
+
+def with_progress(compiled: Iterable[Compiled], total: int, *, in_lines: bool) -> list[Compiled]:
+    """All that is compiled, told on standard error while it goes on: a bar on a terminal, elsewhere a line each, if wanted."""
+    if sys.stderr.isatty():
+        columns = (
+            TextColumn("compiling"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("{task.description}"),
+        )
+        with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+            task = progress.add_task("", total=total)
+            done = []
+            for one in compiled:
+                done.append(one)
+                progress.update(task, advance=1, description=one.name)
+            return done
+    done = []
+    for one in compiled:
+        done.append(one)
+        if in_lines:
+            typer.echo(f"ulna: {len(done)} of {total}: {_named(one.name, one.shapes)}, {one.seconds:.1f} s", err=True)
+    return done
+
+
+def warmup_view(data) -> Iterator[RenderableType]:
+    """What took how long, and where it lies."""
+    table = make_table(["compiled"], ["seconds"], [])
+    for row in data["compiled"]:
+        if not row["was_cached"]:
+            table.add_row(_named(row["entry"], row["shapes"]), f"{row['seconds']:.1f}")
+    if table.row_count:
+        yield table
+    yield Text(f"{table.row_count} of {len(data['compiled'])} compiled in {data['seconds']:.1f} s; the others were there already")
+    yield Text(f"machine code: {data['folder']}", no_wrap=True)
+
+
+def _named(entry: str, shapes: str) -> str:
+    return f"{entry} ({shapes} shapes)".replace("(boxes shapes)", "(boxes)") if shapes else entry

@@ -1,0 +1,52 @@
+"""Shapes as the columns that the kernels read: a core, and the radius of the ball that sweeps it (``kernels.layout``)."""
+
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
+from ulna.errors import GeometryError
+from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
+
+NO_VERTICES = np.zeros((0, 3))
+
+
+def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[float, ...]:
+    """The columns from SHAPE on of a row of a table of bodies.
+
+    Args:
+        shape: What the body is.
+        first_vertex: Where the vertices of this shape (``shape_vertices``) begin in those of the table.
+
+    Raises:
+        GeometryError: It is a mesh as a file gives it, which need not be convex.
+    """
+    columns = _core_columns(shape, first_vertex)
+    reach = inf if isinstance(shape, HalfSpace) else float(np.linalg.norm(columns[1:4])) + columns[4]
+    return *columns, reach
+
+
+def _core_columns(shape: Shape | HalfSpace, first_vertex: int) -> tuple[float, ...]:
+    match shape:
+        case Sphere(radius):
+            return SPHERE, 0.0, 0.0, 0.0, radius, 0, 0
+        case Capsule():
+            return CAPSULE, 0.0, 0.0, shape.length / 2, shape.radius, 0, 0
+        case Box():
+            return BOX, *shape.half_extents, 0.0, 0, 0
+        case Cylinder():
+            return CYLINDER, shape.radius, shape.radius, shape.length / 2, 0.0, 0, 0
+        case ConvexMesh(vertices=vertices):
+            return HULL, *np.abs(vertices).max(axis=0).tolist(), 0.0, first_vertex, len(vertices)
+        case HalfSpace():
+            return HALF_SPACE, 0.0, 0.0, 0.0, 0.0, 0, 0
+    raise GeometryError(
+        f"a {type(shape).__name__} has no collision kernel; robot.with_convex_hulls() takes the hulls of a robot's meshes"
+    )
+
+
+def shape_vertices(shape: Shape | HalfSpace) -> NDArray[np.float64]:
+    """The points of a hull [m], shape (n, 3); none for any other shape."""
+    return shape.vertices if isinstance(shape, ConvexMesh) else NO_VERTICES

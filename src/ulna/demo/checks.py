@@ -1,0 +1,171 @@
+"""The assignment's own checks, run on this machine: each a figure, the bound that it must keep, and a verdict."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.world import World
+from ulna.demo.scenario import BOX, make_trajectory
+from ulna.description.names import panda
+from ulna.description.pose import inverse, pose, rpy_from_matrix
+from ulna.description.shapes import Box
+from ulna.robot import Robot, load
+
+N_CONFIGURATIONS = 1000
+N_TARGETS = 1000
+N_BOX_CONFIGURATIONS = 300  # twelve pairs each; the reference takes a third of a millisecond a pair
+DIFFERENCE_STEP = 1e-5  # rad: where rounding and the third derivative weigh the same
+CONTACT = 1e-9  # m: nearer to touching than this, two ways of rounding may disagree
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the table."""
+
+    name: str
+    figure: str
+    bound: str
+    passed: bool
+
+
+def run_checks(dh_rows: Sequence[Sequence[float]] = panda.DH_ROWS) -> Iterator[Check]:
+    """All checks of the Panda, one after the other. ``dh_rows`` is the table held against the URDF."""
+    robot = load("panda")
+    dh_robot = Robot.from_dh(dh_rows, joint_types=panda.DH_JOINT_TYPES)
+    rng = np.random.default_rng(2)
+    q = np.vstack([robot.home, np.zeros(robot.n_dof), rng.uniform(robot.lower, robot.upper, (N_CONFIGURATIONS, robot.n_dof))])
+    yield urdf_against_dh(robot, dh_robot, q)
+    yield jacobian_against_differences(robot, q)
+    yield analytical_jacobian_against_differences(robot, q)
+    yield levenberg_marquardt_round_trips(robot, dh_robot, rng)
+    yield jacobian_transpose_round_trip(robot, dh_robot)
+    yield boxes_against_reference(robot, q[:N_BOX_CONFIGURATIONS], rng)
+    yield closed_trajectory(robot)
+
+
+def urdf_against_dh(robot: Robot, dh_robot: Robot, q: NDArray) -> Check:
+    """Forward kinematics twice: all nine frames, from the URDF and from the DH table."""
+    columns = [robot.link_names.index(name) for name in panda.DH_LINKS]
+    difference = np.abs(robot.link_poses(q)[:, columns] - dh_robot.link_poses(q)[:, 1:]).max()
+    return _below("forward kinematics, URDF against DH", difference, 1e-12, "", f"9 frames, {len(q)} configurations")
+
+
+def jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
+    """The geometric Jacobian against central differences of the pose."""
+    differences = np.empty((len(q), 6, robot.n_dof))
+    T = robot.forward_kinematics(q)
+    for j, (ahead, behind) in enumerate(_neighbours(robot.forward_kinematics, q)):
+        rate = (ahead - behind) / (2 * DIFFERENCE_STEP)
+        W = rate[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2)  # R' R^T, the angular velocity as a skew matrix
+        differences[:, :3, j] = rate[:, :3, 3]
+        differences[:, 3:, j] = np.stack([W[:, 2, 1] - W[:, 1, 2], W[:, 0, 2] - W[:, 2, 0], W[:, 1, 0] - W[:, 0, 1]], axis=-1) / 2
+    largest = np.abs(robot.jacobian(q) - differences).max()
+    return _below("Jacobian against central differences", largest, 1e-8, "", f"{len(q)} configurations")
+
+
+def analytical_jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
+    """The rates of roll, pitch and yaw against central differences, away from where they are not defined."""
+    q = q[np.abs(np.cos(rpy_from_matrix(robot.forward_kinematics(q))[:, 1])) > 0.1]
+    differences = np.empty((len(q), 6, robot.n_dof))
+    for j, (ahead, behind) in enumerate(_neighbours(robot.forward_kinematics, q)):
+        turn = rpy_from_matrix(ahead) - rpy_from_matrix(behind)
+        turn -= 2 * np.pi * np.round(turn / (2 * np.pi))
+        differences[:, :3, j] = (ahead - behind)[:, :3, 3] / (2 * DIFFERENCE_STEP)
+        differences[:, 3:, j] = turn / (2 * DIFFERENCE_STEP)
+    largest = np.abs(robot.analytical_jacobian(q) - differences).max()
+    return _below("analytical Jacobian against differences", largest, 1e-5, "", f"{len(q)} configurations, |cos pitch| > 0.1")
+
+
+def levenberg_marquardt_round_trips(robot: Robot, dh_robot: Robot, rng: np.random.Generator) -> Check:
+    """Random reachable targets, solved one call each, and judged by the other forward kinematics."""
+    targets = robot.forward_kinematics(rng.uniform(robot.lower, robot.upper, (N_TARGETS, robot.n_dof)))
+    robot.inverse_kinematics(targets[0])
+    start = time.perf_counter()
+    results = [robot.inverse_kinematics(T) for T in targets]
+    mean = (time.perf_counter() - start) / N_TARGETS
+    q = np.array([result.q for result in results])
+    solved = int(np.count_nonzero(np.array([result.success for result in results]) & _reached(dh_robot, q, targets, 1.01e-5)))
+    inside = bool(((q >= robot.lower) & (q <= robot.upper)).all())
+    figure = f"{solved} of {N_TARGETS} solved, {mean * 1e6:.1f} us a call"
+    return Check("inverse kinematics round trips", figure, "all, to 1e-5, within the limits", solved == N_TARGETS and inside)
+
+
+def jacobian_transpose_round_trip(robot: Robot, dh_robot: Robot) -> Check:
+    """The assignment's method on the assignment's example: from home, one centimetre along y."""
+    target = robot.forward_kinematics(robot.home)
+    target[1, 3] += 0.01
+    found = robot.inverse_kinematics(
+        target, robot.home, method="jacobian_transpose", position_tolerance=1e-10, rotation_tolerance=1e-10
+    )
+    passed = bool(found.success and _reached(dh_robot, found.q, target, 1.01e-10))
+    figure = f"{max(found.position_error, found.rotation_error):.1e} after {found.iterations} steps"
+    return Check("inverse kinematics by Jacobian transpose", figure, "1e-10", passed)
+
+
+def boxes_against_reference(robot: Robot, q: NDArray, rng: np.random.Generator) -> Check:
+    """All twelve pairs at each configuration, by kernel and by reference, with the movable box beside one of the arm's.
+
+    Every tenth time the box is small and stands inside one of the arm's: that is a collision too.
+    """
+    shapes = [body.shape for link in robot.description.links for body in link.collisions]
+    poses = robot.collision_poses(q)
+    wrong = touching = 0
+    for k in range(len(q)):
+        inside = k % 10 == 0
+        place = poses[k, rng.integers(len(shapes)), :3, 3] + (0 if inside else rng.normal(scale=0.12, size=3))
+        box, T = Box((0.01, 0.01, 0.01)) if inside else BOX, pose(place, rng.uniform(-np.pi, np.pi, 3))
+        world = World()
+        world.add("box", box, T)
+        gaps = np.array([slow_gap(poses[k, i], shape, T, box) for i, shape in enumerate(shapes) if isinstance(shape, Box)])
+        hits = {name for name, gap in zip(robot.collision_names, gaps, strict=True) if gap < 0}
+        if np.abs(gaps).min() > CONTACT:
+            touching += bool(hits)
+            wrong += set(robot.check_collision(q[k], world, self_collision=False).touching) != hits
+            wrong += bool(np.all(robot.in_collision(q[k : k + 1], world, self_collision=False))) != bool(hits)
+    figure = f"{wrong} of {2 * len(q)} verdicts differ, {touching} of {len(q)} touch"
+    return Check("boxes against a slow reference", figure, "none differ, a third touch", wrong == 0 and 3 * touching > len(q))
+
+
+def closed_trajectory(robot: Robot) -> Check:
+    """The demo's trajectory ends where it began."""
+    off = np.abs(make_trajectory(robot).samples[-1] - robot.home).max()
+    return _below("trajectory closes at home", off, 1e-6, " rad", "90 samples")
+
+
+def slow_gap(T_a: NDArray, a: Box, T_b: NDArray, b: Box) -> float:
+    """The widest gap between the shadows of two boxes over the fifteen axes [m], from their corners: slow and plain.
+
+    Written apart from the kernel: nothing of the boxes' symmetry is used, all axes are unit vectors, parallel edges give none.
+    """
+    signs = np.array(list(product((-1, 1), repeat=3)))
+    corners_a, corners_b = (signs * s.half_extents @ T[:3, :3].T + T[:3, 3] for s, T in ((a, T_a), (b, T_b)))
+    crosses = [np.cross(u, v) for u in T_a[:3, :3].T for v in T_b[:3, :3].T]
+    axes = [*T_a[:3, :3].T, *T_b[:3, :3].T, *(c / np.linalg.norm(c) for c in crosses if np.linalg.norm(c) > CONTACT)]
+    shadows_a, shadows_b = corners_a @ np.transpose(axes), corners_b @ np.transpose(axes)
+    gaps = np.maximum(shadows_a.min(axis=0) - shadows_b.max(axis=0), shadows_b.min(axis=0) - shadows_a.max(axis=0))
+    return float(gaps.max())
+
+
+def _neighbours(function: Callable[[NDArray], NDArray], q: NDArray) -> Iterator[tuple[NDArray, NDArray]]:
+    """The function a small step ahead and behind, entry by entry of q."""
+    for j in range(q.shape[-1]):
+        step = np.zeros(q.shape[-1])
+        step[j] = DIFFERENCE_STEP
+        yield function(q + step), function(q - step)
+
+
+def _reached(robot: Robot, q: NDArray, targets: NDArray, tolerance: float) -> NDArray[np.bool_]:
+    """Whether the robot at q stands within the tolerance of the targets: distance [m] and angle [rad]."""
+    off = inverse(targets) @ robot.forward_kinematics(q)
+    sine = np.linalg.norm(off[..., [2, 0, 1], [1, 2, 0]] - off[..., [1, 2, 0], [2, 0, 1]], axis=-1) / 2
+    trace = np.trace(off[..., :3, :3], axis1=-2, axis2=-1)
+    angle = np.arctan2(sine, (trace - 1) / 2)
+    return (np.linalg.norm(off[..., :3, 3], axis=-1) <= tolerance) & (angle <= tolerance)
+
+
+def _below(name: str, value: float, bound: float, unit: str, over: str) -> Check:
+    return Check(name, f"{value:.1e}{unit} ({over})", f"{bound:.0e}{unit}", bool(value <= bound))

@@ -1,0 +1,41 @@
+"""What every screen draws of the demo: solids with their names, places and colours. The browser, RViz and videos show these."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.report import Report
+from ulna.demo.scenario import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, light_color
+from ulna.description.names import panda
+from ulna.description.pose import pose
+from ulna.description.shapes import Box, Cylinder
+from ulna.robot import Robot
+from ulna.viewer.palette import MOVABLE
+from ulna.viewer.solid import Solid, collision_boxes
+
+WORD_POSITION = (0.0, 0.0, -LIGHT.length)  # of the word beside the light, in the light's frame [m]
+
+
+def standing_boxes(robot: Robot, q: ArrayLike) -> Iterator[Solid[Box]]:
+    """The same boxes, pale, where they stand in the base at q."""
+    places = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
+    for solid in collision_boxes(robot):
+        yield replace(solid, link=robot.base, pose=places[solid.link] @ solid.pose)
+
+
+def light(robot: Robot, report: Report) -> Solid[Cylinder]:
+    """The light, red or green; the word beside it is ``str(report)``."""
+    return Solid("light", robot.base, pose(LIGHT_POSITION), LIGHT, light_color(report), glows=True)
+
+
+def movable_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Solid[Box]:
+    """The box that a person drags."""
+    return Solid(BOX_NAME, robot.base, T_base_box, BOX, MOVABLE)
+
+
+def joint_positions(robot: Robot, q: ArrayLike) -> dict[str, float]:
+    """The position of each joint by its name [rad or m]; the Panda's fingers, which its description does not move, follow."""
+    positions = dict(zip(robot.joint_names, map(float, np.asarray(q)), strict=True))
+    return positions | (dict.fromkeys(panda.FINGER_JOINTS, panda.FINGER_POSITION) if robot.name == "panda" else {})

@@ -1,0 +1,63 @@
+"""Records the demo into a video or picture. Used by ``ulna record`` and the Record button."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import atan, tan
+
+from ulna.demo.drawing import light, movable_box
+from ulna.demo.scenario import Demo
+from ulna.demo.script import Moment, Story
+from ulna.errors import InputError
+from ulna.robot import Robot
+from ulna.viewer.film.camera import Camera
+from ulna.viewer.film.model import Model
+from ulna.viewer.film.painter import Ground, Picture
+from ulna.viewer.film.record import Form, Tell, _no_one, _write
+from ulna.viewer.solid import collision_boxes
+
+DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.37), fov=0.62)
+DEMO_GROUND = Ground(middle=(0.1, 0.0, 0.4), radius=1.3)
+DEMO_ASPECT = 1.3  # width by height: in a narrower picture the camera sees more above and below
+
+
+def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell: Tell = _no_one) -> None:
+    """The demo: the arm repeats its trajectory, the box goes round it, the light says what it touches.
+
+    Args:
+        form: Of the file.
+        at: The time [s] that a single picture shows; when the box first touches unless given.
+        boxes: Show the twelve boxes that stand for the arm.
+        tell: Called with the number of pictures done so far.
+
+    Raises:
+        InputError: ``at`` is not in the story, or the file is no single picture.
+        FileError: The file cannot be written.
+    """
+    if at is not None and not form.is_still:
+        raise InputError("at", f"is for a single picture, a .png; {form.path.name} shows the whole story")
+    demo = Demo()
+    story = Story(demo, form.seconds)
+    at = 0.1 * form.seconds if at is None else at
+    if not 0.0 <= at <= form.seconds:
+        raise InputError("at", f"{at:g} s is not between 0 and {form.seconds:g} s")
+    moments = [story.moment(at)] if form.is_still else story.moments(form.rate)
+    camera = _widened(DEMO_CAMERA, form.size)
+    record_pictures(form, demo.robot, [demo_picture(demo.robot, moment, camera, boxes=boxes) for moment in moments], tell)
+
+
+def demo_picture(robot: Robot, moment: Moment, camera: Camera, *, boxes: bool = True) -> Picture:
+    """One moment of the demo as it is seen from a camera."""
+    panes = tuple(collision_boxes(robot, moment.report.touching)) if boxes else ()
+    solids = (*panes, movable_box(robot, moment.T_base_box), light(robot, moment.report))
+    return Picture(moment.q, camera, solids, str(moment.report))
+
+
+def record_pictures(form: Form, robot: Robot, pictures: Sequence[Picture], tell: Tell = _no_one) -> None:
+    """Pictures of the demo, as many a second as the form says."""
+    _write(form, Model(robot, pictures[0].solids), pictures, DEMO_GROUND, tell)
+
+
+def _widened(camera: Camera, size: tuple[int, int]) -> Camera:
+    """The camera, seeing as much from side to side in a narrow picture."""
+    narrow = max(DEMO_ASPECT * size[1] / size[0], 1.0)
+    return replace(camera, fov=2 * atan(narrow * tan(camera.fov / 2)))

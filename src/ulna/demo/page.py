@@ -1,0 +1,128 @@
+"""The demo's loop and widgets: plays the trajectory, answers the handles, and serves the page on this machine."""
+
+import time
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.report import Report
+from ulna.demo.player import Show
+from ulna.demo.record_button import RecordButton
+from ulna.demo.scenario import BOX_START, Demo, light_color
+from ulna.demo.scene import DemoScene
+from ulna.description.pose import pose
+from ulna.viewer.html import marked
+from ulna.viewer.joints import JointSliders
+from ulna.viewer.loop import Loop
+from ulna.viewer.page import HOST, Page
+
+FRAMES_PER_SECOND = 30.0
+STOP_WITHIN_S = 2.0
+
+
+def serve(demo: Demo, host: str = HOST, port: int = 8080, *, open_browser: bool = True) -> None:
+    """Show the demo until Ctrl-C.
+
+    Args:
+        demo: What to show.
+        host: The address to listen on; ``"0.0.0.0"`` lets other machines in.
+        port: The TCP port.
+        open_browser: Open a page on this machine, if it has a browser.
+
+    Raises:
+        InputError: The address cannot be listened on.
+    """
+    app = DemoApp(demo, host, port)
+    print(f"The Panda is at {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201 - the address is the result
+    try:
+        if open_browser:
+            app.page.open()
+        app.wait()
+    finally:
+        app.stop()
+
+
+class DemoApp:
+    """A running demo: the server, its scene, its widgets and the thread that moves the arm."""
+
+    def __init__(self, demo: Demo, host: str = HOST, port: int = 8080) -> None:
+        self.demo = demo
+        self.page = Page(host, port)
+        self.server, self.url = self.page.server, self.page.url
+        self.show = Show(demo, self)
+        self._loop, self._last = Loop("ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND), time.perf_counter()
+        with self.page.ending_if_it_fails():
+            self._build()
+        self._loop.start()
+
+    def _build(self) -> None:
+        self.scene = DemoScene(self.server, self.demo, self._loop.wake)
+        self._add_widgets()
+        self.show.stand(self.show.q)
+
+    def wait(self) -> None:
+        """Wait for Ctrl-C."""
+        self._loop.wait()
+
+    def stop(self) -> None:
+        """End the loop and the server."""
+        self._loop.stop(STOP_WITHIN_S)
+        self.recording.close()
+        self.page.stop()
+
+    def set_configuration(self, q: NDArray[np.float64]) -> None:
+        """Stand still at q."""
+        with self.show.lock, self.server.atomic():
+            self.playing.value = False
+            self.show.stand(q)
+            self._show_joints()
+
+    def put_box(self, T_base_box: ArrayLike) -> None:
+        """Put the box at a pose, shape (4, 4), unless somebody holds it."""
+        with self.show.lock:
+            self.scene.handles.put(np.asarray(T_base_box))
+            self.show.drag(self.scene.handles.pose)
+
+    def draw_arm(self, q: NDArray[np.float64]) -> None:
+        """Put the arm at q."""
+        self.scene.arm.stand(q)
+
+    def draw_report(self, report: Report) -> None:
+        """Colour the light and the boxes, and say it in words."""
+        self.scene.draw_report(report)
+        self.verdict.content = marked(str(report), light_color(report), filled=report.in_collision)
+
+    # ---- widgets ------------------------------------------------------------------------------------------------------
+
+    def _add_widgets(self) -> None:
+        gui = self.server.gui
+        self.verdict = gui.add_html("")
+        self.playing = gui.add_checkbox("Play", initial_value=True, hint="The arm repeats its trajectory")
+        self.playing.on_update(lambda _: self._show_joints())
+        self.speed = gui.add_slider("Speed", min=0.0, max=3.0, step=0.1, initial_value=1.0, hint="1 is real time")
+        self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
+        self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
+        gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self.put_box(pose(BOX_START)))
+        self.recording = RecordButton(self.server, self.show, lambda: self.show_boxes.value)
+        self.joints = JointSliders(gui, self.demo.robot, self._loop.wake)
+
+    # ---- what moves ---------------------------------------------------------------------------------------------------
+
+    def _frame(self) -> None:
+        now = time.perf_counter()
+        seconds, self._last = now - self._last, now
+        with self.show.lock, self.server.atomic():
+            if self.scene.handles.take():
+                self.show.drag(self.scene.handles.pose)
+            q = self.show.q.copy()
+            if self.joints.take(q):  # a person's hand stops the trajectory
+                self.set_configuration(q)
+            elif self.playing.value and self.speed.value > 0.0:
+                self.show.advance(seconds * self.speed.value)
+            self.recording.take(now)
+
+    def _show_joints(self) -> None:
+        """Set the sliders to where the arm stands. Not while it moves: that would take a number out of the hands that type it."""
+        with self.show.lock:
+            if not self.playing.value:
+                self.joints.show(self.show.q)

@@ -1,0 +1,1 @@
+"""The demo in RViz. Only here are quaternions xyzw."""

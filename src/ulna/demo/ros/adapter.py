@@ -1,0 +1,48 @@
+"""The way into ``ros1`` and ``ros2``, which can only be imported where ROS is."""
+
+import os
+import sys
+from importlib import import_module
+from types import ModuleType
+
+from ulna.errors import UlnaError
+
+# What keeps ROS on this machine, and the variables by which a user has said otherwise.
+_LOCAL = {1: ("ROS_IP", "127.0.0.1"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")}
+_SAID = {1: ("ROS_IP", "ROS_HOSTNAME"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS")}
+
+
+class MissingROSError(UlnaError, ImportError):
+    """A part of ROS that is not on this machine, or not seen by this Python."""
+
+
+def load_ros(version: int) -> ModuleType:
+    """The module ``ulna.demo.ros.ros1`` or ``ulna.demo.ros.ros2``. ROS stays on this machine, unless its own variables say otherwise.
+
+    Raises:
+        MissingROSError: ROS is not here; the message says what shows the same without it.
+    """
+    if not any(os.environ.get(name) for name in _SAID[version]):
+        name, value = _LOCAL[version]
+        os.environ[name] = value
+    try:
+        return import_module(f"ulna.demo.ros.ros{version}")
+    except ImportError as error:  # a ROS that is there by half, as before its setup script, has modules that fail
+        if isinstance(error, UlnaError) or (error.name or "").startswith("ulna"):
+            raise
+        lacks = isinstance(error, ModuleNotFoundError)
+        reason = (
+            f"this Python has no module {error.name!r}" if lacks else f"it cannot be imported: {' '.join(str(error).split())}"
+        )
+        raise MissingROSError(
+            f"ROS {version} is not here ({reason}; docs/ros.md says how to install it); "
+            "the same in the browser, without ROS: ulna demo"
+        ) from None
+
+
+def ros1_or_exit() -> ModuleType:
+    """``load_ros(1)`` for a script: without ROS the script ends with the sentence."""
+    try:
+        return load_ros(1)
+    except MissingROSError as error:
+        sys.exit(str(error))

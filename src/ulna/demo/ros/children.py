@@ -1,0 +1,76 @@
+"""Programs that this one starts beside itself, and ends with itself: those and no others."""
+
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from typing import NamedTuple
+
+from ulna.demo.ros.adapter import MissingROSError
+
+_END_WITHIN_S = 5.0
+_CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
+
+
+class Ended(NamedTuple):
+    """A program that has ended by itself: its name, and its status, which is minus the signal that ended it, if one did."""
+
+    name: str
+    status: int
+
+    @property
+    def crashed(self) -> bool:
+        """Whether nobody wanted that."""
+        return -self.status in _CRASHES
+
+    def __str__(self) -> str:
+        return f"{self.name} has {'crashed' if self.crashed else 'ended'} (status {self.status})"
+
+
+class Children(AbstractContextManager):
+    """The programs started, by their first word. They end, the last first, when the block does."""
+
+    def __init__(self) -> None:
+        self._running: dict[str, subprocess.Popen] = {}
+
+    def start(self, name: str, *command: str, quiet: bool = False) -> None:
+        """Start one, its output thrown away, if ``quiet`` its complaints too. A terminal's Ctrl-C does not reach it, but us.
+
+        Raises:
+            MissingROSError: There is no such program.
+        """
+        nothing = subprocess.DEVNULL
+        try:
+            child = subprocess.Popen(  # noqa: S603
+                command, stdin=nothing, stdout=nothing, stderr=nothing if quiet else None, start_new_session=True
+            )
+        except FileNotFoundError:
+            raise MissingROSError(f"no program {command[0]!r} is on this machine; docs/ros.md says how to install it") from None
+        self._running[name] = child
+
+    def ended(self) -> Iterator[Ended]:
+        """Each that has ended by itself, once."""
+        for name, child in list(self._running.items()):
+            if child.poll() is not None:
+                del self._running[name]
+                yield Ended(name, child.returncode)
+
+    def end(self, name: str) -> None:
+        """End one, with SIGTERM, and SIGKILL if it does not listen."""
+        child = self._running.pop(name, None)
+        if child is None:
+            return
+        child.send_signal(signal.SIGTERM)
+        try:
+            child.wait(_END_WITHIN_S)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+
+    def end_all(self) -> None:
+        """End every one, the last first."""
+        for name in reversed(list(self._running)):
+            self.end(name)
+
+    def __exit__(self, *_: object) -> None:
+        self.end_all()

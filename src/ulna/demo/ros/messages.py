@@ -1,0 +1,113 @@
+"""The picture as messages for RViz. ROS 1 and ROS 2 name these classes and their fields alike, so this serves both."""
+
+# pyright: reportMissingImports=false
+# ROS comes with the system, not from the index: where it is not, there is nothing to check against.
+
+from collections.abc import Iterator
+
+import numpy as np
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from numpy.typing import NDArray
+from sensor_msgs.msg import JointState
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, InteractiveMarkerFeedback, Marker
+
+from ulna.collision.report import Report
+from ulna.demo.drawing import WORD_POSITION, joint_positions, light, movable_box
+from ulna.demo.scenario import BOX_NAME, LIGHT_POSITION
+from ulna.description.pose import pose, quaternion_from_matrix
+from ulna.description.shapes import Box, Cylinder
+from ulna.errors import InputError
+from ulna.robot import Robot
+from ulna.viewer.palette import INK
+from ulna.viewer.solid import Solid, collision_boxes
+
+SERVER = "basic_controls"  # the interactive-marker server's topics begin with it
+_HANDLE_SCALE = 0.22  # m: of arrows and rings
+_WORD_HEIGHT = 0.06  # m
+# RViz draws a control along its own x axis: the quaternions (x, y, z, w) that turn x to x, y and z.
+_AXES = {"x": (1.0, 0.0, 0.0, 1.0), "y": (0.0, 0.0, 1.0, 1.0), "z": (0.0, 1.0, 0.0, 1.0)}
+
+
+def joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
+    """The joints' positions, the hand's fingers among them; the stamp is the sender's to set."""
+    positions = joint_positions(robot, q)
+    return JointState(name=list(positions), position=list(positions.values()))
+
+
+def markers(robot: Robot, report: Report) -> Iterator[Marker]:
+    """The light with its word, and the boxes of the arm, which move with its links."""
+    yield solid_marker(light(robot, report), "light", 0)
+    yield _word(robot, report)
+    for k, solid in enumerate(collision_boxes(robot, report.touching)):
+        yield solid_marker(solid, "boxes", k)
+
+
+def solid_marker(solid: Solid[Box] | Solid[Cylinder], namespace: str, number: int) -> Marker:
+    """One solid. RViz keeps it in its link's frame by itself, however the link moves."""
+    if isinstance(solid.shape, Box):
+        kind, size = Marker.CUBE, solid.shape.extents
+    else:
+        kind, size = Marker.CYLINDER, (2 * solid.shape.radius, 2 * solid.shape.radius, solid.shape.length)
+    marker = Marker(header=Header(frame_id=solid.link), ns=namespace, id=number, type=kind, frame_locked=True)
+    marker.pose, marker.scale, marker.color = pose_message(solid.pose), Vector3(**_xyz(size)), _color(solid.color, solid.opacity)
+    return marker
+
+
+def interactive_box(robot: Robot, T_base_box: NDArray[np.float64]) -> InteractiveMarker:
+    """The movable box with an arrow and a ring for each axis."""
+    solid = movable_box(robot, T_base_box)
+    handles = InteractiveMarker(header=Header(frame_id=solid.link), name=BOX_NAME, scale=_HANDLE_SCALE)
+    handles.pose = pose_message(solid.pose)
+    body = solid_marker(movable_box(robot, np.eye(4)), "box", 0)
+    body.header, body.frame_locked = Header(), False  # it stands in the handles' frame
+    handles.controls = [InteractiveMarkerControl(name="box", always_visible=True, markers=[body])]
+    for axis, xyzw in _AXES.items():
+        turn = Quaternion(**dict(zip("xyzw", (v / np.sqrt(sum(u * u for u in xyzw)) for v in xyzw), strict=True)))
+        for name, mode in (("move", InteractiveMarkerControl.MOVE_AXIS), ("rotate", InteractiveMarkerControl.ROTATE_AXIS)):
+            handles.controls.append(InteractiveMarkerControl(name=f"{name}_{axis}", orientation=turn, interaction_mode=mode))
+    return handles
+
+
+def pose_message(T: NDArray[np.float64]) -> Pose:
+    """A pose, shape (4, 4), as a message."""
+    w, x, y, z = map(float, quaternion_from_matrix(T))
+    return Pose(position=Point(**_xyz(T[:3, 3])), orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+
+def pose_of(message: Pose) -> NDArray[np.float64]:
+    """The pose that a message tells, shape (4, 4).
+
+    Raises:
+        InputError: It tells none: its quaternion is zero, or a number is not finite.
+    """
+    p, r = message.position, message.orientation
+    return pose((p.x, p.y, p.z), wxyz=(r.w, r.x, r.y, r.z))
+
+
+def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.float64]:
+    """T_base_box of what a person's hand tells, shape (4, 4).
+
+    Raises:
+        InputError: It is no pose, or told in another frame than the base.
+    """
+    frame = feedback.header.frame_id.removeprefix("/")
+    if frame not in ("", base):
+        raise InputError("frame_id", f"the box is told in {frame!r}; {base!r} is expected")
+    return pose_of(feedback.pose)
+
+
+def _word(robot: Robot, report: Report) -> Marker:
+    marker = Marker(header=Header(frame_id=robot.base), ns="light", id=1, type=Marker.TEXT_VIEW_FACING, text=str(report))
+    marker.pose = pose_message(pose(np.add(LIGHT_POSITION, WORD_POSITION)))
+    marker.scale, marker.color = Vector3(z=_WORD_HEIGHT), _color(INK, 1.0)
+    return marker
+
+
+def _xyz(values) -> dict[str, float]:
+    return dict(zip("xyz", map(float, values), strict=True))
+
+
+def _color(rgb: tuple[int, int, int], opacity: float) -> ColorRGBA:
+    r, g, b = (channel / 255 for channel in rgb)
+    return ColorRGBA(r=r, g=g, b=b, a=opacity)

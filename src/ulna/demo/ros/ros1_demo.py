@@ -1,0 +1,131 @@
+"""``ulna ros1 demo``: everything that the demo needs of ROS 1, started by one command and ended with it."""
+
+# pyright: reportMissingImports=false
+
+import os
+import signal
+import threading
+import time
+from contextlib import ExitStack
+from functools import partial
+from importlib.resources import as_file, files
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import rosgraph
+import rospy
+
+from ulna.demo.ros.adapter import MissingROSError
+from ulna.demo.ros.children import Children, Ended
+from ulna.demo.ros.description import robot_description
+from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, beat
+from ulna.demo.scenario import Demo
+
+_MASTER_WITHIN_S = 20.0
+_HERE = ("localhost", "127.0.0.1", "::1")
+_PUBLISHER, _RVIZ = "robot_state_publisher", "RViz"
+_MOST_CRASHES = 3  # after which there must be a reason that another start will not mend
+
+
+def run(*, rviz: bool = True) -> None:
+    """A master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C.
+
+    Raises:
+        MissingROSError: A program is not on this machine, or a master elsewhere does not answer.
+    """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # whoever ends us, we end our children
+    demo = Demo()
+    with ExitStack() as stack:
+        master = stack.enter_context(Children())
+        _have_master(master)
+        rospy.init_node("ulna_demo", disable_signals=True)
+        stack.callback(rospy.signal_shutdown, "the demo ends")
+        config = str(stack.enter_context(as_file(files("ulna.demo.ros") / "demo.rviz"))) if rviz else None
+        beside = stack.enter_context(Beside(demo, config))
+        beside.meet_master()
+        arm, _box = ArmAndLight(demo), MovableBox(demo.robot)
+        print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - nothing else is seen without RViz
+        beat(partial(_step, arm, master, beside), beside.meet_master, _told_to_end().is_set)
+
+
+def _told_to_end() -> threading.Event:
+    """Set by SIGINT or SIGTERM: an exception amid rospy might leave a lock held. A second signal is raised all the same."""
+    told = threading.Event()
+
+    def tell(number: int, _frame: object) -> None:
+        signal.signal(number, signal.default_int_handler)
+        told.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, tell)
+    return told
+
+
+def _step(arm: ArmAndLight, master: Children, beside: "Beside", seconds: float) -> None:
+    arm.show.advance(seconds)
+    for ended in beside.ended():
+        rospy.logwarn(f"{ended}; {'another is started' if beside.begin_again(ended) else 'the demo goes on'}")
+    for ended in master.ended():
+        rospy.logwarn(f"{ended}; another is started")
+        _have_master(master)
+
+
+class Beside(Children):
+    """What a master must know and the programs that register with it once: both anew for each master."""
+
+    def __init__(self, demo: Demo, config: str | None) -> None:
+        super().__init__()
+        self._demo, self._config, self._crashes = demo, config, 0
+
+    def meet_master(self) -> None:
+        """Tell it the description; start robot_state_publisher, and RViz if there is a picture for it."""
+        self.end_all()
+        rospy.set_param("robot_description", robot_description(self._demo.robot, rospy.logwarn))
+        self.start(_PUBLISHER, _find_state_publisher(), quiet=True)  # it complains of the fingers, which no link follows
+        if self._config:
+            _open_rviz(self, self._config)
+
+    def begin_again(self, ended: Ended) -> bool:
+        """Open RViz again if it has crashed, as it now and then does when it begins; not if it was closed, nor for ever."""
+        if not (ended.name == _RVIZ and ended.crashed and self._config and self._crashes < _MOST_CRASHES):
+            return False
+        self._crashes += 1
+        _open_rviz(self, self._config)
+        return True
+
+
+def _have_master(master: Children) -> None:
+    """Start a master where ROS_MASTER_URI says, if none answers."""
+    if rosgraph.is_master_online():
+        return
+    uri = urlsplit(rosgraph.get_master_uri())
+    if uri.hostname not in _HERE:
+        raise MissingROSError(f"the master at {uri.geturl()} does not answer, and only one on this machine can be started here")
+    port = str(uri.port or 11311)
+    master.start("rosmaster", "rosmaster", "--core", "-p", port)
+    end = time.monotonic() + _MASTER_WITHIN_S
+    while not rosgraph.is_master_online():
+        if time.monotonic() > end or any(master.ended()):
+            raise MissingROSError(f"the master did not start; rosmaster --core -p {port} says why")
+        time.sleep(0.05)
+
+
+def _find_state_publisher() -> str:
+    """Where ROS puts the programs of its packages: under each prefix that its setup script names, or under Debian's."""
+    prefixes = [*filter(None, os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)), "/usr"]
+    for prefix in prefixes:
+        path = Path(prefix, "lib", _PUBLISHER, _PUBLISHER)
+        if path.exists():
+            return str(path)
+    raise MissingROSError(f"no {_PUBLISHER} under {' or '.join(prefixes)}; docs/ros.md says how to install it")
+
+
+def _open_rviz(programs: Children, config: str) -> None:
+    """RViz with the demo's picture; without one, or without a screen, the command to type elsewhere."""
+    if os.environ.get("DISPLAY"):
+        try:
+            programs.start(_RVIZ, "rviz", "-d", config)
+        except MissingROSError as error:
+            rospy.logwarn(f"{error}; the demo goes on without RViz")
+    else:
+        rospy.logwarn(f"no screen for RViz here; where there is one: rviz -d {config}")

@@ -1,0 +1,135 @@
+"""The demo as one node of ROS 2: joints, tf, the arm's description, the light, the box and its handles. Only this knows rclpy."""
+
+# pyright: reportMissingImports=false
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import Transform, TransformStamped, Vector3
+from numpy.typing import NDArray
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerPose, InteractiveMarkerUpdate, MarkerArray
+from visualization_msgs.srv import GetInteractiveMarkers
+
+from ulna.collision.report import Report
+from ulna.demo.player import Show
+from ulna.demo.ros import messages
+from ulna.demo.ros.description import robot_description
+from ulna.demo.scenario import BOX_NAME, RATE_HZ, Demo
+from ulna.errors import InputError
+
+try:
+    from tf2_msgs.msg import TFMessage
+except ModuleNotFoundError:  # no wheel has it: it comes with a ROS 2 of the system's
+    TFMessage = None
+NO_TF = (
+    "no module tf2_msgs here, so nothing is published on /tf; run this in the Python of a whole ROS 2 to see the arm in RViz 2"
+)
+_QUEUE = 30  # messages
+
+
+class DemoNode(Node):
+    """Publishes the picture, offers the box's handles, and answers a drag."""
+
+    def __init__(self, demo: Demo) -> None:
+        super().__init__("ulna_demo")
+        self.demo = demo
+        self.show = Show(demo, self)
+        self._joints = self.create_publisher(JointState, "joint_states", _QUEUE)
+        self._markers = self.create_publisher(MarkerArray, "visualization_marker_array", _QUEUE)
+        self._tf = None
+        if TFMessage is not None:
+            self._tf = self.create_publisher(TFMessage, "/tf", _QUEUE)
+        else:
+            self.get_logger().warning(NO_TF)
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # for an RViz that comes later
+        self._description = self.create_publisher(String, "robot_description", kept)
+        self._description.publish(String(data=robot_description(demo.robot, self.get_logger().warning)))
+        self._handles = Handles(self, self._put_box)
+        self._last = time.monotonic()
+        self.create_timer(1.0 / RATE_HZ, self._beat)
+
+    def draw_arm(self, q: NDArray[np.float64]) -> None:
+        """Tell the joints' positions, and where each link stands."""
+        stamp = self.get_clock().now().to_msg()
+        message = messages.joint_state(self.demo.robot, q)
+        message.header.stamp = stamp
+        self._joints.publish(message)
+        if self._tf is not None and TFMessage is not None:
+            self._tf.publish(TFMessage(transforms=transforms(self.demo, q, stamp)))
+
+    def draw_report(self, report: Report) -> None:
+        """Tell the light, its word and the boxes."""
+        self._markers.publish(MarkerArray(markers=list(messages.markers(self.demo.robot, report))))
+
+    def _beat(self) -> None:
+        now = time.monotonic()
+        self.show.advance(now - self._last)
+        self._last = now
+
+    def _put_box(self, feedback: InteractiveMarkerFeedback) -> None:
+        try:
+            self.show.drag(messages.feedback_pose(feedback, self.demo.robot.base))
+        except InputError as error:
+            self.get_logger().warning(f"a place of the box that is none, undone: {error}", throttle_duration_sec=1.0)
+        self._handles.tell()
+
+
+class Handles:
+    """The topics of an interactive-marker server, as RViz 2 asks for them; ``interactive_markers`` is not needed."""
+
+    def __init__(self, node: DemoNode, heard: Callable[[InteractiveMarkerFeedback], None]) -> None:
+        self._demo, self._heard, self._number = node.demo, heard, 0
+        self._updates = node.create_publisher(InteractiveMarkerUpdate, f"{messages.SERVER}/update", _QUEUE)
+        node.create_service(GetInteractiveMarkers, f"{messages.SERVER}/get_interactive_markers", self._answer)
+        node.create_subscription(InteractiveMarkerFeedback, f"{messages.SERVER}/feedback", self._hear, _QUEUE)
+
+    def tell(self) -> None:
+        """Tell every screen where the box stands."""
+        box = messages.interactive_box(self._demo.robot, self._demo.world.pose(BOX_NAME))
+        self._number += 1
+        place = InteractiveMarkerPose(header=box.header, pose=box.pose, name=box.name)
+        self._updates.publish(InteractiveMarkerUpdate(seq_num=self._number, type=InteractiveMarkerUpdate.UPDATE, poses=[place]))
+
+    def _answer(self, _request: GetInteractiveMarkers.Request, response: GetInteractiveMarkers.Response):
+        response.sequence_number = self._number
+        response.markers = [messages.interactive_box(self._demo.robot, self._demo.world.pose(BOX_NAME))]
+        return response
+
+    def _hear(self, feedback: InteractiveMarkerFeedback) -> None:
+        if feedback.marker_name == BOX_NAME:
+            self._heard(feedback)
+
+
+def transforms(demo: Demo, q: NDArray[np.float64], stamp) -> list[TransformStamped]:
+    """Where each link but the root stands in the base."""
+    robot = demo.robot
+    found = []
+    for name, T in zip(robot.link_names, robot.link_poses(q), strict=True):
+        if name != robot.base:
+            place = messages.pose_message(T)
+            p = place.position
+            tf = TransformStamped(child_frame_id=name)
+            tf.header.stamp, tf.header.frame_id = stamp, robot.base
+            tf.transform = Transform(translation=Vector3(x=p.x, y=p.y, z=p.z), rotation=place.orientation)
+            found.append(tf)
+    return found
+
+
+def play(demo: Demo) -> None:
+    """Run the node until Ctrl-C."""
+    rclpy.init()
+    try:
+        node = DemoNode(demo)
+        node.get_logger().info("the demo runs; Ctrl-C ends it")
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()

@@ -1,0 +1,47 @@
+"""Draws the demo: the arm, its boxes, the movable box with its handles, the light with its word."""
+
+from collections.abc import Callable
+
+import viser
+
+from ulna.collision.report import Report
+from ulna.demo.drawing import WORD_POSITION
+from ulna.demo.scenario import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, Demo, light_color
+from ulna.viewer.arm import Arm
+from ulna.viewer.handles import Handles
+from ulna.viewer.palette import MOVABLE
+
+
+class DemoScene:
+    """The scene. ``arm.stand`` and ``draw_report`` are all that changes from frame to frame.
+
+    Args:
+        server: The page.
+        demo: What is drawn.
+        moved: Called when a person has moved the box's handles.
+    """
+
+    def __init__(self, server: viser.ViserServer, demo: Demo, moved: Callable[[], None]) -> None:
+        scene = server.scene
+        scene.set_up_direction("+z")
+        scene.add_grid("/floor", width=2.4, height=2.4, cell_size=0.1, section_size=0.6, cell_color=(225, 228, 232))
+        server.initial_camera.position = (1.75, -1.45, 1.0)
+        server.initial_camera.look_at = (0.2, 0.0, 0.36)
+        server.initial_camera.fov = 0.7
+        self.arm = Arm(server, demo.robot, "/arm")
+        untouched = Report(())
+        color = light_color(untouched)
+        self.light = scene.add_cylinder("/light", LIGHT.radius, LIGHT.length, color, position=LIGHT_POSITION)
+        self.word = scene.add_label(
+            "/light/word", str(untouched), position=WORD_POSITION, anchor="top-center", font_screen_scale=1.3
+        )
+        self.handles = Handles(scene, "/movable", 0.22, moved)
+        self.handles.put(demo.world.pose(BOX_NAME))
+        scene.add_box("/movable/box", MOVABLE, BOX.extents)
+
+    def draw_report(self, report: Report) -> None:
+        """Colour the light, its word and the boxes that touch."""
+        if self.word.text != str(report):
+            self.light.color = light_color(report)
+            self.word.text = str(report)
+            self.arm.touch(report.touching)

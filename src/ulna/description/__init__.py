@@ -1,0 +1,1 @@
+"""A robot as its file says: files in, frozen data out."""

@@ -1,0 +1,97 @@
+"""What a sensor sees: many small solids that are one object of the world."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.description.robot_description import frozen
+from ulna.description.shapes import Solid, lengths
+from ulna.errors import InputError
+from ulna.kernels.layout import LARGEST
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Points, each a ball of one radius: what a depth camera or a laser scanner saw.
+
+    Args:
+        points: Points [m] in the frame of the object, shape (n, 3), n at least 1.
+        radius: Of each ball [m]: half the distance of neighbours leaves no gaps.
+
+    Raises:
+        InputError: They are not points, none, not finite (a sensor's NaN is no free space: leave it out knowingly), or farther
+            out than a million metres.
+
+    Example:
+        >>> PointCloud([(0.5, 0, 0.2), (0.5, 0.01, 0.2)], radius=0.005)
+        PointCloud(2 points, radius 0.005 m)
+    """
+
+    points: NDArray[np.float64]
+    radius: float
+
+    def __init__(self, points: ArrayLike, radius: float) -> None:
+        rows = _bounded("points", points)
+        if rows.ndim != 2 or rows.shape[1] != 3 or not len(rows):
+            raise InputError("points", f"shape {rows.shape}; points of shape (n, 3) are expected, at least one")
+        object.__setattr__(self, "points", frozen(rows, rows.shape))
+        object.__setattr__(self, "radius", lengths("radius", (radius,), 1)[0])
+
+    def __reduce__(self):
+        return PointCloud, (self.points, self.radius)
+
+    def __repr__(self) -> str:
+        return f"PointCloud({len(self.points)} points, radius {self.radius:g} m)"
+
+
+@dataclass(frozen=True, eq=False)
+class HeightMap:
+    """Terrain, or a table with what lies on it: square cells, each a column from ``bottom`` up to its height.
+
+    Args:
+        heights: Heights along z [m], shape (nx, ny). The grid is centred at the origin: cell i, j at x = (i - (nx - 1) / 2) cell,
+            y = (j - (ny - 1) / 2) cell.
+        cell: The cells' edge length [m].
+        bottom: Where the columns begin [m]; the least of the heights unless given.
+
+    Raises:
+        InputError: They are no heights of cells, not finite, or below the bottom.
+
+    Example:
+        >>> HeightMap(np.zeros((40, 30)), cell=0.02)
+        HeightMap(40 x 30 cells of 0.02 m)
+    """
+
+    heights: NDArray[np.float64]
+    cell: float
+    bottom: float
+
+    def __init__(self, heights: ArrayLike, cell: float, bottom: float | None = None) -> None:
+        grid = _bounded("heights", heights)
+        if grid.ndim != 2 or not grid.size:
+            raise InputError("heights", f"shape {grid.shape}; heights of shape (nx, ny) are expected, at least one")
+        low = float(grid.min()) if bottom is None else float(_bounded("bottom", bottom))
+        if (grid < low).any():
+            raise InputError("bottom", f"{low:g} m is above some heights: the least is {grid.min():g} m")
+        object.__setattr__(self, "heights", frozen(grid, grid.shape))
+        object.__setattr__(self, "cell", lengths("cell", (cell,), 1)[0])
+        object.__setattr__(self, "bottom", low)
+
+    def __reduce__(self):
+        return HeightMap, (self.heights, self.cell, self.bottom)
+
+    def __repr__(self) -> str:
+        return f"HeightMap({' x '.join(map(str, self.heights.shape))} cells of {self.cell:g} m)"
+
+
+Obstacle = Solid | PointCloud | HeightMap
+"""What can stand in a world."""
+
+
+def _bounded(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    numbers = as_floats(name, values)
+    if not (np.abs(numbers) <= LARGEST).all():
+        raise InputError(name, f"finite numbers of at most {LARGEST:g} m are expected")
+    return numbers

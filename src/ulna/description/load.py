@@ -1,0 +1,84 @@
+"""From whatever names a robot to its description: a bundled name, a path, the text itself, or the name of a robot elsewhere."""
+
+import warnings
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from ulna.description.document import Document, expanded, is_text, open_document, refuse_arguments
+from ulna.description.meshes.addresses import with_mesh_paths
+from ulna.description.names.bundled import BUNDLED
+from ulna.description.names.by_name import find_by_name
+from ulna.description.references import matched
+from ulna.description.robot_description import Description
+from ulna.description.srdf import read_srdf
+from ulna.description.urdf import decoded, read_urdf
+from ulna.description.xml import parse
+from ulna.errors import DescriptionWarning, InputError
+
+_SUFFIXES = (".urdf", ".xacro", ".srdf", ".xml", ".sdf", ".mjcf")
+_LONGEST_NAME = 100
+Home = tuple[float, ...] | None
+
+
+def load_description(
+    source: str | Path,
+    xacro_args: Mapping[str, object],
+    package_dirs: Iterable[str | Path],
+    srdf: str | Path | None = None,
+) -> tuple[Description, Home]:
+    """The description, and for a bundled robot its home configuration."""
+    document, home = _document(source, xacro_args, package_dirs)
+    description = replace(read_urdf(document.text, document.source), folder=document.folder, package_dirs=document.package_dirs)
+    if srdf is None:
+        return description, home
+    _check_source("srdf", srdf, "a path or SRDF text")
+    semantic = expanded(open_document("srdf", srdf, "SRDF"), {}, document.package_dirs)
+    semantics = matched(read_srdf(semantic.text, semantic.source), description)
+    for first in semantics.warnings[:1]:
+        count = len(semantics.warnings)
+        more = f" ({count} such sentences: robot.srdf.warnings)" if count > 1 else ""
+        warnings.warn(first + more, DescriptionWarning, stacklevel=3)
+    return replace(description, srdf=semantics), home
+
+
+def urdf_text(
+    source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path], mesh_paths: str = "given"
+) -> str:
+    """The URDF text behind a source, whether it can be understood or not: of a xacro file, what it expands to."""
+    document, _ = _document(source, xacro_args, package_dirs)
+    text = decoded(parse(document.text, document.source), document.text, document.source)
+    return with_mesh_paths(mesh_paths, text, document.folder, document.package_dirs)
+
+
+def _document(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> tuple[Document, Home]:
+    _check_source("source", source, "a name, a path or URDF text")
+    if isinstance(package_dirs, (str, Path)) or not isinstance(package_dirs, Iterable):
+        raise InputError("package_dirs", f"{package_dirs!r}; a list of folders is expected")
+    if not isinstance(xacro_args, Mapping):
+        raise InputError("xacro_args", f"{xacro_args!r}; a dict of names and values is expected")
+    folders = tuple(Path(folder) for folder in package_dirs)
+    if isinstance(source, str) and source in BUNDLED:
+        bundled = BUNDLED[source]
+        refuse_arguments(source, xacro_args)
+        return Document(bundled.text(), bundled.file, package_dirs=folders), bundled.home
+    if isinstance(source, str) and not is_text(source) and _may_be_a_name(source):
+        named = find_by_name(source)
+        source, xacro_args, folders = named.path, {**named.xacro_args, **xacro_args}, (*folders, *named.package_dirs)
+    return expanded(open_document("source", source, "URDF"), xacro_args, folders), None
+
+
+def _may_be_a_name(source: str) -> bool:
+    """Whether it looks like no path, and no file is called so."""
+    path = Path(source)
+    try:
+        return path.name == source and path.suffix not in _SUFFIXES and len(source) < _LONGEST_NAME and not path.exists()
+    except (OSError, ValueError):  # no path is so long, or has such a character
+        return False
+
+
+def _check_source(argument: str, source: object, expected: str) -> None:
+    if not isinstance(source, (str, Path)):
+        raise InputError(argument, f"{type(source).__name__}; {expected} is expected")
+    if isinstance(source, str) and not source.strip():
+        raise InputError(argument, f"an empty string; {expected} is expected")

@@ -1,0 +1,1 @@
+"""The mesh files of a description."""

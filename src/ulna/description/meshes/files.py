@@ -1,0 +1,68 @@
+"""The files behind a description's meshes, as far as a description that a stranger wrote may lead to them."""
+
+from pathlib import Path
+from urllib.parse import unquote
+
+from ulna.description.packages import places
+from ulna.description.robot_description import Description
+from ulna.description.xacro.audit_hook import Fence
+from ulna.errors import FileError
+
+MESHES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
+
+
+class MeshFiles:
+    """Finds meshes in the description's folder, its package, ``package_dirs``, and packages found; and nowhere else.
+
+    Like a xacro document, a description may name ``file:///etc/passwd`` or climb with ``..``; what it names would be served.
+    """
+
+    def __init__(self, description: Description) -> None:
+        self.folder, self.package_dirs = description.folder, description.package_dirs
+        self.fence = Fence(self.folder, [str(folder) for folder in self.package_dirs])
+
+    def find(self, uri: str) -> Path:
+        """The file behind ``package://``, ``file://`` or a path that is relative to the description.
+
+        Raises:
+            FileError: It is not there, may not be read, or is no mesh; the message says which, and what was tried.
+        """
+        if Path(uri).suffix.lower() not in MESHES:
+            raise FileError(uri, f"is not read as a mesh; {', '.join(MESHES)} are")
+        try:
+            return self._readable(uri)
+        except (OSError, ValueError) as error:
+            if isinstance(error, FileError):
+                raise
+            raise FileError(uri, str(error)) from None  # a name that no file system takes
+
+    def beside(self, mesh: Path, name: str) -> Path:
+        """A file that a mesh names, as a texture: in the mesh's folder, or where the description may read."""
+        path = mesh.parent / unquote(name)
+        if not (self.fence.admits(str(path)) or path.resolve().is_relative_to(mesh.parent.resolve())):
+            raise FileError(name, f"lies outside {mesh.parent}, whose {mesh.name} names it")
+        return path
+
+    def _readable(self, uri: str) -> Path:
+        packages = places(uri, self.folder, self.package_dirs)
+        if not packages:
+            raise FileError(uri, "leads out of its package, so it is not read")
+        admitted = [path for path, package in packages.items() if package is not None or self.fence.admits(str(path))]
+        found = [path for path in admitted if path.is_file()]
+        given = places(uri, None, self.package_dirs)
+        for path in found:
+            package = packages[path]
+            if package is None:
+                return path
+            if path in given or (package / "package.xml").is_file():
+                self.fence.admit(package)  # for its textures
+                return path
+        raise FileError(uri, _refusal(packages, admitted, found))
+
+
+def _refusal(packages: dict[Path, Path | None], admitted: list[Path], found: list[Path]) -> str:
+    if found:
+        return f"{packages[found[0]]} has no package.xml; if it is the package, name its folder in package_dirs"
+    if len(admitted) < len(packages):
+        return "lies outside the description's folder, its package and package_dirs, so it is not read"
+    return f"no such file; tried {'; '.join(map(str, admitted))}"

@@ -1,0 +1,57 @@
+"""Robots by name: of the packages ``example-robot-data`` and ``robot_descriptions``, where installed. Nothing is downloaded."""
+
+from pathlib import Path
+
+from ulna.description.names import cached_descriptions
+from ulna.description.names.bundled import BUNDLED
+from ulna.description.names.named import Named
+from ulna.description.packages import package_folders
+from ulna.errors import FileError, near_names
+
+_MOST_NEAR = 4
+_PACKAGES = ("example-robot-data", "robot_descriptions")  # as pip calls them
+
+
+def find_by_name(name: str) -> Named:
+    """The file of a robot that is not bundled.
+
+    Raises:
+        FileError: No robot is called so, or its description is not on this machine yet; the message says where to get it.
+    """
+    examples, cached = example_robots(), cached_descriptions.names()
+    if name in examples:
+        return Named(examples[name])
+    if name in cached:
+        return cached_descriptions.find(name, cached[name])
+    known = {
+        **dict.fromkeys(cached, "robot_descriptions"),
+        **dict.fromkeys(examples, "example-robot-data"),
+        **dict.fromkeys(BUNDLED, "bundled"),
+    }
+    raise FileError(name, f"no such file; nor is it a robot's name{_near(name, known)}{_more(known)}")
+
+
+def example_robots() -> dict[str, Path]:
+    """The URDF files of example-robot-data by name: ``ur5_robot`` or in short ``ur5``, ``talos`` (reduced), ``hyq``."""
+    folder = next((f / "robots" for f in package_folders("example-robot-data", None) if (f / "robots").is_dir()), None)
+    files = {} if folder is None else {file: file.relative_to(folder).parts[0] for file in sorted(folder.rglob("*.urdf"))[::-1]}
+    packages = list(files.values())
+    alone = {(package.rpartition("_")[0] or package): file for file, package in files.items() if packages.count(package) == 1}
+    whole = {file.stem: file for file in files}
+    return {**_without("_reduced", whole), **alone, **whole, **_without("_robot", whole)}
+
+
+def _without(end: str, files: dict[str, Path]) -> dict[str, Path]:
+    return {name.removesuffix(end): file for name, file in files.items() if name.endswith(end)}
+
+
+def _near(name: str, known: dict[str, str]) -> str:
+    near = near_names(name, known, _MOST_NEAR)
+    if not near:
+        return f"; {len(known)} names are known, of which none is near"
+    return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"
+
+
+def _more(known: dict[str, str]) -> str:
+    missing = [package for package in _PACKAGES if package not in known.values()]
+    return f"; more robots come by name with: pip install {' '.join(missing)}" if missing else ""

@@ -1,0 +1,75 @@
+"""The robots of the package robot_descriptions (github.com/robot-descriptions/robot_descriptions.py) that lie in its cache.
+
+Its modules download when they are imported. So they are not imported: each is run with a stand-in for the one function that
+downloads, which gives the folder in the cache, or says how to fill it.
+"""
+
+import builtins
+import importlib.util
+import os
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from ulna.description.names.named import Named
+from ulna.errors import FileError
+
+_READS_URDF = re.compile(r"^(URDF_PATH|XACRO_PATH)\b", re.MULTILINE)
+
+
+def names() -> dict[str, Path]:
+    """The modules that describe a robot as URDF or xacro, by the robot's name, in short (``ur5e``) and in full."""
+    spec = importlib.util.find_spec("robot_descriptions")
+    folders = [] if spec is None else [Path(folder) for folder in spec.submodule_search_locations or ()]
+    files = [file for folder in folders for file in sorted(folder.glob("*_description.py")) if not file.name.startswith("_")]
+    files = [file for file in files if _READS_URDF.search(file.read_text(encoding="utf-8"))]
+    return {file.stem: file for file in files} | {file.stem.removesuffix("_description"): file for file in files}
+
+
+def find(name: str, module: Path) -> Named:
+    """The URDF or xacro file that a module points to, with its arguments and its packages.
+
+    Raises:
+        FileError: Its repository is not in the cache yet, or the module cannot be understood.
+    """
+    repositories = _run(module.with_name("_repositories.py"), None)["REPOSITORIES"]
+
+    def clone_to_cache(description_name: str, commit: str | None = None) -> str:
+        cache = Path(os.environ.get("ROBOT_DESCRIPTIONS_CACHE", "~/.cache/robot_descriptions")).expanduser()
+        folder = repositories[description_name].cache_path
+        folder = cache / (folder if commit is None else f"{folder}-{commit}/{folder}")
+        if not folder.is_dir():
+            message = f"robot_descriptions knows it, but {folder} is not there; python -m robot_descriptions pull {module.stem}"
+            raise FileError(name, f"{message} downloads it")
+        return str(folder)
+
+    found = _run(module, clone_to_cache)
+    path = Path(found["URDF_PATH"] if "URDF_PATH" in found else found["XACRO_PATH"])
+    folders = [Path(found[key]) for key in ("PACKAGE_PATH", "REPOSITORY_PATH") if key in found]
+    packages = [*found.get("XACRO_PACKAGE_PATHS", {}).values(), *folders, *(folder.parent for folder in folders)]
+    return Named(path, {} if "URDF_PATH" in found else found.get("XACRO_ARGS", {}), tuple(map(Path, packages)))
+
+
+def _run(module: Path, clone_to_cache: Any) -> dict[str, Any]:
+    """The names that a module defines, run in place of being imported."""
+
+    def imported(name: str, given=None, local=None, fromlist=(), level: int = 0):
+        if (name, level) == ("_cache", 1):
+            return SimpleNamespace(clone_to_cache=clone_to_cache)
+        return __import__(name, given, local, fromlist, level)
+
+    package = module.parent.name
+    defined: dict[str, Any] = {
+        "__name__": f"{package}.{module.stem}",
+        "__package__": package,
+        "__file__": str(module),
+        "__builtins__": {**vars(builtins), "__import__": imported},
+    }
+    try:
+        exec(compile(module.read_bytes(), str(module), "exec"), defined)  # noqa: S102 - as an import would
+    except FileError:
+        raise
+    except Exception as error:
+        raise FileError(str(module), f"cannot be understood ({type(error).__name__}: {error})") from error
+    return defined

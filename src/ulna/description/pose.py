@@ -1,0 +1,177 @@
+"""Poses as homogeneous 4x4 matrices, and the ways to write them: roll-pitch-yaw and quaternions.
+
+``T_a_b`` maps coordinates in b to coordinates in a; adjacent names cancel: ``T_a_c = T_a_b @ T_b_c``.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.errors import InputError
+from ulna.kernels.layout import LARGEST, LARGEST_DEFECT
+
+_ROUNDING = 1e-14
+
+
+def pose(xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike | None = None, *, wxyz: ArrayLike | None = None) -> NDArray[np.float64]:
+    """The homogeneous matrix of a position and an orientation.
+
+    Args:
+        xyz: Position [m], shape (..., 3).
+        rpy: Roll, pitch, yaw [rad], shape (..., 3); the rotation is Rz(yaw) Ry(pitch) Rx(roll), as in URDF.
+        wxyz: A quaternion instead, shape (..., 4), w first; normalised here.
+
+    Returns:
+        T, shape (..., 4, 4).
+
+    Example:
+        >>> pose((0.5, 0.0, 0.21))[:3, 3]
+        array([0.5 , 0.  , 0.21])
+    """
+    xyz = _finite("xyz", xyz, 3)
+    if rpy is not None and wxyz is not None:
+        raise InputError("rpy, wxyz", "give one of them, not both")
+    rotation = matrix_from_quaternion(wxyz) if wxyz is not None else matrix_from_rpy((0, 0, 0) if rpy is None else rpy)
+    try:
+        batch = np.broadcast_shapes(xyz.shape[:-1], rotation.shape[:-2])
+    except ValueError:
+        message = f"{xyz.shape[:-1]} positions do not go with {rotation.shape[:-2]} orientations"
+        raise InputError("xyz", message) from None
+    T = np.zeros((*batch, 4, 4))
+    T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = rotation, xyz, 1.0
+    return T
+
+
+def matrix_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
+    """R = Rz(yaw) Ry(pitch) Rx(roll), shape (..., 3, 3), of angles [rad], shape (..., 3)."""
+    rpy = _finite("rpy", rpy, 3)
+    (sr, sp, sy), (cr, cp, cy) = np.moveaxis(np.sin(rpy), -1, 0), np.moveaxis(np.cos(rpy), -1, 0)
+    rows = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def rpy_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
+    """Roll, pitch, yaw [rad], shape (..., 3), of rotation matrices (..., 3, 3) or poses (..., 4, 4).
+
+    Roll and yaw lie in (-pi, pi], pitch in [-pi/2, pi/2]. Where cos(pitch) vanishes only a combination of roll and yaw is
+    defined; then roll is 0.
+    """
+    R = np.asarray(R, dtype=np.float64)
+    cos_pitch = np.hypot(R[..., 0, 0], R[..., 1, 0])
+    locked = cos_pitch < 1e-12
+    roll = np.where(locked, 0.0, np.arctan2(R[..., 2, 1], R[..., 2, 2]))
+    pitch = np.arctan2(-R[..., 2, 0], cos_pitch)
+    yaw = np.where(locked, np.arctan2(-R[..., 0, 1], R[..., 1, 1]), np.arctan2(R[..., 1, 0], R[..., 0, 0]))
+    rpy = np.stack([roll, pitch, yaw], axis=-1)
+    return np.where(rpy == -np.pi, np.pi, rpy)
+
+
+def matrix_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
+    """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalised here."""
+    wxyz = _finite("wxyz", wxyz, 4)
+    largest = np.abs(wxyz).max(axis=-1, keepdims=True)
+    if np.any(largest < 1e-12):
+        raise InputError("wxyz", "a quaternion of length zero is no rotation")
+    scaled = wxyz / largest  # so that no square overflows
+    w, x, y, z = np.moveaxis(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternion_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
+    """The unit quaternion (..., 4), w first and not negative, of rotation matrices (..., 3, 3) or poses (..., 4, 4).
+
+    Shepperd's method: of the four columns of 4 q q', the one with the largest diagonal entry.
+    """
+    R = np.asarray(R, dtype=np.float64)
+    (a, b, c), (d, e, f), (g, h, i) = (tuple(R[..., r, k] for k in range(3)) for r in range(3))
+    outer = np.stack(
+        [
+            np.stack([1 + a + e + i, h - f, c - g, d - b], axis=-1),
+            np.stack([h - f, 1 + a - e - i, b + d, c + g], axis=-1),
+            np.stack([c - g, b + d, 1 - a + e - i, f + h], axis=-1),
+            np.stack([d - b, c + g, f + h, 1 - a - e + i], axis=-1),
+        ],
+        axis=-2,
+    )
+    best = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+    column = np.take_along_axis(outer, best[..., None, None], axis=-2)[..., 0, :]
+    return column / np.linalg.norm(column, axis=-1, keepdims=True) * np.where(column[..., :1] < 0, -1.0, 1.0)
+
+
+def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
+    """T as an array of shape (..., 4, 4); an ``InputError`` that says what is wrong if it is no rigid motion (to 1e-6)."""
+    T = as_floats(name, T)
+    if T.shape[-2:] != (4, 4):
+        raise InputError(name, f"shape {T.shape}, but poses have shape (..., 4, 4)")
+    R = T[..., :3, :3]
+    faults = {
+        "has an entry that is not finite": ~np.isfinite(T).all(axis=(-2, -1)),
+        f"has a position beyond {LARGEST:g} m": np.abs(T[..., :3, 3]).max(axis=-1) > LARGEST,
+        "has a last row that is not (0, 0, 0, 1)": np.abs(T[..., 3, :] - [0, 0, 0, 1]).max(axis=-1) > LARGEST_DEFECT,
+    }
+    with np.errstate(invalid="ignore", over="ignore"):
+        faults["has a rotation part whose columns are not orthonormal"] = (
+            np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1)) > LARGEST_DEFECT
+        )
+        faults["is a reflection: its determinant is negative"] = np.linalg.det(R) < 0
+    for fault, where in faults.items():
+        if np.any(where):
+            row = f"[{', '.join(str(int(k)) for k in np.argwhere(where)[0])}]" if T.ndim > 2 else ""
+            raise InputError(f"{name}{row}", f"{fault}, so it is not a pose")
+    return T
+
+
+def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
+    """One pose to keep, shape (4, 4): a copy, made orthonormal to the last digits.
+
+    A matrix that was rounded is accepted to 1e-6, but what is computed with it, such as the axes that separate two boxes, needs
+    a rotation that is one.
+    """
+    T = as_pose(T, name)
+    if T.shape != (4, 4):
+        raise InputError(name, f"shape {T.shape}, but one pose has shape (4, 4)")
+    return orthonormal(T)
+
+
+def orthonormal(T: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A copy of one pose, its rotation replaced by the nearby one of its quaternion unless it is exact to rounding already."""
+    T = T.copy()
+    R = T[:3, :3]
+    if np.abs(R @ R.T - np.eye(3)).max() > _ROUNDING:
+        T[:3, :3] = matrix_from_quaternion(quaternion_from_matrix(R))
+    T[3] = (0.0, 0.0, 0.0, 1.0)
+    return T
+
+
+def inverse(T: NDArray[np.float64]) -> NDArray[np.float64]:
+    """T_b_a of poses T_a_b, shape (..., 4, 4)."""
+    T_inverse = np.zeros_like(T)
+    R_inverse = np.swapaxes(T[..., :3, :3], -1, -2)
+    T_inverse[..., :3, :3] = R_inverse
+    T_inverse[..., :3, 3] = -(R_inverse @ T[..., :3, 3:])[..., 0]
+    T_inverse[..., 3, 3] = 1.0
+    return T_inverse
+
+
+def angle_between(T_a: NDArray[np.float64], T_b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The angle [rad] between the rotations of two poses, shape (...): |R_a - R_b| = sqrt(8) sin(angle / 2)."""
+    defect = np.linalg.norm((T_a - T_b)[..., :3, :3], axis=(-2, -1))
+    return 2 * np.arcsin(np.minimum(defect / np.sqrt(8), 1.0))
+
+
+def _finite(name: str, values: ArrayLike, width: int) -> NDArray[np.float64]:
+    values = as_floats(name, values)
+    if values.shape[-1:] != (width,):
+        raise InputError(name, f"shape {values.shape}, but shape (..., {width}) is expected")
+    if not np.isfinite(values).all():
+        raise InputError(name, "has an entry that is not finite")
+    return values

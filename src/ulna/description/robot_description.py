@@ -1,0 +1,146 @@
+"""A robot as a description file gives it: links joined by joints, as frozen data."""
+
+from dataclasses import dataclass, field, fields
+from enum import StrEnum
+from math import inf
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.pose import as_one_pose
+from ulna.description.semantic import Srdf
+from ulna.description.shapes import Shape
+
+
+class JointType(StrEnum):
+    """The joint types of URDF."""
+
+    FIXED = "fixed"
+    REVOLUTE = "revolute"
+    CONTINUOUS = "continuous"
+    PRISMATIC = "prismatic"
+    PLANAR = "planar"
+    FLOATING = "floating"
+
+
+N_POSITIONS = {
+    JointType.FIXED: 0,
+    JointType.REVOLUTE: 1,
+    JointType.CONTINUOUS: 1,
+    JointType.PRISMATIC: 1,
+    JointType.PLANAR: 3,
+    JointType.FLOATING: 6,
+}
+
+
+def frozen(values, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """A read-only copy as float64 of the given shape."""
+    array = np.array(values, dtype=np.float64).reshape(shape)
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of one joint [rad or m, rad/s or m/s, Nm or N]; infinite where the description gives none."""
+
+    lower: float = -inf
+    upper: float = inf
+    velocity: float = inf
+    effort: float = inf
+
+
+@dataclass(frozen=True)
+class Safety:
+    """What a ``safety_controller`` holds a joint to: soft limits [rad or m], infinite where none is given, and the gains."""
+
+    k_velocity: float
+    k_position: float = 0.0
+    soft_lower: float = -inf
+    soft_upper: float = inf
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: position = multiplier * position of ``joint`` + offset."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """Joins ``child`` to ``parent``. ``origin`` is T_parent_joint at zero; ``axis`` is a unit vector in the joint's frame."""
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    origin: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    limits: Limits = Limits()
+    mimic: Mimic | None = None
+    line: int | None = None
+    safety: Safety | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "origin", frozen(as_one_pose(self.origin, "origin"), (4, 4)))
+        object.__setattr__(self, "axis", frozen(self.axis, (3,)))
+
+    def __reduce__(self):
+        return _remake, (type(self), _contents(self))
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A shape on a link: ``pose`` is T_link_shape; ``color`` is red, green, blue, alpha in 0..1."""
+
+    name: str
+    shape: Shape
+    pose: NDArray[np.float64]
+    color: tuple[float, float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pose", frozen(as_one_pose(self.pose, "pose"), (4, 4)))
+
+    def __reduce__(self):
+        return _remake, (type(self), _contents(self))
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid part: what it looks like (``visuals``) and what it collides as (``collisions``)."""
+
+    name: str
+    visuals: tuple[Body, ...] = ()
+    collisions: tuple[Body, ...] = ()
+    line: int | None = None
+
+
+def _contents(value) -> tuple:
+    return tuple(getattr(value, f.name) for f in fields(value))
+
+
+def _remake(kind: type, contents: tuple):
+    """A copy through the constructor, which freezes its arrays: pickle and deepcopy would leave them writable."""
+    return kind(*contents)
+
+
+@dataclass(frozen=True)
+class Description:
+    """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages.
+
+    ``folder`` is where that file lies and ``package_dirs`` where its packages do, for whoever looks for its meshes.
+    ``semantic`` is its semantic description, whose names are all the robot's; empty where none was given.
+    """
+
+    name: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    source: str = ""
+    text: str = field(default="", repr=False)
+    folder: Path | None = None
+    package_dirs: tuple[Path, ...] = ()
+    srdf: Srdf = field(default=Srdf(), repr=False)

@@ -1,0 +1,103 @@
+"""SRDF in, semantic description out. The format: wiki.ros.org/srdf; what cannot be understood is refused with file and line.
+
+What other programs add to such files (grippers, rotors, feet, collision spheres, properties of joints) is passed over.
+"""
+
+import math
+from collections.abc import Iterable
+
+from lxml import etree
+
+from ulna.description.elements import Reader
+from ulna.description.semantic import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
+from ulna.description.xml import parse, without_namespace
+
+_MOST = 2000  # groups, chains and states: what they come to takes their number times that of the joints
+
+
+def read_srdf(text: bytes, source: str) -> Srdf:
+    """The semantic description in an SRDF document, as it stands: no name in it is looked up. ``source`` names it in messages.
+
+    Raises:
+        DescriptionError: It is no SRDF: not XML, a name or a number is missing, two groups or two states have one name.
+    """
+    return _Reader(source).srdf(without_namespace(parse(text, source)))
+
+
+class _Reader(Reader):
+    """Walks one SRDF document."""
+
+    def srdf(self, root: etree._Element) -> Srdf:
+        if root.tag != "robot":
+            raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not an SRDF")
+        if root.find("link") is not None:
+            raise self.fail(root.findall("link")[0], "defines a link: this is a URDF, where an SRDF is expected")
+        for path in ("group", "group/chain", "group_state"):
+            if len(root.findall(path)) > _MOST:
+                raise self.fail(root, f"has more than {_MOST} <{path.rpartition('/')[2]}>")
+        return Srdf(
+            name=root.get("name", ""),
+            groups=self.unlike([self.group(element) for element in root.iterfind("group")], root, "group"),
+            end_effectors=self.unlike([self.end_effector(e) for e in root.iterfind("end_effector")], root, "end_effector"),
+            states=self.unlike([self.state(element) for element in root.iterfind("group_state")], root, "group_state"),
+            disabled_collisions=tuple(self.disabled(element) for element in root.iterfind("disable_collisions")),
+            virtual_joints=tuple(self.virtual_joint(element) for element in root.iterfind("virtual_joint")),
+            passive_joints=self.names(root, "passive_joint"),
+            unchecked_links=tuple(self.attribute(e, "link") for e in root.iterfind("disable_default_collisions")),
+            enabled_collisions=tuple(self.pair(element) for element in root.iterfind("enable_collisions")),
+            source=self.source,
+        )
+
+    def unlike(self, items: list, root: etree._Element, tag: str) -> tuple:
+        """The items, of which no two may have one name."""
+        seen: dict[str, int | None] = {}
+        for item, element in zip(items, root.iterfind(tag), strict=True):
+            key = getattr(item, "key", item.name)
+            if key in seen:
+                raise self.fail(element, f"<{tag}> {key!r} is defined twice, first in line {seen[key]}")
+            seen[key] = element.sourceline
+        return tuple(items)
+
+    def names(self, element: etree._Element, tag: str) -> tuple[str, ...]:
+        return tuple(self.attribute(child, "name") for child in element.iterfind(tag))
+
+    def group(self, element: etree._Element) -> Group:
+        chains: Iterable[etree._Element] = element.iterfind("chain")
+        return Group(
+            name=self.attribute(element, "name"),
+            links=self.names(element, "link"),
+            joints=self.names(element, "joint"),
+            chains=tuple((self.attribute(chain, "base_link"), self.attribute(chain, "tip_link")) for chain in chains),
+            subgroups=self.names(element, "group"),
+            line=element.sourceline,
+        )
+
+    def end_effector(self, element: etree._Element) -> EndEffector:
+        name, link, group = (self.attribute(element, key) for key in ("name", "parent_link", "group"))
+        return EndEffector(name, link, group, element.get("parent_group") or None, element.sourceline)
+
+    def state(self, element: etree._Element) -> GroupState:
+        values: dict[str, tuple[float, ...]] = {}
+        for child in element.iterfind("joint"):
+            name = self.attribute(child, "name")
+            if name in values:
+                raise self.fail(child, f"joint {name!r} is given two values in one <group_state>")
+            values[name] = self.value(child)
+        name, group = self.attribute(element, "name"), element.get("group") or None
+        return GroupState(name, group, tuple(values.items()), element.sourceline)
+
+    def value(self, element: etree._Element) -> tuple[float, ...]:
+        values = self.numbers(element, "value")
+        if not values or not all(math.isfinite(value) for value in values):
+            raise self.fail(element, f"<joint> value={element.get('value')!r}: finite numbers expected")
+        return values
+
+    def pair(self, element: etree._Element) -> tuple[str, str]:
+        return self.attribute(element, "link1"), self.attribute(element, "link2")
+
+    def disabled(self, element: etree._Element) -> DisabledCollision:
+        return DisabledCollision(*self.pair(element), element.get("reason", ""), element.sourceline)
+
+    def virtual_joint(self, element: etree._Element) -> VirtualJoint:
+        name, kind, frame, link = (self.attribute(element, key) for key in ("name", "type", "parent_frame", "child_link"))
+        return VirtualJoint(name, kind, frame, link, element.sourceline)

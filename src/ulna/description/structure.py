@@ -1,0 +1,200 @@
+"""What makes links and joints one tree: the checks, the order from the root, and which entries of q drive which joint."""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ulna.description.robot_description import N_POSITIONS, Description, Joint, JointType, Mimic
+from ulna.errors import DescriptionError, did_you_mean
+
+_BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What moves a joint: position = ratio * q[column] + offset; ``column`` is None where it stands still."""
+
+    column: int | None
+    ratio: float = 1.0
+    offset: float = 0.0
+
+
+def root_link(description: Description) -> str:
+    """The one link that is no joint's child; an error if names repeat, parents are missing, or there are several roots."""
+    links = _by_unique_name(description, "link", description.links)
+    _by_unique_name(description, "joint", description.joints)
+    if not links:
+        raise DescriptionError("the robot has no links", description.source)
+    parent_joint: dict[str, Joint] = {}
+    for joint in description.joints:
+        for role, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                message = f"joint {joint.name!r}: {role} link {name!r} is not defined{did_you_mean(name, links)}"
+                raise DescriptionError(message, description.source, joint.line)
+        if joint.child in parent_joint:
+            other = parent_joint[joint.child].name
+            message = f"link {joint.child!r} is the child of two joints, {other!r} and {joint.name!r}: a closed loop is no tree"
+            raise DescriptionError(message, description.source, joint.line)
+        parent_joint[joint.child] = joint
+    roots = [name for name in links if name not in parent_joint]
+    if not roots:
+        raise DescriptionError("every link is the child of some joint: the joints form a loop", description.source)
+    if len(roots) > 1:
+        raise DescriptionError(
+            f"{len(roots)} links have no parent ({', '.join(roots[:8])}): one root is expected", description.source
+        )
+    return roots[0]
+
+
+def joints_from_root(description: Description) -> tuple[Joint, ...]:
+    """The joints, each after the one that carries its parent link; otherwise in the order of the file, depth first."""
+    children: dict[str, list[Joint]] = defaultdict(list)
+    for joint in description.joints:
+        children[joint.parent].append(joint)
+    ordered: list[Joint] = []
+    waiting = children[root_link(description)][::-1]
+    while waiting:
+        joint = waiting.pop()
+        ordered.append(joint)
+        waiting.extend(reversed(children[joint.child]))
+    if len(ordered) < len(description.joints):
+        reached = {joint.name for joint in ordered}
+        lost = next(joint for joint in description.joints if joint.name not in reached)
+        message = f"joint {lost.name!r} hangs on a loop of joints that the root does not reach"
+        raise DescriptionError(message, description.source, lost.line)
+    return tuple(ordered)
+
+
+def joints_to_root(link: str, carriers: dict[str, Joint]) -> set[str]:
+    """The names of the joints between a link and the root. ``carriers`` has the joint that carries each link."""
+    names = set()
+    while link in carriers:
+        names.add(carriers[link].name)
+        link = carriers[link].parent
+    return names
+
+
+def leaf_links(description: Description) -> tuple[str, ...]:
+    """The links that carry no other, in the order of the file."""
+    parents = {joint.parent for joint in description.joints}
+    return tuple(link.name for link in description.links if link.name not in parents)
+
+
+def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:
+    """For each independent joint, by name in the order given, the entries of q that it owns."""
+    columns, start = {}, 0
+    for joint in joints:
+        width = N_POSITIONS[joint.type]
+        if width and joint.mimic is None:
+            columns[joint.name] = slice(start, start + width)
+            start += width
+    return columns
+
+
+def drives_of(joints: tuple[Joint, ...], columns: dict[str, slice], source: str) -> dict[str, Drive]:
+    """What moves each joint, mimics followed to the independent joint or to the fixed one at their end."""
+    by_name, drives = {joint.name: joint for joint in joints}, {}
+    for start in joints:
+        followers: dict[str, Joint] = {}
+        joint = start
+        while joint.name not in drives and joint.mimic is not None:
+            followers[joint.name] = joint
+            joint = _leader(joint, by_name, followers, source)
+        if joint.name not in drives:
+            fixed = joint.type == JointType.FIXED
+            drives[joint.name] = Drive(None, 0.0) if fixed else Drive(columns[joint.name].start)
+        for follower in reversed(followers.values()):
+            drive, mimic = drives[joint.name], follower.mimic or Mimic("")
+            ratio, offset = mimic.multiplier * drive.ratio, mimic.multiplier * drive.offset + mimic.offset
+            drives[follower.name], joint = Drive(drive.column, ratio, offset), follower
+    return drives
+
+
+def _leader(joint: Joint, joints: dict[str, Joint], followers: dict[str, Joint], source: str) -> Joint:
+    """The joint that a joint mimics, if it can be followed."""
+    followed = "" if joint.mimic is None else joint.mimic.joint
+    leader = joints.get(followed)
+    if N_POSITIONS[joint.type] > 1:
+        raise DescriptionError(f"joint {joint.name!r}: a {joint.type} joint cannot mimic another", source, joint.line)
+    if leader is None:
+        message = f"joint {joint.name!r} mimics {followed!r}, which is not defined{did_you_mean(followed, joints)}"
+        raise DescriptionError(message, source, joint.line)
+    if leader.name in followers:
+        names = [*followers, leader.name]
+        names = [*names[:4], "...", *names[-4:]] if len(names) > 10 else names
+        raise DescriptionError(f"joints {' -> '.join(names)} mimic each other in a circle", source, joint.line)
+    if N_POSITIONS[leader.type] > 1:
+        message = f"joint {joint.name!r} mimics {leader.name!r}, a {leader.type} joint: no single number to follow"
+        raise DescriptionError(message, source, joint.line)
+    return leader
+
+
+def moving_joints(description: Description, joints: Iterable[Joint]) -> tuple[Joint, ...]:
+    """Those of some joints that an entry of q moves, be it through a mimic."""
+    ordered = joints_from_root(description)
+    drives = drives_of(ordered, columns_of_q(ordered), description.source)
+    return tuple(joint for joint in joints if joint.type != JointType.FIXED and drives[joint.name].column is not None)
+
+
+def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
+    """The largest speed of each entry of q: infinite where none is given."""
+    return np.array([joint.limits.velocity for joint in joints if joint.mimic is None for _ in range(N_POSITIONS[joint.type])])
+
+
+def bounds_of_q(
+    joints: tuple[Joint, ...], drives: dict[str, Drive], bounds_of: Callable[[Joint], tuple[float, float]]
+) -> tuple[np.ndarray, set[str]]:
+    """Lower and upper bounds of q, shape (2, n_dof), and the names of the joints whose bounds are passed over.
+
+    The bounds are infinite for continuous, planar and floating joints. ``bounds_of`` gives those of a joint: ``hard_bounds`` or
+    ``soft_bounds``. The bounds of a joint that mimics another narrow the other's. Where they would leave it no room at all they
+    are passed over: such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its writers meant it to move.
+    """
+    bounds: list[tuple[float, float]] = []
+    passed_over: set[str] = set()
+    for joint in joints:
+        width = N_POSITIONS[joint.type] if joint.mimic is None else 0
+        bounds += [bounds_of(joint) if joint.type in _BOUNDED else (-np.inf, np.inf)] * width
+    for joint in joints:
+        drive = drives[joint.name]
+        if joint.mimic is not None and joint.type in _BOUNDED and drive.column is not None and drive.ratio != 0:
+            low, high = _follower_range(bounds_of(joint), drive)
+            narrowed = max(low, bounds[drive.column][0]), min(high, bounds[drive.column][1])
+            if narrowed[0] < narrowed[1]:
+                bounds[drive.column] = narrowed
+            else:
+                passed_over.add(joint.name)
+    return np.array(bounds).reshape(-1, 2).T, passed_over
+
+
+def hard_bounds(joint: Joint) -> tuple[float, float]:
+    """The limits of a joint."""
+    return joint.limits.lower, joint.limits.upper
+
+
+def soft_bounds(joint: Joint) -> tuple[float, float]:
+    """The soft limits of a joint's safety controller, never wider than its limits; these alone where it has none.
+
+    Soft limits that lie wholly outside the limits would leave nothing: they are passed over too.
+    """
+    lower, upper = hard_bounds(joint)
+    if joint.safety is None or joint.safety.soft_lower > upper or joint.safety.soft_upper < lower:
+        return lower, upper
+    return max(lower, joint.safety.soft_lower), min(upper, joint.safety.soft_upper)
+
+
+def _follower_range(bounds: tuple[float, float], drive: Drive) -> tuple[float, float]:
+    """The positions of its leader at which a joint that mimics it stands within some bounds; the ratio is not 0."""
+    low, high = sorted((bound - drive.offset) / drive.ratio for bound in bounds)
+    return low, high
+
+
+def _by_unique_name(description: Description, kind: str, items) -> dict:
+    found: dict = {}
+    for item in items:
+        if item.name in found:
+            raise DescriptionError(f"{kind} {item.name!r} is defined twice", description.source, item.line)
+        found[item.name] = item
+    return found

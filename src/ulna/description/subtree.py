@@ -1,0 +1,79 @@
+"""Parts of a robot, and a robot with a tool: descriptions made of descriptions."""
+
+from collections import defaultdict
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.group_joints import with_chains_listed
+from ulna.description.references import matched
+from ulna.description.robot_description import Description, Joint, JointType, Link
+from ulna.description.structure import leaf_links, root_link
+from ulna.errors import DescriptionError, InputError, UnknownNameError
+
+
+def cut_out(description: Description, base: str | None, tip: str | None) -> Description:
+    """The robot from ``base`` on (the root unless given); with a ``tip`` only the chain from one to the other.
+
+    Raises:
+        UnknownNameError: There is no such link.
+        DescriptionError: ``tip`` does not hang on ``base``, or a joint that stays mimics one that does not.
+    """
+    root = root_link(description)
+    names = [link.name for link in description.links]
+    for name in (base, tip):
+        if name is not None and name not in names:
+            raise UnknownNameError("link", name, names)
+    start = base or root
+    kept = _below(description, start) if tip is None else {joint.name for joint in chain_joints(description, start, tip)}
+    joints = tuple(joint for joint in description.joints if joint.name in kept)
+    links = {start} | {joint.child for joint in joints}
+    for joint in joints:
+        if joint.mimic is not None and joint.mimic.joint not in kept:
+            message = (
+                f"joint {joint.name!r} mimics {joint.mimic.joint!r}, which is not part of the robot from {start!r} to {tip!r}"
+            )
+            raise DescriptionError(message, description.source, joint.line)
+    part = replace(description, links=tuple(link for link in description.links if link.name in links), joints=joints, text="")
+    srdf = matched(with_chains_listed(description.srdf, description), part)
+    return replace(part, srdf=replace(srdf, warnings=description.srdf.warnings))
+
+
+def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name: str) -> Description:
+    """The robot with one more link fixed to its only tip."""
+    leaves = leaf_links(description)
+    if len(leaves) != 1:
+        raise InputError("T_flange_tool", f"the robot has {len(leaves)} tips; cut out one chain first (base=..., tip=...)")
+    if name in {link.name for link in description.links}:
+        raise InputError("name", f"the robot already has a link {name!r}")
+    joint = Joint(f"{name}_joint", JointType.FIXED, leaves[0], name, T_flange_tool, np.array([0.0, 0.0, 1.0]))
+    return replace(description, links=(*description.links, Link(name)), joints=(*description.joints, joint), text="")
+
+
+def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, ...]:
+    """The joints from base to tip."""
+    carriers = {joint.child: joint for joint in description.joints}
+    link, joints = tip, []
+    while link != base:
+        joint = carriers.get(link)
+        if joint is None:
+            raise DescriptionError(
+                f"link {tip!r} does not hang on {base!r}: the chain from it ends at {link!r}", description.source
+            )
+        joints.append(joint)
+        link = joint.parent
+    return tuple(reversed(joints))
+
+
+def _below(description: Description, base: str) -> set[str]:
+    """The names of the joints that hang on a link."""
+    hanging: dict[str, list[Joint]] = defaultdict(list)
+    for joint in description.joints:
+        hanging[joint.parent].append(joint)
+    kept, waiting = set(), [base]
+    while waiting:
+        joints = hanging[waiting.pop()]
+        kept |= {joint.name for joint in joints}
+        waiting += [joint.child for joint in joints]
+    return kept

@@ -1,0 +1,190 @@
+"""URDF in, description out. The format: wiki.ros.org/urdf/XML; what cannot be understood is refused with file and line."""
+
+import math
+import re
+from collections.abc import Iterator
+
+import numpy as np
+from lxml import etree
+from numpy.typing import NDArray
+
+from ulna.description.elements import Reader
+from ulna.description.pose import pose
+from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
+from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from ulna.description.xml import parse, without_namespace
+from ulna.errors import DescriptionError, did_you_mean
+
+_OTHER_FORMATS = {"mujoco": "MJCF", "sdf": "SDF"}
+_SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
+
+
+def read_urdf(text: bytes, source: str) -> Description:
+    """The description in a URDF document. ``source`` names it in messages."""
+    root = parse(text, source)
+    return _Reader(source).robot(without_namespace(root), decoded(root, text, source))
+
+
+def decoded(root: etree._Element, text: bytes, source: str) -> str:
+    """The text of an XML document, without the encoding that it declares."""
+    declared = root.getroottree().docinfo.encoding or "utf-8"
+    marks = {b"\xff\xfe\0\0": "utf-32", b"\0\0\xfe\xff": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+    encoding = next((name for mark, name in marks.items() if text.startswith(mark)), declared)
+    try:
+        return re.sub(r"^\s*<\?xml[^>]*\?>", '<?xml version="1.0"?>', text.decode(encoding).lstrip("\ufeff"), count=1)
+    except (LookupError, UnicodeDecodeError):
+        raise DescriptionError(f"is written in {encoding}, which Python does not read; save it as UTF-8", source) from None
+
+
+class _Reader(Reader):
+    """Walks one URDF document; holds its named materials."""
+
+    def __init__(self, source: str) -> None:
+        super().__init__(source)
+        self.materials: dict[str, tuple[float, float, float, float]] = {}
+
+    def robot(self, root: etree._Element, text: str) -> Description:
+        if root.tag != "robot":
+            other = f" but {_OTHER_FORMATS[root.tag]}, which is not read" if root.tag in _OTHER_FORMATS else ""
+            raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF{other}")
+        for material in root.iterfind("material"):
+            color = self.color(material)
+            if color is not None:
+                self.materials[self.attribute(material, "name")] = color
+        return Description(
+            name=root.get("name", ""),
+            links=tuple(self.link(element) for element in root.iterfind("link")),
+            joints=tuple(self.joint(element) for element in root.iterfind("joint")),
+            source=self.source,
+            text=text,
+        )
+
+    def link(self, element: etree._Element) -> Link:
+        name = self.attribute(element, "name")
+        return Link(
+            name=name,
+            visuals=tuple(self.bodies(element, "visual", name)),
+            collisions=tuple(self.bodies(element, "collision", name)),
+            line=element.sourceline,
+        )
+
+    def bodies(self, link: etree._Element, tag: str, link_name: str) -> Iterator[Body]:
+        elements = link.findall(tag)
+        for k, element in enumerate(elements):
+            geometry = self.only(element, "geometry")
+            if geometry is None or len(geometry) == 0:
+                raise self.fail(element, f"link {link_name!r}: <{tag}> has no <geometry>")
+            material = self.only(element, "material")
+            yield Body(
+                name=element.get("name") or (f"{link_name}_{tag}" + (f"_{k + 1}" if len(elements) > 1 else "")),
+                shape=self.shape(self.geometry(geometry, link_name), link_name),
+                pose=self.origin(element),
+                color=None if material is None else self.color(material),
+            )
+
+    def geometry(self, element: etree._Element, link_name: str) -> etree._Element:
+        """The one shape in a geometry; what else stands there, as a material, is not looked at."""
+        shapes = [child for child in element if child.tag in _SHAPES]
+        if len(shapes) > 1:
+            raise self.fail(shapes[1], f"link {link_name!r}: one <geometry> has {len(shapes)} shapes; one is expected")
+        return shapes[0] if shapes else element[0]
+
+    def shape(self, element: etree._Element, link_name: str) -> Shape:
+        if element.tag == "box":
+            return Box(self.triple(element, "size", low=0.0))
+        if element.tag == "sphere":
+            return Sphere(self.number(element, "radius", low=0.0))
+        if element.tag in ("cylinder", "capsule"):
+            kind = Cylinder if element.tag == "cylinder" else Capsule
+            return kind(self.number(element, "radius", low=0.0), self.number(element, "length", low=0.0))
+        if element.tag == "mesh":
+            scale = self.triple(element, "scale") if "scale" in element.attrib else (1.0, 1.0, 1.0)
+            return Mesh(self.attribute(element, "filename"), scale)
+        raise self.fail(
+            element, f"link {link_name!r}: geometry <{element.tag}> is not known; box, sphere, cylinder, capsule and mesh are"
+        )
+
+    def color(self, material: etree._Element) -> tuple[float, float, float, float] | None:
+        element = self.only(material, "color")
+        if element is None:
+            return self.materials.get(material.get("name", ""))
+        red, green, blue, alpha = self.vector(element, "rgba", 4)
+        return red, green, blue, alpha
+
+    def joint(self, element: etree._Element) -> Joint:
+        name, kind = self.attribute(element, "name"), self.joint_type(element)
+        return Joint(
+            name=name,
+            type=kind,
+            parent=self.attribute(self.child(element, "parent"), "link"),
+            child=self.attribute(self.child(element, "child"), "link"),
+            origin=self.origin(element),
+            axis=self.axis(element, name, kind),
+            limits=self.limits(element, name, kind),
+            mimic=self.mimic(element, name, kind),
+            line=element.sourceline,
+            safety=self.safety(element, name),
+        )
+
+    def joint_type(self, element: etree._Element) -> JointType:
+        value = self.attribute(element, "type")
+        if value not in list(JointType):
+            raise self.fail(
+                element, f"joint {element.get('name')!r}: type {value!r} is not known{did_you_mean(value, list(JointType))}"
+            )
+        return JointType(value)
+
+    def axis(self, element: etree._Element, name: str, kind: JointType) -> NDArray[np.float64]:
+        child = self.only(element, "axis")
+        axis = np.array([1.0, 0.0, 0.0] if child is None else self.vector(child, "xyz", 3))
+        if kind == JointType.FLOATING:
+            return np.array([0.0, 0.0, 1.0])
+        axis = axis / (np.abs(axis).max() or 1.0)
+        length = float(np.linalg.norm(axis))
+        if kind == JointType.FIXED:
+            return axis if length == 0 else axis / length
+        if length < 1e-9:
+            raise self.fail(element, f"joint {name!r}: axis {tuple(axis.tolist())} has no direction, but the joint is {kind}")
+        return axis / length
+
+    def limits(self, element: etree._Element, name: str, kind: JointType) -> Limits:
+        child = self.only(element, "limit")
+        bounded = kind in (JointType.REVOLUTE, JointType.PRISMATIC)
+        if child is None:
+            if bounded and self.only(element, "mimic") is None:
+                hint = "; a joint without limits is of type 'continuous'" if kind == JointType.REVOLUTE else ""
+                raise self.fail(element, f"joint {name!r}: a {kind} joint needs a <limit>{hint}")
+            return Limits()
+        effort, velocity = (self.number(child, key, math.inf, 0.0) for key in ("effort", "velocity"))
+        if not bounded:
+            return Limits(velocity=velocity, effort=effort)
+        lower, upper = (self.number(child, key, 0.0) for key in ("lower", "upper"))
+        if lower > upper:
+            raise self.fail(child, f"joint {name!r}: lower limit {lower} is above upper limit {upper}")
+        return Limits(lower, upper, velocity, effort)
+
+    def safety(self, element: etree._Element, name: str) -> Safety | None:
+        child = self.only(element, "safety_controller")
+        if child is None:
+            return None
+        lower, upper = self.number(child, "soft_lower_limit", -math.inf), self.number(child, "soft_upper_limit", math.inf)
+        if lower > upper:
+            raise self.fail(child, f"joint {name!r}: soft lower limit {lower} is above soft upper limit {upper}")
+        return Safety(self.number(child, "k_velocity"), self.number(child, "k_position", 0.0), lower, upper)
+
+    def mimic(self, element: etree._Element, name: str, kind: JointType) -> Mimic | None:
+        child = self.only(element, "mimic")
+        if child is None:
+            return None
+        if kind not in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
+            if kind == JointType.FIXED:
+                return None
+            raise self.fail(child, f"joint {name!r}: a {kind} joint cannot mimic another")
+        return Mimic(self.attribute(child, "joint"), self.number(child, "multiplier", 1.0), self.number(child, "offset", 0.0))
+
+    def origin(self, element: etree._Element) -> NDArray[np.float64]:
+        child = self.only(element, "origin")
+        if child is None:
+            return np.eye(4)
+        zero = (0.0, 0.0, 0.0)
+        return pose(*(self.vector(child, key, 3) if key in child.attrib else zero for key in ("xyz", "rpy")))

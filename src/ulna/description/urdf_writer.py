@@ -1,0 +1,107 @@
+"""Description in, URDF text out: for robots that were not read from a file, or are only part of one."""
+
+import math
+
+import numpy as np
+from lxml import etree
+from numpy.typing import NDArray
+
+from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.pose import rpy_from_matrix
+from ulna.description.robot_description import Body, Description, Joint, JointType, Link, Safety
+from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from ulna.errors import DescriptionError, InputError
+
+
+def write_urdf(description: Description) -> str:
+    """The URDF document of a description: kinematics, limits and shapes. What the model lacks, as inertia, is not in it."""
+    robot = etree.Element("robot", name=description.name)
+    for link in description.links:
+        robot.append(_link(link))
+    for joint in description.joints:
+        robot.append(_joint(joint))
+    return etree.tostring(robot, pretty_print=True, encoding="unicode")
+
+
+def _link(link: Link) -> etree._Element:
+    element = etree.Element("link", name=link.name)
+    for tag, bodies in (("visual", link.visuals), ("collision", link.collisions)):
+        for body in bodies:
+            element.append(_body(tag, body))
+    return element
+
+
+def _body(tag: str, body: Body) -> etree._Element:
+    element = etree.Element(tag, name=body.name)
+    element.append(_origin(body.pose))
+    etree.SubElement(element, "geometry").append(_shape(body.shape))
+    if body.color is not None:
+        material = etree.SubElement(element, "material", name=f"{body.name}_color")
+        etree.SubElement(material, "color", rgba=_words(body.color))
+    return element
+
+
+def _shape(shape: Shape) -> etree._Element:
+    match shape:
+        case Box(extents):
+            return etree.Element("box", size=_words(extents))
+        case Sphere(radius):
+            return etree.Element("sphere", radius=_words([radius]))
+        case Cylinder(radius, length) | Capsule(radius, length):
+            return etree.Element(type(shape).__name__.lower(), radius=_words([radius]), length=_words([length]))
+        case Mesh(uri, scale):
+            return etree.Element("mesh", filename=uri, scale=_words(scale))
+        case ConvexMesh():
+            raise InputError("description", "URDF has no convex hulls; write the robot as it was before with_convex_hulls()")
+
+
+def _joint(joint: Joint) -> etree._Element:
+    element = etree.Element("joint", name=joint.name, type=_type(joint))
+    etree.SubElement(element, "parent", link=joint.parent)
+    etree.SubElement(element, "child", link=joint.child)
+    element.append(_origin(joint.origin))
+    if joint.type not in (JointType.FIXED, JointType.FLOATING):
+        etree.SubElement(element, "axis", xyz=_words(joint.axis))
+    limits = {
+        key: _words([value])
+        for key, value in zip(("lower", "upper", "velocity", "effort"), _limits(joint), strict=True)
+        if math.isfinite(value)
+    }
+    if limits and joint.type != JointType.FIXED:
+        etree.SubElement(element, "limit", limits)
+    if joint.mimic is not None:
+        mimic = joint.mimic
+        etree.SubElement(
+            element, "mimic", joint=mimic.joint, multiplier=_words([mimic.multiplier]), offset=_words([mimic.offset])
+        )
+    if joint.safety is not None:
+        element.append(_safety(joint.safety))
+    return element
+
+
+def _safety(safety: Safety) -> etree._Element:
+    soft = {"soft_lower_limit": safety.soft_lower, "soft_upper_limit": safety.soft_upper}
+    numbers = {"k_velocity": safety.k_velocity, "k_position": safety.k_position, **soft}
+    return etree.Element("safety_controller", {key: _words([x]) for key, x in numbers.items() if math.isfinite(x)})
+
+
+def _type(joint: Joint) -> JointType:
+    """The joint's type in URDF, which has no revolute joint without limits: such a one is continuous."""
+    infinite = [math.isinf(limit) for limit in (joint.limits.lower, joint.limits.upper)]
+    if joint.type == JointType.REVOLUTE and all(infinite) and joint.mimic is None:
+        return JointType.CONTINUOUS
+    if joint.type in (JointType.REVOLUTE, JointType.PRISMATIC) and any(infinite) and joint.mimic is None:
+        raise DescriptionError(f"joint {joint.name!r} has no finite limits, and URDF cannot say so of a {joint.type} joint")
+    return joint.type
+
+
+def _limits(joint: Joint) -> tuple[float, float, float, float]:
+    return joint.limits.lower, joint.limits.upper, joint.limits.velocity, joint.limits.effort
+
+
+def _origin(T: NDArray[np.float64]) -> etree._Element:
+    return etree.Element("origin", xyz=_words(T[:3, 3]), rpy=_words(rpy_from_matrix(T)))
+
+
+def _words(values) -> str:
+    return " ".join(repr(float(value)) for value in values)

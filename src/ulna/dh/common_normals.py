@@ -1,0 +1,163 @@
+"""The axes of a serial arm, the common normals between neighbours, and the four numbers that lead from one to the next.
+
+The lines are the z axis of the base, the axes of the n joints, and the z axis of the tip. From each to the next leads a common
+normal, along x; so the arm at zero is
+
+    Z_0 X_0  Z_1 X_1 ... Z_n X_n  Z_n+1      with  Z = Tz(d) Rz(theta)  and  X = Tx(a) Rx(alpha)
+
+and both conventions are this one product, cut differently: a modified row is X_(i-1) Z_i, a standard row is Z_i X_i.
+Source: Craig, Introduction to Robotics (3rd ed., 2005), sections 3.4 and 3.5.
+
+Where the product is not unique:
+
+1. z points along the joint's positive direction, so no joint needs a sign.
+2. x and -x serve equally: x_i is the one that needs the smaller turn from x_(i-1) (theta in (-pi/2, pi/2]), so a may be negative.
+   The last x of a standard table is the one that needs the smaller turn to the tip's x, where the table ends.
+3. Parallel axes have a common normal everywhere: the one that makes d of the first axis zero. Coincident ones: theta zero too.
+4. If the last axis is parallel to the tip's z, a standard table ends level with the tip, a modified one at the last joint's own
+   origin. If they coincide, x_n is the tip's x.
+5. The base's z and the tip's z count as parallel to the axis beside them within 1e-3 rad: T_base_0 and T_n_tip take any tilt
+   exactly, and a common normal far away would serve nobody.
+6. Of a prismatic joint only the direction matters: its axis passes through the next frame's origin, so a and the next d are zero.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_SLACK = 1e-9  # a turn by a quarter, or by a half, is one to the left, also after rounding
+_AT_THE_ENDS = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """Lines in the base's frame: ``points`` on them and ``directions``, shape (n + 2, 3); the base's first, the tip's last.
+
+    ``prismatic`` has an entry for each line; ``x_tip`` is the tip's x axis.
+    """
+
+    points: Array
+    directions: Array
+    prismatic: tuple[bool, ...]
+    x_tip: Array
+
+    def parallel(self, tolerance: float) -> NDArray[np.bool_]:
+        """For each line whether the next one is parallel to it, by rule 5 at the ends."""
+        within = np.full(len(self.directions) - 1, tolerance)
+        within[[0, -1]] = max(tolerance, _AT_THE_ENDS)
+        return self.tilts <= within
+
+    @property
+    def tilts(self) -> Array:
+        """The angle [rad] between neighbours, 0 for parallel and for opposite ones (its sine, where it is not small)."""
+        return np.linalg.norm(np.cross(self.directions[:-1], self.directions[1:]), axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Normals:
+    """X_0 ... X_n as ``a`` and ``alpha``, Z_1 ... Z_n as ``d`` and ``theta``.
+
+    Normal i runs along ``x[i]``, from ``starts[i]`` on line i to ``ends[i]`` on line i + 1; shape (n + 1, 3).
+    """
+
+    a: Array
+    alpha: Array
+    d: Array
+    theta: Array
+    x: Array
+    starts: Array
+    ends: Array
+
+
+def common_normals(axes: Axes, *, ends_at_tip: bool, tolerance: float) -> Normals:
+    """The normals of a chain of axes.
+
+    Args:
+        axes: The lines.
+        ends_at_tip: The rule for the end (4 above, and the last of 2): True for a standard table.
+        tolerance: Axes within this angle [rad] are parallel; parallel ones within this distance [m] coincide.
+    """
+    z, parallel = axes.directions, axes.parallel(tolerance)
+    points = _with_prismatic_axes_placed(axes, parallel)
+    last, xs, starts, ends = len(z) - 2, [np.array([1.0, 0.0, 0.0])], [], [points[0]]
+    for i in range(last + 1):
+        if parallel[i]:
+            start = _free_start(i, axes, points, ends[-1], ends_at_tip=ends_at_tip)
+            end = _project(start, points[i + 1], z[i + 1])
+            along = end - start
+        else:
+            start, end = _nearest_points(points[i], z[i], points[i + 1], z[i + 1])
+            along = np.cross(z[i], z[i + 1])
+        if parallel[i] and np.linalg.norm(along) <= tolerance:
+            x = _perpendicular(axes.x_tip if i == last else xs[-1], z[i])
+        else:
+            x = _perpendicular(along, z[i])
+            to_tip = ends_at_tip and i == last
+            turn = _angle(x, axes.x_tip, z[i + 1]) if to_tip else _angle(xs[-1], x, z[i])
+            x = x if -np.pi / 2 + _SLACK < turn <= np.pi / 2 + _SLACK else -x
+        xs.append(x)
+        starts.append(start)
+        ends.append(end)
+    return _measured(z, np.array(xs), np.array(starts), np.array(ends))
+
+
+def _measured(z: Array, xs: Array, starts: Array, ends: Array) -> Normals:
+    """The four numbers; ``xs`` begins with the base's x, ``ends`` with its origin."""
+    x = xs[1:]
+    return Normals(
+        a=_along(x, ends[1:] - starts),
+        alpha=np.array([_angle(*pair) for pair in zip(z[:-1], z[1:], x, strict=True)]),
+        d=_along(z[1:-1], starts[1:] - ends[1:-1]),
+        theta=np.array([_angle(*pair) for pair in zip(x[:-1], x[1:], z[1:-1], strict=True)]),
+        x=x,
+        starts=starts,
+        ends=ends[1:],
+    )
+
+
+def _with_prismatic_axes_placed(axes: Axes, parallel: NDArray[np.bool_]) -> Array:
+    """The points, those of prismatic axes moved to the origin of the next frame, from the tip to the base."""
+    points, z = axes.points.copy(), axes.directions
+    for i in range(len(z) - 2, 0, -1):
+        if not axes.prismatic[i]:
+            continue
+        following = i + 1
+        points[i] = points[following]
+        if following < len(z) - 1 and not axes.prismatic[following] and not parallel[following]:
+            points[i] = _nearest_points(points[following], z[following], points[following + 1], z[following + 1])[0]
+    return points
+
+
+def _free_start(i: int, axes: Axes, points: Array, arrived: Array, *, ends_at_tip: bool) -> Array:
+    """Where on line i the normal to a parallel line begins."""
+    if i == len(points) - 2:
+        return _project(points[-1], points[i], axes.directions[i]) if ends_at_tip else points[i]
+    return points[i] if axes.prismatic[i] else arrived
+
+
+def _nearest_points(p: Array, u: Array, s: Array, v: Array) -> tuple[Array, Array]:
+    """Where two lines, through p along u and through s along v, come nearest to each other."""
+    normal, between = np.cross(u, v), s - p
+    square = normal @ normal
+    return p + u * (np.cross(between, v) @ normal / square), s + v * (np.cross(between, u) @ normal / square)
+
+
+def _project(point: Array, p: Array, u: Array) -> Array:
+    return p + u * ((point - p) @ u)
+
+
+def _perpendicular(vector: Array, z: Array) -> Array:
+    """The unit vector along what of a vector is square to z."""
+    across = vector - (vector @ z) * z
+    return across / np.linalg.norm(across)
+
+
+def _angle(start: Array, end: Array, about: Array) -> float:
+    angle = float(np.arctan2(np.cross(start, end) @ about, start @ end))
+    return angle if angle > -np.pi + _SLACK else angle + 2 * np.pi
+
+
+def _along(x: Array, vectors: Array) -> Array:
+    return np.einsum("ij,ij->i", x, vectors)

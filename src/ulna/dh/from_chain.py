@@ -1,0 +1,159 @@
+"""The Denavit-Hartenberg table of any serial chain, with the proof that it is the same robot."""
+
+from collections.abc import Iterator
+from math import floor, log10
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.pose import angle_between, inverse
+from ulna.description.robot_description import Description
+from ulna.dh.common_normals import Axes, Normals, common_normals
+from ulna.dh.moving_chain import DHChain, dh_chain, mimics_within
+from ulna.dh.table import DHTable, around_the_motion, checked_convention
+from ulna.errors import InputError
+from ulna.kernels.layout import COLUMN, KIND, LARGEST, OFFSET, PRISMATIC, RATIO
+from ulna.kinematics.forward import forward_kinematics
+from ulna.kinematics.sample import random_positions
+from ulna.kinematics.tree import Tree, motion_along_z
+
+Array = NDArray[np.float64]
+_ROUNDING = 1e-14  # of a number that went through the products of a chain
+_WORTH_A_NOTE, _NEARLY_PARALLEL = 1e-12, 1e-3  # rad: below the one it is rounding, below the other it may be a mistake
+_N_CONFIGURATIONS = 1000
+
+
+def dh_table(description: Description, tree: Tree, link: str, convention: str, tolerance: float) -> DHTable:
+    """The table from the base to a link; see ``Robot.dh``."""
+    checked_convention(convention)
+    if not (isinstance(tolerance, float | int) and 0 <= tolerance <= 0.1):
+        raise InputError("tolerance", f"{tolerance!r}; a number from 0 to 0.1 is expected")
+    tolerance = max(tolerance, _WORTH_A_NOTE)
+    chain = dh_chain(description, tree, link)
+    axes = _axes(chain, tolerance)
+    normals = common_normals(axes, ends_at_tip=convention == "standard", tolerance=tolerance)
+    rows = _rows(normals, convention)
+    _refuse_far_normals(chain, axes, rows, tolerance)
+    tables = [
+        _table(description, tree, link, convention, chain, some, T_base_0, tuple(_notes(chain, axes, tolerance)))
+        for some, T_base_0 in _as_they_are_and_cleaned(rows, _frame_0(axes, normals, convention))
+    ]
+    return tables[1] if _as_good_as(tables[1], tables[0]) else tables[0]
+
+
+def _axes(chain: DHChain, tolerance: float) -> Axes:
+    frames = np.concatenate([np.eye(4)[None], chain.frames, chain.T_base_tip[None]])
+    z = frames[:, :3, 2].copy()
+    axes = Axes(frames[:, :3, 3], z, (False, *(chain.table[:, KIND] == PRISMATIC), False), chain.T_base_tip[:3, 0])
+    if axes.parallel(tolerance)[0]:
+        z[0] = np.copysign(1.0, z[0] @ z[1]) * z[1]  # T_base_0 takes the tilt
+    return axes
+
+
+def _rows(normals: Normals, convention: str) -> Array:
+    along_x = slice(0, -1) if convention == "modified" else slice(1, None)
+    return np.column_stack([normals.a[along_x], normals.d, normals.alpha[along_x], normals.theta])
+
+
+def _frame_0(axes: Axes, normals: Normals, convention: str) -> Array:
+    """T_base_0: where the first row begins, on the base's z axis (modified) or on that of the first joint (standard)."""
+    modified = convention == "modified" or len(axes.directions) == 2
+    z, origin = (axes.directions[0], normals.starts[0]) if modified else (axes.directions[1], normals.ends[0])
+    T, x = np.eye(4), normals.x[0]
+    T[:3, :3], T[:3, 3] = np.column_stack([x, np.cross(z, x), z]), origin
+    return T
+
+
+def _as_they_are_and_cleaned(rows: Array, T_base_0: Array) -> Iterator[tuple[Array, Array]]:
+    yield rows, T_base_0
+    angles = rows[:, 2:]
+    quarters = np.round(angles / (np.pi / 2)) * (np.pi / 2)
+    angles = np.where(np.abs(angles - quarters) < _ROUNDING, quarters, _decimal(angles))
+    yield np.column_stack([_decimal(rows[:, :2]), angles]), _decimal(T_base_0)
+
+
+def _decimal(values: Array) -> Array:
+    """Numbers of at most twelve decimals that rounding has spoilt, mended."""
+    short = np.round(values, 12) + 0.0
+    return np.where(np.abs(values - short) < _ROUNDING, short, values)
+
+
+def _table(
+    description: Description,
+    tree: Tree,
+    link: str,
+    convention: str,
+    chain: DHChain,
+    rows: Array,
+    T_base_0: Array,
+    notes: tuple[str, ...],
+) -> DHTable:
+    """The table of these rows; what they leave to the tip at zero goes into ``T_n_tip``."""
+    nowhere = np.zeros((1, len(rows)))
+    T_n_tip = _decimal(inverse(_frame_n(rows, convention, T_base_0, chain, nowhere)[0]) @ chain.T_base_tip)
+    q = random_positions(tree, _N_CONFIGURATIONS)
+    positions = q[:, chain.table[:, COLUMN].astype(int)] * chain.table[:, RATIO] + chain.table[:, OFFSET]
+    T_table = _frame_n(rows, convention, T_base_0, chain, positions) @ T_n_tip
+    T_robot = forward_kinematics(tree, q, link)
+    return DHTable(
+        name=description.name,
+        convention=convention,
+        base=tree.root,
+        tip=link,
+        rows=rows,
+        joint_names=tuple(joint.name for joint in chain.joints),
+        joint_types=tuple(joint.type.value for joint in chain.joints),
+        limits=tuple(joint.limits for joint in chain.joints),
+        mimics=tuple(mimics_within(chain)),
+        T_base_0=T_base_0,
+        T_n_tip=T_n_tip,
+        max_position_difference=float(np.linalg.norm((T_table - T_robot)[:, :3, 3], axis=1).max()),
+        max_rotation_difference=float(angle_between(T_table, T_robot).max()),
+        n_configurations=len(q),
+        notes=notes,
+    )
+
+
+def _frame_n(rows: Array, convention: str, T_base_0: Array, chain: DHChain, positions: Array) -> Array:
+    """T_base_n at joint positions (m, n), shape (m, 4, 4): the product that the table stands for, written out."""
+    T = np.broadcast_to(T_base_0, (len(positions), 4, 4))
+    for row, kind, position in zip(rows, chain.table[:, KIND], positions.T, strict=True):
+        before, behind = around_the_motion(row, convention)
+        T = T @ before @ motion_along_z(int(kind), position) @ behind
+    return T
+
+
+def _as_good_as(table: DHTable, exact: DHTable) -> bool:
+    return (
+        table.max_position_difference <= exact.max_position_difference + 10 * _ROUNDING
+        and table.max_rotation_difference <= exact.max_rotation_difference + 10 * _ROUNDING
+    )
+
+
+def _refuse_far_normals(chain: DHChain, axes: Axes, rows: Array, tolerance: float) -> None:
+    if np.abs(rows).max(initial=0.0) <= LARGEST:
+        return
+    tilts = np.where(axes.tilts > tolerance, axes.tilts, np.inf)[1:-1]
+    i = int(np.argmin([*tilts, _NEARLY_PARALLEL])) + 1
+    if i > len(tilts):
+        raise InputError("link", f"its chain reaches further than {LARGEST:g} m")
+    message = f"{_pair(chain, i)} are {tilts[i - 1]:.2g} rad from parallel, and their common normal lies beyond {LARGEST:g} m"
+    raise InputError("tolerance", f"{message}; tolerance={_above(tilts[i - 1]):g} takes them as parallel")
+
+
+def _notes(chain: DHChain, axes: Axes, tolerance: float) -> Iterator[str]:
+    for i, tilt in enumerate(axes.tilts[1:-1], start=1):
+        if tolerance < tilt < _NEARLY_PARALLEL:
+            hint = f"and not taken as parallel, as tolerance={_above(tilt):g} would"
+            yield f"{_pair(chain, i)} are {tilt:.2g} rad from parallel, {hint}"
+        elif _WORTH_A_NOTE < tilt <= tolerance:
+            yield f"{_pair(chain, i)} are {tilt:.2g} rad from parallel, and taken as parallel (tolerance {tolerance:g})"
+
+
+def _pair(chain: DHChain, i: int) -> str:
+    """Line i and the next one, in words; the lines of the joints are 1 to n."""
+    return f"the axes of {chain.joints[i - 1].name!r} and {chain.joints[i].name!r}"
+
+
+def _above(tilt: float) -> float:
+    return 10.0 ** (floor(log10(tilt)) + 1)

@@ -1,0 +1,149 @@
+"""Denavit-Hartenberg tables in, description out."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_one_pose
+from ulna.description.robot_description import Description, Joint, JointType, Limits, Link, Mimic
+from ulna.dh.table import DHTable, around_the_motion, checked_convention
+from ulna.errors import InputError, did_you_mean
+from ulna.kernels.layout import LARGEST
+
+_Z = (0.0, 0.0, 1.0)
+_TYPES = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, JointType.FIXED)
+
+
+def description_from_dh(
+    rows: ArrayLike,
+    *,
+    convention: str = "modified",
+    joint_types: Sequence[str] | None = None,
+    limits: ArrayLike | None = None,
+    T_base_0: ArrayLike | None = None,
+    T_n_tip: ArrayLike | None = None,
+    name: str = "robot",
+) -> Description:
+    """The description of the serial arm in a DH table.
+
+    Args:
+        rows: One row a joint: a [m], d [m], alpha [rad], theta_offset [rad]; shape (n, 4).
+        convention: ``"modified"`` (Craig): a row is Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a)
+            Rx(alpha).
+        joint_types: ``"revolute"`` (unless said), ``"continuous"``, ``"prismatic"`` (moves d) or ``"fixed"``, one a row.
+        limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
+        T_base_0: Where the first row begins, shape (4, 4); at the base unless given.
+        T_n_tip: Where the tip is in the frame of the last row, shape (4, 4); no tip of its own unless given.
+        name: The robot's name.
+
+    Returns:
+        Links ``base``, ``link1`` ... ``linkN``, the DH frames, and joints ``joint1`` ... ``jointN``. With ``T_base_0`` there is
+        a ``link0`` behind ``base``, with ``T_n_tip`` a ``tip`` behind ``linkN``.
+    """
+    table = _table(rows)
+    types = _joint_types(joint_types, len(table))
+    bounds = _bounds(limits, types)
+    joints = [
+        _Row(f"joint{k}", kind, next(bounds) if kind != JointType.FIXED else Limits()) for k, kind in enumerate(types, start=1)
+    ]
+    ends = [T if T is None else as_one_pose(T, key) for key, T in (("T_base_0", T_base_0), ("T_n_tip", T_n_tip))]
+    return _serial_arm(name, table, checked_convention(convention), joints, *ends)
+
+
+def description_of_table(table: DHTable) -> Description:
+    """The description of the serial arm in a table that ``Robot.dh`` made: its joints keep their names, limits and mimics."""
+    joints = [
+        _Row(name, JointType(kind), limits, mimic)
+        for name, kind, limits, mimic in zip(table.joint_names, table.joint_types, table.limits, table.mimics, strict=True)
+    ]
+    return _serial_arm(table.name, table.rows, table.convention, joints, table.T_base_0, table.T_n_tip)
+
+
+class _Row(NamedTuple):
+    """What a row's joint is, beyond its four numbers."""
+
+    name: str
+    type: JointType
+    limits: Limits
+    mimic: Mimic | None = None
+
+
+def _serial_arm(
+    name: str, table: NDArray, convention: str, rows: Sequence[_Row], T_base_0: NDArray | None, T_n_tip: NDArray | None
+) -> Description:
+    chain = _Chain({row.name for row in rows})
+    if T_base_0 is not None:
+        chain.fix("base_to_link0", "link0", T_base_0)
+    for k, (numbers, row) in enumerate(zip(table, rows, strict=True), start=1):
+        child = f"link{k}"
+        before, behind = around_the_motion(numbers, convention)
+        if row.type == JointType.FIXED:
+            chain.add(row, child, before @ behind)
+        elif np.array_equal(behind, np.eye(4)):
+            chain.add(row, child, before)
+        else:
+            chain.add(row, f"{child}_carrier", before)
+            chain.fix(f"{row.name}_offset", child, behind)
+    if T_n_tip is not None:
+        chain.fix(f"{chain.links[-1].name}_to_tip", "tip", T_n_tip)
+    return Description(name, tuple(chain.links), tuple(chain.joints), source="DH table")
+
+
+class _Chain:
+    """Links and joints, growing; names of fixed joints keep clear of those of the rows."""
+
+    def __init__(self, taken: set[str]) -> None:
+        self.links, self.joints, self.taken = [Link("base")], [], taken
+
+    def add(self, row: _Row, child: str, T_parent_joint: NDArray) -> None:
+        parent = self.links[-1].name
+        joint = Joint(row.name, row.type, parent, child, T_parent_joint, np.array(_Z), row.limits, row.mimic)
+        self.joints.append(joint)
+        self.links.append(Link(child))
+
+    def fix(self, name: str, child: str, T_parent_child: NDArray) -> None:
+        while name in self.taken:
+            name += "_"
+        self.add(_Row(name, JointType.FIXED, Limits()), child, T_parent_child)
+
+
+def _table(rows: ArrayLike) -> NDArray[np.float64]:
+    table = as_floats("rows", rows)
+    if table.ndim != 2 or table.shape[1] != 4:
+        raise InputError("rows", f"shape {table.shape}, but (n, 4) is expected: a, d, alpha, theta_offset")
+    if not np.isfinite(table).all():
+        raise InputError("rows", "has an entry that is not finite")
+    if np.abs(table).max(initial=0.0) > LARGEST:
+        raise InputError("rows", f"has an entry beyond {LARGEST:g}")
+    return table
+
+
+def _joint_types(joint_types: Sequence[str] | None, n: int) -> list[JointType]:
+    try:
+        names = ["revolute"] * n if joint_types is None else list(joint_types)
+    except TypeError:
+        raise InputError("joint_types", f"{joint_types!r} is not a list of joint types") from None
+    if len(names) != n:
+        raise InputError("joint_types", f"{len(names)} for {n} rows")
+    for name in names:
+        if name not in list(_TYPES):
+            raise InputError("joint_types", f"{name!r} is not known in a DH table{did_you_mean(str(name), list(_TYPES))}")
+    return [JointType(name) for name in names]
+
+
+def _bounds(limits: ArrayLike | None, types: list[JointType]):
+    n_moving = sum(kind != JointType.FIXED for kind in types)
+    if limits is None:
+        return iter([Limits()] * n_moving)
+    table = as_floats("limits", limits)
+    if (
+        table.shape != (n_moving, 2)
+        or not ((table[:, 0] <= table[:, 1]) & (table[:, 0] < np.inf) & (table[:, 1] > -np.inf)).all()
+    ):
+        raise InputError(
+            "limits", f"shape {table.shape}; {n_moving} pairs of lower <= upper are expected, one for each moving joint"
+        )
+    return iter([Limits(float(lower), float(upper)) for lower, upper in table])

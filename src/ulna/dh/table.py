@@ -1,0 +1,154 @@
+"""A Denavit-Hartenberg table as data: what a row means, and how a table is written for people."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.pose import pose, rpy_from_matrix
+from ulna.description.robot_description import Limits, Mimic, frozen
+from ulna.errors import InputError, did_you_mean
+
+Array = NDArray[np.float64]
+# Axes within this angle [rad] are parallel: a file with six decimals is off by half of that, and the common normal of such axes
+# would lie hundreds of kilometres away.
+PARALLEL = 1e-6
+CONVENTIONS = ("modified", "standard")
+ROW_PRODUCTS = {"modified": "Rx(alpha) Tx(a) Tz(d) Rz(theta)", "standard": "Rz(theta) Tz(d) Tx(a) Rx(alpha)"}
+
+
+def checked_convention(convention: str) -> str:
+    """The convention; an ``InputError`` if there is none of that name."""
+    if convention not in CONVENTIONS:
+        raise InputError("convention", f"{convention!r} is not known{did_you_mean(str(convention), CONVENTIONS)}")
+    return convention
+
+
+def around_the_motion(row: Array, convention: str) -> tuple[Array, Array]:
+    """The constant poses before and behind Rz(q) or Tz(q) in one row's transform."""
+    a, d, alpha, theta = row
+    along_z = pose((0, 0, d), (0, 0, theta))
+    along_x = pose((a, 0, 0), (alpha, 0, 0))
+    return (along_x @ along_z, np.eye(4)) if convention == "modified" else (along_z, along_x)
+
+
+@dataclass(frozen=True, eq=False)
+class DHTable:
+    """The Denavit-Hartenberg table of a serial arm: T_base_tip = T_base_0 T_0_1(q) ... T_n-1_n(q) T_n_tip.
+
+    ``str(table)`` is a table to copy; ``ulna.Robot.from_dh(table)`` is the robot of it.
+    """
+
+    name: str
+    """The robot's name."""
+    convention: str
+    """``"modified"`` (Craig) or ``"standard"``."""
+    base: str
+    tip: str
+    """The links that the table begins and ends at."""
+    rows: Array
+    """a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4): one row for each moving joint of the chain."""
+    joint_names: tuple[str, ...]
+    joint_types: tuple[str, ...]
+    """``"revolute"``, ``"continuous"`` or ``"prismatic"``, one a row. z points along the joint's positive direction: no signs."""
+    limits: tuple[Limits, ...]
+    mimics: tuple[Mimic | None, ...]
+    """For a row whose joint follows that of another row: which, and how."""
+    T_base_0: Array
+    """The pose of frame 0 in the base, shape (4, 4)."""
+    T_n_tip: Array
+    """The pose of the tip in frame n, shape (4, 4)."""
+    max_position_difference: float
+    """The proof: the largest distance [m] between the table's tip and the robot's over ``n_configurations`` random ones."""
+    max_rotation_difference: float
+    """The largest angle [rad] between them."""
+    n_configurations: int
+    notes: tuple[str, ...] = ()
+    """What was decided about axes that are nearly parallel."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rows", frozen(self.rows, (-1, 4)))
+        for key in ("T_base_0", "T_n_tip"):
+            object.__setattr__(self, key, frozen(getattr(self, key), (4, 4)))
+
+    def __reduce__(self):
+        return type(self), tuple(getattr(self, field.name) for field in fields(self))
+
+    def __str__(self) -> str:
+        return "\n".join(_lines(self))
+
+
+def _lines(table: DHTable) -> Iterator[str]:
+    yield f"{table.name}: {table.convention} DH table from {table.base} to {table.tip}"
+    yield f"a row is {ROW_PRODUCTS[table.convention]}"
+    yield ""
+    words = [
+        (str(k), name, *row_words(k, kind, row))
+        for k, (name, kind, row) in enumerate(zip(table.joint_names, table.joint_types, table.rows, strict=True), start=1)
+    ]
+    yield from _aligned([("", "joint", "a [m]", "d [m]", "alpha [rad]", "theta [rad]"), *words])
+    yield ""
+    for k, mimic in enumerate(table.mimics, start=1):
+        if mimic is not None:
+            yield mimic_words(k, table.joint_names.index(mimic.joint) + 1, mimic.multiplier, mimic.offset)
+    yield f"frame 0 in {table.base}: {pose_words(table.T_base_0)}"
+    yield f"{table.tip} in frame {len(table.rows)}: {pose_words(table.T_n_tip)}"
+    yield from table.notes
+    yield proof_words(table.max_position_difference, table.max_rotation_difference, table.n_configurations)
+
+
+def proof_words(position: float, rotation: float, n: int) -> str:
+    """The proof as a sentence."""
+    return f"largest difference at {n} random configurations: {position:.2g} m, {rotation:.2g} rad"
+
+
+def mimic_words(k: int, leader: int, multiplier: float, offset: float) -> str:
+    """How row k follows another, as an equation."""
+    return f"q{k} = {multiplier:.9g} * q{leader} + {offset:.9g}"
+
+
+def row_words(k: int, kind: str, row: Sequence[float] | Array) -> tuple[str, str, str, str]:
+    """a, d, alpha and theta of row k, with q where it enters."""
+    a, d, alpha, theta = length_words(row[0]), length_words(row[1]), angle_words(row[2]), angle_words(row[3])
+    return (a, _with_q(k, d), alpha, theta) if kind == "prismatic" else (a, d, alpha, _with_q(k, theta))
+
+
+def _with_q(k: int, constant: str) -> str:
+    sign = " - " if constant.startswith("-") else " + "
+    return f"q{k}" if constant == "0" else f"q{k}{sign}{constant.removeprefix('-')}"
+
+
+def length_words(value: float) -> str:
+    """A length with nine digits."""
+    return f"{value + 0.0:.9g}"
+
+
+def angle_words(value: float) -> str:
+    """An angle, as a fraction of pi where it is one to the last digits."""
+    for divisor in (1, 2, 3, 4, 6, 12):
+        parts = value * divisor / pi
+        if round(parts) and abs(parts - round(parts)) < 1e-13:
+            factor = {1: "", -1: "-"}.get(round(parts), str(round(parts)))
+            return f"{factor}pi" + (f"/{divisor}" if divisor > 1 else "")
+    return length_words(value)
+
+
+def pose_words(T: Array) -> str:
+    """A pose as position and roll, pitch, yaw."""
+    if np.array_equal(T, np.eye(4)):
+        return "the identity"
+    xyz = ", ".join(length_words(value) for value in T[:3, 3])
+    rpy = ", ".join(angle_words(value) for value in rpy_from_matrix(T))
+    return f"xyz = ({xyz}) m, rpy = ({rpy}) rad"
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Columns: the names to the left, the numbers to the right."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    for row in rows:
+        cells = [
+            cell.ljust(width) if k == 1 else cell.rjust(width) for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        yield "  ".join(cells).rstrip()

@@ -1,0 +1,51 @@
+"""Runs one step of differential inverse kinematics over one configuration or a batch. Used by ``ik.differential``."""
+
+import numpy as np
+
+from ulna.drivers.batch import all_in_range, gather
+from ulna.engine.decorators import entry
+from ulna.engine.signatures import CONSTANTS, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
+from ulna.engine.width import WIDTH
+from ulna.kernels.chain.jacobian import chain_jacobian
+from ulna.kernels.ik.bounded_least_squares import bounded_least_squares
+from ulna.kernels.ik.damped_step import N_SYSTEM
+from ulna.kernels.ik.velocity_bounds import velocity_bounds
+
+
+@entry((TABLE, WHOLE, TABLE, CONSTANTS, NUMBER, NUMBER, NUMBERS, NUMBERS, NUMBERS, NUMBERS))
+def differential_one(chain, expressed_in, limits, velocity_limits, damping, dt, q, twist, work, out):
+    """Write the joint velocities to out, shape (n_dof,), for one q and one twist (6,). False if a number is out of range.
+
+    work: at least 27 + 16 n_dof numbers, so that nothing is allocated.
+    """
+    n = out.shape[0]
+    jacobian_rows, free_rows, work = work[: 6 * n], work[6 * n : 12 * n], work[12 * n :]
+    system_rows, held_rows, work = work[:N_SYSTEM], work[N_SYSTEM : N_SYSTEM + n], work[N_SYSTEM + n :]
+    goal_rows, bound_rows = work[:n], work[n : 3 * n]
+    chain_jacobian(chain, q, expressed_in, jacobian_rows, 6, 1)
+    velocity_bounds(limits, velocity_limits, dt, q, bound_rows)
+    bounded_least_squares(jacobian_rows, twist, damping, bound_rows, out, (held_rows, goal_rows, free_rows, system_rows))
+    return all_in_range(q) and all_in_range(twist)
+
+
+@entry((TABLE, WHOLE, TABLE, CONSTANTS, NUMBER, NUMBER, MATRIX, MATRIX, MATRIX))
+def differential_batch(chain, expressed_in, limits, velocity_limits, damping, dt, q, twists, out):
+    """The same for q (n, n_dof), twists (n or 1, 6) and out (n, n_dof): eight rows at a time."""
+    n, n_dof = out.shape
+    q_rows, twist_rows, x_rows = np.zeros((n_dof, WIDTH)), np.zeros((6, WIDTH)), np.zeros((n_dof, WIDTH))
+    jacobian_rows, bound_rows = np.empty((6 * n_dof, WIDTH)), np.empty((2 * n_dof, WIDTH))
+    scratch = (
+        np.empty((n_dof, WIDTH)), np.empty((n_dof, WIDTH)), np.empty((6 * n_dof, WIDTH)), np.empty((N_SYSTEM, WIDTH)),
+    )  # fmt: skip
+    good = True
+    for start in range(0, n, WIDTH):
+        gather(q, start, q_rows)
+        gather(twists, start, twist_rows)
+        good &= all_in_range(q_rows) and all_in_range(twist_rows)
+        chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, 6, 1)
+        velocity_bounds(limits, velocity_limits, dt, q_rows, bound_rows)
+        bounded_least_squares(jacobian_rows, twist_rows, damping, bound_rows, x_rows, scratch)
+        for lane in range(WIDTH):
+            for j in range(n_dof):
+                out[min(start + lane, n - 1), j] = x_rows[j, lane]
+    return good

@@ -1,0 +1,67 @@
+"""Runs forward kinematics over one configuration or a batch. Used by ``kinematics.forward``."""
+
+import numpy as np
+
+from ulna.drivers.batch import all_in_range, apart, gather, scatter_matrix, write_matrix
+from ulna.engine.decorators import entry, low_latency_entry
+from ulna.engine.lanes import load
+from ulna.engine.signatures import BLOCKS, MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
+from ulna.engine.width import WIDTH
+from ulna.kernels.chain.chain import chain_pose
+from ulna.kernels.chain.tree import frame_pose, tree_poses
+from ulna.kernels.spatial.se3 import store_pose
+
+
+@low_latency_entry((MATRIX, WHOLE, NUMBERS, MATRIX))
+def forward_one(chain, n_dof, q, out):
+    """Write the 4x4 matrix of the chain's end to out for one q.
+
+    False, and nothing is written, if q is not n_dof numbers in range, or out is not 4x4, or shares memory with q.
+    """
+    if q.shape[0] != n_dof or out.shape != (4, 4) or not (all_in_range(q) and apart(q, out)):
+        return False
+    write_matrix(chain_pose(chain, q), out)
+    return True
+
+
+@entry((TABLE, MATRIX, MATRICES))
+def forward_batch(chain, q, out):
+    """The same for q of shape (n, n_dof), out of shape (n, 4, 4): eight rows at a time."""
+    q_rows, pose_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((12, WIDTH))
+    good = True
+    for start in range(0, q.shape[0], WIDTH):
+        gather(q, start, q_rows)
+        good &= all_in_range(q_rows)
+        store_pose(pose_rows, 0, chain_pose(chain, q_rows))
+        for lane in range(WIDTH):
+            scatter_matrix(pose_rows, 0, lane, out[min(start + lane, q.shape[0] - 1)])
+    return good
+
+
+@entry((TABLE, TABLE, NUMBERS, MATRICES))
+def frames_one(joints, frames, q, out):
+    """Write the 4x4 matrices of all frames to out, shape (n_frames, 4, 4), for one q. False if q is out of range."""
+    joint_rows = np.empty(12 * joints.shape[0])
+    tree_poses(joints, q, joint_rows)
+    for k in range(frames.shape[0]):
+        write_matrix(frame_pose(frames, k, joint_rows, load(q, 0)), out[k])
+    return all_in_range(q)
+
+
+@entry((TABLE, TABLE, MATRIX, BLOCKS))
+def frames_batch(joints, frames, q, out):
+    """The same for q of shape (n, n_dof), out of shape (n, n_frames, 4, 4): eight rows at a time."""
+    q_rows = np.zeros((max(1, q.shape[1]), WIDTH))
+    joint_rows = np.empty((12 * joints.shape[0], WIDTH))
+    frame_rows = np.empty((12 * frames.shape[0], WIDTH))
+    good = True
+    for start in range(0, q.shape[0], WIDTH):
+        gather(q, start, q_rows)
+        good &= all_in_range(q_rows)
+        tree_poses(joints, q_rows, joint_rows)
+        for k in range(frames.shape[0]):
+            store_pose(frame_rows, k, frame_pose(frames, k, joint_rows, load(q_rows, 0)))
+        for lane in range(WIDTH):
+            for k in range(frames.shape[0]):
+                scatter_matrix(frame_rows, k, lane, out[min(start + lane, q.shape[0] - 1), k])
+    return good

@@ -1,0 +1,39 @@
+"""Runs the geometric Jacobian over one configuration or a batch. Used by ``kinematics.jacobian``."""
+
+import numpy as np
+
+from ulna.drivers.batch import all_in_range, apart, gather
+from ulna.engine.decorators import entry, low_latency_entry
+from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
+from ulna.engine.width import WIDTH
+from ulna.kernels.chain.jacobian import chain_jacobian
+
+
+@low_latency_entry((MATRIX, WHOLE, WHOLE, NUMBERS, MATRIX))
+def jacobian_one(chain, expressed_in, n_dof, q, out):
+    """Write J to out, shape (6, n_dof), for one q.
+
+    False, and nothing is written, if q is not n_dof numbers in range, or out has another shape, or shares memory with q.
+    """
+    if q.shape[0] != n_dof or out.shape != (6, n_dof) or not (all_in_range(q) and apart(q, out)):
+        return False
+    chain_jacobian(chain, q, expressed_in, out.reshape(out.size), 1, n_dof)
+    return True
+
+
+@entry((TABLE, WHOLE, MATRIX, MATRICES))
+def jacobian_batch(chain, expressed_in, q, out):
+    """The same for q of shape (n, n_dof), out of shape (n, 6, n_dof): eight rows at a time. False if q is out of range."""
+    n, n_dof = q.shape
+    q_rows, jacobian_rows = np.zeros((max(1, n_dof), WIDTH)), np.empty((6 * n_dof, WIDTH))
+    good = True
+    for start in range(0, n, WIDTH):
+        gather(q, start, q_rows)
+        good &= all_in_range(q_rows)
+        chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, 6, 1)
+        for lane in range(WIDTH):
+            i = min(start + lane, n - 1)
+            for j in range(n_dof):
+                for k in range(6):
+                    out[i, k, j] = jacobian_rows[6 * j + k, lane]
+    return good

@@ -1,0 +1,104 @@
+"""Jobs of a search into the lanes and out again: targets, bounds and starts in, answers out. For one lane at a time."""
+
+import numpy as np
+
+from ulna.engine.decorators import kernel, routine, workspace
+from ulna.engine.width import WIDTH
+from ulna.kernels.ik.damped_step import N_SYSTEM
+from ulna.kernels.ik.levenberg_marquardt import (
+    ALLOWED,
+    CHANGE,
+    ENDED,
+    ERROR,
+    HAS_SOLVED,
+    LAMBDA,
+    LEAST,
+    N_STATE,
+    P2,
+    R2,
+    RUNNING,
+    TAKEN,
+)
+from ulna.kernels.ik.search_layout import (
+    DAMPING,
+    ITERATIONS,
+    MISSED,
+    NOT_FOUND,
+    POSITION_ERROR,
+    RESIDUAL,
+    ROTATION_ERROR,
+    SOLVED,
+    START,
+    STATUS,
+)
+from ulna.kernels.spatial.vectors import turn_into
+
+LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # of the bounds: where q may be, and where starts are taken from
+
+
+@workspace
+def search_rows(n_dof):
+    """The rows of eight searches, and the scratch of a step (``levenberg_marquardt``), all cut from one block."""
+    target, bound, state = 2 * n_dof, 2 * n_dof + 12, 4 * n_dof + 12
+    jacobian = state + N_STATE
+    system = jacobian + 6 * n_dof
+    block = np.zeros((system + N_SYSTEM, WIDTH))
+    rows = block[:n_dof], block[n_dof:target], block[target:bound], block[bound:state], block[state:jacobian]
+    return rows, (block[jacobian:system], block[system:])
+
+
+@kernel
+def place(target, target_rows, lane):
+    """Write a pose of plain numbers to a lane."""
+    for k in range(12):
+        target_rows[k, lane] = target[k]
+
+
+@kernel
+def bound(box, bound_rows, lane):
+    """Write the bounds to a lane."""
+    n_dof = box.shape[1]
+    for j in range(n_dof):
+        bound_rows[j, lane], bound_rows[n_dof + j, lane] = box[LOWER, j], box[UPPER, j]
+
+
+@kernel
+def start_at(box, seed, shares, start, q_rows, lane):
+    """Write the start to a lane; what does not share in it stays at the seed."""
+    for j in range(seed.shape[0]):
+        share = shares[start, j]
+        x = box[LOW, j] + share * (box[HIGH, j] - box[LOW, j]) if share >= 0.0 else seed[j]
+        q_rows[j, lane] = min(max(x, box[LOWER, j]), box[UPPER, j])
+
+
+@kernel
+def clear(state_rows, allowed, with_posture, lane):
+    """The state of a lane that has not begun."""
+    state_rows[ENDED, lane], state_rows[LEAST, lane] = RUNNING, np.inf
+    state_rows[P2, lane], state_rows[R2, lane] = np.inf, np.inf
+    state_rows[TAKEN, lane], state_rows[ALLOWED, lane] = 0.0, allowed
+    state_rows[CHANGE, lane] = np.inf if with_posture != 0.0 else 0.0
+
+
+@routine
+def answer(q_rows, target_rows, state_rows, lane, start, row, q_out, info):
+    """Write what a lane has found to a row."""
+    for j in range(q_out.shape[1]):
+        q_out[row, j] = q_rows[j, lane]
+    e = (
+        state_rows[ERROR, lane], state_rows[ERROR + 1, lane], state_rows[ERROR + 2, lane],
+        state_rows[ERROR + 3, lane], state_rows[ERROR + 4, lane], state_rows[ERROR + 5, lane],
+    )  # fmt: skip
+    target = (
+        target_rows[0, lane], target_rows[1, lane], target_rows[2, lane], 0.0,
+        target_rows[4, lane], target_rows[5, lane], target_rows[6, lane], 0.0,
+        target_rows[8, lane], target_rows[9, lane], target_rows[10, lane], 0.0,
+    )  # fmt: skip
+    v, w = turn_into(target, (e[0], e[1], e[2])), turn_into(target, (e[3], e[4], e[5]))
+    info[row, STATUS] = SOLVED if state_rows[ENDED, lane] == HAS_SOLVED else NOT_FOUND
+    info[row, ITERATIONS], info[row, START], info[row, DAMPING] = state_rows[TAKEN, lane] - 1.0, start, state_rows[LAMBDA, lane]
+    info[row, MISSED] = state_rows[P2, lane] + state_rows[R2, lane]
+    info[row, POSITION_ERROR] = np.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
+    info[row, ROTATION_ERROR] = np.sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
+    for k in range(3):
+        info[row, RESIDUAL + k], info[row, RESIDUAL + 3 + k] = v[k], w[k]

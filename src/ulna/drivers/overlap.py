@@ -1,0 +1,76 @@
+"""Runs the overlap test over one configuration, a batch, or groups of pairs. Used by ``collision.checker`` and ``collision.sampled_pairs``."""
+
+import numpy as np
+
+from ulna.drivers.batch import all_in_range, gather
+from ulna.engine.decorators import entry
+from ulna.engine.lanes import load, splat, store, where
+from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
+from ulna.engine.width import WIDTH
+from ulna.kernels.collision.bvh import STACK, place_bounds
+from ulna.kernels.collision.overlap import FREE, OUT_OF_RANGE, OVERLAPS, overlaps_indexed, overlaps_unindexed, pair_overlaps
+from ulna.kernels.collision.posed_pair import place_bodies
+
+
+@entry(*((*scene, NUMBERS) for scene in SCENES))
+def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q):
+    """FREE or OVERLAPS for one q; OUT_OF_RANGE if an entry of q is."""
+    if not all_in_range(q):
+        return OUT_OF_RANGE
+    joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
+    place_bodies(joints, bodies, q, joint_rows, body_rows)
+    if overlaps_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_rows, load(q, 0)) > 0.0:
+        return OVERLAPS
+    n_hung = objects.shape[0] - n_alone
+    if n_hung > 0:
+        stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(n_hung, np.int64), np.empty(6 * bodies.shape[0])
+        place_bounds(bodies, body_rows, bound_rows)
+        at, within = body_rows.reshape(-1, 1), bound_rows.reshape(-1, 1)
+        if overlaps_indexed(bodies, vertices, at, within, 0, objects, points, nodes, n_alone, stack, found):
+            return OVERLAPS
+    return FREE
+
+
+@entry(*((*scene, MATRIX, TRUTHS) for scene in SCENES))
+def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q, out):
+    """Write to the bools of out, shape (n,), whether the robot touches anything. False if an entry of q is out of range.
+
+    Pairs and single objects are met by eight configurations at once; the tree by one after the other, for each goes its own way.
+    """
+    n, n_hung = q.shape[0], objects.shape[0] - n_alone
+    q_rows, hit_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((1, WIDTH))
+    joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))
+    stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(n_hung, np.int64), np.empty((6 * bodies.shape[0], WIDTH))
+    good = True
+    for start in range(0, n, WIDTH):
+        gather(q, start, q_rows)
+        good &= all_in_range(q_rows)
+        place_bodies(joints, bodies, q_rows, joint_rows, body_rows)
+        store(hit_rows, 0, overlaps_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_rows, load(q_rows, 0)))
+        if n_hung > 0:
+            place_bounds(bodies, body_rows, bound_rows)
+        for lane in range(WIDTH):
+            out[min(start + lane, n - 1)] = hit_rows[0, lane] > 0.0 or (
+                n_hung > 0
+                and overlaps_indexed(bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, found)
+            )
+    return good
+
+
+@entry(*((*scene[:3], INDEX_ROWS, INDICES, MATRIX, TRUTH_ROWS) for scene in SCENES))
+def overlap_groups(joints, bodies, vertices, pairs, groups, q, out):
+    """Write to the bools of out, shape (n_groups, n), which groups of pairs touch at each q; pair p belongs to groups[p]."""
+    n = q.shape[0]
+    q_rows, hit_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((out.shape[0], WIDTH))
+    joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))
+    for start in range(0, n, WIDTH):
+        gather(q, start, q_rows)
+        place_bodies(joints, bodies, q_rows, joint_rows, body_rows)
+        for g in range(out.shape[0]):
+            store(hit_rows, g, splat(0.0, load(q_rows, 0)))
+        for p in range(pairs.shape[0]):
+            hits = pair_overlaps(bodies, vertices, pairs, p, body_rows)
+            store(hit_rows, groups[p], where(hits, 1.0, load(hit_rows, groups[p])))
+        for g in range(out.shape[0]):
+            for lane in range(WIDTH):
+                out[g, min(start + lane, n - 1)] = hit_rows[g, lane] > 0.0

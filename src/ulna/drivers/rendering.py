@@ -1,0 +1,150 @@
+"""Rasterises, shades and composes one picture. Used by ``viewer.film.painter``."""
+
+from ulna.engine.decorators import entry
+from ulna.engine.lanes import sqrt
+from ulna.engine.signatures import INDEX_ROWS, INDICES, LIGHT, MATRICES, MATRIX, NEARNESS, NONE, NUMBERED, NUMBERS, PIXELS, SKIN
+from ulna.kernels.render.raster import above_zero, corners, row, span, twice_area, weights
+from ulna.kernels.render.shading import sample_light, uniform
+from ulna.kernels.render.translucent import _EDGE, held_back
+from ulna.kernels.spatial.se3 import constant_pose
+from ulna.kernels.spatial.vectors import place, plus, times
+
+
+@entry((MATRIX, MATRIX, NEARNESS, LIGHT))
+def lay_panes(points, paints, nearness, light):
+    """Lay flat panes of four corners over the light of a picture, one after the other.
+
+    1. For each pixel within a pane's bounds, of its samples that lie in the pane with nothing drawn nearer: the sum of the pane's
+       opacities there, which are higher along its edges.
+    2. The pixel gives up so much of its light for the pane's.
+
+    Args:
+        points: Raster coordinates of the corners, shape (4 n, 3), as in ``kernels.render.raster``: four in turn.
+        paints: Red, green, blue (linear) and opacity of each pane, shape (n, 4).
+        nearness: What was drawn before, shape (m * height, m * width).
+        light: Shape (height, width, 3); written to.
+    """
+    height, width = light.shape[0], light.shape[1]
+    m = nearness.shape[0] // height
+    for k in range(paints.shape[0]):
+        a, b, c, d = row(points, 4 * k), row(points, 4 * k + 1), row(points, 4 * k + 2), row(points, 4 * k + 3)
+        if min(a[2], b[2], c[2], d[2]) > 0.0:
+            left, right = span(min(a[0], b[0], c[0], d[0]), max(a[0], b[0], c[0], d[0]), m * width)
+            top, bottom = span(min(a[1], b[1], c[1], d[1]), max(a[1], b[1], c[1], d[1]), m * height)
+            for i in range(top // m, (bottom + m - 1) // m):
+                for j in range(left // m, (right + m - 1) // m):
+                    held = 0.0
+                    for y in range(m * i, m * i + m):
+                        for x in range(m * j, m * j + m):
+                            held += held_back(a, b, c, d, x + 0.5, y + 0.5, nearness[y, x], paints[k, 3], _EDGE * m)
+                    if held > 0.0:
+                        part = held / (m * m)
+                        for channel in range(3):
+                            light[i, j, channel] += part * (paints[k, channel] - light[i, j, channel])
+
+
+@entry((MATRIX, INDICES, MATRIX, MATRIX, MATRIX))
+def place_points(points, frames, poses, view, placed):
+    """Write where points that move with frames stand on a raster.
+
+    Args:
+        points: In their frames, shape (n, 3).
+        frames: The frame of each, shape (n,).
+        poses: Of the frames in the base, twelve numbers each, shape (n_frames, 12).
+        view: The map from the base to the raster, twelve numbers, and a thirteenth, shape (1, 13): 1 for a camera, of which the
+            third number is the depth, by which the others are divided; 0 for a light far away.
+        placed: Shape (n, 3); written to. Behind a camera the nearness is zero.
+    """
+    for k in range(points.shape[0]):
+        p = place(constant_pose(poses, frames[k], 0.0), row(points, k))
+        x, y, z = place(constant_pose(view, 0, 0.0), p)
+        if view[0, 12] > 0.0:
+            z = 1.0 / z if z > 0.0 else 0.0
+            x, y = x * z, y * z
+        placed[k, 0], placed[k, 1], placed[k, 2] = x, y, z
+
+
+@entry((MATRIX, INDEX_ROWS, NEARNESS, NUMBERED), (MATRIX, INDEX_ROWS, NEARNESS, NONE))
+def draw_triangles(points, triangles, nearness, numbers):
+    """Enter triangles into a raster.
+
+    1. Leave out a triangle with a corner behind the eye, or of no area.
+    2. In each row of samples those between its edges: where none of the three weights of its corners is negative.
+    3. There its nearness; if none nearer was entered, enter it and the triangle's number.
+
+    Args:
+        points: Raster coordinates of the vertices, shape (n, 3).
+        triangles: Their vertices, shape (m, 3).
+        nearness: What was entered so far, zero where nothing, shape (height, width); written to.
+        numbers: The triangle that was nearest, of the same shape, or None if only the nearness is asked for; written to.
+    """
+    for k in range(triangles.shape[0]):
+        a, b, c = corners(points, triangles, k)
+        area = twice_area(a, b, c)
+        if a[2] > 0.0 and b[2] > 0.0 and c[2] > 0.0 and area != 0.0:
+            left, right = span(min(a[0], b[0], c[0]), max(a[0], b[0], c[0]), nearness.shape[1])
+            top, bottom = span(min(a[1], b[1], c[1]), max(a[1], b[1], c[1]), nearness.shape[0])
+            slope_u, slope_v = (b[1] - c[1]) / area, (c[1] - a[1]) / area
+            for i in range(top, bottom):
+                u0, v0 = weights(a, b, c, area, 0.5, i + 0.5)
+                low, high = above_zero(u0, slope_u, left, right)
+                low, high = above_zero(v0, slope_v, low, high)
+                low, high = above_zero(1.0 - u0 - v0, -slope_u - slope_v, low, high)
+                for j in range(low, high):
+                    near = c[2] + (u0 + j * slope_u) * (a[2] - c[2]) + (v0 + j * slope_v) * (b[2] - c[2])
+                    if near > nearness[i, j]:
+                        nearness[i, j] = near
+                        if numbers is not None:
+                            numbers[i, j] = k
+
+
+@entry((NUMBERED, NEARNESS, MATRIX, INDEX_ROWS, SKIN, MATRICES, MATRIX, MATRIX, NEARNESS, NUMBERS, LIGHT))
+def shade_pixels(numbers, nearness, points, triangles, skin, turns, camera, sun, shadows, floor, light):
+    """Write the light of every pixel.
+
+    1. Where all samples of a pixel show the same piece of surface, or the floor, the light of its middle.
+    2. Elsewhere the mean of the light of each: so edges are smooth, and only they cost more.
+
+    Args:
+        numbers: The triangle behind each sample, shape (n * height, n * width).
+        nearness: Its nearness there.
+        points: Raster coordinates of the vertices, shape (n_points, 3).
+        triangles: Shape (n_triangles, 3).
+        skin: Four arrays of the triangles: the normals of their corners in the axes of their link, shape (3 n_triangles, 3);
+            linear colours, shape (n_triangles, 3); how much of it each shines by itself, 0 for none; their links.
+        turns: The rotation of each link, shape (n_links, 3, 3).
+        camera: Shape (4, 3). See ``kernels.render.illumination``; as the sun, its shadows and the floor.
+        sun: Shape (3, 4).
+        shadows: Nearness on the sun's raster.
+        floor: Shape (7,).
+        light: Shape (height, width, 3); written to.
+    """
+    n = numbers.shape[0] // light.shape[0]
+    for i in range(light.shape[0]):
+        for j in range(light.shape[1]):
+            if uniform(numbers, nearness, skin, n, n * i, n * j):
+                k, x, y = numbers[n * i + n // 2, n * j + n // 2], n * j + n // 2 + 0.5, n * i + n // 2 + 0.5
+                total = sample_light(points, triangles, skin, turns, camera, sun, shadows, floor, k, x, y)
+            else:
+                total = 0.0, 0.0, 0.0
+                for y in range(n * i, n * i + n):
+                    for x in range(n * j, n * j + n):
+                        k = numbers[y, x]
+                        one = sample_light(points, triangles, skin, turns, camera, sun, shadows, floor, k, x + 0.5, y + 0.5)
+                        total = plus(total, (min(one[0], 1.0), min(one[1], 1.0), min(one[2], 1.0)))
+                total = times(total, 1.0 / (n * n))
+            light[i, j, 0], light[i, j, 1], light[i, j, 2] = total
+
+
+@entry((LIGHT, PIXELS))
+def encode(light, pixels):
+    """Light as the numbers of a screen, 0 to 255, whose square it is: a screen's curve is near that.
+
+    Args:
+        light: Linear, shape (height, width, 3).
+        pixels: Of the same shape, uint8; written to.
+    """
+    for i in range(light.shape[0]):
+        for j in range(light.shape[1]):
+            for c in range(3):
+                pixels[i, j, c] = int(255.0 * sqrt(min(max(light[i, j, c], 0.0), 1.0)) + 0.5)

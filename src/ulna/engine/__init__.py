@@ -1,0 +1,1 @@
+"""How a formula becomes machine code. The only package that knows Numba."""

@@ -1,0 +1,145 @@
+"""The search in rounds: every target gets one start, those that are left get more and more, until the budget is spent.
+
+The answer for a target depends on nothing but the target, its seed, its bounds and the random seed: not on what else is in the
+batch, nor on how the batch is cut for the threads.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers.multi_start import search_jobs
+from ulna.engine.threads import in_parts
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
+from ulna.ik.unit_samples import seed_sample, unit_samples
+from ulna.kernels.ik import search_layout as layout
+
+Array = NDArray[np.float64]
+# The price of every job that has solved its target, shape (k,); infinite: not acceptable. Called with the numbers of the targets
+# (k,) and the configurations (k, n_dof).
+Cost = Callable[[NDArray[np.int64], Array], Array]
+_JOBS_A_THREAD = 1024
+_JOBS_AT_ONCE = 1 << 16
+_MOST_STARTS = 128  # of a target in one round
+
+
+@dataclass(frozen=True)
+class Restart:
+    """``count`` starts for every target: random ones from number ``first`` on, after the seed itself if ``from_seed``."""
+
+    first: int
+    count: int
+    steps: int
+    from_seed: bool = False
+    with_posture: bool = False
+    calm: bool = False
+
+
+def restarts_of(problem: Problem, many: int, *, seed_alone: bool) -> Iterator[Restart]:
+    """The seed first, then ``many`` random starts a target, twice as many, and so on; the steps of all are within the budget.
+
+    Unless the seed goes alone, it is one of ``many`` in the first round.
+    """
+    left, first = problem.budget, 0
+    if problem.settings[layout.WITH_POSTURE]:
+        yield Restart(0, 1, min(SEEDED_STEPS, left), from_seed=True, with_posture=True)
+        left -= SEEDED_STEPS
+    steps = SEEDED_STEPS if problem.seeded else STEPS
+    if left > 0 or left == problem.budget:
+        count = 1 if seed_alone else max(1, min(many, left // steps))
+        yield Restart(0, count, min(steps, left), from_seed=True)
+        left, first = left - count * steps, count - 1
+    while left > 0:
+        count = min(many, max(1, left // STEPS))
+        yield Restart(first, count, min(STEPS, left))
+        left, first, many = left - count * STEPS, first + count, min(2 * many, _MOST_STARTS)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The best answers so far: q (n, n_dof), info (n, N_INFO); a target is open until it is solved or given up."""
+
+    problem: Problem
+    q: Array
+    info: Array
+    open: NDArray[np.bool_]
+    rejected: dict[int, tuple[Array, Array]]
+    """Of the configurations that solve a target and have no price (they collide) one each, with its information."""
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Search":
+        """A search that has not begun."""
+        n, n_dof = len(problem.targets), problem.tree.n_dof
+        info = np.zeros((n, layout.N_INFO))
+        info[:, layout.STATUS], info[:, layout.MISSED] = layout.NOT_FOUND, np.inf
+        return cls(problem, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), {})
+
+    def run(self, part: Restart, price: Cost | None) -> None:
+        """Give every open target the starts of a round, and keep what is better than before."""
+        order = np.flatnonzero(self.open)
+        size = max(1, _JOBS_AT_ONCE // part.count)  # what they answer would fill the memory otherwise
+        for piece in (order[begin : begin + size] for begin in range(0, len(order), size)):
+            self.keep(piece, *jobs(self.problem, piece, part), part, price)
+
+    def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart, price: Cost | None) -> None:
+        """Keep what is better than before for some targets, and close those that are solved."""
+        solved = info[:, :, layout.STATUS] == layout.SOLVED
+        costs = np.full(solved.shape, np.inf)
+        costs[solved] = 0.0 if price is None else price(order[solved.nonzero()[0]], q[solved])
+        self._note_rejected(order, q, info, solved & np.isinf(costs))
+        chosen = np.where(np.isfinite(costs).any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
+        row = np.arange(len(order))
+        q, info, accepted = q[row, chosen], info[row, chosen], np.isfinite(costs[row, chosen])
+        info[~accepted & (info[:, layout.STATUS] == layout.SOLVED), layout.STATUS] = layout.NOT_FOUND
+        info[:, layout.START] += part.first + (not part.from_seed)
+        better = accepted | ~(info[:, layout.MISSED] >= self.info[order, layout.MISSED])
+        self.q[order[better]], self.info[order[better]] = q[better], info[better]
+        self.open[order[accepted | (info[:, layout.STATUS] == layout.NOT_A_POSE)]] = False
+
+    def _note_rejected(self, order: NDArray[np.int64], q: Array, info: Array, refused: NDArray[np.bool_]) -> None:
+        for row in np.flatnonzero(refused.any(axis=1)):
+            k = refused[row].argmax()
+            self.rejected.setdefault(int(order[row]), (q[row, k].copy(), info[row, k].copy()))
+
+
+def search_with_restarts(
+    problem: Problem, price: Cost | None, many: int, give_up: Callable[[Search], None], *, seed_alone: bool
+) -> tuple[Search, bool]:
+    """All rounds until no target is open, the budget is spent or time is up; True if time was up.
+
+    After the first random starts ``give_up`` closes targets that are hopeless.
+    """
+    search, end = Search.of(problem), time.monotonic() + problem.time_limit
+    for number, part in enumerate(restarts_of(problem, many, seed_alone=seed_alone)):
+        if number and time.monotonic() >= end:
+            return search, bool(search.open.any())
+        search.run(part, price)
+        if number == 1 and search.open.any():
+            give_up(search)
+        if not search.open.any():
+            break
+    return search, False
+
+
+def jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
+    """The answers of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
+    n_dof = problem.tree.n_dof
+    starts = seed_sample(n_dof) if part.from_seed else np.empty((0, n_dof))
+    if part.count > len(starts):
+        starts = np.vstack([starts, unit_samples(problem.tree, problem.link, problem.seed, part.first, part.count - len(starts))])
+    settings = problem.settings.copy()
+    settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
+    q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
+
+    def piece(rows: slice) -> bool:
+        search_jobs(
+            problem.chain, problem.targets, order[rows], problem.seeds, problem.bounds, starts, problem.posture, settings,
+            q[rows].reshape(-1, n_dof), info[rows].reshape(-1, layout.N_INFO),
+        )  # fmt: skip
+        return True
+
+    in_parts(piece, len(order), max(1, _JOBS_A_THREAD // len(starts)), problem.threads)
+    return q, info

@@ -1,0 +1,51 @@
+"""What only the whole robot shows: followers that leave their leader no room, and a reach that no arm has."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from ulna.description.robot_description import Description, JointType
+from ulna.description.structure import bounds_of_q, columns_of_q, drives_of, hard_bounds, joints_from_root
+from ulna.inspection.result import Finding, Severity
+from ulna.robot import Robot
+
+_LARGEST_REACH, _LEAST_REACH = 20.0, 0.01
+
+
+def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
+    """What is wrong with a robot that loads."""
+    yield from _contradictions(robot.description)
+    if reach > _LARGEST_REACH:
+        yield Finding(Severity.WARNING, "document", f"it reaches {reach:.3g} m when stretched: millimetres? Lengths are metres")
+    elif robot.n_dof and 0 < reach < _LEAST_REACH:
+        yield Finding(Severity.WARNING, "document", f"it reaches {reach:.3g} m when stretched: scaled twice?")
+
+
+def reach_of(robot: Robot) -> float:
+    """The length of the longest chain [m]: its joints' distances in sum, slides drawn out to their finite limits."""
+    far = {robot.base: 0.0}
+    for joint in joints_from_root(robot.description):
+        slide = 0.0
+        if joint.type == JointType.PRISMATIC:
+            slide = max((abs(limit) for limit in (joint.limits.lower, joint.limits.upper) if math.isfinite(limit)), default=0.0)
+        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.origin[:3, 3])) + slide
+    return max(far.values())
+
+
+def _contradictions(description: Description) -> Iterator[Finding]:
+    joints = joints_from_root(description)
+    columns = columns_of_q(joints)
+    drives = drives_of(joints, columns, description.source)
+    _, passed_over = bounds_of_q(joints, drives, hard_bounds)
+    leaders = {column.start: name for name, column in columns.items()}
+    for joint in joints:
+        drive = drives[joint.name]
+        if joint.mimic is None or drive.column is None:
+            continue
+        where = f"joint {joint.name!r}"
+        if drive.ratio == 0:
+            yield Finding(Severity.WARNING, where, f"mimics {joint.mimic.joint!r} with multiplier 0: it stands still", joint.line)
+        elif joint.name in passed_over and joint.limits.lower < joint.limits.upper:
+            message = f"its limits leave {leaders[drive.column]!r}, which it mimics, no room: they are passed over"
+            yield Finding(Severity.WARNING, where, message, joint.line)

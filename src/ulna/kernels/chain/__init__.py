@@ -1,0 +1,1 @@
+"""Forward kinematics and Jacobians of a chain or a tree."""

@@ -1,0 +1,78 @@
+"""The geometric Jacobian of a chain's end: the velocity of the end for a unit rate of each entry of q, linear part first.
+
+Source: Lynch and Park, Modern Robotics (2017), chapter 5; Siciliano et al., Robotics (2009), section 3.1.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, splat, store
+from ulna.kernels.chain.joint import joint_pose
+from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC, RATIO
+from ulna.kernels.spatial.se3 import compose
+from ulna.kernels.spatial.vectors import axis, cross, origin, plus, times, turn_into
+
+BASE, LINK, SPATIAL = 0, 1, 2  # the frame in which a Jacobian is expressed
+
+
+@kernel
+def chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, across, down):
+    """Write J, entry (k, j) to row across * j + down * k, and return the end's pose. Rows are v_x, v_y, v_z, w_x, w_y, w_z.
+
+    1. Walk the chain. A joint along or about z_i, whose frame stands at p_i, moves the point that passes the base's origin: a
+       revolute one with v = p_i x z_i and w = z_i, a prismatic one with v = z_i. Add that, times the joint's ratio, to the column
+       of the entry of q that drives the joint: mimic joints share one. That is J for SPATIAL.
+    2. The end's origin o moves with v + w x o. That is J for BASE.
+    3. For LINK, turn both into the end's axes.
+    """
+    zero = splat(0.0, load(q_rows, 0))
+    for k in range(jacobian_rows.shape[0]):
+        store(jacobian_rows, k, zero)
+    end = joint_pose(chain, 0, q_rows)
+    for i in range(chain.shape[0]):
+        if i > 0:
+            end = compose(end, joint_pose(chain, i, q_rows))
+        kind = int(chain[i, KIND])
+        if kind == FIXED:
+            continue
+        z = axis(end, 2)
+        if kind == PRISMATIC:
+            v, w = z, (zero, zero, zero)
+        else:
+            v, w = cross(origin(end), z), z
+        add_twist(jacobian_rows, across * int(chain[i, COLUMN]), down, times(v, chain[i, RATIO]), times(w, chain[i, RATIO]))
+    if expressed_in != SPATIAL:
+        for j in range(jacobian_rows.shape[0] // 6):
+            move_column(jacobian_rows, across * j, down, end, expressed_in)
+    return end
+
+
+@kernel
+def column(jacobian_rows, row, down):
+    """The linear and the angular part of the column that begins at a row."""
+    v = load(jacobian_rows, row), load(jacobian_rows, row + down), load(jacobian_rows, row + 2 * down)
+    w = load(jacobian_rows, row + 3 * down), load(jacobian_rows, row + 4 * down), load(jacobian_rows, row + 5 * down)
+    return v, w
+
+
+@kernel
+def store_column(jacobian_rows, row, down, v, w):
+    """Write both parts of a column."""
+    for k in range(3):
+        store(jacobian_rows, row + down * k, v[k])
+        store(jacobian_rows, row + down * (3 + k), w[k])
+
+
+@kernel
+def add_twist(jacobian_rows, row, down, v, w):
+    """Add to both parts of a column."""
+    v_before, w_before = column(jacobian_rows, row, down)
+    store_column(jacobian_rows, row, down, plus(v_before, v), plus(w_before, w))
+
+
+@kernel
+def move_column(jacobian_rows, row, down, end, expressed_in):
+    """Steps 2 and 3 for one column."""
+    v, w = column(jacobian_rows, row, down)
+    v = plus(v, cross(w, origin(end)))
+    if expressed_in == LINK:
+        v, w = turn_into(end, v), turn_into(end, w)
+    store_column(jacobian_rows, row, down, v, w)

@@ -1,0 +1,1 @@
+"""A robot against itself and a world: BVH, overlap, nearest pair, contacts, continuous collision checking."""

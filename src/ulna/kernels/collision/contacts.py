@@ -1,0 +1,54 @@
+"""Contacts: the signed distance, the witness points and the normal of chosen pairs, and how the distance changes with q.
+
+A pair is a body of the robot and another, or an object of the world, numbered from the last body on.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.kernels.collision.posed_pair import rows_answer
+from ulna.kernels.layout import COLUMN, JOINT, KIND, PARENT, PRISMATIC, RATIO
+from ulna.kernels.spatial.se3 import constant_pose, load_pose
+from ulna.kernels.spatial.vectors import axis, cross, dot, minus, origin
+
+# Columns of an answer.
+DISTANCE, WITNESS_A, WITNESS_B, NORMAL = 0, 1, 4, 7
+CONTACT_WIDTH = 10
+
+
+@kernel
+def write_contact(bodies, vertices, body_rows, objects, points, i, j, scratch, out, row):
+    """Write the answer for a pair, in plain numbers, to a row of out."""
+    a, n = load_pose(body_rows, i), bodies.shape[0]
+    if j < n:
+        distance, p, q, normal = rows_answer(bodies, vertices, i, a, bodies, vertices, j, load_pose(body_rows, j), scratch)
+    else:
+        b = constant_pose(objects, j - n, 0.0)
+        distance, p, q, normal = rows_answer(bodies, vertices, i, a, objects, points, j - n, b, scratch)
+    out[row, DISTANCE] = distance
+    out[row, WITNESS_A], out[row, WITNESS_A + 1], out[row, WITNESS_A + 2] = p
+    out[row, WITNESS_B], out[row, WITNESS_B + 1], out[row, WITNESS_B + 2] = q
+    out[row, NORMAL], out[row, NORMAL + 1], out[row, NORMAL + 2] = normal
+
+
+@kernel
+def write_gradient(joints, bodies, joint_rows, i, j, contacts, out, row):
+    """Write the gradient of the distance of a pair to a row of out."""
+    for k in range(out.shape[1]):
+        out[row, k] = 0.0
+    if i >= 0:
+        add_speeds(joints, joint_rows, int(bodies[i, JOINT]), contacts, row, WITNESS_A, -1.0, out)
+        if j < bodies.shape[0]:
+            add_speeds(joints, joint_rows, int(bodies[j, JOINT]), contacts, row, WITNESS_B, 1.0, out)
+
+
+@kernel
+def add_speeds(joints, joint_rows, joint, contacts, row, witness, sign, out):
+    """Add to a row of out, for each entry of q, sign times the speed along the normal of a witness point moved by a joint."""
+    point = contacts[row, witness], contacts[row, witness + 1], contacts[row, witness + 2]
+    normal = contacts[row, NORMAL], contacts[row, NORMAL + 1], contacts[row, NORMAL + 2]
+    while joint >= 0:
+        pose = load_pose(joint_rows, joint)
+        z = axis(pose, 2)
+        if int(joints[joint, KIND]) != PRISMATIC:
+            z = cross(z, minus(point, origin(pose)))
+        out[row, int(joints[joint, COLUMN])] += sign * joints[joint, RATIO] * dot(normal, z)
+        joint = int(joints[joint, PARENT])

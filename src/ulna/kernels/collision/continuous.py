@@ -1,0 +1,124 @@
+"""Edges: whether the robot stays free on the whole straight line between two configurations, certified.
+
+Conservative advancement (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996; Zhang, Lee and Kim, Interactive
+continuous collision detection for non-convex polyhedra, The Visual Computer 2006), eight steps at a time:
+
+1. On q(t) = q_a + t (q_b - q_a) no point of a body moves faster than the sum, over the joints that carry it, of the joint's
+   rate times the greatest distance that the point can have from the joint's axis: the lengths of the links between, added up.
+   Two bodies come no nearer to each other than by the sum over the joints that carry one of them only.
+2. If at the middle of an interval of t a pair is farther apart than its speed times half the interval's length, it is free in
+   all of the interval. Eight intervals in a row are looked at together, a lane each.
+3. Advance over those at the front of which all pairs are free. If all eight were, try intervals eight times as long from there;
+   if not, cut the first that was not into eight. If nothing moves farther in an interval than the resolution, it is a contact.
+
+The arguments are those of ``overlap``.
+"""
+
+import numpy as np
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import any_lane, lane_of, splat, where
+from ulna.engine.width import WIDTH
+from ulna.kernels.collision.bvh import bounds_of, objects_within
+from ulna.kernels.collision.posed_pair import ball_distance, rows_gap
+from ulna.kernels.layout import COLUMN, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO, REACH
+from ulna.kernels.spatial.elementary import maximum, minimum
+from ulna.kernels.spatial.se3 import constant_pose, load_pose
+
+EDGE_FREE, EDGE_CONTACT, EDGE_OUT_OF_RANGE = 0, 1, 2
+_ROUNDING = 1e-9  # [m] distances are no more certain than this
+_CROWD = 256  # objects near a body in eight intervals: rather than to meet so many the intervals are cut first
+
+
+@kernel
+def write_speeds(joints, bodies, q_a, q_b, speeds):
+    """Write to speeds, shape (n_bodies, n_joints + 1), how fast each joint can move a point of each body; last the sum."""
+    n = joints.shape[0]
+    for k in range(bodies.shape[0]):
+        for i in range(n + 1):
+            speeds[k, i] = 0.0
+        length, i = bodies[k, REACH] + offset_length(bodies, k), int(bodies[k, JOINT])
+        while i >= 0:
+            column, ratio, offset = int(joints[i, COLUMN]), joints[i, RATIO], joints[i, OFFSET]
+            rate = abs(ratio * (q_b[column] - q_a[column]))
+            if int(joints[i, KIND]) == PRISMATIC:
+                length += max(abs(ratio * q_a[column] + offset), abs(ratio * q_b[column] + offset))
+            else:
+                rate *= length
+            speeds[k, i] = rate
+            speeds[k, n] += rate
+            length += offset_length(joints, i)
+            i = int(joints[i, PARENT])
+
+
+@kernel
+def offset_length(table, i):
+    """How far the frame of a row stands from the frame that it is given in."""
+    return np.sqrt(table[i, 3] * table[i, 3] + table[i, 7] * table[i, 7] + table[i, 11] * table[i, 11])
+
+
+@kernel
+def pair_speed(speeds, a, b):
+    """How fast two bodies of the robot can come nearer to each other: joints that carry both change nothing."""
+    total = 0.0
+    for i in range(speeds.shape[1] - 1):
+        if speeds[a, i] == 0.0 or speeds[b, i] == 0.0:
+            total += speeds[a, i] + speeds[b, i]
+    return total
+
+
+@kernel
+def still_clear(clear, bodies, vertices, k, a, others, points, j, b, reach, scratch):
+    """``clear`` (1.0 or 0.0 a lane) where two bodies are farther apart than a reach [m] too."""
+    if not any_lane((ball_distance(bodies, k, a, others, j, b) <= reach) & (clear > 0.0)):
+        return clear
+    return where(rows_gap(bodies, vertices, k, a, others, points, j, b, scratch) > reach, clear, 0.0)
+
+
+@kernel
+def clear_intervals(
+    bodies, vertices, pairs, objects, points, nodes, n_alone, body_rows, speeds, half, finest, like, stack, found, scratch
+):
+    """1.0 in the lanes in whose interval, of half length ``half``, all is free; 0.0 in the others."""
+    clear, n_joints, n_hung = splat(1.0, like), speeds.shape[1] - 1, objects.shape[0] - n_alone
+    for p in range(pairs.shape[0]):
+        i, j = pairs[p, 0], pairs[p, 1]
+        reach = pair_speed(speeds, i, j) * half + _ROUNDING
+        a, b = load_pose(body_rows, i), load_pose(body_rows, j)
+        clear = still_clear(clear, bodies, vertices, i, a, bodies, vertices, j, b, reach, scratch)
+    for k in range(bodies.shape[0]):
+        reach, a, n_found = speeds[k, n_joints] * half + _ROUNDING, load_pose(body_rows, k), 0
+        if n_hung > 0:
+            n_found = objects_within(nodes, n_hung, bounds_of_all(bodies, k, a, reach), stack, found)
+            if n_found > _CROWD and not finest:
+                return splat(0.0, like)
+        for i in range(n_alone + n_found):
+            w = i if i < n_alone else n_alone + found[i - n_alone]
+            clear = still_clear(
+                clear, bodies, vertices, k, a, objects, points, w, constant_pose(objects, w, like), reach, scratch
+            )
+        if not any_lane(clear > 0.0):
+            return clear
+    return clear
+
+
+@kernel
+def bounds_of_all(bodies, k, a, reach):
+    """Bounds, in plain numbers, that hold a body in all lanes and a reach [m] around it."""
+    (x, y, z), (u, v, w) = bounds_of(bodies, k, a)
+    low, high = (lane_of(x, 0), lane_of(y, 0), lane_of(z, 0)), (lane_of(u, 0), lane_of(v, 0), lane_of(w, 0))
+    for lane in range(1, WIDTH):
+        low = minimum(low[0], lane_of(x, lane)), minimum(low[1], lane_of(y, lane)), minimum(low[2], lane_of(z, lane))
+        high = maximum(high[0], lane_of(u, lane)), maximum(high[1], lane_of(v, lane)), maximum(high[2], lane_of(w, lane))
+    return (low[0] - reach, low[1] - reach, low[2] - reach), (high[0] + reach, high[1] + reach, high[2] + reach)
+
+
+@kernel
+def fastest_of(speeds, pairs):
+    """The greatest speed at which any pair can come nearer."""
+    fastest = 0.0
+    for k in range(speeds.shape[0]):
+        fastest = max(fastest, speeds[k, speeds.shape[1] - 1])
+    for p in range(pairs.shape[0]):
+        fastest = max(fastest, pair_speed(speeds, pairs[p, 0], pairs[p, 1]))
+    return fastest

@@ -1,0 +1,84 @@
+"""The nearest pair: of all pairs of the robot with itself and with the world, the one of the least signed distance.
+
+The arguments are those of ``overlap``. An answer is three numbers: the distance [m], infinite if there is no pair; the body of
+the robot; the other body of the robot, or the object, numbered from the last body on.
+"""
+
+import numpy as np
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import any_lane, lane_of, splat, where
+from ulna.engine.width import WIDTH
+from ulna.kernels.collision.bvh import first_leaf, lane_bounds, push_children
+from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, rows_answer
+from ulna.kernels.spatial.se3 import constant_pose, load_pose
+
+NEAREST, BODY, OTHER = 0, 1, 2
+NEAREST_WIDTH = 3
+
+
+@kernel
+def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scratch):
+    """The nearer of the best answer and a pair, which is looked at only where the balls around it are nearer than the best."""
+    if not any_lane(ball_distance(bodies, k, a, others, j, b) < best[0]):
+        return best
+    distance = rows_answer(bodies, vertices, k, a, others, points, j, b, scratch)[0]
+    nearer = distance < best[0]
+    return where(nearer, distance, best[0]), where(nearer, float(k), best[1]), where(nearer, float(number), best[2])
+
+
+@kernel
+def nearest_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_rows, like, scratch):
+    """The answer over the pairs and over the robot and the single objects."""
+    best, n = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), bodies.shape[0]
+    for k in range(n):
+        for w in range(n_alone):
+            a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
+            best = nearer_pair(best, bodies, vertices, k, a, objects, points, w, b, n + w, scratch)
+    for p in range(pairs.shape[0]):
+        i, j = pairs[p, 0], pairs[p, 1]
+        a, b = load_pose(body_rows, i), load_pose(body_rows, j)
+        best = nearer_pair(best, bodies, vertices, i, a, bodies, vertices, j, b, j, scratch)
+    return best
+
+
+@kernel
+def nearest_indexed(
+    best, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, heights, scratch
+):
+    """The nearer of an answer and that over the objects of the tree and the robot in one lane.
+
+    Depth first, the nearest child first; what is known to be farther than the best so far is passed over. All lanes do the
+    same, so that the distance of two bodies is compiled for lanes only.
+    """
+    n, n_hung, like = bodies.shape[0], objects.shape[0] - n_alone, best[0]
+    first_object = WIDTH * first_leaf(n_hung) + 1
+    for k in range(n):
+        bounds, a = lane_bounds(bound_rows, k, lane), splat_pose(lane_pose(body_rows, k, lane), like)
+        stack[0], heights[0], top = 0, -np.inf, 1
+        while top > 0:
+            top -= 1
+            node, nearest = stack[top], lane_of(best[0], 0)
+            if heights[top] < nearest:
+                if node < first_object:
+                    top = push_children(nodes, node, bounds, nearest, stack, heights, top)
+                else:
+                    w = n_alone + node - first_object
+                    b = constant_pose(objects, w, like)
+                    best = nearer_pair(best, bodies, vertices, k, a, objects, points, w, b, n + w, scratch)
+    return best
+
+
+@kernel
+def splat_answer(best_rows, lane, like):
+    """The answer of one lane in all."""
+    return splat(best_rows[0, lane], like), splat(best_rows[1, lane], like), splat(best_rows[2, lane], like)
+
+
+@kernel
+def splat_pose(a, like):
+    """A pose of plain numbers in all lanes."""
+    return (
+        splat(a[0], like), splat(a[1], like), splat(a[2], like), splat(a[3], like), splat(a[4], like), splat(a[5], like),
+        splat(a[6], like), splat(a[7], like), splat(a[8], like), splat(a[9], like), splat(a[10], like), splat(a[11], like),
+    )  # fmt: skip

@@ -1,0 +1,95 @@
+"""Where the robot's bodies stand at q, and rows of tables of bodies met two by two.
+
+Each table goes with its vertices. Where both are None all shapes are boxes: so a scene of boxes, the most frequent, compiles
+without the search for distances of convex shapes, in a fraction of the time.
+"""
+
+from ulna.engine.decorators import kernel, routine
+from ulna.engine.lanes import load, splat, sqrt
+from ulna.kernels.chain.tree import frame_pose, tree_poses
+from ulna.kernels.distance.box_distance import box_pair
+from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
+from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
+from ulna.kernels.layout import BOX, HALF_EXTENTS, REACH, SHAPE
+from ulna.kernels.spatial.se3 import store_pose
+from ulna.kernels.spatial.vectors import dot, minus, origin
+
+_SEARCH_ERROR = 2e-6  # [m] a distance that was searched for may be too long by half of this, where parallel faces are a tie
+
+
+@kernel
+def place_bodies(joints, bodies, q_rows, joint_rows, body_rows):
+    """Write the pose of every body of the robot to body_rows."""
+    tree_poses(joints, q_rows, joint_rows)
+    for k in range(bodies.shape[0]):
+        store_pose(body_rows, k, frame_pose(bodies, k, joint_rows, load(q_rows, 0)))
+
+
+@kernel
+def rows_overlap(bodies, vertices, i, a, others, points, j, b):
+    """True where body i of one table, at pose a, and body j of another, at pose b, share a point.
+
+    Boxes, the most frequent, are met here; the rest is called, not inlined, which keeps the loops over boxes tight.
+    """
+    if vertices is None or points is None:
+        return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
+    if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
+        return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
+    return others_overlap(bodies, vertices, i, a, others, points, j, b)
+
+
+@routine
+def others_overlap(bodies, vertices, i, a, others, points, j, b):
+    """The same for any shapes."""
+    return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b))
+
+
+@kernel
+def rows_answer(bodies, vertices, i, a, others, points, j, b, scratch):
+    """The answer of ``pair_distance`` for body i of one table, at pose a, and body j of another, at pose b."""
+    if vertices is None or points is None:
+        return box_pair(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
+    return pair_distance(body_of(bodies, vertices, i, a), body_of(others, points, j, b), scratch)
+
+
+@kernel
+def rows_gap(bodies, vertices, i, a, others, points, j, b, scratch):
+    """Less than the distance of two bodies [m] for sure: of boxes the widest of fifteen gaps, of others less by its error."""
+    if vertices is None or points is None:
+        return widest_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))[0]
+    if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
+        return widest_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))[0]
+    return rows_answer(bodies, vertices, i, a, others, points, j, b, scratch)[0] - _SEARCH_ERROR
+
+
+@kernel
+def ball_distance(bodies, i, a, others, j, b):
+    """The signed distance of the balls that hold two rows, at poses a and b: that of the bodies is no less."""
+    d = minus(origin(a), origin(b))
+    return sqrt(dot(d, d)) - (bodies[i, REACH] + others[j, REACH])
+
+
+@kernel
+def balls_meet(bodies, i, a, others, j, b):
+    """True where the balls that hold two rows, at poses a and b, share a point: elsewhere the bodies cannot."""
+    reach = bodies[i, REACH] + others[j, REACH]
+    d = minus(origin(a), origin(b))
+    return dot(d, d) <= reach * reach
+
+
+@kernel
+def half_extents(bodies, i, like):
+    """The half extents of a row of a table of bodies."""
+    c = HALF_EXTENTS
+    return splat(bodies[i, c], like), splat(bodies[i, c + 1], like), splat(bodies[i, c + 2], like)
+
+
+@kernel
+def lane_pose(rows, i, lane):
+    """One lane of pose i of rows, in plain numbers."""
+    j = 12 * i
+    return (
+        rows[j, lane], rows[j + 1, lane], rows[j + 2, lane], rows[j + 3, lane],
+        rows[j + 4, lane], rows[j + 5, lane], rows[j + 6, lane], rows[j + 7, lane],
+        rows[j + 8, lane], rows[j + 9, lane], rows[j + 10, lane], rows[j + 11, lane],
+    )  # fmt: skip

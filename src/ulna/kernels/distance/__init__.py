@@ -1,0 +1,1 @@
+"""Two convex shapes: overlap, distance, penetration depth."""

@@ -1,0 +1,200 @@
+"""Two oriented boxes: the exact signed distance, a nearest point on each, and the normal.
+
+Boxes apart. The pairs of nearest points form a convex set; at a corner of that set the faces of the two boxes in which the
+points lie have no direction in common, so that one point is a corner of its box, or both lie within edges that cross. And
+where they lie within edges, each edge is the outermost one of its box along the edges' common perpendicular. So the distance
+is the least over 25 pairs of points: each of the 16 corners with the point of the other box nearest to it, and for each of
+the 9 pairs of edge directions one pair of edges. Every candidate is a pair of points of the boxes: none can be too near.
+
+Boxes that overlap are first moved apart along the axis of least overlap (``box_sat``); there they touch, and the same search
+finds where. Extents of zero are extents like any other.
+"""
+
+import numpy as np
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import any_lane, splat, sqrt, where
+from ulna.kernels.distance.box_sat import boxes_overlap, columns, relative_pose, seen_from_a, turned_back, widest_gap
+from ulna.kernels.spatial.elementary import clamp, maximum
+from ulna.kernels.spatial.vectors import axis, chosen, cross, dot, minus, origin, place, plus, step, times, turn, turn_into
+
+_NEAR = 1e-10  # of the boxes' size: nearer than this the normal is that of the axis, for a difference of points has no digits
+# A tilt [rad] that decides which edge is outermost where two are level, as in boxes with parallel faces; the same tilt for
+# all edges, so that the decisions belong to one and the same pose. It decides only which points are compared.
+_TILT = 0.6e-12, -0.36e-12, 0.71e-12
+
+
+@kernel
+def box_pair(a, h, b, g):
+    """The signed distance of two boxes [m], and in the frame in which the poses are given p_a, p_b and the normal from a to b."""
+    shift, gap, direction, near = way_out(a, h, b, g)
+    r, t = relative_pose(a, b)
+    n = turn_into(a, direction)
+    square, p, q = nearest_points(r, step(t, shift, n), h, g)
+    # A clamp makes a number of what is none: so whether all are numbers is asked before.
+    numbers = dot(t, t) + dot(r[0], r[0]) + dot(r[1], r[1]) + dot(r[2], r[2]) >= 0.0
+    distance = where(numbers, sqrt(square), np.nan)
+    normal = chosen(near, n, times(minus(q, p), 1.0 / where(near, 1.0, distance)))
+    return where(gap > 0.0, distance, gap), place(a, p), place(a, step(q, -shift, n)), turn(a, normal)
+
+
+@kernel
+def way_out(a, h, b, g):
+    """How far b must go to touch a only [m], the gap, its axis from a to b, and where the boxes are near enough to need them.
+
+    Elsewhere nothing, a gap of 1 and no axis: most pairs are far apart, and the test without square roots says so.
+    """
+    margin = _NEAR * (h[0] + h[1] + h[2] + g[0] + g[1] + g[2])
+    near = boxes_overlap(a, (h[0] + margin, h[1] + margin, h[2] + margin), b, g)
+    zero = splat(0.0, a[0])
+    if not any_lane(near):
+        return zero, zero + 1.0, (zero, zero, zero), near
+    gap, index = widest_gap(a, h, b, g)
+    n = axis_from(a, b, index)
+    return (
+        where(near & (gap < 0.0), -gap, 0.0),
+        where(near, gap, 1.0),
+        chosen(near, n, (zero, zero, zero)),
+        near,
+    )
+
+
+@kernel
+def axis_from(a, b, index):
+    """The unit vector of one of the fifteen axes of ``widest_gap``, pointing from box a to box b."""
+    of_a, of_b = index < 2.5, index < 5.5
+    i = where(index > 11.5, 2.0, where(index > 8.5, 1.0, 0.0))
+    j = index - 6.0 - 3.0 * i
+    u, v = numbered_axis(a, where(of_b, index, i)), numbered_axis(b, where(of_b, index - 3.0, j))
+    n = chosen(of_a, u, chosen(of_b, v, cross(u, v)))
+    towards = dot(n, minus(origin(b), origin(a)))
+    return times(n, where(towards < 0.0, -1.0, 1.0) / sqrt(dot(n, n)))
+
+
+@kernel
+def numbered_axis(a, k):
+    """Axis k of a pose, k a number."""
+    return chosen(k < 0.5, axis(a, 0), chosen(k < 1.5, axis(a, 1), axis(a, 2)))
+
+
+@kernel
+def nearest_points(r, t, h, g):
+    """The least square of a distance over the 25 pairs, and the pair, in the frame of A. r = R_a_b by rows, t = t_a_b."""
+    x, y, z = columns(r)
+    edges = times(x, g[0]), times(y, g[1]), times(z, g[2])
+    square, q = nearest_corner(t, edges, h)
+    best = square, inside(q, h), q
+    square, corner = nearest_corner(turned_back(r, times(t, -1.0)), (times(r[0], h[0]), times(r[1], h[1]), times(r[2], h[2])), g)
+    best = nearer(best, (square, seen_from_a(r, t, corner), seen_from_a(r, t, inside(corner, g))))
+    sx, sy, sz = columns(signs(r))
+    best = nearest_edges(best, t, h, x, g[0], (edges[1], edges[2]), (sx, sy, sz))
+    best = nearest_edges(best, t, h, y, g[1], (edges[2], edges[0]), (sy, sz, sx))
+    return nearest_edges(best, t, h, z, g[2], (edges[0], edges[1]), (sz, sx, sy))
+
+
+@kernel
+def inside(p, h):
+    """The point of the box with half extents h, centred at the origin, that is nearest to p."""
+    return clamp(p[0], h[0]), clamp(p[1], h[1]), clamp(p[2], h[2])
+
+
+@kernel
+def nearest_corner(c, edges, h):
+    """Of the corners c +- x +- y +- z the one nearest to a box about the origin: the square of its distance, and the corner."""
+    x, y, z = edges
+    return nearer_corner(nearest_of_four(plus(c, x), y, z, h), nearest_of_four(minus(c, x), y, z, h))
+
+
+@kernel
+def nearest_of_four(c, y, z, h):
+    """The same for the corners c +- y +- z."""
+    p, q = plus(c, y), minus(c, y)
+    return nearer_corner(
+        nearer_corner(outside_square(plus(p, z), h), outside_square(minus(p, z), h)),
+        nearer_corner(outside_square(plus(q, z), h), outside_square(minus(q, z), h)),
+    )
+
+
+@kernel
+def nearer(best, other):
+    """The nearer of two pairs: the square of a distance and two points."""
+    mask = other[0] < best[0]
+    return where(mask, other[0], best[0]), chosen(mask, other[1], best[1]), chosen(mask, other[2], best[2])
+
+
+@kernel
+def nearer_corner(best, other):
+    """The nearer of two corners: the square of a distance and a point."""
+    mask = other[0] < best[0]
+    return where(mask, other[0], best[0]), chosen(mask, other[1], best[1])
+
+
+@kernel
+def outside_square(p, h):
+    """The square of the distance of p from a box about the origin, and p."""
+    x, y, z = maximum(abs(p[0]) - h[0], 0.0), maximum(abs(p[1]) - h[1], 0.0), maximum(abs(p[2]) - h[2], 0.0)
+    return x * x + y * y + z * z, p
+
+
+@kernel
+def signs(r):
+    """The signs of the entries of R_a_b, were B turned by a hair: none is undecided unless that very turn undoes a tilt."""
+    return row_signs(r[0]), row_signs(r[1]), row_signs(r[2])
+
+
+@kernel
+def row_signs(row):
+    """The signs of one row."""
+    x, y, z = _TILT
+    return (
+        where(row[0] + (z * row[1] - y * row[2]) < 0.0, -1.0, 1.0),
+        where(row[1] + (x * row[2] - z * row[0]) < 0.0, -1.0, 1.0),
+        where(row[2] + (y * row[0] - x * row[1]) < 0.0, -1.0, 1.0),
+    )
+
+
+@kernel
+def nearest_edges(best, t, h, d, length, sides, s):
+    """The nearer of the best pair so far and the three of the edges of B along d with the three edge directions of A.
+
+    ``sides`` lead from the axis of B to these edges, along the next axis of B and the one after; ``s`` are the signs by column:
+    of d and of these two.
+    """
+    y, z = sides
+    of_d, of_y, of_z = s
+    best = nearer(best, edge_pair(t, h, d, length, y, z, of_d[1], of_d[2], of_y[0], of_z[0]))
+    t, h, d, y, z = cycled(t), cycled(h), cycled(d), cycled(y), cycled(z)
+    square, p, q = edge_pair(t, h, d, length, y, z, of_d[2], of_d[0], of_y[1], of_z[1])
+    best = nearer(best, (square, cycled(cycled(p)), cycled(cycled(q))))
+    t, h, d, y, z = cycled(t), cycled(h), cycled(d), cycled(y), cycled(z)
+    square, p, q = edge_pair(t, h, d, length, y, z, of_d[0], of_d[1], of_y[2], of_z[2])
+    return nearer(best, (square, cycled(p), cycled(q)))
+
+
+@kernel
+def cycled(v):
+    """The vector in axes numbered from the next one on."""
+    return v[1], v[2], v[0]
+
+
+@kernel
+def edge_pair(t, h, d, length, y, z, sign_1, sign_2, sign_y, sign_z):
+    """Nearest points of an edge of A along axis 0 and of an edge of B along d, outermost along their common perpendicular.
+
+    1. n = (0, -d2, d1) is the perpendicular, turned by ``towards`` to lead from A to B. A's edge lies on the side of n; B's,
+       which runs through t +- y +- z, on the other. With y, z and d the axes of B in cyclic order, n . y has the sign of
+       entry 0 of z, and n . z that of minus entry 0 of y.
+    2. Seen along axis 0 A's edge is a point: the nearest point of B's line to it, kept within the edge; then the point of A's
+       edge nearest to that. Where the edges do not cross, the pair is one of points all the same.
+    """
+    towards = where(t[2] * d[1] - t[1] * d[2] < 0.0, -1.0, 1.0)
+    p1, p2 = -(towards * sign_2 * h[1]), towards * sign_1 * h[2]
+    i, j = -(towards * sign_z), towards * sign_y
+    c = (t[0] + i * y[0] + j * z[0], t[1] + i * y[1] + j * z[1], t[2] + i * y[2] + j * z[2])
+    square = d[1] * d[1] + d[2] * d[2]
+    along = (d[1] * (p1 - c[1]) + d[2] * (p2 - c[2])) / where(square > 0.0, square, 1.0)
+    along = clamp(along, length)
+    q = (c[0] + along * d[0], c[1] + along * d[1], c[2] + along * d[2])
+    p0 = clamp(q[0], h[0])
+    x, y, z = q[0] - p0, q[1] - p1, q[2] - p2
+    return x * x + y * y + z * z, (p0, p1, p2), q

@@ -1,0 +1,191 @@
+"""How deep two convex cores overlap: the expanding polytope algorithm, for one pair of plain numbers.
+
+The differences p - q of points of A and B form a convex set that holds the origin; the depth is the distance from the origin
+to its surface, and the outward normal there is the shortest way to part the two (van den Bergen, Proximity Queries and
+Penetration Depth Computation on 3D Game Objects, GDC 2001).
+
+1. A tetrahedron of support points is the first polytope within the set. It need not hold the origin.
+2. Of its faces take the one whose plane lies least far out, the origin being in or out. Its offset bounds the depth from below.
+3. The set's farthest point along that face's normal bounds the depth from above. Where the bounds meet, that is the depth.
+4. Else the point joins the polytope: the faces that see it go, and their rim is joined to it. Go on with 2.
+5. At the end the surface's nearest point, which may lie on another face about as low, must fulfil 3 as well: it is a sum of
+   corners, and the sums of the points p and q that belong to these are the witness points.
+
+For polytopes this ends with the exact depth after finitely many steps; for cylinders the bounds close in on it. Should the
+points not suffice, as where all ways out across an axis are equally long, the least upper bound that is found is the answer.
+A set without volume (of two flat cores in one plane) has depth zero along its own normal.
+"""
+
+import numpy as np
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import lane_count, lane_of, sqrt, with_lane
+from ulna.kernels.distance.box_sat import relative_pose
+from ulna.kernels.distance.epa_polytope import (
+    FACE_WIDTH,
+    MAX_EDGES,
+    MAX_FACES,
+    MAX_POINTS,
+    POINT_WIDTH,
+    across,
+    extent,
+    farthest,
+    first_polytope,
+    lowest_face,
+    nearest_of_surface,
+    remove_seen,
+    set_face,
+)
+from ulna.kernels.distance.gjk import nearest_cores
+from ulna.kernels.layout import CYLINDER
+from ulna.kernels.spatial.elementary import sincos
+from ulna.kernels.spatial.vectors import axis, cross, dot, origin, place, seen_from, step, times, turn
+
+SCRATCH = (MAX_POINTS, POINT_WIDTH), (MAX_FACES, FACE_WIDTH), (MAX_EDGES, 2)  # shapes of the points, faces and edges
+_EXACT = 1e-10  # of the bodies' size: bounds that near have met; faces much smaller have no normals to go by
+_TOUCHING = 1e-9  # of the bodies' size: a surface point so near to the origin gives no direction
+_CLEARANCE = 1e-3  # of the bodies' size
+_ROUNDS = 8
+_DIRECTIONS, _SECTIONS, _GOLDEN = 64, 40, 0.6180339887498949
+_LEVEL = 1e-13  # of the bodies' size: a point no higher than this above a face does not see it
+
+
+@kernel
+def deepened(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, answer, inside, scratch):
+    """The answer with the depth in place of zero in the lanes where the cores overlap, one lane after the other."""
+    distance, p, q, n = answer
+    for lane in range(lane_count(distance)):
+        if lane_of(inside, lane) != 0.0:
+            x, y = pose_of(a, lane), pose_of(b, lane)
+            depth, deepest, way = core_depth(
+                kind_a, vector_of(h, lane), vertices_a, kind_b, vector_of(g, lane), vertices_b, relative_pose(x, y),
+                seen_from(x, vector_of(p, lane)), scratch[0], scratch[1], scratch[2],
+            )  # fmt: skip
+            deepest, way = place(x, deepest), turn(x, way)
+            distance, n = with_lane(distance, lane, -depth), vector_with(n, lane, way)
+            p, q = vector_with(p, lane, deepest), vector_with(q, lane, step(deepest, -depth, way))
+    return distance, p, q, n
+
+
+@kernel
+def vector_of(v, lane):
+    """A vector of one lane."""
+    return lane_of(v[0], lane), lane_of(v[1], lane), lane_of(v[2], lane)
+
+
+@kernel
+def vector_with(v, lane, w):
+    """A vector with the vector w of plain numbers in one lane."""
+    return with_lane(v[0], lane, w[0]), with_lane(v[1], lane, w[1]), with_lane(v[2], lane, w[2])
+
+
+@kernel
+def pose_of(a, lane):
+    """A pose of one lane."""
+    x, y, z, t = vector_of(axis(a, 0), lane), vector_of(axis(a, 1), lane), vector_of(axis(a, 2), lane), vector_of(origin(a), lane)
+    return x[0], y[0], z[0], t[0], x[1], y[1], z[1], t[1], x[2], y[2], z[2], t[2]
+
+
+@kernel
+def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, points, faces, edges):
+    """The depth, the point of A that lies deepest in B, and the normal from A to B, in the frame of A.
+
+    relative is R_a_b, t_a_b. ``meeting`` is a point of both, the answer where the set has no volume.
+    """
+    r, t = relative
+    body = (kind_a, h, vertices_a, kind_b, g, vertices_b, r, t)
+    size = extent(body, points)
+    flat, normal = first_polytope(body, size, points, faces)
+    if flat:
+        return 0.0, meeting, normal
+    n_points, n_faces, depth = 4, 4, 1e300
+    while n_points < MAX_POINTS:
+        face = lowest_face(faces, n_faces)
+        n = (faces[face, 3], faces[face, 4], faces[face, 5])
+        height = farthest(body, n, points, n_points)
+        if height < depth:
+            depth, normal = height, n
+        if depth - faces[face, 6] <= _EXACT * size:
+            w, p = nearest_of_surface(points, faces, n_faces)
+            distance = sqrt(dot(w, w))
+            if distance <= _TOUCHING * size:
+                return max(depth, 0.0), p, normal
+            n = times(w, 1.0 / distance)
+            if farthest(body, n, points, n_points) - distance <= _EXACT * size:
+                return distance, p, n
+        n_faces, n_edges = remove_seen(points, n_points, faces, n_faces, edges, _LEVEL * size)
+        if n_edges == 0 or n_faces + n_edges > MAX_FACES:
+            break
+        for k in range(n_edges):
+            set_face(points, faces, n_faces + k, int(edges[k, 0]), int(edges[k, 1]), n_points)
+        n_faces, n_points = n_faces + n_edges, n_points + 1
+    return polished(body, depth, normal, size, points)
+
+
+@kernel
+def around_axes(body, depth, n, points):
+    """The least bound and its normal among the given ones and the normals across the axis of each cylinder.
+
+    Bodies that share an axis, or nearly so, have a way out that is about as short all around it. There no polytope is fine
+    enough, but a search around the circle is.
+    """
+    r = body[6]
+    if body[0] == CYLINDER:
+        depth, n = around(body, (0.0, 0.0, 1.0), depth, n, points)
+    if body[3] == CYLINDER:
+        depth, n = around(body, (r[0][2], r[1][2], r[2][2]), depth, n, points)
+    return depth, n
+
+
+@kernel
+def around(body, z, depth, n, points):
+    """The same for one axis: the lowest of many directions, then sections of the arc about it (Kiefer, Proc. AMS 1953)."""
+    u = across(z)
+    v = cross(z, u)
+    best, lowest = 0.0, 1e300
+    for k in range(_DIRECTIONS):
+        angle = 2.0 * np.pi * k / _DIRECTIONS
+        height = farthest(body, on_circle(u, v, angle), points, 0)
+        if height < lowest:
+            best, lowest = angle, height
+    low, high = best - 2.0 * np.pi / _DIRECTIONS, best + 2.0 * np.pi / _DIRECTIONS
+    for _ in range(_SECTIONS):
+        first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        if farthest(body, on_circle(u, v, first), points, 0) < farthest(body, on_circle(u, v, second), points, 0):
+            high = second
+        else:
+            low = first
+    found = on_circle(u, v, 0.5 * (low + high))
+    height = farthest(body, found, points, 0)
+    if height < depth:
+        return height, found
+    return depth, n
+
+
+@kernel
+def on_circle(u, v, angle):
+    """The unit vector at an angle from u towards v."""
+    sine, cosine = sincos(angle)
+    return step(times(u, cosine), sine, v)
+
+
+@kernel
+def polished(body, depth, n, size, points):
+    """The depth, the point of A and the normal, from an upper bound of the depth and its normal.
+
+    Once B has gone out by the depth and a little more, the nearest points have a normal nearer to the one sought. It is taken as
+    long as it lowers the bound; in the end these points, moved back, are the witness points.
+    """
+    kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
+    depth, n = around_axes(body, depth, n, points)
+    a = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    p = (0.0, 0.0, 0.0)
+    for _ in range(_ROUNDS):
+        at = step(t, max(depth, 0.0) + _CLEARANCE * size, n)
+        b = (*r[0], at[0], *r[1], at[1], *r[2], at[2])
+        _, _, p, _, nearest, _ = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, -1.0)
+        height = farthest(body, nearest, points, 0)
+        if height >= depth:
+            break
+        depth, n = height, nearest
+    return max(depth, 0.0), p, n

@@ -1,0 +1,167 @@
+"""The distance of two convex cores that do not overlap: Gilbert, Johnson and Keerthi (IEEE J. Robotics and Automation 1988).
+
+The distance of A and B is that of the origin from all differences p - q of their points, a convex set. Its farthest point along
+a direction is a difference of support points. The search keeps a triangle of such points and in it the point v nearest to the
+origin; the farthest point w along -v bounds the distance from below by v . w / |v|, while |v| bounds it from above, so that
+the answer is certified: it is done where the two bounds meet.
+
+One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. The nearest point of it lies where it was, or on a feature at w,
+for w lies deeper than all points seen: on one of three edges or three triangles. All six are worked out, each a point of the set
+for sure, and the nearest is kept: no step goes back, whatever is degenerate, and all lanes take the same path. What is robust in
+it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross products, and
+a nearest point on a face along the face's normal instead of as a sum of its corners.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import any_lane, logical_not, splat, sqrt, where
+from ulna.kernels.distance.box_sat import relative_pose, seen_from_a, turned_back
+from ulna.kernels.distance.support import support
+from ulna.kernels.spatial.elementary import maximum, minimum
+from ulna.kernels.spatial.vectors import chosen, cross, dot, minus, place, step, times, turn
+
+STEPS = 64
+_FAR = 1e300
+# The square of the sine of an angle: a triangle so thin has a normal of few digits, and of none at the square of it.
+_NEEDLE = 1e-10
+_EXACT = 1e-12  # of the bodies' size: bounds that near have met
+_TOUCHING = 1e-10  # of the bodies' size: cores this near to each other count as touching
+
+
+@kernel
+def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
+    """Nearest points of two cores.
+
+    Args, but for the bodies (``pairs``):
+        reach: [m] A lane also ends as soon as it is certain that the distance is more than this, or not; negative: not so.
+
+    Returns:
+        The least distance that is certain and that of the points, both [m] and zero where the cores overlap; the points p of A
+        and q of B; the unit normal from p to q; and where the cores overlap.
+    """
+    r, t = relative_pose(a, b)
+    size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
+    w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-t[0], -t[1], -t[2]))
+    zero = splat(0.0, t[0])
+    no_mask = zero > 1.0
+    points, sources, shares = (w, w, w), (p, p, p), (zero + 1.0, zero, zero)
+    v, below, inside, active = w, zero, no_mask, zero < 1.0
+    for _ in range(STEPS):
+        square = dot(v, v)
+        distance = sqrt(square)
+        touching = distance <= _TOUCHING * size
+        w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v)
+        bound = dot(v, w) / where(touching, 1.0, distance)
+        below = where(active & (bound > below), bound, below)
+        done = touching | (distance - below <= _EXACT * size)
+        done = done | ((reach >= 0.0) & ((below > reach) | (distance <= reach)))
+        inside = inside | (active & touching)
+        active = active & logical_not(done)
+        if not any_lane(active):
+            break
+        v, points, sources, shares, better, within = advance(active, v, points, sources, shares, w, p)
+        within = within & active & (below <= _EXACT * size)
+        inside = inside | within
+        active = active & better & logical_not(within)
+    inside = inside | (below <= 0.0)  # nothing certain keeps them apart: the depth will tell
+    distance = where(inside, 0.0, sqrt(dot(v, v)))
+    n = times(v, -1.0 / where(inside, 1.0, distance))
+    p = step(step(times(sources[0], shares[0]), shares[1], sources[1]), shares[2], sources[2])
+    return where(inside, 0.0, below), distance, place(a, p), place(a, minus(p, v)), turn(a, n), inside
+
+
+@kernel
+def reach_of(h):
+    """A length that a core with these half extents does not exceed, from its frame's origin."""
+    return h[0] + h[1] + h[2]
+
+
+@kernel
+def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
+    """The farthest point along -v of all differences p - q in the frame of A, and its p."""
+    p = support(kind_a, h, vertices_a, (-v[0], -v[1], -v[2]))
+    q = support(kind_b, g, vertices_b, turned_back(r, v))
+    return minus(p, seen_from_a(r, t, q)), p
+
+
+@kernel
+def advance(active, v, points, sources, shares, w, p):
+    """The simplex with w, in the active lanes.
+
+    v, its three points with the points of A and the shares that make it up; where v is nearer than it was, for elsewhere it
+    stays; and where the tetrahedron holds the origin.
+
+    A candidate is (|v|^2, v, share of the first point, share of the second): the first and second besides w.
+    """
+    e0, e1, e2 = minus(points[0], w), minus(points[1], w), minus(points[2], w)
+    n0, n1, n2 = cross(e0, e1), cross(e1, e2), cross(e2, e0)
+    best0 = nearer(edge_candidate(w, e0), face_candidate(w, e0, e1, n0))
+    best1 = nearer(edge_candidate(w, e1), face_candidate(w, e1, e2, n1))
+    best2 = nearer(edge_candidate(w, e2), face_candidate(w, e2, e0, n2))
+    second, third = best1[0] < best0[0], best2[0] < minimum(best0[0], best1[0])
+    square, nearest, x, y = nearer(nearer(best0, best1), best2)
+    k1 = chosen(third, points[2], chosen(second, points[1], points[0]))
+    k2 = chosen(third, points[0], chosen(second, points[2], points[1]))
+    s1 = chosen(third, sources[2], chosen(second, sources[1], sources[0]))
+    s2 = chosen(third, sources[0], chosen(second, sources[2], sources[1]))
+    better = active & (square < dot(v, v))
+    return (
+        chosen(better, nearest, v),
+        chosen_three(better, (w, k1, k2), points),
+        chosen_three(better, (p, s1, s2), sources),
+        chosen(better, (1.0 - x - y, x, y), shares),
+        better,
+        holds_origin(w, e0, e1, e2, n0, n1, n2),
+    )
+
+
+@kernel
+def chosen_three(mask, a, b):
+    """Three points of a where the mask is true, of b elsewhere."""
+    return chosen(mask, a[0], b[0]), chosen(mask, a[1], b[1]), chosen(mask, a[2], b[2])
+
+
+@kernel
+def nearer(best, other):
+    """The nearer of two candidates."""
+    mask = other[0] < best[0]
+    return (
+        where(mask, other[0], best[0]),
+        chosen(mask, other[1], best[1]),
+        where(mask, other[2], best[2]),
+        where(mask, other[3], best[3]),
+    )
+
+
+@kernel
+def edge_candidate(w, e):
+    """The nearest point of the edge from w to w + e."""
+    length = dot(e, e)
+    x = minimum(maximum(-dot(w, e) / where(length > 0.0, length, 1.0), 0.0), 1.0)
+    v = step(w, x, e)
+    return dot(v, v), v, x, 0.0 * x
+
+
+@kernel
+def face_candidate(w, e, f, n):
+    """The nearest point of the triangle w, w + e, w + f with the normal n = e x f, or nothing near if that is not within it.
+
+    A sum of corners has the digits of the corners, however near it is to the origin; a multiple of the normal has all digits of
+    its direction, but where the triangle is a needle its normal has few.
+    """
+    square, size = dot(n, n), dot(e, e) * dot(f, f)
+    usable = square > _NEEDLE * _NEEDLE * size
+    scale = 1.0 / where(usable, square, 1.0)
+    x, y = dot(cross(f, w), n) * scale, dot(cross(w, e), n) * scale
+    within = usable & (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
+    v = chosen(square > _NEEDLE * size, times(n, dot(n, w) * scale), step(step(w, x, e), y, f))
+    return where(within, dot(v, v), _FAR), v, x, y
+
+
+@kernel
+def holds_origin(w, e0, e1, e2, n0, n1, n2):
+    """Where the tetrahedron of w, w + e0, w + e1, w + e2 has a volume and holds the origin."""
+    volume = dot(n0, e2)
+    x, y, z = dot(n1, w) * volume, dot(n2, w) * volume, dot(n0, w) * volume
+    size = dot(e0, e0) * dot(e1, e1) * dot(e2, e2)
+    square = volume * volume
+    return (square > 1e-24 * size) & (x <= 0.0) & (y <= 0.0) & (z <= 0.0) & (x + y + z >= -square)

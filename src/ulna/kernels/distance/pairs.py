@@ -1,0 +1,118 @@
+"""Two bodies of any shapes: their signed distance, witness points and normal, and whether they overlap.
+
+A body is (kind, pose, size, vertices): a kind of ``layout``; a pose; four numbers, the half extents and the radius; and the
+points of a hull, a plain array of shape (n, 3), else of shape (0, 3). The kind and the points are the same in all lanes; pose
+and size are numbers, so that lanes can be eight configurations, or eight bodies of one kind.
+
+An answer is (signed distance [m], witness_a, witness_b, normal): three numbers each, in the frame in which the poses are given.
+The normal is a unit vector from a to b, and witness_b - witness_a = signed distance * normal.
+
+The scratch is an entry's: three arrays of the shapes that ``depth.SCRATCH`` names.
+"""
+
+from ulna.engine.decorators import kernel, routine
+from ulna.engine.lanes import any_lane, splat, where
+from ulna.kernels.distance.box_distance import box_pair
+from ulna.kernels.distance.box_sat import boxes_overlap
+from ulna.kernels.distance.epa import deepened
+from ulna.kernels.distance.gjk import nearest_cores
+from ulna.kernels.distance.half_space import core_half_space
+from ulna.kernels.distance.swept_segments import point_box, point_cylinder, segment_segment, swept
+from ulna.kernels.layout import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    FIRST_VERTEX,
+    HALF_EXTENTS,
+    HALF_SPACE,
+    HULL,
+    N_VERTICES,
+    RADIUS,
+    SHAPE,
+    SPHERE,
+)
+from ulna.kernels.spatial.vectors import times
+
+
+@kernel
+def body_of(bodies, vertices, i, pose):
+    """Row i of a table of bodies, at a pose."""
+    like, c = pose[0], HALF_EXTENTS
+    size = (
+        splat(bodies[i, c], like), splat(bodies[i, c + 1], like), splat(bodies[i, c + 2], like), splat(bodies[i, RADIUS], like),
+    )  # fmt: skip
+    first = int(bodies[i, FIRST_VERTEX])
+    return int(bodies[i, SHAPE]), pose, size, vertices[first : first + int(bodies[i, N_VERTICES])]
+
+
+@kernel
+def pair_distance(a, b, scratch):
+    """The answer for two bodies; NaN for two half-spaces, which have no distance to speak of."""
+    ordered = a[0] <= b[0]
+    first, second = (a, b) if ordered else (b, a)
+    kind_a, pose_a, size_a, vertices_a = first
+    kind_b, pose_b, size_b, vertices_b = second
+    if is_searched(kind_a, kind_b):
+        core = convex_distance(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second), vertices_b, scratch)
+    else:
+        core = closed_core(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second))
+    distance, p, q, n = swept(core, size_a[3], size_b[3])
+    if ordered:
+        return distance, p, q, n
+    return distance, q, p, times(n, -1.0)
+
+
+@kernel
+def is_searched(kind_a, kind_b):
+    """Whether the distance of two cores, the lower kind first, has no closed form."""
+    return kind_b == HULL or (kind_b == CYLINDER and kind_a != SPHERE)
+
+
+@kernel
+def closed_core(kind_a, a, h, vertices_a, kind_b, b, g):
+    """The answer for two cores that need no search, the lower kind first."""
+    if kind_b == HALF_SPACE:
+        return core_half_space(kind_a, a, h, vertices_a, b)
+    if kind_b <= CAPSULE:
+        return segment_segment(a, h[2], b, g[2])
+    if kind_a == SPHERE and kind_b == BOX:
+        return point_box(a, b, g)
+    if kind_a == SPHERE and kind_b == CYLINDER:
+        return point_cylinder(a, b, g)
+    return box_pair(a, h, b, g)
+
+
+@kernel
+def convex_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
+    """The answer by search: of the distance, and where the cores overlap of the depth."""
+    no_reach = splat(-1.0, a[0])
+    _, distance, p, q, n, inside = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, no_reach)
+    answer = distance, p, q, n
+    if any_lane(inside):
+        answer = deepened(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, answer, where(inside, 1.0, 0.0), scratch)
+    return answer
+
+
+@kernel
+def box_of(body):
+    """The half extents of a body's core."""
+    return body[2][0], body[2][1], body[2][2]
+
+
+@kernel
+def pair_overlap(a, b):
+    """True where two bodies share a point. Cheaper than their distance where the kinds allow it."""
+    first, second = (a, b) if a[0] <= b[0] else (b, a)
+    if first[0] == BOX and second[0] == BOX:
+        return boxes_overlap(first[1], box_of(first), second[1], box_of(second))
+    reach = first[2][3] + second[2][3]
+    if is_searched(first[0], second[0]):
+        return cores_within(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second), second[3], reach)
+    return closed_core(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second))[0] <= reach
+
+
+@routine
+def cores_within(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
+    """True where two cores are no farther apart than a reach [m]: the search ends as soon as that is certain."""
+    below, _, _, _, _, _ = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach)
+    return below <= reach

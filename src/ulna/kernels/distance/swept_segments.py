@@ -1,0 +1,98 @@
+"""Spheres and capsules are a point and a segment, swept by a ball: nearest points in closed form.
+
+Every function gives the signed distance of two cores [m], the nearest point of each and the unit normal from a to b, in the frame
+in which the poses are given; ``swept`` then adds the balls.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import sqrt, where
+from ulna.kernels.spatial.elementary import clamp, maximum
+from ulna.kernels.spatial.vectors import axis, chosen, cross, dot, minus, origin, place, seen_from, step, times, turn
+
+_NEAR = 1e-12  # [m] two points this close give no normal
+_PARALLEL = 1e-16  # the square of the sine of an angle; below it any point of one segment is as good to start from
+
+
+@kernel
+def swept(core, radius_a, radius_b):
+    """The answer for two cores swept by balls: both surfaces come nearer along the normal."""
+    distance, p, q, n = core
+    return distance - radius_a - radius_b, step(p, radius_a, n), step(q, -radius_b, n), n
+
+
+@kernel
+def of_points(p, q, otherwise):
+    """The answer for two nearest points of cores that cannot overlap; ``otherwise`` is the normal where they meet."""
+    v = minus(q, p)
+    distance = sqrt(dot(v, v))
+    near = distance < _NEAR
+    return distance, p, q, chosen(near, otherwise, times(v, 1.0 / where(near, 1.0, distance)))
+
+
+@kernel
+def segment_segment(a, half_a, b, half_b):
+    """Two segments along the z axes of poses a and b, or points where the half length is zero.
+
+    1. The point of line a nearest to line b, kept within segment a; the point of line b nearest to that, kept within segment b;
+       again the point of a nearest to that (Ericson, Real-Time Collision Detection, 2005, section 5.1.9).
+    2. Where they meet, the shortest way apart is their common perpendicular; for parallel ones any perpendicular.
+    """
+    u, v, r = axis(a, 2), axis(b, 2), minus(origin(a), origin(b))
+    n = cross(u, v)
+    square, cosine = dot(n, n), dot(u, v)
+    crossed = square > _PARALLEL
+    along_a, along_b = dot(u, r), dot(v, r)
+    s = clamp(where(crossed, (cosine * along_b - along_a) / where(crossed, square, 1.0), 0.0), half_a)
+    t = clamp(along_b + cosine * s, half_b)
+    s = clamp(cosine * t - along_a, half_a)
+    perpendicular = chosen(crossed, times(n, 1.0 / sqrt(where(crossed, square, 1.0))), axis(a, 0))
+    return of_points(step(origin(a), s, u), step(origin(b), t, v), perpendicular)
+
+
+@kernel
+def point_box(a, b, h):
+    """The origin of pose a and the box at pose b: clamped to the box, or, from within, led to its nearest face."""
+    c = seen_from(b, origin(a))
+    p = clamp(c[0], h[0]), clamp(c[1], h[1]), clamp(c[2], h[2])
+    x, y, z = abs(c[0]) - h[0], abs(c[1]) - h[1], abs(c[2]) - h[2]
+    by_x, by_y = (x >= y) & (x >= z), y >= z
+    side_x, side_y, side_z = side(c[0]), side(c[1]), side(c[2])
+    zero = 0.0 * x
+    face = chosen(by_x, (side_x, zero, zero), chosen(by_y, (zero, side_y, zero), (zero, zero, side_z)))
+    return from_within(a, b, c, p, maximum(maximum(x, y), z), face)
+
+
+@kernel
+def point_cylinder(a, b, h):
+    """The origin of pose a and the cylinder at pose b along z: the same in the half plane of radius and height."""
+    c = seen_from(b, origin(a))
+    radius = sqrt(c[0] * c[0] + c[1] * c[1])
+    off_axis = radius > 0.0
+    cosine, sine = where(off_axis, c[0], 1.0) / where(off_axis, radius, 1.0), c[1] / where(off_axis, radius, 1.0)
+    around, above = radius - h[0], abs(c[2]) - h[2]
+    kept = clamp(radius, h[0])
+    p = kept * cosine, kept * sine, clamp(c[2], h[2])
+    zero = 0.0 * radius
+    outwards = chosen(around >= above, (cosine, sine, zero), (zero, zero, side(c[2])))
+    return from_within(a, b, c, p, maximum(around, above), outwards)
+
+
+@kernel
+def side(x):
+    """1 or -1: the sign of x, 1 for zero."""
+    return where(x < 0.0, -1.0, 1.0)
+
+
+@kernel
+def from_within(a, b, c, p, height, outwards):
+    """The answer for a point c and its nearest point p of a body at pose b, in the body's frame.
+
+    ``height`` is how far c stands out of the face it is nearest to, negative within, where the normal of that face, ``outwards``,
+    shows the way.
+    """
+    v = minus(p, c)
+    distance = sqrt(dot(v, v))
+    within = distance < _NEAR
+    n = chosen(within, times(outwards, -1.0), times(v, 1.0 / where(within, 1.0, distance)))
+    signed = where(within, height, distance)
+    return signed, origin(a), place(b, chosen(within, step(c, -signed, outwards), p)), turn(b, n)

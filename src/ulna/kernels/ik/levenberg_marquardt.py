@@ -1,0 +1,131 @@
+"""One step of eight searches at once, each in a lane of its own, with its own target and bounds.
+
+Rows of a search (``rows``), all caller-owned: q (n_dof); the q of the step before (n_dof); the target (12); the lower and
+then the upper bounds (2 n_dof); the state, as numbered below.
+
+1. Evaluate the pose error and the Jacobian at q, less what the task does not ask for (``task``).
+2. A lane is solved when its error is within the tolerances and another step no longer makes it four times smaller in square
+   (the better of the last two is its answer), or when it is negligible; failed when its steps are used up before.
+3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), kept within
+   its bounds (``damped_step``). What a lane that has ended does then counts no more: its answer stands in the rows of the
+   step before. A CALM search adds |e| to lambda: where the target cannot be met, the curvature of the arm, which J does not
+   know, is about as large, and without it the steps would overshoot for ever.
+4. With a posture, the part of (posture - q) that leaves the pose alone is added to each step, and a lane is solved only when
+   that part is used up (Liegeois 1977): dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first: a lane
+   whose steps are used up at the pose has solved it.
+"""
+
+import numpy as np
+
+from ulna.engine.decorators import kernel, routine
+from ulna.engine.lanes import load, logical_not, splat, sqrt, store, where
+from ulna.kernels.chain.jacobian import BASE, chain_jacobian
+from ulna.kernels.ik.damped_step import (
+    add_column,
+    back_to_joints,
+    error_squares,
+    pose_error,
+    release_pressed,
+    solve_damped,
+    within_bounds,
+)
+from ulna.kernels.ik.search_layout import CALM, POSITION_TOLERANCE, ROTATION_TOLERANCE, TASK, WHOLE_POSE, WITH_POSTURE
+from ulna.kernels.ik.task import task_error
+from ulna.kernels.spatial.elementary import maximum
+from ulna.kernels.spatial.se3 import load_pose
+
+# Rows of the state. ENDED: RUNNING or how it ended; LEAST: the square of the error at the step before, if that was within the
+# tolerances and no posture is asked for, else infinite; P2 and R2: the squares of the answer's errors; TAKEN and ALLOWED: steps;
+# CHANGE: the largest of a joint in the last step, with a posture; from ERROR on the answer's pose error, six rows, in the base's
+# axes, whatever the task.
+ENDED, LEAST, P2, R2, TAKEN, ALLOWED, CHANGE, LAMBDA, ERROR = 0, 1, 2, 3, 4, 5, 6, 7, 8
+N_STATE = ERROR + 6
+RUNNING, HAS_SOLVED, HAS_FAILED = 0.0, 1.0, 2.0
+_DAMPING = 0.05
+_LEAST_DAMPING = 1e-12
+_NEGLIGIBLE = 1e-20  # of |e|^2: 0.1 nm
+_WORTH_A_STEP = 0.25  # of |e|^2
+_POSTURE_SETTLED = 1e-8  # largest joint change of a step that has used up the posture
+_POSTURE_STEP = 1.0  # rad: shorter ones settle too slowly, longer ones run in circles
+
+
+@routine
+def advance(chain, posture, settings, rows, scratch):
+    """Steps 1 to 4 for all lanes."""
+    q_rows, last_rows, target_rows, bound_rows, state_rows = rows
+    jacobian_rows, system_rows = scratch
+    target = load_pose(target_rows, 0)
+    pose = chain_jacobian(chain, q_rows, BASE, jacobian_rows, 6, 1)
+    e = whole = pose_error(pose, target)
+    if int(settings[TASK]) != WHOLE_POSE:
+        e = task_error(settings, pose, target, e, jacobian_rows)
+    p2, r2 = error_squares(e)
+    settle(settings, p2, r2, whole, q_rows, last_rows, state_rows)
+    release_pressed(bound_rows, q_rows, e, jacobian_rows)
+    damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * settings[CALM] + _LEAST_DAMPING
+    store(state_rows, LAMBDA, damping)
+    if settings[WITH_POSTURE] != 0.0:
+        move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacobian_rows, system_rows)
+    else:
+        solve_damped(jacobian_rows, posture.shape[0], damping, e, system_rows)
+        for j in range(posture.shape[0]):
+            moved = load(q_rows, j) + back_to_joints(jacobian_rows, j, system_rows)
+            store(q_rows, j, within_bounds(moved, bound_rows, j))
+    store(state_rows, TAKEN, load(state_rows, TAKEN) + 1.0)
+
+
+@kernel
+def settle(settings, p2, r2, whole, q_rows, last_rows, state_rows):
+    """Step 2: which lanes have ended and how; the answer so far goes to the rows of the step before."""
+    total, least = p2 + r2, load(state_rows, LEAST)
+    near = (p2 <= settings[POSITION_TOLERANCE] ** 2) & (r2 <= settings[ROTATION_TOLERANCE] ** 2)
+    was_near = least < np.inf
+    back = was_near & logical_not(near & (total < least))
+    enough = total <= _NEGLIGIBLE
+    if settings[WITH_POSTURE] != 0.0:
+        enough = load(state_rows, CHANGE) <= _POSTURE_SETTLED
+    settled = (was_near & logical_not(near & (total < _WORTH_A_STEP * least))) | (near & enough)
+    used_up = load(state_rows, TAKEN) >= load(state_rows, ALLOWED)
+    solved = settled | (used_up & (near | was_near))
+    store(state_rows, ENDED, where(solved, HAS_SOLVED, where(used_up, HAS_FAILED, RUNNING)))
+    if settings[WITH_POSTURE] == 0.0:
+        store(state_rows, LEAST, where(near, total, np.inf))
+    store(state_rows, P2, where(back, load(state_rows, P2), p2))
+    store(state_rows, R2, where(back, load(state_rows, R2), r2))
+    for k in range(6):
+        store(state_rows, ERROR + k, where(back, load(state_rows, ERROR + k), whole[k]))
+    for j in range(last_rows.shape[0]):
+        store(last_rows, j, where(back, load(last_rows, j), load(q_rows, j)))
+
+
+@kernel
+def move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacobian_rows, system_rows):
+    """Step 4; the largest change of a joint goes to the state."""
+    share = posture_share(posture, q_rows)
+    rest = without_posture(posture, share, q_rows, jacobian_rows, e)
+    solve_damped(jacobian_rows, posture.shape[0], damping, rest, system_rows)
+    largest = splat(0.0, damping)
+    for j in range(posture.shape[0]):
+        q = load(q_rows, j)
+        moved = q + back_to_joints(jacobian_rows, j, system_rows) + share * (posture[j] - q)
+        moved = within_bounds(moved, bound_rows, j)
+        largest = maximum(largest, abs(moved - q))
+        store(q_rows, j, moved)
+    store(state_rows, CHANGE, largest)
+
+
+@kernel
+def posture_share(posture, q_rows):
+    """The share of the way to the posture that moves no joint by more than _POSTURE_STEP: the arm is not linear beyond."""
+    largest = splat(_POSTURE_STEP, load(q_rows, 0))
+    for j in range(posture.shape[0]):
+        largest = maximum(largest, abs(posture[j] - load(q_rows, j)))
+    return _POSTURE_STEP / largest
+
+
+@kernel
+def without_posture(posture, share, q_rows, jacobian_rows, e):
+    """e - J d: what of the error remains once the joints have gone that share of the way to the posture."""
+    for j in range(posture.shape[0]):
+        e = add_column(e, jacobian_rows, j, share * (load(q_rows, j) - posture[j]))
+    return e

@@ -1,0 +1,71 @@
+"""What a task asks of a pose error: all of it, or all but a slack in each of six components, in the target's axes.
+
+Source: the bounds of TRAC-IK (Beeson and Ames, Humanoids 2015); the swing of an axis is the shortest rotation between two
+directions.
+"""
+
+import math
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, sqrt, store, where
+from ulna.kernels.ik.search_layout import POINTING, SLACK, TASK
+from ulna.kernels.spatial.elementary import first_quadrant_angle
+from ulna.kernels.spatial.vectors import cross, turn_into
+
+_TINY = 1e-12  # of a sine: below it the axis of a half turn is chosen, not computed
+
+
+@kernel
+def task_error(settings, pose, target, e, jacobian_rows):
+    """The error that the task counts, in the target's axes; the rows of J are turned there too.
+
+    1. Turn e and the columns of J into the target's axes. For POINTING, the rotation is the swing of the z axis alone.
+    2. Take the slack from each component; one within its slack counts as zero, and its row of J too, so that it stays free.
+    """
+    w = swing(pose, target) if int(settings[TASK]) == POINTING else (e[3], e[4], e[5])
+    v, w = turn_into(target, (e[0], e[1], e[2])), turn_into(target, w)
+    c0, f0 = beyond(v[0], settings[SLACK])
+    c1, f1 = beyond(v[1], settings[SLACK + 1])
+    c2, f2 = beyond(v[2], settings[SLACK + 2])
+    c3, f3 = beyond(w[0], settings[SLACK + 3])
+    c4, f4 = beyond(w[1], settings[SLACK + 4])
+    c5, f5 = beyond(w[2], settings[SLACK + 5])
+    for j in range(jacobian_rows.shape[0] // 6):
+        v = load(jacobian_rows, 6 * j), load(jacobian_rows, 6 * j + 1), load(jacobian_rows, 6 * j + 2)
+        w = load(jacobian_rows, 6 * j + 3), load(jacobian_rows, 6 * j + 4), load(jacobian_rows, 6 * j + 5)
+        v, w = turn_into(target, v), turn_into(target, w)
+        store(jacobian_rows, 6 * j, v[0] * f0)
+        store(jacobian_rows, 6 * j + 1, v[1] * f1)
+        store(jacobian_rows, 6 * j + 2, v[2] * f2)
+        store(jacobian_rows, 6 * j + 3, w[0] * f3)
+        store(jacobian_rows, 6 * j + 4, w[1] * f4)
+        store(jacobian_rows, 6 * j + 5, w[2] * f5)
+    return c0, c1, c2, c3, c4, c5
+
+
+@kernel
+def beyond(x, slack):
+    """What of x lies beyond a slack on either side, and 0.0 if nothing does and the slack leaves room, else 1.0."""
+    within = abs(x) <= slack
+    rest = where(within, 0.0, where(x > 0.0, x - slack, x + slack))
+    return rest, where(within, 0.0 if slack > 0.0 else 1.0, 1.0)
+
+
+@kernel
+def swing(pose, target):
+    """The rotation vector of the shortest turn that brings pose's z axis onto the target's, in the axes of the base.
+
+    Where they are opposite, it turns by pi about the target's x axis.
+    """
+    a, b = (pose[2], pose[6], pose[10]), (target[2], target[6], target[10])
+    n = cross(a, b)
+    sine, cosine = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    acute = first_quadrant_angle(sine, abs(cosine))
+    angle = where(cosine < 0.0, math.pi - acute, acute)
+    opposite = (sine <= _TINY) & (cosine < 0.0)
+    scale = where(sine > _TINY, angle / where(sine > _TINY, sine, 1.0), 1.0)
+    return (
+        where(opposite, angle * target[0], n[0] * scale),
+        where(opposite, angle * target[4], n[1] * scale),
+        where(opposite, angle * target[8], n[2] * scale),
+    )

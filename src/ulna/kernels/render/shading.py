@@ -1,0 +1,51 @@
+"""From the triangle behind each sample to the light of each pixel, and from light to the colours of a screen."""
+
+from ulna.engine.decorators import kernel, routine
+from ulna.kernels.render.illumination import floor_light, ray, surface_light
+from ulna.kernels.render.raster import NOTHING, corners, row, twice_area, weights
+from ulna.kernels.spatial.vectors import dot, plus, step, times
+
+_SAME_DEPTH, _SAME_TURN = 0.02, 0.95  # two samples within these show the same piece of surface
+
+
+@kernel
+def uniform(numbers, nearness, skin, n, top, left):
+    """True where the samples of a pixel show one piece of surface, or all of them none."""
+    normals, colors, _, owners = skin
+    first, near = numbers[top, left], nearness[top, left]
+    for i in range(top, top + n):
+        for j in range(left, left + n):
+            k = numbers[i, j]
+            if k != first:
+                if min(k, first) <= NOTHING or owners[k] != owners[first] or colors[k, 0] != colors[first, 0]:
+                    return False
+                if dot(row(normals, 3 * k), row(normals, 3 * first)) < _SAME_TURN:
+                    return False
+                if abs(nearness[i, j] - near) > _SAME_DEPTH * near:
+                    return False
+    return True
+
+
+@routine
+def sample_light(points, triangles, skin, turns, camera, sun, shadows, floor, k, x, y):
+    """The light behind the place (x, y) of the raster, where triangle k is seen, or none."""
+    if k == NOTHING:
+        return floor_light(camera, sun, shadows, floor, x, y)
+    normals, colors, glow, owners = skin
+    if glow[k] > 0.0:
+        return times(row(colors, k), glow[k])
+    a, b, c = corners(points, triangles, k)
+    u, v = weights(a, b, c, twice_area(a, b, c), x, y)
+    near = c[2] + u * (a[2] - c[2]) + v * (b[2] - c[2])
+    u, v = u * a[2] / near, v * b[2] / near  # the weights in space
+    n = plus(plus(times(row(normals, 3 * k), u), times(row(normals, 3 * k + 1), v)), times(row(normals, 3 * k + 2), 1.0 - u - v))
+    m = owners[k]
+    n = dot(axis_row(turns, m, 0), n), dot(axis_row(turns, m, 1), n), dot(axis_row(turns, m, 2), n)
+    sight = ray(camera, x, y)
+    return surface_light(sun, shadows, sight, step(row(camera, 0), 1.0 / near, sight), n, row(colors, k))
+
+
+@kernel
+def axis_row(turns, m, i):
+    """Row i of rotation m."""
+    return turns[m, i, 0], turns[m, i, 1], turns[m, i, 2]

@@ -1,0 +1,79 @@
+"""Elementary functions over the generic number."""
+
+import math
+
+from ulna.engine.decorators import exact_kernel, kernel
+from ulna.engine.lanes import rint, where
+
+
+@kernel
+def minimum(x, y):
+    """The smaller of two numbers."""
+    return where(x < y, x, y)
+
+
+@kernel
+def maximum(x, y):
+    """The larger of two numbers."""
+    return where(x > y, x, y)
+
+
+@kernel
+def clamp(x, limit):
+    """x, or the nearer of -limit and limit."""
+    return minimum(maximum(x, -limit), limit)
+
+
+@exact_kernel
+def sincos(x):
+    """Sine and cosine, within about 1 ulp for |x| <= 1e6.
+
+    1. Reduce to |r| <= pi/4 by subtracting k pi/2, pi/2 in three parts of 33 bits (Cody and Waite).
+    2. Evaluate the polynomials of fdlibm's k_sin.c and k_cos.c.
+    3. Swap and sign by the quarter turn k mod 4.
+    """
+    k = rint(x * (2 / math.pi))
+    r = ((x - k * 1.57079632673412561417) - k * 6.07710050630396597660e-11) - k * 2.02226624879595063154e-21
+    z = r * r
+    s = r + r * z * (
+        -1.66666666666666324348e-1
+        + z * (8.33333333332248946124e-3
+        + z * (-1.98412698298579493134e-4
+        + z * (2.75573137070700676789e-6
+        + z * (-2.50507602534068634195e-8
+        + z * 1.58969099521155010221e-10))))
+    )  # fmt: skip
+    c = 1.0 - (0.5 * z - z * z * (
+        4.16666666666666019037e-2
+        + z * (-1.38888888888741095749e-3
+        + z * (2.48015872894767294178e-5
+        + z * (-2.75573143513906633035e-7
+        + z * (2.08757232129817482790e-9
+        + z * -1.13596475577881948265e-11))))
+    ))  # fmt: skip
+    quarter = k - 4.0 * rint(k * 0.25)  # -2 .. 2
+    half_turn = abs(quarter) > 1.5
+    odd = abs(abs(quarter) - 1.0) < 0.5
+    sin_sign = where(half_turn | (quarter < -0.5), -1.0, 1.0)
+    cos_sign = where(half_turn | (quarter > 0.5), -1.0, 1.0)
+    return where(odd, c, s) * sin_sign, where(odd, s, c) * cos_sign
+
+
+@kernel
+def first_quadrant_angle(y, x):
+    """The angle of the point (x, y), both not negative and not both zero: atan2 in [0, pi/2], within 2 ulp.
+
+    The tangent is brought below tan(pi/8) by reflection and by an eighth of a turn, then the rational approximation of
+    Cephes' atan.c (Moshier) is evaluated.
+    """
+    steep = y > x
+    t = where(steep, x, y) / where(steep, y, x)  # in [0, 1]
+    turned = t > 0.41421356237309503
+    u = where(turned, (t - 1.0) / (t + 1.0), t)
+    z = u * u
+    p = (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1) * z
+         - 1.228866684490136173410e2) * z - 6.485021904942025371773e1  # fmt: skip
+    q = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z + 4.328810604912902668951e2) * z
+         + 4.853903996359136964868e2) * z + 1.945506571482613964425e2  # fmt: skip
+    angle = u + u * z * p / q + where(turned, math.pi / 4, 0.0)
+    return where(steep, math.pi / 2 - angle, angle)

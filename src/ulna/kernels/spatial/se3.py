@@ -1,0 +1,118 @@
+"""Poses as twelve numbers: products and the two motions of a joint. See the package for the words used."""
+
+import numpy as np
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, splat, store
+from ulna.kernels.layout import LARGEST
+from ulna.kernels.spatial.elementary import sincos
+
+
+@kernel
+def constant_pose(table, i, like):
+    """The pose in the first twelve columns of row i of a plain table, as numbers of the kind of ``like``."""
+    return (
+        splat(table[i, 0], like), splat(table[i, 1], like), splat(table[i, 2], like), splat(table[i, 3], like),
+        splat(table[i, 4], like), splat(table[i, 5], like), splat(table[i, 6], like), splat(table[i, 7], like),
+        splat(table[i, 8], like), splat(table[i, 9], like), splat(table[i, 10], like), splat(table[i, 11], like),
+    )  # fmt: skip
+
+
+@kernel
+def compose(a, b):
+    """The product of two poses: T_a_c = T_a_b @ T_b_c."""
+    return (
+        a[0] * b[0] + a[1] * b[4] + a[2] * b[8],
+        a[0] * b[1] + a[1] * b[5] + a[2] * b[9],
+        a[0] * b[2] + a[1] * b[6] + a[2] * b[10],
+        a[0] * b[3] + a[1] * b[7] + a[2] * b[11] + a[3],
+        a[4] * b[0] + a[5] * b[4] + a[6] * b[8],
+        a[4] * b[1] + a[5] * b[5] + a[6] * b[9],
+        a[4] * b[2] + a[5] * b[6] + a[6] * b[10],
+        a[4] * b[3] + a[5] * b[7] + a[6] * b[11] + a[7],
+        a[8] * b[0] + a[9] * b[4] + a[10] * b[8],
+        a[8] * b[1] + a[9] * b[5] + a[10] * b[9],
+        a[8] * b[2] + a[9] * b[6] + a[10] * b[10],
+        a[8] * b[3] + a[9] * b[7] + a[10] * b[11] + a[11],
+    )
+
+
+@kernel
+def turn_about_z(a, theta):
+    """The pose a followed by a rotation by theta about its own z axis: a @ Rz(theta)."""
+    s, c = sincos(theta)
+    return (
+        a[0] * c + a[1] * s, a[1] * c - a[0] * s, a[2], a[3],
+        a[4] * c + a[5] * s, a[5] * c - a[4] * s, a[6], a[7],
+        a[8] * c + a[9] * s, a[9] * c - a[8] * s, a[10], a[11],
+    )  # fmt: skip
+
+
+@kernel
+def slide_along_z(a, distance):
+    """The pose a followed by a translation along its own z axis: a @ Tz(distance)."""
+    return (
+        a[0], a[1], a[2], a[3] + a[2] * distance,
+        a[4], a[5], a[6], a[7] + a[6] * distance,
+        a[8], a[9], a[10], a[11] + a[10] * distance,
+    )  # fmt: skip
+
+
+@kernel
+def load_pose(rows, i):
+    """Pose i of rows: twelve rows each."""
+    j = 12 * i
+    return (
+        load(rows, j), load(rows, j + 1), load(rows, j + 2), load(rows, j + 3),
+        load(rows, j + 4), load(rows, j + 5), load(rows, j + 6), load(rows, j + 7),
+        load(rows, j + 8), load(rows, j + 9), load(rows, j + 10), load(rows, j + 11),
+    )  # fmt: skip
+
+
+@kernel
+def store_pose(rows, i, a):
+    """Write a pose to place i of rows."""
+    for k in range(12):
+        store(rows, 12 * i + k, a[k])
+
+
+@kernel
+def matrix_pose(matrix):
+    """The pose in a homogeneous 4x4 matrix, as plain numbers."""
+    return (
+        matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3],
+        matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3],
+        matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3],
+    )  # fmt: skip
+
+
+@kernel
+def rigidity_defect(matrix):
+    """How far a 4x4 matrix is from a rigid motion: the largest fault in R R' - I and the last row.
+
+    For a reflection about 2; infinite if an entry is not finite, or a position beyond LARGEST.
+    """
+    defect = 0.0
+    for r in range(3):
+        if not abs(matrix[r, 3]) <= LARGEST:
+            defect = np.inf
+        defect = worse(defect, matrix[3, r])
+        for c in range(r + 1):
+            dot = matrix[r, 0] * matrix[c, 0] + matrix[r, 1] * matrix[c, 1] + matrix[r, 2] * matrix[c, 2]
+            defect = worse(defect, dot - (1.0 if r == c else 0.0))
+    determinant = (
+        matrix[0, 0] * (matrix[1, 1] * matrix[2, 2] - matrix[1, 2] * matrix[2, 1])
+        - matrix[0, 1] * (matrix[1, 0] * matrix[2, 2] - matrix[1, 2] * matrix[2, 0])
+        + matrix[0, 2] * (matrix[1, 0] * matrix[2, 1] - matrix[1, 1] * matrix[2, 0])
+    )
+    if determinant < 0.0:
+        defect = worse(defect, determinant - 1.0)
+    return worse(defect, matrix[3, 3] - 1.0)
+
+
+@kernel
+def worse(defect, fault):
+    """The larger of a defect and the size of a fault; infinity if the fault is NaN, so that nothing later hides it."""
+    if not abs(fault) <= LARGEST:
+        return np.inf
+    return max(defect, abs(fault))

@@ -1,0 +1,65 @@
+"""What the groups and states of a semantic description come to on a robot: joints, links, entries of q, whole configurations."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.group_joints import _own_joints
+from ulna.description.pose import matrix_from_quaternion, rpy_from_matrix
+from ulna.description.robot_description import Description, frozen
+from ulna.description.semantic import Group, GroupState
+from ulna.kinematics.tree import Tree
+
+
+@dataclass(frozen=True)
+class JointGroup:
+    """A group of joints: its independent ones and their entries of q, both in the order of q, and the links that it moves.
+
+    ``link_names`` are the links listed and the child links of all joints of the group, fixed ones and mimics too, in the order
+    of the robot. As in MoveIt, a chain has the joints between its two ends, so its base link is not among the links.
+    """
+
+    name: str
+    joint_names: tuple[str, ...]
+    columns: tuple[int, ...]
+    link_names: tuple[str, ...]
+
+
+def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
+    """Every group of a robot, by name."""
+    groups = {group.name: group for group in description.srdf.groups}
+    carriers = {joint.child: joint for joint in description.joints}
+    own = {name: _own_joints(group, carriers) for name, group in groups.items()}
+    children = {joint.name: joint.child for joint in description.joints}
+    slices = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
+    found = {}
+    for name in groups:
+        members = _with_subgroups(name, groups)
+        joints = set().union(*(own[member] for member in members))
+        links = {children[joint] for joint in joints if joint in children}.union(*(groups[m].links for m in members))
+        moving = tuple(joint for joint in slices if joint in joints)
+        columns = tuple(column for joint in moving for column in range(slices[joint].start, slices[joint].stop))
+        found[name] = JointGroup(name, moving, columns, tuple(link for link in tree.link_names if link in links))
+    return found
+
+
+def configuration(state: GroupState, tree: Tree, home: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The q of a state, read-only; joints that it does not name stand as in ``home``."""
+    q, slices = np.array(home), dict(zip(tree.joint_names, tree.joint_slices, strict=True))
+    for name, values in state.values:
+        q[slices[name]] = values if len(values) < 7 else [*values[:3], *_rpy(*values[3:])]
+    return frozen(q, q.shape)
+
+
+def _rpy(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
+    return rpy_from_matrix(matrix_from_quaternion((w, x, y, z)))
+
+
+def _with_subgroups(name: str, groups: dict[str, Group]) -> set[str]:
+    found, waiting = {name}, [name]
+    while waiting:
+        new = set(groups[waiting.pop()].subgroups) - found
+        found |= new
+        waiting += new
+    return found

@@ -1,1 +1,0 @@
-"""What a robot is, as frozen data: shapes, links, joints, and the kinematic tree in flat arrays."""

@@ -1,0 +1,31 @@
+"""The entries of q, named, and what every answer about one q says."""
+
+from typing import NamedTuple
+
+from ulna.description.robot_description import JointType
+from ulna.robot import Robot
+
+
+class Coordinate(NamedTuple):
+    """One entry of q, or of another list of numbers that people write: its name and its unit."""
+
+    name: str
+    unit: str
+    type: str = ""
+
+
+_PARTS = {
+    JointType.PRISMATIC: (("", "m"),),
+    JointType.PLANAR: ((".x", "m"), (".y", "m"), (".theta", "rad")),
+    JointType.FLOATING: ((".x", "m"), (".y", "m"), (".z", "m"), (".roll", "rad"), (".pitch", "rad"), (".yaw", "rad")),
+}
+
+
+def coordinates_of(robot: Robot) -> list[Coordinate]:
+    """What each entry of q is, in order."""
+    types = {joint.name: joint.type for joint in robot.description.joints}
+    return [
+        Coordinate(name + part, unit, types[name].value)
+        for name in robot.joint_names
+        for part, unit in _PARTS.get(types[name], (("", "rad"),))
+    ]

@@ -1,1 +1,0 @@
-"""Bundled descriptions, and what a URDF cannot say of them."""

@@ -1,0 +1,1 @@
+"""Pictures and videos of any robot, without a display."""

@@ -1,0 +1,147 @@
+"""Paints pictures of a robot and what stands around it, with no display: on this machine's processor alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.demo.drawing import WORD_POSITION
+from ulna.description.pose import pose
+from ulna.drivers.rendering import draw_triangles, encode, lay_panes, place_points, shade_pixels
+from ulna.kernels.render.raster import NOTHING
+from ulna.viewer.film.camera import Camera, sun_view
+from ulna.viewer.film.caption import write_word
+from ulna.viewer.film.model import Model, is_opaque
+from ulna.viewer.film.panes import make_panes
+from ulna.viewer.film.skin import linear
+from ulna.viewer.solid import Solid
+
+TO_SUN = (0.9, 0.25, 1.5)
+TEXELS = 1024  # a side of the sun's raster
+NO_LAMP = (0.0, 0.0, -1.0, -1.0, -1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What is to be painted.
+
+    Attributes:
+        q: Where the robot stands, shape (n_dof,).
+        camera: From where it is seen.
+        solids: What stands around it, or moves with its links.
+        word: What is written beside the solid that glows.
+    """
+
+    q: NDArray[np.float64]
+    camera: Camera
+    solids: tuple[Solid, ...] = ()
+    word: str = ""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Where the robot stands.
+
+    Attributes:
+        middle: Of all that is shown [m].
+        radius: Of a ball about it that holds all that is shown [m].
+        height: Of the floor [m].
+        cell: The side of a cell of the floor's grid [m].
+    """
+
+    middle: tuple[float, float, float]
+    radius: float
+    height: float = 0.0
+    cell: float = 0.1
+
+
+class Painter:
+    """Paints one picture at a time, on a raster of its own; several may work at once.
+
+    Args:
+        model: The robot, with the solids that its pictures show.
+        size: Of the pictures: width and height [pixels].
+        ground: Where it stands.
+        samples: How many samples a pixel has, across and down.
+    """
+
+    def __init__(self, model: Model, size: tuple[int, int], ground: Ground, samples: int = 2) -> None:
+        self.model, self.ground, self.samples = model, ground, samples
+        self.width, self.height = size
+        raster = (self.height * samples, self.width * samples)
+        self._nearness, self._numbers = np.empty(raster, np.float32), np.empty(raster, np.int32)
+        self._shadows = np.empty((TEXELS, TEXELS), np.float32)
+        self._seen, self._lit = (np.empty_like(model.skin.points) for _ in range(2))
+        self._light = np.empty((self.height, self.width, 3), np.float32)
+        self._sun = sun_view(TO_SUN, ground.middle, ground.radius, TEXELS)
+
+    def paint(self, picture: Picture) -> NDArray[np.uint8]:
+        """The picture's pixels: red, green, blue, shape (height, width, 3).
+
+        1. What the sun sees: from there shadows are known. 2. What the camera sees. 3. The light of each pixel. 4. The boxes that
+        are seen through, laid over it. 5. The word.
+        """
+        poses = self.model.poses(picture.q, picture.solids)
+        colors, glow = self.model.paints(picture.solids)
+        view = picture.camera.view(self._numbers.shape[1], self._numbers.shape[0])
+        self._draw(poses, view, glow)
+        self._shade(picture, poses, colors, glow)
+        self._lay_panes(picture, poses, view)
+        pixels = np.empty((self.height, self.width, 3), np.uint8)
+        encode(self._light, pixels)
+        for lamp in (solid for solid in picture.solids if solid.glows):
+            beside = poses[self.model.links[lamp.link]] @ lamp.pose @ pose(WORD_POSITION)
+            write_word(pixels, picture.word, picture.camera.place(beside[:3, 3], self.width, self.height))
+        return pixels
+
+    def _draw(self, poses: NDArray, view: NDArray, glow: NDArray) -> None:
+        """What the sun and the camera see."""
+        skin, frames = self.model.skin, _twelves(poses)
+        place_points(skin.points, skin.frames, frames, _map(self._sun, 0.0), self._lit)
+        place_points(skin.points, skin.frames, frames, _map(view, 1.0), self._seen)
+        self._shadows.fill(0.0)
+        self._nearness.fill(0.0)
+        self._numbers.fill(NOTHING)
+        draw_triangles(self._lit, skin.triangles[glow == 0.0], self._shadows, None)
+        draw_triangles(self._seen, skin.triangles, self._nearness, self._numbers)
+
+    def _shade(self, picture: Picture, poses: NDArray, colors: NDArray, glow: NDArray) -> None:
+        skin, rows = self.model.skin, self._numbers.shape
+        shade_pixels(
+            self._numbers,
+            self._nearness,
+            self._seen,
+            skin.triangles,
+            (skin.normals, colors, glow, skin.owners),
+            np.ascontiguousarray(poses[:, :3, :3]),
+            picture.camera.rays(rows[1], rows[0]),
+            self._sun,
+            self._shadows,
+            np.array([self.ground.height, self.ground.cell, *self._lamp(picture, poses)]),
+            self._light,
+        )
+
+    def _lamp(self, picture: Picture, poses: NDArray) -> tuple[float, ...]:
+        """Where the lamp stands on the floor and its light, for ``kernels.render.illumination``."""
+        for solid in picture.solids:
+            if solid.glows:
+                x, y = (poses[self.model.links[solid.link]] @ solid.pose)[:2, 3]
+                return (x, y, *linear(solid.color))
+        return NO_LAMP
+
+    def _lay_panes(self, picture: Picture, poses: NDArray, view: NDArray) -> None:
+        boxes = [(solid, poses[self.model.links[solid.link]] @ solid.pose) for solid in picture.solids if not is_opaque(solid)]
+        panes = make_panes(boxes, np.array(picture.camera.position))
+        placed = np.empty_like(panes.points)
+        place_points(panes.points, np.zeros(len(placed), np.int64), _twelves(np.eye(4)[None]), _map(view, 1.0), placed)
+        lay_panes(placed, panes.paints, self._nearness, self._light)
+
+
+def _twelves(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Poses as rows of twelve numbers, as kernels take them."""
+    return np.ascontiguousarray(poses[:, :3]).reshape(-1, 12)
+
+
+def _map(view: NDArray[np.float64], has_depth: float) -> NDArray[np.float64]:
+    """A view as ``place_points`` takes it."""
+    return np.append(view.ravel(), has_depth)[None]

@@ -1,0 +1,61 @@
+"""What the panel says, as HTML: verdicts with a mark that is told by its shape and lightness too, and tables of numbers."""
+
+import html
+from collections.abc import Iterable
+
+from ulna.description.robot_description import JointType
+from ulna.robot import Robot
+from ulna.viewer.session.ellipsoid import Mobility
+from ulna.viewer.session.tree_text import outline
+
+Color = tuple[int, int, int]
+_STYLE = "padding:0.35em 0.75em;line-height:1.35"
+
+
+def marked(words: str, color: Color, *, filled: bool = True) -> str:
+    """A disc of a colour, or a ring, and words; screen readers hear it when it changes."""
+    look = f"background:rgb{color}" if filled else f"border:0.22em solid rgb{color};box-sizing:border-box"
+    disc = f"display:inline-block;width:0.9em;height:0.9em;border-radius:50%;vertical-align:-0.08em;{look}"
+    return f'<div role="status" style="{_STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
+
+
+def plain(words: str) -> str:
+    """Words, small."""
+    return f'<div style="{_STYLE};font-size:0.85em">{html.escape(words)}</div>'
+
+
+def listed(lines: Iterable[str]) -> str:
+    """Lines, small, one below the other."""
+    rows = "".join(f'<li style="margin-bottom:0.3em">{html.escape(line)}</li>' for line in lines)
+    return f'<ul style="{_STYLE};font-size:0.8em;margin:0;padding-left:1.6em;overflow-wrap:anywhere">{rows}</ul>'
+
+
+def tree_html(robot: Robot) -> str:
+    """The kinematic tree: links strong, and the joints that carry them."""
+    rows = [
+        f'<div style="padding-left:{0.7 * branch.depth:.1f}em"><b>{html.escape(branch.link)}</b>'
+        + (
+            ""
+            if branch.joint is None
+            else f' <span style="opacity:0.65">{_kind(branch.joint.type)}{html.escape(branch.joint.name)}</span>'
+        )
+        + "</div>"
+        for branch in outline(robot)
+    ]
+    return f'<div style="{_STYLE};font-size:0.75em;white-space:nowrap;overflow-x:auto">{"".join(rows)}</div>'
+
+
+def mobility_html(mobility: Mobility) -> str:
+    """The singular values and the manipulability."""
+    values = " ".join(f"{value:.3f}" for value in mobility.singular_values)
+    radii = " ".join(f"{radius:.3f}" for radius in mobility.radii)
+    rows = [("singular values", values), ("half axes [m/s]", radii), ("manipulability", f"{mobility.manipulability:.4g}")]
+    cells = "".join(
+        f'<tr><th scope="row" style="text-align:left;padding-right:1em;font-weight:500">{name}</th><td>{value}</td></tr>'
+        for name, value in rows
+    )
+    return f'<table style="{_STYLE};font-size:0.8em;margin-left:0.75em;font-variant-numeric:tabular-nums">{cells}</table>'
+
+
+def _kind(kind: JointType) -> str:
+    return "fixed " if kind == JointType.FIXED else f"{kind} "

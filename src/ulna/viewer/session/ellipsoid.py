@@ -1,0 +1,55 @@
+"""How well a link can be moved: the ellipsoid of its velocities, and the singular values of its Jacobian."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.robot import Robot
+from ulna.viewer.session.hand import BASES
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Mobility:
+    """What a Jacobian says at one q.
+
+    Attributes:
+        T: The ellipsoid's frame in the base, shape (4, 4): at the link's origin, its x axis the longest.
+        radii: The link's largest speeds along these axes [m/s] when the joint rates, squared and added, come to 1.
+        singular_values: Those of the whole Jacobian, largest first; metres and radians together.
+        manipulability: ``robot.manipulability``.
+    """
+
+    T: Array
+    radii: Array
+    singular_values: Array
+    manipulability: float
+
+
+def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
+    """The ellipsoid {J u : |u| = 1} of the linear velocities: axes and radii are those of J J'.
+
+    Planar and floating joints are left out, as while a hand is dragged.
+    Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
+    """
+    J = robot.jacobian(q, link)[:, _driven_columns(robot, link)]
+    axes, radii, _ = np.linalg.svd(np.hstack([J[:3], np.zeros((3, 3))]))
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    T = robot.forward_kinematics(q, link).copy()
+    T[:3, :3] = axes
+    values = np.asarray(np.linalg.svd(J, compute_uv=False), dtype=np.float64)
+    return Mobility(T, radii, values, float(robot.manipulability(q, link)))
+
+
+def _driven_columns(robot: Robot, link: str) -> list[int]:
+    """The entries of q that move a link, those of a moving base aside."""
+    types = {joint.name: joint.type for joint in robot.description.joints}
+    own = [
+        column
+        for name, place in zip(robot.joint_names, robot.joint_slices, strict=True)
+        if types[name] not in BASES
+        for column in range(place.start, place.stop)
+    ]
+    return [column for column in robot.tree.moving_columns(link).tolist() if column in own]

@@ -1,0 +1,151 @@
+"""The hand of a robot, dragged: each frame the arm goes on from where it stands, or says why it cannot."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.world import World
+from ulna.description.pose import quaternion_from_matrix
+from ulna.description.robot_description import Joint, JointType, Limits
+from ulna.ik.result import IKResult, Status
+from ulna.robot import Robot
+
+MOST_A_FRAME = 0.25  # [rad or m] of any joint: at 60 frames a second faster than arms are, and never another branch
+_GLIDES, _DAMPING = 10, 0.03  # steps of differential inverse kinematics in a frame, and their damping
+_QUICK = 160  # steps of the search in a frame: a branch that goes on is found in a few
+_AT_REST = 1e-9  # of |displacement|^2 [m^2] + |rotation|^2 [rad^2]: less is no progress
+BASES = (JointType.PLANAR, JointType.FLOATING)  # a base stands while its hand is dragged
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """One frame: where the arm stands now, and how it is with the target.
+
+    Attributes:
+        q: Joint positions [rad or m], shape (n_dof,).
+        reached: Whether the link is where it shall be.
+        moving: Whether another frame would bring it nearer.
+        reason: Why it is not reached, in the words of the search.
+    """
+
+    q: Array
+    reached: bool
+    moving: bool
+    reason: str = ""
+
+
+class Hand:
+    """A link that is dragged. Planar and floating joints stand still meanwhile.
+
+    Args:
+        robot: The robot.
+        link: The link's name; see ``palm``.
+    """
+
+    def __init__(self, robot: Robot, link: str) -> None:
+        self.robot, self.link = robot, link
+        joints = robot.description.joints
+        self.held = tuple(joint.name for joint in joints if joint.type in BASES and joint.name in robot.joint_names)
+        unhurried = tuple(_unhurried(joint) for joint in joints)
+        self._loop = Robot(replace(robot.description, joints=unhurried, text=""), home=robot.home)
+
+    def follow(self, q: Array, T: Array, world: World | None = None) -> Followed:
+        """One frame towards a pose.
+
+        The search continues the branch of q and may move no joint by more than MOST_A_FRAME. Where that does not arrive, the arm
+        glides nearer by differential inverse kinematics, until nothing leads nearer.
+
+        Args:
+            q: Where the arm stands [rad or m], shape (n_dof,).
+            T: The pose to reach, T_base_link, shape (4, 4).
+            world: What must not be hit, the robot itself too; nothing unless given.
+        """
+        found = self._search(q, T, world, max_iterations=_QUICK)
+        if found.success:
+            return Followed(found.q, reached=True, moving=False)
+        nearer = self._glide(q, T)
+        if world is not None and not self._may_go(q, nearer, world):
+            return Followed(q, reached=False, moving=False, reason=self._hits(nearer, world))
+        if self._miss(q, T) - self._miss(nearer, T) > _AT_REST:
+            return Followed(nearer, reached=False, moving=True)
+        found = self._search(nearer, T, world)  # at rest: time to ask why
+        if found.success:
+            return Followed(found.q, reached=True, moving=False)
+        reason = f"{found.status}: {found.reason}" if found.reason else str(found.status)
+        return Followed(nearer, reached=False, moving=False, reason=reason)
+
+    def _search(self, q: Array, T: Array, world: World | None, max_iterations: int | None = None) -> IKResult:
+        return self.robot.inverse_kinematics(
+            T, q, self.link, held=self.held, max_step=MOST_A_FRAME, world=world, max_iterations=max_iterations
+        )
+
+    def _glide(self, q: Array, T: Array) -> Array:
+        """As near to the pose as a frame leads."""
+        miss = self._miss(q, T)
+        for _ in range(_GLIDES):
+            change = self._loop.differential_ik(q, self._error(q, T), 1.0, self.link, damping=_DAMPING)
+            change *= min(1.0, MOST_A_FRAME / _GLIDES / max(float(np.abs(change).max()), 1e-12))
+            nearer = np.clip(q + change, self.robot.lower, self.robot.upper)
+            if (left := self._miss(nearer, T)) > miss - _AT_REST / _GLIDES:
+                break
+            q, miss = nearer, left
+        return q
+
+    def _error(self, q: Array, T: Array) -> Array:
+        """The displacement and the rotation vector that are left, in the axes of the base, shape (6,)."""
+        T_base_link = self.robot.forward_kinematics(q, self.link)
+        return np.concatenate([T[:3, 3] - T_base_link[:3, 3], rotation_vector(T[:3, :3] @ T_base_link[:3, :3].T)])
+
+    def _miss(self, q: Array, T: Array) -> float:
+        error = self._error(q, T)
+        return float(error @ error)
+
+    def _may_go(self, q: Array, nearer: Array, world: World) -> bool:
+        """Whether a step ends free, or, where the arm stands in a collision already, less deep in it."""
+        after = self.robot.signed_distance(nearer, world)
+        return after > 0.0 or after > self.robot.signed_distance(q, world)
+
+    def _hits(self, q: Array, world: World) -> str:
+        pairs = self.robot.check_collision(q, world).pairs[:4]
+        return f"{Status.IN_COLLISION}: " + ", ".join(f"{pair.name_a} hits {pair.name_b}" for pair in pairs)
+
+
+def rotation_vector(R: Array) -> Array:
+    """The axis of a rotation times its angle [rad], shape (3,); at half a turn one of the two."""
+    w, *xyz = quaternion_from_matrix(R)
+    sine = float(np.linalg.norm(xyz))
+    return np.array(xyz) * (2.0 if sine < 1e-12 else 2.0 * np.arctan2(sine, w) / sine)
+
+
+def palm(robot: Robot) -> str:
+    """The link that a person takes for the hand: the tip of the longest chain, or what carries its fingers."""
+    carriers = {joint.child: joint for joint in robot.description.joints}
+    tip = max(robot.tree.leaves, key=lambda link: _count(link, carriers, robot))
+    half = _count(tip, carriers, robot) / 2
+    for joint in _way(tip, carriers):
+        fingers = [one for one in robot.description.joints if one.parent == joint.parent and one.type != JointType.FIXED]
+        if len(fingers) > 1 and joint.parent in carriers and _count(joint.parent, carriers, robot) > half:
+            return joint.parent
+    return tip
+
+
+def _way(link: str, carriers: dict[str, Joint]) -> Iterable[Joint]:
+    """The joints from a link to the root."""
+    while link in carriers:
+        yield carriers[link]
+        link = carriers[link].parent
+
+
+def _count(link: str, carriers: dict[str, Joint], robot: Robot) -> int:
+    """How many independent joints move a link."""
+    return sum(joint.name in robot.joint_names for joint in _way(link, carriers))
+
+
+def _unhurried(joint: Joint) -> Joint:
+    """Without a limit of speed, which some files give as 0; or with none at all where it shall stand still."""
+    speed = 0.0 if joint.type in BASES else inf
+    return replace(joint, limits=Limits(joint.limits.lower, joint.limits.upper, speed, joint.limits.effort))

@@ -1,0 +1,128 @@
+"""The joints as a person moves them: a range for each entry of q, in groups, with the joints that follow others."""
+
+from collections import Counter
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.robot_description import JointType
+from ulna.description.structure import Drive, columns_of_q, drives_of, joints_from_root
+from ulna.robot import Robot
+from ulna.robot.coordinates import coordinates_of
+
+_FREE = {"rad": pi, "m": 2.0}  # where there is no limit: a turn, and four metres
+
+
+@dataclass(frozen=True)
+class Slide:
+    """One entry of q: where it stands in q, its name, its unit, and the range that a slider has."""
+
+    column: int
+    name: str
+    unit: str
+    low: float
+    high: float
+
+    def shown(self, q: NDArray[np.float64]) -> float:
+        """Its value where a slider can show it: whole turns aside, and within the range."""
+        value = float(q[self.column])
+        if self.unit == "rad" and self.high - self.low >= 2 * pi and not self.low <= value <= self.high:
+            value = (value + pi) % (2 * pi) - pi
+        return min(max(value, self.low), self.high)
+
+
+@dataclass(frozen=True)
+class Follower:
+    """A joint that mimics another: position = ratio * q[column] + offset."""
+
+    name: str
+    leader: str
+    unit: str
+    drive: Drive
+
+    def position(self, q: NDArray[np.float64]) -> float:
+        """Where it stands [rad or m]."""
+        return self.drive.ratio * float(q[self.drive.column]) + self.drive.offset
+
+    def __str__(self) -> str:
+        factor = "" if self.drive.ratio == 1 else f"{self.drive.ratio:g} * "
+        return f"{self.name} = {factor}{self.leader}" + (f" + {self.drive.offset:g}" if self.drive.offset else "")
+
+
+@dataclass(frozen=True)
+class SlideGroup:
+    """What stands together in the panel: a limb of the robot."""
+
+    name: str
+    slides: tuple[Slide, ...]
+    followers: tuple[Follower, ...]
+
+
+def slide_groups(robot: Robot) -> tuple[SlideGroup, ...]:
+    """All entries of q: a group for each part of the tree without a fork. A serial arm has one."""
+    slides, followers = _slides(robot), _followers(robot)
+    return tuple(
+        SlideGroup(
+            _group_name(limb),
+            tuple(slide for name in limb for slide in slides[name]),
+            tuple(follower for follower in followers if follower.leader in limb),
+        )
+        for limb in limbs(robot)
+    )
+
+
+def limbs(robot: Robot) -> list[list[str]]:
+    """The independent joints in lists, one for each part of the tree between two forks, in the order of q."""
+    order = {name: k for k, name in enumerate(robot.joint_names)}
+    moving, alive = [], set()  # the joints that move something, and the links on whose way such a joint lies
+    for joint in reversed(joints_from_root(robot.description)):
+        if joint.name in order or joint.child in alive:
+            moving.append(joint)
+            alive.add(joint.parent)
+    onwards = Counter(joint.parent for joint in moving)
+    limb_of: dict[str, list[str]] = {robot.base: []}
+    found = [limb_of[robot.base]]
+    for joint in reversed(moving):
+        if onwards[joint.parent] > 1:
+            found.append([])
+        limb = limb_of[joint.child] = limb_of[joint.parent] if onwards[joint.parent] == 1 else found[-1]
+        limb += [joint.name] if joint.name in order else []
+    return sorted((limb for limb in found if limb), key=lambda limb: order[limb[0]])
+
+
+def _slides(robot: Robot) -> dict[str, list[Slide]]:
+    """Those of each independent joint."""
+    slides, entries = {}, coordinates_of(robot)
+    for name, place in zip(robot.joint_names, robot.joint_slices, strict=True):
+        slides[name] = [
+            Slide(column, entries[column].name, entries[column].unit, *_range(robot, column, entries[column].unit))
+            for column in range(place.start, place.stop)
+        ]
+    return slides
+
+
+def _range(robot: Robot, column: int, unit: str) -> tuple[float, float]:
+    low, high = float(robot.lower[column]), float(robot.upper[column])
+    return (-_FREE[unit] if np.isinf(low) else low), (_FREE[unit] if np.isinf(high) else high)
+
+
+def _followers(robot: Robot) -> list[Follower]:
+    """The joints that follow an entry of q; a mimic of a fixed joint stands still."""
+    joints = joints_from_root(robot.description)
+    drives = drives_of(joints, columns_of_q(joints), robot.description.source)
+    leaders = {place.start: name for name, place in zip(robot.joint_names, robot.joint_slices, strict=True)}
+    mimics = [(joint, drives[joint.name]) for joint in joints if joint.mimic is not None]
+    return [
+        Follower(joint.name, leaders[drive.column], "m" if joint.type == JointType.PRISMATIC else "rad", drive)
+        for joint, drive in mimics
+        if drive.column is not None
+    ]
+
+
+def _group_name(limb: list[str]) -> str:
+    """What the names of most of a limb's joints begin with; else the first and the last of them."""
+    stems = [name.removesuffix("_joint").rstrip("_0123456789") for name in limb]
+    stem, count = Counter(stems).most_common(1)[0]
+    return stem if 2 * count > len(limb) and len(stem) > 1 else f"{stems[0]} … {stems[-1]}"

@@ -1,0 +1,125 @@
+"""One robot on one screen: where it stands, what its hand is pulled to, what stands around it; and what a frame makes of that."""
+
+import threading
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.world import World
+from ulna.description.pose import as_one_pose
+from ulna.errors import GeometryError, InputError, UnknownNameError
+from ulna.kinematics.positions import as_positions, refuse_out_of_range
+from ulna.robot import Robot
+from ulna.viewer.session.clearance import Clearance, clearance
+from ulna.viewer.session.hand import Hand, palm
+
+Array = NDArray[np.float64]
+
+
+class Session:
+    """The state that every tab and every program sees. Each method may be called from any thread.
+
+    Attributes:
+        robot: The robot; it does not change.
+        world: What stands around it; it may be changed by anyone, at any time.
+        target: Where the hand is pulled, T_base_link, shape (4, 4); None while nobody pulls.
+        avoiding: Whether the pulled hand stays clear of the world and the robot itself.
+        itself: Whether the verdict counts the robot's links against each other too.
+        trouble: Why the hand is not where it is pulled; empty if it is, or while it is on its way.
+        clearance: What the robot touches, and what it is nearest to.
+        lock: Held during a frame; hold it to do two things as one.
+    """
+
+    def __init__(self, robot: Robot, world: World | None = None, q: ArrayLike | None = None) -> None:
+        if not isinstance(robot, Robot):
+            raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected: ulna.load gives one")
+        if world is not None and not isinstance(world, World):
+            raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+        self.robot, self.world = robot, World() if world is None else world
+        self.lock = threading.RLock()
+        self.avoiding, self.itself = False, not self.unchecked
+        self.clearance = Clearance(None, refusal=self.unchecked)
+        self.q = robot.home if q is None else q
+        self._hand = Hand(robot, palm(robot)) if robot.n_dof else None
+        self._seen: tuple | None = None
+        self._letting_go = False
+
+    @cached_property
+    def unchecked(self) -> str:
+        """Why the robot's shapes cannot be checked for collisions; empty if they can."""
+        try:
+            self.robot.allowed_collisions  # noqa: B018 - asked for its error
+        except GeometryError as error:
+            return str(error)
+        return ""
+
+    @property
+    def q(self) -> Array:
+        """Where the robot stands [rad or m], shape (n_dof,)."""
+        with self.lock:
+            return self._q.copy()
+
+    @q.setter
+    def q(self, q: ArrayLike) -> None:
+        positions = as_positions(q, self.robot.tree)
+        if positions.ndim != 1:
+            raise InputError("q", f"shape {positions.shape}; one configuration, shape ({self.robot.n_dof},), is expected")
+        refuse_out_of_range(positions)
+        with self.lock:
+            self._q, self.target, self.trouble = positions.copy(), None, ""
+
+    @property
+    def link(self) -> str:
+        """The hand: the link that is pulled."""
+        return self.robot.base if self._hand is None else self._hand.link
+
+    @link.setter
+    def link(self, name: str) -> None:
+        if name not in self.robot.link_names:
+            raise UnknownNameError("link", name, self.robot.link_names)
+        with self.lock:
+            if self._hand is not None:
+                self._hand, self.target, self.trouble = Hand(self.robot, name), None, ""
+
+    @property
+    def hand_pose(self) -> Array:
+        """T_base_hand, shape (4, 4)."""
+        return self.robot.forward_kinematics(self.q, self.link)
+
+    def pull(self, T_base_hand: ArrayLike) -> None:
+        """Pull the hand to a pose; the frames to come bring it there."""
+        with self.lock:
+            self.target, self._letting_go = as_one_pose(T_base_hand, "T_base_hand"), False
+
+    def let_go(self) -> None:
+        """Nobody pulls any more: the hand ends its way, and rests."""
+        with self.lock:
+            self._letting_go = True
+
+    def frame(self) -> bool:
+        """Go on by a frame. Returns whether anything that is seen has changed."""
+        with self.lock:
+            self._follow()
+            seen = (self._q.tobytes(), self.world.objects(), self.itself, self.link, self.trouble, self.target is None)
+            if self._seen is not None and all(a is b or a == b for a, b in zip(seen, self._seen, strict=True)):
+                return False
+            self._seen = seen
+            if not self.unchecked:
+                self.clearance = clearance(self.robot, self._q, self.world, itself=self.itself)
+            return True
+
+    @property
+    def moving(self) -> bool:
+        """Whether the hand is on its way."""
+        return self.target is not None and self._on_the_way
+
+    _on_the_way = False
+
+    def _follow(self) -> None:
+        if self.target is None or self._hand is None:
+            return
+        followed = self._hand.follow(self._q, self.target, self.world if self.avoiding else None)
+        self._q, self.trouble, self._on_the_way = followed.q, followed.reason, followed.moving
+        if self._letting_go and not followed.moving:
+            self.target, self._letting_go = None, False

@@ -1,0 +1,28 @@
+"""What of the robot is shown: its looks, its collision shapes, the frames of its links and their names; and its tree."""
+
+import viser
+
+from ulna.viewer.arm import Arm
+from ulna.viewer.html import listed, tree_html
+
+
+class LookPanel:
+    """The toggles, the tree, and the meshes that are missing."""
+
+    def __init__(self, gui: viser.GuiApi, arm: Arm, *, solids: bool) -> None:
+        self.looks = gui.add_checkbox("Visuals", initial_value=True, hint="What the robot looks like")
+        self.solids = gui.add_checkbox(
+            "Collision shapes", initial_value=solids, disabled=not arm.solids, hint="What it collides as"
+        )
+        self.frames = gui.add_checkbox("Link frames", initial_value=False, hint="x red, y green, z blue")
+        self.names = gui.add_checkbox("Link names", initial_value=False)
+        self.looks.on_update(lambda _: arm.show_looks(visible=self.looks.value))
+        self.solids.on_update(lambda _: arm.show_solids(visible=self.solids.value))
+        self.frames.on_update(lambda _: arm.show_frames(visible=self.frames.value))
+        self.names.on_update(lambda _: arm.show_names(visible=self.names.value))
+        arm.show_solids(visible=solids)
+        if arm.missing:
+            with gui.add_folder(f"Missing meshes ({len(arm.missing)})", expand_by_default=False):
+                gui.add_html(listed(arm.missing))
+        with gui.add_folder(f"Tree ({len(arm.robot.link_names)} links)", expand_by_default=False):
+            gui.add_html(tree_html(arm.robot))

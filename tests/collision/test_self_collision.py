@@ -1,0 +1,166 @@
+"""The robot against itself: which pairs of links may touch, with what evidence, and what the queries make of it."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import naive
+import ulna
+from ulna.collision.allowed import AllowedCollisions, LinkPair
+from ulna.demo.scenario import make_trajectory
+from ulna.errors import InputError, UnknownNameError
+
+# Three cubes in a row on a rail of pegs: the hand slides over the middle one into the base.
+ROW = """<robot name="row">
+  <link name="base"><collision><geometry><box size="0.4 0.4 0.4"/></geometry></collision></link>
+  <link name="middle"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <link name="hand"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <link name="plate"><collision><origin xyz="0 0 0.3"/><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <joint name="a" type="fixed"><parent link="base"/><child link="middle"/><origin xyz="0.2 0 0"/></joint>
+  <joint name="b" type="prismatic"><parent link="middle"/><child link="hand"/><origin xyz="0.8 0 0"/><axis xyz="-1 0 0"/>
+    <limit lower="0" upper="1" velocity="1" effort="1"/></joint>
+  <joint name="c" type="fixed"><parent link="hand"/><child link="plate"/></joint>
+</robot>"""
+
+
+def pairs_by_reason(allowed):
+    return {(pair.link_a[-1], pair.link_b[-1]): pair.reason for pair in allowed}
+
+
+def test_the_links_of_the_panda_that_always_overlap_may_touch(panda):
+    expected = {("1", "3"): "always", ("3", "4"): "adjacent", ("4", "5"): "adjacent", ("5", "7"): "always"}
+    assert pairs_by_reason(panda.allowed_collisions) == expected
+
+
+def test_what_was_never_seen_to_touch_is_a_candidate_and_stays_checked(panda):
+    allowed = panda.allowed_collisions
+    assert {str(pair) for pair in allowed.never_seen} == {
+        "panda_link1 - panda_link4: never (0 of 2000)",
+        "panda_link4 - panda_link7: never (0 of 2000)",
+    }
+    assert not any(pair in allowed for pair in allowed.never_seen)
+    assert all(pair in allowed.plus(*allowed.never_seen) for pair in allowed.never_seen)
+
+
+def test_the_evidence_counts_and_shows_a_configuration(panda):
+    for pair in (*panda.allowed_collisions, *panda.allowed_collisions.checked):
+        if pair.reason in ("always", "sometimes"):
+            assert 0 < pair.touched <= pair.samples == 2000
+            others = panda.with_allowed_collisions([])
+            touching = {frozenset((p.link, p.link_b)) for p in others.check_collision(pair.q).pairs}
+            assert pair.links in touching
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "low", "high"), [(1, 5, 0.08, 0.10), (1, 7, 0.06, 0.075), (3, 7, 0.007, 0.013), (3, 5, 0.003, 0.009)]
+)
+def test_random_configurations_touch_as_often_as_the_boxes_of_the_assignment_do(panda, a, b, low, high):
+    q = np.random.default_rng(5).uniform(panda.lower, panda.upper, (20_000, 7))
+    everything = [
+        (f"panda_link{i}", f"panda_link{j}")
+        for i, j in ((1, 3), (1, 4), (1, 5), (1, 7), (3, 4), (3, 5), (3, 7), (4, 5), (4, 7), (5, 7))
+    ]
+    only = panda.with_allowed_collisions([pair for pair in everything if pair != (f"panda_link{a}", f"panda_link{b}")])
+    assert low < only.in_collision(q).mean() < high
+
+
+def test_the_panda_is_free_at_home_and_across_the_demo(panda):
+    assert panda.in_collision(panda.home) is False
+    assert not panda.check_collision(panda.home).pairs
+    assert not panda.in_collision(make_trajectory(panda).samples).any()
+
+
+def test_the_verdict_is_that_of_every_pair_of_links_that_is_not_allowed(panda, rng):
+    """By the slow twin, over all 66 pairs of boxes."""
+    q = rng.uniform(panda.lower, panda.upper, (40, 7))
+    carriers = [(link.name, body) for link in panda.description.links for body in link.collisions]
+    for row, verdict in zip(q, panda.in_collision(q), strict=True):
+        poses = dict(zip(panda.link_names, naive.link_poses(panda.description, row), strict=True))
+        touching = {
+            frozenset((a, b))
+            for k, (a, body_a) in enumerate(carriers)
+            for b, body_b in carriers[:k]
+            if naive.gaps_of_boxes(
+                poses[a] @ body_a.pose, body_a.shape.half_extents, poses[b] @ body_b.pose, body_b.shape.half_extents
+            ).max() <= 0
+        }  # fmt: skip
+        wrong = {pair for pair in touching if len(pair) == 2 and tuple(pair) not in panda.allowed_collisions}
+        assert bool(wrong) == verdict == panda.in_collision(row)
+        assert {frozenset((pair.link, pair.link_b)) for pair in panda.check_collision(row).pairs} == wrong
+
+
+def test_links_that_no_joint_moves_and_links_of_one_joint_may_touch_and_others_may_not():
+    robot = ulna.load(ROW)
+    reasons = {(pair.link_a, pair.link_b): pair.reason for pair in robot.allowed_collisions}
+    assert reasons == {("base", "middle"): "fixed", ("hand", "middle"): "adjacent", ("hand", "plate"): "fixed"}
+    # The hand's cube meets the base's where q > 0.5 (their faces meet at 1 - q = 0.2 + 0.1 + 0.2 of the middle's offset).
+    assert robot.in_collision([[0.69], [0.71]]).tolist() == [False, True]
+    (pair,) = [p for p in robot.check_collision([0.75]).pairs if "hand" in (p.link, p.link_b)]
+    assert (pair.link, pair.link_b) == ("base", "hand")
+    assert pair.signed_distance == pytest.approx(-0.05, abs=1e-12)
+
+
+def test_the_user_may_allow_and_forbid_pairs():
+    robot = ulna.load(ROW)
+    allowed = robot.allowed_collisions
+    lenient = robot.with_allowed_collisions(allowed.plus(("hand", "base"), ("plate", "base")))
+    assert not lenient.in_collision([1.0])
+    strict = robot.with_allowed_collisions(allowed.minus(("hand", "middle")))
+    assert strict.in_collision([0.65])
+    assert not robot.in_collision([0.65])
+    assert robot.allowed_collisions == allowed
+
+
+def test_pairs_do_not_mind_the_order_of_their_links():
+    allowed = AllowedCollisions((LinkPair("b", "a"),))
+    assert ("a", "b") in allowed
+    assert ("b", "a") in allowed
+    assert ("a", "c") not in allowed
+    assert "ab" not in allowed
+    assert len(allowed.plus(("a", "b"), ("b", "a"))) == 1
+
+
+def test_the_pairs_of_an_srdf_are_taken_as_its_reader_gives_them():
+    class Disabled:
+        link_a, link_b, reason = "hand", "base", "Never"
+
+    (pair,) = ulna.load(ROW).with_allowed_collisions([Disabled()]).allowed_collisions
+    assert str(pair) == "base - hand: never"
+
+
+def test_srdf_text_holds_every_pair_with_its_reason():
+    text = ulna.load(ROW).allowed_collisions.to_srdf("row & column")
+    assert '<robot name="row &amp; column">' in text
+    assert '<disable_collisions link1="base" link2="middle" reason="Fixed"/>' in text
+    assert text.count("<disable_collisions") == 3
+
+
+def test_self_collision_can_be_left_out(panda):
+    q = np.array(panda.allowed_collisions.checked[1].q)
+    assert panda.in_collision(q) is True
+    assert panda.in_collision(q, ulna.World(), self_collision=False) is False
+
+
+def test_asking_for_nothing_is_an_error(panda):
+    with pytest.raises(InputError, match="nothing to check"):
+        panda.in_collision(panda.home, self_collision=False)
+
+
+@pytest.mark.parametrize("pairs", [[("hand",)], ["hand"], [("hand", 3)], [("hand", "hand")]])
+def test_what_is_not_a_pair_of_links_is_refused(pairs):
+    with pytest.raises(InputError):
+        ulna.load(ROW).with_allowed_collisions(pairs)
+
+
+def test_an_unknown_link_is_told_with_the_nearest():
+    with pytest.raises(UnknownNameError, match="did you mean 'hand'"):
+        ulna.load(ROW).with_allowed_collisions([("hnd", "base")])
+    with pytest.raises(UnknownNameError, match="allowed pair"):
+        ulna.load(ROW).allowed_collisions.minus(("hand", "base"))
+
+
+def test_the_choice_of_the_user_outlives_a_pickle_and_a_tool(panda):
+    robot = panda.with_allowed_collisions([("panda_link1", "panda_link7")])
+    for same in (pickle.loads(pickle.dumps(robot)), robot.with_tool(np.eye(4))):  # noqa: S301 - our own bytes
+        assert [str(pair) for pair in same.allowed_collisions] == ["panda_link1 - panda_link7: user"]

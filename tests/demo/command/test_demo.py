@@ -1,0 +1,132 @@
+"""``ulna demo``: the checks, and what follows them."""
+
+import re
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from ulna.demo import command as demo
+from ulna.demo.checks import Check, run_checks
+from ulna.demo.scenario import Demo
+from ulna.description.names import panda
+from ulna.errors import InputError
+
+GOOD, BAD = Check("a check", "1e-15", "1e-12", passed=True), Check("a long check", "2.0", "1e-12", passed=False)
+
+
+@pytest.fixture
+def served(monkeypatch):
+    """What ``serve`` was called with, in place of a server."""
+    calls = []
+    monkeypatch.setitem(sys.modules, "ulna.demo.page", SimpleNamespace(serve=lambda **options: calls.append(options)))
+    return calls
+
+
+@pytest.fixture
+def spoilt(monkeypatch):
+    """One link of the DH table a tenth of a millimetre longer than the robot's."""
+    rows = [list(row) for row in panda.DH_ROWS]
+    rows[4][1] += 1e-4
+    monkeypatch.setattr(demo, "run_checks", lambda: run_checks(rows))
+
+
+def test_the_real_checks_pass_one_line_each(run, served):
+    result = run("demo", "--check")
+    lines = result.stdout.splitlines()
+    assert result.exit_code == 0
+    assert len(lines) == 7
+    assert all(re.fullmatch(r"passed  .+: .+; bound: .+", line) for line in lines)
+    assert served == []
+
+
+def test_a_spoilt_table_fails_and_nothing_is_served(run, spoilt, served):
+    result = run("demo")
+    assert result.exit_code == 1
+    assert result.stdout.splitlines()[0].startswith("FAILED  forward kinematics, URDF against DH: 1.0e-04")
+    assert served == []
+
+
+def test_a_spoilt_table_is_told_to_programs(ask, spoilt):
+    answer = ask("demo", "--check")
+    assert (answer.exit_code, answer.passed) == (1, False)
+    assert answer.checks[0]["name"] == "forward kinematics, URDF against DH"
+    assert answer.checks[0]["passed"] is False
+    assert [check["passed"] for check in answer.checks].count(True) >= 4
+
+
+def test_one_failure_among_many_is_a_failure(run, monkeypatch):
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([BAD, GOOD]))
+    result = run("demo", "--check")
+    assert result.exit_code == 1
+    assert result.stdout == "FAILED  a long check: 2.0; bound: 1e-12\npassed  a check: 1e-15; bound: 1e-12\n"
+
+
+@pytest.mark.parametrize("width", [80, 100])
+def test_a_terminal_shows_rows_of_fixed_columns(run, monkeypatch, width):
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD, BAD]))
+    result = run("demo", "--check", FORCE_COLOR="1", COLUMNS=str(width))
+    lines = re.sub(r"\x1b\[[\d;]*m", "", result.stdout).splitlines()
+    assert [line.split()[0] for line in lines] == ["verdict", "passed", "FAILED"]
+    assert len({line.index(word) for line, word in zip(lines, ("figure", "1e-15", "2.0"), strict=True)}) == 1
+    assert {len(line) for line in lines} == {width}
+
+
+def test_each_check_is_shown_before_the_next_one_runs(run, monkeypatch):
+    seen = []
+
+    def checks():
+        yield GOOD
+        seen.append(sys.stdout.buffer.getvalue())
+        yield BAD
+
+    monkeypatch.setattr(demo, "run_checks", checks)
+    for environment in ({}, {"FORCE_COLOR": "1"}):
+        run("demo", "--check", **environment)
+        assert b"a check" in seen.pop()
+
+
+def test_after_the_checks_the_demo_is_served(run, monkeypatch, served):
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
+    assert run("demo", "--host", "0.0.0.0", "--port", "1234", "--no-open").exit_code == 0  # noqa: S104
+    assert run("demo").exit_code == 0
+    assert [(call["host"], call["port"], call["open_browser"]) for call in served] == [
+        ("0.0.0.0", 1234, False),  # noqa: S104
+        ("127.0.0.1", 8080, True),
+    ]
+    assert isinstance(served[0]["demo"], Demo)
+
+
+def test_a_busy_port_is_one_line(run, monkeypatch):
+    def serve(**options):
+        raise InputError("port", "cannot listen")
+
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
+    monkeypatch.setitem(sys.modules, "ulna.demo.page", SimpleNamespace(serve=serve))
+    result = run("demo")
+    assert (result.exit_code, result.stderr) == (2, "ulna: --port: cannot listen\n")
+
+
+@pytest.mark.parametrize("package", ["viser", "trimesh"])
+def test_without_the_viewer_extra_it_says_what_to_install(run, monkeypatch, package):
+    monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
+    for name in [name for name in sys.modules if name.startswith("ulna.viewer")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    result = run("demo")
+    assert result.exit_code == 2
+    assert result.stdout.startswith("passed")
+    assert result.stderr == "ulna: the view needs the viewer extra: pip install 'ulna[viewer]'\n"
+
+
+def test_json_goes_with_check_only(refusal):
+    assert refusal("demo", "--json").startswith("--json: goes with --check")
+
+
+@pytest.mark.parametrize("options", [["--host", "127.0.0.1"], ["--port", "0"], ["--no-open"]])
+def test_options_of_the_view_do_not_go_with_check(refusal, options):
+    assert refusal("demo", "--check", *options).startswith("--host, --port, --no-open: go with the view")
+
+
+def test_a_port_that_is_none_is_a_usage_error(run):
+    assert run("demo", "--port", "99999").exit_code == 2

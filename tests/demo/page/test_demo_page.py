@@ -1,0 +1,161 @@
+import asyncio
+import threading
+from types import SimpleNamespace
+
+import av
+import numpy as np
+import pytest
+
+from browser import SIZE, around, pixels, project
+from colors import count
+from processes import wait_for
+from ulna.demo.page import DemoApp
+from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, Demo
+from ulna.description.pose import pose
+
+
+@pytest.fixture(scope="module")
+def app():
+    app = DemoApp(Demo(), port=0)
+    yield app
+    app.stop()
+
+
+@pytest.fixture(scope="module")
+def page(app, open_page):
+    page = open_page(app.url)
+    page.get_by_text("free", exact=True).first.wait_for(timeout=60_000)
+    wait_for(lambda: bool(app.server.get_clients()), "the page's connection")
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def still(app, page):
+    """The arm at home, the box where it starts, and the camera of the one page."""
+    app.set_configuration(app.demo.robot.home)
+    page.get_by_role("button", name="Put the box back").click()
+    wait_for(lambda: np.allclose(app.scene.handles.control.position, BOX_START), "the box at its start")
+    camera = next(iter(app.server.get_clients().values())).camera
+    wait_for(lambda: light_is(page, camera, "green"), "a green light")
+    return camera
+
+
+def light_is(page, camera, color):
+    square = around(pixels(page), project(camera, LIGHT_POSITION), 12)
+    return count(square, color) > 200
+
+
+def test_the_arm_is_seen_where_forward_kinematics_puts_it(app, page, still):
+    page.get_by_role("checkbox", name="Boxes").uncheck()
+    wrist, hand = (app.demo.robot.forward_kinematics(app.show.q, link)[:3, 3] for link in ("panda_link6", "panda_link8"))
+
+    def arm_is_there(image):
+        return all(np.count_nonzero(around(image, project(still, p), 10).max(axis=-1) < 245) > 200 for p in (wrist, hand))
+
+    wait_for(lambda: arm_is_there(pixels(page)), "the arm")
+    app.set_configuration(app.demo.robot.home + np.array([2.5, 0, 0, 0, 0, 0, 0]))
+    wait_for(lambda: not arm_is_there(pixels(page)), "the arm gone from there")
+    page.get_by_role("checkbox", name="Boxes").check()
+
+
+def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, page, still):
+    app.set_configuration(app.demo.trajectory.samples[30])  # the hand stands above the box
+    image = pixels(page)
+    start = project(still, BOX_START)
+    blue = image[..., 2] - image[..., :2].max(axis=-1) > 60
+    rows, columns = np.nonzero(blue[: round(start[1]), round(start[0]) - 40 : round(start[0]) + 40])
+    tip = (round(start[0]) - 40 + int(columns[rows.argmin()]), int(rows.min()) + 12)  # the head of the arrow that points up
+
+    page.mouse.move(*tip)
+    page.mouse.down()
+    for climb in range(0, 130, 10):
+        page.mouse.move(tip[0], tip[1] - climb)
+        page.wait_for_timeout(50)
+    wait_for(lambda: light_is(page, still, "red"), "a red light")
+    assert app.scene.handles.control.position[2] > BOX_START[2] + 0.1
+    assert np.allclose(app.scene.handles.control.position[:2], BOX_START[:2], atol=1e-3)
+    assert app.show.answer_time > 0.0
+    words = page.get_by_role("status").inner_text()
+    report = app.demo.check(app.show.q)
+    assert words.strip() == f"collision: {', '.join(report.touching)}"
+    assert "box 12" in report.touching
+    assert app.scene.arm.solids["box 12"].color == (225, 45, 45)
+
+    for climb in range(130, -1, -10):
+        page.mouse.move(tip[0], tip[1] - climb)
+        page.wait_for_timeout(50)
+    page.mouse.up()
+    wait_for(lambda: light_is(page, still, "green"), "a green light again")
+    assert page.get_by_role("status").inner_text().strip() == "free"
+    assert app.scene.arm.solids["box 12"].color != (225, 45, 45)
+
+
+def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
+    page.get_by_role("checkbox", name="Play").check()
+    wait_for(lambda: not np.allclose(app.show.q, app.demo.robot.home, atol=0.01), "a moving arm")
+    box = page.get_by_role("textbox").nth(1)
+    box.click()
+    box.press("Control+a")
+    box.press_sequentially("1.5", delay=150)  # as slowly as a person: the arm plays on meanwhile
+    box.press("Enter")
+    wait_for(lambda: not app.playing.value and app.show.q[0] == pytest.approx(1.5), "joint 1 where the slider is")
+    page.wait_for_timeout(1000)
+    assert app.show.q[0] == pytest.approx(1.5)
+    wait_for(lambda: not page.get_by_role("checkbox", name="Play").is_checked(), "the box Play unchecked")
+
+
+def test_the_page_asks_nothing_of_the_network(page):
+    assert page.addresses
+    assert all(address.startswith(("http://127.0.0.1:", "ws://127.0.0.1:", "data:", "blob:")) for address in page.addresses)
+
+
+def test_stopping_leaves_no_thread_behind():
+    before = threading.active_count()
+    app = DemoApp(Demo(), port=0)
+    app.stop()
+    wait_for(lambda: threading.active_count() <= before, "no thread left")
+
+
+def test_a_demo_that_cannot_be_built_leaves_nothing_behind(monkeypatch):
+    before = threading.active_count()
+    monkeypatch.setitem(DemoApp._build.__globals__, "DemoScene", lambda *_: 1 / 0)  # another test forgets modules
+    with pytest.raises(ZeroDivisionError):
+        DemoApp(Demo(), port=0)
+    wait_for(lambda: threading.active_count() <= before, "no thread left")
+
+
+def test_the_light_answers_where_the_handles_stand_and_no_earlier_place_of_theirs(app):
+    """Whatever the order in which a drag's events are handled."""
+    handles = app.scene.handles
+    for x in (0.3, 0.6, 0.45):
+        with app.show.lock:  # a frame is being made
+            for step in (0.0, 0.01):
+                handles.control.position = np.array([x + step, 0.0, 0.5])
+                event = handles._update(SimpleNamespace(phase="update", client_id=0))
+                asyncio.run_coroutine_threadsafe(event, app.server._event_loop).result(10)
+        wait_for(lambda: not handles.moved_by_hand, "a frame")
+        with app.show.lock:
+            assert np.array_equal(app.demo.world.pose(BOX_NAME), handles.pose)
+
+
+def test_record_gives_a_video_of_what_was_seen(app, page, still):
+    """The light is where the page's camera shows it, and changes as the box was moved."""
+    page.get_by_role("button", name="Record").click()
+    page.get_by_role("button", name="Stop recording").wait_for()
+    page.wait_for_timeout(700)
+    app.put_box(pose((0.3, 0.0, 0.5)))
+    page.wait_for_timeout(700)
+    page.get_by_role("button", name="Stop recording").click()
+    with page.expect_download(timeout=120_000) as download:
+        page.get_by_text("ulna-demo.mp4").first.click(timeout=120_000)
+    with av.open(str(download.value.path())) as container:
+        frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in container.decode(video=0)]
+    assert 30 <= len(frames) <= 30 * 6
+    assert frames[0].shape[1] / frames[0].shape[0] == pytest.approx(SIZE[0] / SIZE[1], rel=0.02)
+    scale = frames[0].shape[0] / SIZE[1]
+    place = [scale * along for along in project(still, LIGHT_POSITION)]
+    colors = [max(("green", "red"), key=lambda color: count(around(frame, place, 8), color)) for frame in (frames[0], frames[-1])]
+    assert colors == ["green", "red"]
+    page.get_by_role("button", name="Record").wait_for()
+    page.get_by_role("button", name="Put the box back").click()

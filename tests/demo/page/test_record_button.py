@@ -1,0 +1,125 @@
+"""The Record button without a browser: a page of one reader, who presses it and goes away."""
+
+import threading
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import ulna
+from processes import wait_for
+from ulna.demo import record_button
+from ulna.demo.player import Show
+from ulna.demo.record_button import LONGEST_S, RecordButton, evenly_spaced
+from ulna.demo.scenario import Demo
+
+SCREEN = SimpleNamespace(draw_arm=len, draw_report=str)
+
+
+class FakeServer:
+    """As much of viser's server as the button needs; ``press`` is a reader's."""
+
+    def __init__(self):
+        camera = SimpleNamespace(position=np.array([1.5, 1.3, 1.0]), look_at=np.zeros(3), fov=0.7, aspect=1.5)
+        self.client = SimpleNamespace(client_id=7, camera=camera, send_file_download=self._download)
+        self.clients, self.files, self.gui = {7: self.client}, {}, self
+
+    def _download(self, name, content):
+        self.files[name] = content
+
+    def add_button(self, label, **_):
+        def on_click(action):
+            self.press = lambda: action(SimpleNamespace(client=self.client))
+
+        self.button = SimpleNamespace(label=label, disabled=False, on_click=on_click)
+        return self.button
+
+    def on_client_disconnect(self, action):
+        self.leave = lambda: (self.clients.clear(), action(self.client))
+
+    def get_clients(self):
+        return self.clients
+
+
+@pytest.fixture(scope="module")
+def demo():
+    return Demo()
+
+
+@pytest.fixture
+def server():
+    return FakeServer()
+
+
+@pytest.fixture
+def button(server, demo):
+    button = RecordButton(server, Show(demo, SCREEN), lambda: True)
+    yield button
+    button.close()
+
+
+def test_from_press_to_press_a_video_is_made(server, button):
+    button.take(0.0)
+    server.press()
+    assert server.button.label == "Stop recording"
+    for k in range(4):
+        button.take(5.0 + k / 30)
+    server.press()
+    wait_for(lambda: server.button.label == "Record", "the video")
+    assert not server.button.disabled
+    assert server.files["ulna-demo.mp4"][4:8] == b"ftyp"
+
+
+def test_a_video_that_cannot_be_made_is_told_to_its_reader(server, button, monkeypatch, capsys):
+    def fail(*_):
+        raise ulna.FileError("ulna-demo.mp4", "cannot be written: no space")
+
+    monkeypatch.setattr(record_button, "record_pictures", fail)
+    told = []
+    server.client.add_notification = lambda *words, **_: told.append(words)
+    server.press()
+    button.take(0.0)
+    server.press()
+    wait_for(lambda: told and server.button.label == "Record", "the words, and the button")
+    assert told == [("The video was not made", "ulna-demo.mp4: cannot be written: no space")]
+    assert "no space" in capsys.readouterr().err
+
+
+def test_two_presses_without_a_frame_between_make_nothing(server, button):
+    server.press()
+    server.press()
+    assert (server.button.label, server.files) == ("Record", {})
+
+
+def test_a_recording_ends_when_its_reader_leaves(server, button):
+    server.press()
+    button.take(0.0)
+    server.leave()
+    assert server.button.label == "Record"
+    button.take(0.1)
+    assert button._shots == []
+
+
+def test_a_recording_ends_by_itself_before_it_fills_the_memory(server, button):
+    server.press()
+    button.take(0.0)
+    button.take(LONGEST_S - 1)
+    assert server.button.label == "Stop recording"
+    button.take(LONGEST_S + 1)
+    assert server.button.label.startswith("Making the video")
+
+
+def test_closing_the_page_gives_up_the_video_that_is_being_made(server, button):
+    server.press()
+    button.take(0.0)
+    button.take(60.0)
+    server.press()
+    button.close()
+    wait_for(lambda: not any(thread.name == "ulna-record" for thread in threading.enumerate()), "the end of its making")
+    assert server.files == {}
+
+
+def test_pictures_are_evenly_spaced_whatever_the_times_of_the_shots():
+    shots = [(10.0, "a"), (10.02, "b"), (10.13, "c"), (10.5, "d")]
+    assert evenly_spaced(shots, 10) == list("abcccd")
+    assert evenly_spaced(shots[:1], 30) == ["a"]

@@ -1,0 +1,156 @@
+"""``ulna ros1 demo`` alone starts what it needs and ends it; its node outlives RViz, a master, and a place that is none."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager, suppress
+
+import pytest
+
+pytest.importorskip("rospy", reason="no ROS 1 for this Python: docs/ros.md says how to install it")
+import rosgraph
+
+from colors import count
+from processes import running, wait_for
+from rviz_screen import BACKGROUND, CONFIG, View
+from ulna.demo.scenario import LIGHT_POSITION
+
+FEEDBACK = "visualization_msgs/InteractiveMarkerFeedback"
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # rospy's
+LIGHT = "m.ns=='light' and m.type==9"  # its word
+
+
+@pytest.fixture
+def node(another):
+    """The demo without RViz, at a master of its own that it must start."""
+    with demo_without_rviz(another) as program:
+        yield program
+
+
+@contextmanager
+def demo_without_rviz(environment):
+    with running(sys.executable, "-m", "ulna", "ros1", "demo", "--no-rviz", env=environment, stdout=subprocess.PIPE) as program:
+        assert "The demo runs" in program.stdout.readline()
+        yield program
+
+
+def rostopic(environment, *words):
+    """What ``rostopic`` prints."""
+    command = ["rostopic", *words]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60).stdout
+
+
+def tell_box(environment, x, w):
+    place = f"{{position: {{x: {x}, z: 0.1}}, orientation: {{w: {w}}}}}"
+    place = f"{{header: {{frame_id: panda_link0}}, marker_name: box, event_type: 1, pose: {place}}}"
+    rostopic(environment, "pub", "-1", "/basic_controls/feedback", FEEDBACK, place)
+
+
+def word(environment):
+    """The word beside the light."""
+    return rostopic(environment, "echo", "-n1", "--filter", LIGHT, "/visualization_marker/text").splitlines()[0].strip('"')
+
+
+def master_of(environment):
+    return rosgraph.Master("/test", environment["ROS_MASTER_URI"])
+
+
+def is_alive(environment):
+    with suppress(OSError):
+        return master_of(environment).is_online()
+    return False
+
+
+def end_master(environment):
+    """Its process number, once it is told to end."""
+    number = master_of(environment).getPid()
+    os.kill(number, signal.SIGTERM)
+    return number
+
+
+def test_the_joints_are_told_by_name(node, another):
+    text = rostopic(another, "echo", "-n1", "/joint_states/name")
+    names = [*(f"panda_joint{k}" for k in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
+    assert re.findall(r"\w+_joint\d", text) == names
+
+
+def test_a_zero_quaternion_is_passed_over_and_the_node_goes_on(node, another):
+    tell_box(another, 0.0, 1.0)
+    wait_for(lambda: "collision" in word(another), "the word collision")
+    tell_box(another, 2.0, 0.0)
+    assert "collision" in word(another)
+    tell_box(another, 2.0, 1.0)
+    wait_for(lambda: word(another) == "free", "the word free")
+    assert node.poll() is None
+
+
+def test_a_master_of_its_own_that_is_lost_is_started_again(node, another):
+    lost = end_master(another)
+    wait_for(lambda: goes_on(another), "the joints and the description at another master")
+    assert master_of(another).getPid() != lost
+    tell_box(another, 0.0, 1.0)
+    wait_for(lambda: "collision" in word(another), "the word collision, by the new master")
+    assert node.poll() is None
+
+
+def test_a_master_of_others_that_is_lost_is_found_when_it_is_back(another):
+    command = ("rosmaster", "--core", "-p", another["ROS_MASTER_URI"].rsplit(":", 1)[1])
+    nothing = {"env": another, "stdout": subprocess.DEVNULL}
+    with running(*command, **nothing):
+        wait_for(lambda: is_alive(another), "a master")
+        with demo_without_rviz(another) as program:
+            end_master(another)
+            wait_for(lambda: not is_alive(another), "the master's end")
+            with running(*command, **nothing):
+                wait_for(lambda: goes_on(another), "the joints and the description at another master")
+                assert program.poll() is None
+
+
+def goes_on(environment):
+    """Whether the master knows the joints, the arm's description, and who makes tf of both."""
+    with suppress(OSError, rosgraph.MasterException):
+        master = master_of(environment)
+        topics = dict(master.getSystemState()[0])
+        return "/joint_states" in topics and "/tf" in topics and "<robot" in master.getParam("/robot_description")
+    return False
+
+
+def test_one_command_shows_it_all_and_ends_what_it_started(another, display):
+    environment = another | {"DISPLAY": display.name}
+    with running(sys.executable, "-m", "ulna", "ros1", "demo", env=environment, stdout=subprocess.PIPE) as program:
+        assert "The demo runs" in program.stdout.readline()
+        wait_for(lambda: light_is_seen(display), "the light in RViz")
+        (first,) = children(program.pid, "-x", "rviz")
+        os.kill(first, signal.SIGSEGV)
+        (second,) = wait_for(lambda: set(children(program.pid, "-x", "rviz")) - {first}, "another RViz for the one that crashed")
+        wait_for(lambda: light_is_seen(display), "the light in it")
+        os.kill(second, signal.SIGTERM)
+        wait_for(lambda: not light_is_seen(display), "an empty screen")
+        with running("rviz", "-d", str(CONFIG), env=environment, stdout=subprocess.DEVNULL):
+            wait_for(lambda: light_is_seen(display), "the light in the next RViz")
+        assert program.poll() is None
+        started = children(program.pid)
+        assert len(started) == 2  # the master and robot_state_publisher
+    assert program.returncode == 0
+    wait_for(lambda: not any(alive(pid) for pid in started), "the end of what it started")
+    assert not is_alive(another)
+
+
+def light_is_seen(display):
+    image = display.pixels()
+    if (image == BACKGROUND).all(axis=-1).sum() < 200_000:
+        return False
+    return count(View(image).around(image, LIGHT_POSITION, 12), "green") > 200
+
+
+def children(pid, *named):
+    run = subprocess.run(["pgrep", "-P", str(pid), *named], capture_output=True, text=True, check=False)
+    return [int(word) for word in run.stdout.split()]
+
+
+def alive(pid):
+    return subprocess.run(["ps", "-p", str(pid)], capture_output=True, check=False).returncode == 0

@@ -1,0 +1,107 @@
+"""The assignment as it is written: roslaunch hw2.launch, and its scripts, each a process of its own, seen in RViz."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rospy", reason="no ROS 1 for this Python: docs/ros.md says how to install it")
+import rospy
+import yaml
+from visualization_msgs.msg import InteractiveMarkerFeedback
+
+import ulna
+from colors import count
+from processes import running, wait_for
+from rviz_screen import BACKGROUND, View
+from ulna.demo.scenario import BOX_START, LIGHT_POSITION
+
+HW2 = Path(__file__).parents[3] / "hw2"
+AT_ZERO = np.zeros(7)
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # rospy's
+
+
+@pytest.fixture(scope="module")
+def rviz(machine, display):
+    """``roslaunch hw2.launch`` in hw2/, and what RViz shows once it shows its floor."""
+    environment = machine | {"DISPLAY": display.name}
+    with running("roslaunch", "hw2.launch", cwd=HW2, env=environment, stdout=subprocess.DEVNULL):
+        wait_for(lambda: (display.pixels() == BACKGROUND).all(axis=-1).sum() > 200_000, "RViz")
+        rospy.init_node("test", anonymous=True, disable_signals=True)
+        yield View(display.pixels())
+
+
+def light_is(display, rviz, color):
+    return count(rviz.around(display.pixels(), LIGHT_POSITION, 12), color) > 200
+
+
+def differs(image, rviz, point):
+    """Whether something stands at a point of the scene: few pixels about it are the background's."""
+    return (np.abs(rviz.around(image, point, 6) - BACKGROUND).max(axis=-1) > 20).mean() > 0.9
+
+
+def test_line_5_of_the_launch_file_is_its_path():
+    assert '<arg name="path"' in (HW2 / "hw2.launch").read_text().splitlines()[4]
+
+
+def test_the_path_can_be_said_on_the_command_line(machine, tmp_path):
+    shutil.copy(HW2 / "hw2.launch", tmp_path)  # alone: all else is at the path
+    command = ["roslaunch", "--dump-params", "hw2.launch", f"path:={HW2}"]
+    told = subprocess.run(command, cwd=tmp_path, env=machine, capture_output=True, text=True, check=True)
+    assert ulna.load(yaml.safe_load(told.stdout)["/robot_description"]).n_dof == 7
+
+
+def test_robot_description_is_the_arm_with_meshes_that_are_there(rviz):
+    text = rospy.get_param("robot_description")
+    assert ulna.load(text).joint_names == ulna.load("panda").joint_names
+    assert "file:///" in text
+    assert "package://" not in text
+
+
+def test_the_arm_stands_upright_and_the_static_boxes_about_it(display, rviz, script):
+    robot = ulna.load("panda")
+    elbow, wrist, flange = (
+        robot.forward_kinematics(AT_ZERO, link)[:3, 3] for link in ("panda_link4", "panda_link5", "panda_link8")
+    )
+    with script("test_collision_boxes.py"):
+        wait_for(lambda: all(differs(display.pixels(), rviz, p) for p in (elbow, wrist, flange)), "the arm at zero")
+        assert "/visualization_marker" not in dict(rospy.get_published_topics())  # no light: nothing is checked
+        beside = [0.0, 0.11, 0.333]  # in box 4, beside the arm
+        assert not differs(display.pixels(), rviz, beside)
+        with script("collision_boxes.py"):
+            wait_for(lambda: differs(display.pixels(), rviz, beside), "box 4")
+
+
+def test_the_box_dragged_by_the_mouse_turns_the_light_red_and_back_green(display, rviz, script):
+    heard = []
+    rospy.Subscriber("/basic_controls/feedback", InteractiveMarkerFeedback, heard.append)
+    with script("test_collision_detection.py"), script("6DoF_Box.py"):
+        wait_for(lambda: light_is(display, rviz, "green"), "a green light")
+        wait_for(lambda: arrow_up(display.pixels(), rviz, BOX_START) is not None, "the arrow that points up")
+        head = arrow_up(display.pixels(), rviz, BOX_START)
+        climb = rviz.project(np.add(BOX_START, (0, 0, 0.3))) - rviz.project(BOX_START)
+        display.drag(head, head + climb)  # to where the hand passes in each cycle
+        wait_for(lambda: light_is(display, rviz, "red"), "a red light")
+        down, moved, up = (getattr(InteractiveMarkerFeedback, name) for name in ("MOUSE_DOWN", "POSE_UPDATE", "MOUSE_UP"))
+        wait_for(lambda: up in {m.event_type for m in heard}, "the button let go")
+        told = [m.event_type for m in heard]
+        assert moved in told[told.index(down) : told.index(up)]
+        assert {m.marker_name for m in heard} == {"box"}
+        place = heard[-1].pose.position
+        assert place.z > BOX_START[2] + 0.2
+        np.testing.assert_allclose([place.x, place.y], BOX_START[:2], atol=1e-3)
+        head = arrow_up(display.pixels(), rviz, [place.x, place.y, place.z])
+        display.drag(head, head - climb)
+        wait_for(lambda: heard[-1].pose.position.z < BOX_START[2] + 0.05, "the box below")
+        wait_for(lambda: light_is(display, rviz, "green"), "a green light again")
+
+
+def arrow_up(image, rviz, place):
+    """Where the head of the upward arrow of a box at ``place`` is [pixel x, y]: the highest blue above it. None if not seen."""
+    x, y = rviz.project(place).astype(int)
+    rows, columns = np.nonzero(image[: y - 40, x - 20 : x + 20, 2] - image[: y - 40, x - 20 : x + 20, :2].max(axis=-1) > 60)
+    return np.array([x - 20 + columns[rows.argmin()], rows.min() + 12]) if rows.size else None

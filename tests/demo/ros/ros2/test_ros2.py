@@ -1,0 +1,141 @@
+"""The node of ROS 2 and a second process that listens and drags the box: real rclpy, this machine alone."""
+
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="no ROS 2 for this Python: docs/ros.md says how to install it")
+import rclpy
+from geometry_msgs.msg import Pose
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header, String
+from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerUpdate, MarkerArray
+from visualization_msgs.srv import GetInteractiveMarkers
+
+import ulna
+from processes import PATIENCE_S, running
+from ulna.demo.ros.messages import pose_message, pose_of
+from ulna.description.pose import pose
+from ulna.viewer.palette import GREEN, RED
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of ROS's own modules, imported as they are needed
+
+
+@pytest.fixture(scope="module")
+def machine():
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)  # not another test's node
+    return dict(os.environ)
+
+
+@pytest.fixture(scope="module")
+def demo(machine):
+    with running(
+        sys.executable, "-m", "ulna", "ros2", "demo", env=machine, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    ) as node:
+        yield node
+
+
+@pytest.fixture(scope="module")
+def listener(demo):
+    rclpy.init()
+    yield Listener()
+    rclpy.try_shutdown()
+
+
+class Listener:
+    """The second process: what it has heard last on each topic, and its hand on the box."""
+
+    def __init__(self):
+        self.node = rclpy.create_node("listener")
+        self.heard = {}
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        for topic, kind, quality in (
+            ("joint_states", JointState, 10),
+            ("visualization_marker_array", MarkerArray, 10),
+            ("basic_controls/update", InteractiveMarkerUpdate, 10),
+            ("robot_description", String, kept),
+        ):
+            self.node.create_subscription(kind, topic, lambda message, topic=topic: self.heard.update({topic: message}), quality)
+        self.hand = self.node.create_publisher(InteractiveMarkerFeedback, "basic_controls/feedback", 10)
+        self.handles = self.node.create_client(GetInteractiveMarkers, "basic_controls/get_interactive_markers")
+
+    def wait_for(self, condition, what):
+        end = time.monotonic() + PATIENCE_S
+        while not condition():
+            assert time.monotonic() < end, f"not heard within {PATIENCE_S:g} s: {what}"
+            rclpy.spin_once(self.node, timeout_sec=0.1)
+
+    def drag(self, place: Pose):
+        self.wait_for(lambda: self.hand.get_subscription_count() > 0, "a server of handles")
+        self.hand.publish(InteractiveMarkerFeedback(header=Header(frame_id="panda_link0"), marker_name="box", pose=place))
+
+    def light(self):
+        """The light's colour, 0..255, and its word."""
+        light, word = self.heard["visualization_marker_array"].markers[:2]
+        return tuple(round(255 * c) for c in (light.color.r, light.color.g, light.color.b)), word.text
+
+
+def test_joint_states_follow_the_trajectory(listener):
+    listener.wait_for(lambda: "joint_states" in listener.heard, "joint states")
+    first = listener.heard["joint_states"]
+    assert list(first.name) == [*(f"panda_joint{k}" for k in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
+    listener.wait_for(lambda: not np.allclose(listener.heard["joint_states"].position, first.position, atol=0.01), "a moving arm")
+
+
+def test_the_description_is_kept_for_an_rviz_that_comes_later(listener):
+    listener.wait_for(lambda: "robot_description" in listener.heard, "the description")
+    assert ulna.load(listener.heard["robot_description"].data).joint_names == ulna.load("panda").joint_names
+
+
+def test_the_light_answers_the_box(listener):
+    listener.wait_for(lambda: "visualization_marker_array" in listener.heard, "markers")
+    assert len(listener.heard["visualization_marker_array"].markers) == 14
+    assert listener.light() == (GREEN, "free")
+    listener.drag(pose_message(pose((0, 0, 0.1))))
+    listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
+    assert "box 1" in listener.light()[1]
+    listener.wait_for(lambda: "basic_controls/update" in listener.heard, "where the box stands")
+    np.testing.assert_allclose(pose_of(listener.heard["basic_controls/update"].poses[0].pose), pose((0, 0, 0.1)))
+    listener.drag(pose_message(pose((0, 0.8, 0.1))))
+    listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light again")
+
+
+def test_a_zero_quaternion_is_undone_and_the_node_goes_on(listener):
+    listener.drag(pose_message(pose((0, 0, 0.1))))
+    listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
+    listener.heard.pop("basic_controls/update", None)
+    zero = Pose()
+    zero.orientation.w = 0.0
+    listener.drag(zero)
+    listener.wait_for(lambda: "basic_controls/update" in listener.heard, "the box put back")
+    np.testing.assert_allclose(pose_of(listener.heard["basic_controls/update"].poses[0].pose), pose((0, 0, 0.1)))
+    listener.drag(pose_message(pose((0, 0.8, 0.1))))
+    listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light")
+
+
+def test_an_rviz_that_comes_later_is_told_the_handles(listener):
+    asked = listener.handles.call_async(GetInteractiveMarkers.Request())
+    listener.wait_for(asked.done, "the handles")
+    (box,) = asked.result().markers
+    assert [control.name for control in box.controls[1:]] == [f"{verb}_{axis}" for axis in "xyz" for verb in ("move", "rotate")]
+    assert box.header.frame_id == "panda_link0"
+
+
+def test_without_tf2_msgs_the_node_says_so_and_ends_quietly(machine):
+    code = "import sys; sys.modules['tf2_msgs'] = None; from ulna.cli.app import app; app(['ros2', 'demo'])"
+    with running(sys.executable, "-c", code, env=machine, stderr=subprocess.PIPE) as node:
+        lines = []
+        for line in node.stderr:
+            lines.append(line)
+            if "the demo runs" in line:
+                break
+        node.send_signal(2)
+        assert node.wait(20) == 0
+    assert "no module tf2_msgs here" in "".join(lines)
+    assert "Traceback" not in "".join(lines)

@@ -1,0 +1,95 @@
+"""Where ROS is not: one sentence, and the command that shows the same."""
+
+import importlib.util
+import os
+import runpy
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna.demo.drawing import standing_boxes
+from ulna.demo.ros.adapter import MissingROSError, load_ros
+from ulna.demo.ros.description import robot_description
+
+ROOT = Path(__file__).parents[2]
+SENTENCE = "is not here (this Python has no module 'r"
+SAME = "the same in the browser, without ROS: ulna demo"
+SCRIPTS = ("test_collision_boxes.py", "collision_boxes.py", "test_collision_detection.py", "6DoF_Box.py")
+
+
+pytestmark = pytest.mark.skipif(importlib.util.find_spec("rosgraph") is not None, reason="ROS is here")
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_a_script_of_hw2_says_so_in_one_sentence(script):
+    run = subprocess.run([sys.executable, script], cwd=ROOT / "hw2", capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert SENTENCE in run.stderr
+    assert SAME in run.stderr
+    assert len(run.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("version", ["ros1", "ros2"])
+def test_the_command_says_so_in_one_sentence(version):
+    run = subprocess.run([sys.executable, "-m", "ulna", version, "demo"], capture_output=True, text=True, check=False)
+    assert run.returncode == 2
+    assert run.stderr.startswith(f"ulna: ROS {version[-1]} {SENTENCE}")
+    assert run.stderr.rstrip().endswith(SAME)
+
+
+def test_a_ros_that_is_there_by_half_is_told_in_its_own_words(tmp_path, monkeypatch):
+    (tmp_path / "rosgraph.py").write_text('raise ImportError("libros.so:\\n cannot open")')
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("ROS_IP", "127.0.0.1")
+    with pytest.raises(MissingROSError, match=r"\(it cannot be imported: libros.so: cannot open; docs/ros.md says how"):
+        load_ros(1)
+
+
+def test_ros_stays_on_this_machine_unless_the_user_said_otherwise(monkeypatch):
+    monkeypatch.setenv("ROS_IP", "")
+    monkeypatch.setenv("ROS_HOSTNAME", "")
+    with pytest.raises(MissingROSError):
+        load_ros(1)
+    assert os.environ["ROS_IP"] == "127.0.0.1"
+    monkeypatch.setenv("ROS_IP", "")
+    monkeypatch.setenv("ROS_HOSTNAME", "arm.local")
+    with pytest.raises(MissingROSError):
+        load_ros(1)
+    assert os.environ["ROS_IP"] == ""
+
+
+def test_an_arm_whose_meshes_are_not_here_is_described_by_its_boxes_alone():
+    text = ulna.load("panda").to_urdf().replace("package://", "package://not_here_")
+    told = []
+    assert robot_description(ulna.load(text), told.append) == text
+    assert "pip install example-robot-data" in told[0]
+    assert "not_here_" in told[0]
+
+
+def test_the_submission_holds_the_assignments_files_and_what_they_need(tmp_path):
+    made = subprocess.run(["make", "hw2-zip", f"PYTHON={sys.executable}"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    with zipfile.ZipFile(ROOT / "hw2.zip") as packed:
+        names = {Path(name).name for name in packed.namelist()}
+        packed.extractall(tmp_path)
+    ours = {path.name for path in (ROOT / "hw2").iterdir() if path.suffix not in (".pyc", "") and path.is_file()}
+    assert ours <= names
+    assert (tmp_path / "hw2" / "hw2.rviz").read_text() == (ROOT / "src" / "ulna" / "ros" / "demo.rviz").read_text()
+    (wheel,) = (tmp_path / "hw2").glob("ulna-*.whl")
+    with zipfile.ZipFile(wheel) as packed:
+        assert {"ulna/demo/ros/ros1.py", "ulna/ros/demo.rviz", "ulna/robots/panda.urdf"} <= set(packed.namelist())
+
+
+def test_the_static_picture_holds_the_assignments_numbers(panda):
+    drawn = runpy.run_path(str(ROOT / "hw2" / "collision_boxes.py"))["drawn_by_hand"](panda)
+    assert [solid.name for solid in drawn] == [f"box {k}" for k in range(1, 13)]
+    standing = {solid.name: solid for solid in standing_boxes(panda, np.zeros(7))}
+    np.testing.assert_allclose(standing["box 1"].pose, drawn[0].pose, atol=1e-12)  # the tables agree where nothing moved
+    assert standing["box 1"].shape == drawn[0].shape
+    far = [np.linalg.norm(standing[s.name].pose[:3, 3] - s.pose[:3, 3]) for s in drawn]
+    assert max(far) < 0.2

@@ -1,0 +1,123 @@
+"""More than any robot has: answered in bounded time and memory, by a robot or by a sentence.
+
+No time is asserted. But what grew with the square or the cube of these numbers would meet the limit of 300 s on a test.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna import DescriptionError, UlnaError
+from ulna.description.xml import LONGEST, MOST_ELEMENTS
+
+JOINT = '<joint name="j{0}" type="{2}"><parent link="l{0}"/><child link="l{1}"/>{3}</joint>'
+LIMIT = '<limit lower="-1" upper="1"/>'
+
+
+def links(n: int) -> str:
+    return "".join(f'<link name="l{k}"/>' for k in range(n))
+
+
+def chain(n: int, kind: str = "fixed", more: str = "") -> str:
+    return "".join(JOINT.format(k, k + 1, kind, more.format(k + 1)) for k in range(n))
+
+
+def robot(*parts: str) -> str:
+    return f'<robot name="r">{"".join(parts)}</robot>'
+
+
+def test_a_million_links_are_refused_by_their_number():
+    text = robot('<link name="l"/>' * 1_000_000)
+    with pytest.raises(DescriptionError, match=rf"^URDF text: has 1000001 elements; up to {MOST_ELEMENTS} are read$"):
+        ulna.load(text)
+
+
+@pytest.mark.parametrize("kind", ["URDF", "SRDF"])
+def test_a_document_without_end_is_not_read_to_its_end(kind):
+    """A device that gives zeros for ever, where there is one."""
+    if not Path("/dev/zero").exists():
+        return
+    with pytest.raises(DescriptionError, match=rf"^zero: is {LONGEST / 1e6:.0f} MB long; up to {LONGEST / 1e6:.0f} MB are read$"):
+        ulna.load(*(("/dev/zero",) if kind == "URDF" else ("panda",)), **({} if kind == "URDF" else {"srdf": "/dev/zero"}))
+
+
+def test_a_chain_of_four_thousand_links_is_a_robot_and_so_is_a_part_of_it():
+    n = 4_000
+    whole = ulna.load(robot(links(n + 1), chain(n, more='<origin xyz="0 0 1e-3"/>')))
+    np.testing.assert_allclose(whole.forward_kinematics([])[2, 3], n * 1e-3, rtol=1e-9)
+    assert len(ulna.load(whole.to_urdf(), base=f"l{n // 2}").link_names) == n // 2 + 1
+
+
+def test_mimics_of_mimics_ten_thousand_deep_are_followed():
+    n = 10_000
+    followers = chain(n - 1, "continuous", '<mimic joint="j{0}" multiplier="1"/>')
+    whole = ulna.load(robot(links(n + 1), followers, JOINT.format(n - 1, n, "continuous", "")))
+    assert whole.joint_names == (f"j{n - 1}",)
+    assert whole.jacobian([0.0], link=f"l{n}")[3, 0] == n
+
+
+def test_a_circle_of_mimics_is_told_in_a_few_words():
+    n = 2_000
+    text = robot(
+        links(n + 1),
+        chain(n - 1, "continuous", '<mimic joint="j{0}"/>'),
+        JOINT.format(n - 1, n, "continuous", '<mimic joint="j0"/>'),
+    )
+    with pytest.raises(
+        DescriptionError, match=r"^URDF text:1: joints j0 -> j1 -> j2 -> j3 -> \.\.\. -> .* -> j0 mimic each other in a circle$"
+    ):
+        ulna.load(text)
+
+
+def test_a_ring_beside_the_root_is_found_at_once():
+    n = 10_000
+    with pytest.raises(DescriptionError, match="joint 'j0' hangs on a loop of joints that the root does not reach"):
+        ulna.load(robot('<link name="root"/>', links(n), chain(n - 1), JOINT.format(n - 1, 0, "fixed", "")))
+
+
+@pytest.mark.parametrize("text", ["0" * 1_000_000, "1" * 1_000_000, "9" * 400 + " 0 0", "1e308 1e308 1e308", "-0x" * 100_000])
+def test_huge_numbers_are_numbers_or_refused_in_a_message_of_bearable_length(text):
+    joint = '<joint name="j" type="fixed"><origin xyz="{0}"/><parent link="l0"/><child link="l1"/></joint>'
+    with pytest.raises(UlnaError) as caught:
+        ulna.load(robot(links(2), joint.format(text))).link_poses([])
+    assert len(str(caught.value)) < 1200
+
+
+def test_names_of_a_megabyte_are_neither_compared_letter_by_letter_nor_cited_whole():
+    name = "ab" * 500_000
+    with pytest.raises(DescriptionError, match=r"^URDF text:1: joint 'j': parent link 'abab.* \.\.\. ") as caught:
+        ulna.load(
+            robot(
+                f'<link name="{name}x"/><link name="b"/>',
+                f'<joint name="j" type="fixed"><parent link="{name}y"/><child link="b"/></joint>',
+            )
+        )
+    assert len(str(caught.value)) < 1200
+
+
+def test_a_semantic_description_of_nested_groups_is_bounded():
+    groups = (
+        "".join(f'<group name="g{k}"><group name="g{k + 1}"/></group>' for k in range(1999))
+        + '<group name="g1999"><joint name="panda_joint1"/></group>'
+    )
+    panda = ulna.load("panda", srdf=f'<robot name="r">{groups}</robot>')
+    assert all(group.columns == (0,) for group in panda.groups.values())
+    with pytest.raises(DescriptionError, match="has more than 2000 <group>"):
+        ulna.load("panda", srdf=f'<robot name="r">{groups}<group name="one"/></robot>')
+
+
+def test_links_without_collisions_are_not_multiplied_without_end():
+    n = 1_500
+    alone = "".join(f'<disable_default_collisions link="l{k}"/>' for k in range(n))
+    with pytest.raises(DescriptionError, match="disables the collisions of 1500 links with 1501"):
+        ulna.load(robot(links(n + 1), chain(n)), srdf=robot(alone))
+
+
+def test_a_xacro_file_that_grows_beyond_measure_is_stopped(tmp_path):
+    (tmp_path / "r.xacro").write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${\'a\' * 100000000}"/></robot>'
+    )
+    with pytest.raises(DescriptionError, match=r"expands to 100 MB; up to 64 MB are read$"):
+        ulna.load(tmp_path / "r.xacro")

@@ -1,0 +1,184 @@
+"""The machine code on disk: never stale, put where it should be, and never needed.
+
+Processes of their own, with a cache folder of their own, run the library; ``cache.py`` alone is loaded from copies of the
+kernels.
+"""
+
+import importlib.util
+import os
+import pwd
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import ulna
+
+PACKAGE = Path(ulna.__file__).parent
+KERNELS = PACKAGE / "kernels"
+PLACE = """
+import sys, numba, ulna
+print(*ulna.load("panda").forward_kinematics([0.0] * 7)[:3, 3].round(9).tolist())
+from ulna.drivers.forward import forward_one
+from ulna.engine.cache import cache_folder
+print(sum(forward_one.stats.cache_hits.values()), sum(forward_one.stats.cache_misses.values()))
+print(repr(numba.config.CACHE_DIR))
+print(cache_folder())
+"""
+AT_ZERO = "0.088 -0.0 0.8226"
+
+
+def run(source=PLACE, *, src=PACKAGE.parent, **variables):
+    """The lines that a fresh process prints, with only the variables given about where the cache is."""
+    kept = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "NUMBA_DISABLE_JIT")}
+    environment = {**kept, "PYTHONPATH": str(src), "PYTHONDONTWRITEBYTECODE": "1", **{k: str(v) for k, v in variables.items()}}
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", source], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return done.stdout.splitlines()
+
+
+def loaded(kernels):
+    """``cache.py`` of a folder of kernels, as a module of its own."""
+    spec = importlib.util.spec_from_file_location("a_copy_of_cache", kernels / "cache.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def copy(tmp_path):
+    return Path(shutil.copytree(KERNELS, tmp_path / "kernels", ignore=shutil.ignore_patterns("__pycache__")))
+
+
+def test_a_copy_of_the_sources_has_the_same_hash(copy):
+    assert loaded(copy).source_hash() == loaded(KERNELS).source_hash()
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in KERNELS.glob("*.py")))
+def test_a_change_in_any_kernel_changes_the_hash(copy, name):
+    before = loaded(copy).source_hash()
+    (copy / name).write_text((copy / name).read_text() + "# changed\n")
+    assert loaded(copy).source_hash() != before
+
+
+def test_a_new_or_a_renamed_kernel_changes_the_hash(copy):
+    before = loaded(copy).source_hash()
+    (copy / "so3.py").rename(copy / "so_three.py")
+    renamed = loaded(copy).source_hash()
+    (copy / "new.py").touch()
+    assert len({before, renamed, loaded(copy).source_hash()}) == 3
+
+
+def test_a_second_process_compiles_nothing(tmp_path):
+    first, second = (run(NUMBA_CACHE_DIR=tmp_path) for _ in range(2))
+    assert first[:2] == [AT_ZERO, "0 1"]
+    assert second[:2] == [AT_ZERO, "1 0"]
+
+
+def test_a_change_in_a_kernel_that_an_entry_calls_is_never_answered_from_the_cache(tmp_path):
+    """Numba's own cache looks at the entry's file alone, and would."""
+    src = tmp_path / "src"
+    shutil.copytree(PACKAGE, src / "ulna", ignore=shutil.ignore_patterns("__pycache__"))
+    changed = src / "ulna" / "kernels" / "se3.py"
+    original = changed.read_text()
+    assert run(src=src, NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
+    changed.write_text(
+        original.replace("a[0] * b[3] + a[1] * b[7] + a[2] * b[11] + a[3],", "a[0] * b[3] + a[1] * b[7] + a[2] * b[11] + 1.0,")
+    )
+    assert run(src=src, NUMBA_CACHE_DIR=tmp_path)[:2] == ["1.0 -0.0 0.8226", "0 1"]
+    changed.write_text(original)
+    assert run(src=src, NUMBA_CACHE_DIR=tmp_path)[:2] == [AT_ZERO, "1 0"]
+
+
+def test_the_users_folder_is_honoured_and_numbas_setting_left_as_it_was(tmp_path):
+    home = tmp_path / "home"
+    *_, setting, folder = run(NUMBA_CACHE_DIR=tmp_path / "here", HOME=home)
+    assert setting == repr(str(tmp_path / "here"))
+    assert Path(folder).parent == tmp_path / "here" / "ulna"
+    assert any(Path(folder).glob("*.nbc"))
+    assert not home.exists()
+    assert run("import numba, ulna, ulna.kernels.chain.chain; print(repr(numba.config.CACHE_DIR))", HOME=home) == ["''"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the places of other systems")
+def test_otherwise_it_lies_in_the_users_cache_folder(tmp_path):
+    where = "from ulna.engine.cache import cache_folder; print(cache_folder().parent)"
+    assert run(where, HOME=tmp_path) == [str(tmp_path / ".cache" / "ulna")]
+    assert run(where, HOME=tmp_path, XDG_CACHE_HOME=tmp_path / "xdg") == [str(tmp_path / "xdg" / "ulna")]
+
+
+def test_a_folder_that_cannot_be_written_costs_a_compilation_and_nothing_else(tmp_path):
+    file = tmp_path / "file"
+    file.touch()
+    answer, stats, _, folder = run(NUMBA_CACHE_DIR=file / "below")
+    assert (answer, stats, folder) == (AT_ZERO, "0 1", "None")
+
+
+def test_a_folder_that_goes_away_costs_a_compilation_and_nothing_else(tmp_path):
+    remove = (
+        "import shutil, ulna.kernels.chain.chain; from ulna.engine.cache import cache_folder; shutil.rmtree(cache_folder())\n"
+    )
+    assert run(remove + PLACE, NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
+
+
+@pytest.mark.parametrize("damage", [b"", b"\x80\x04junk"])
+def test_a_damaged_file_costs_a_compilation_and_nothing_else(tmp_path, damage):
+    """As a full disk or a lost current leaves them."""
+    *_, folder = run(NUMBA_CACHE_DIR=tmp_path)
+    for pattern in ("*.nbi", "*.nbc"):
+        for file in Path(folder).glob(pattern):
+            file.write_bytes(damage)
+        assert run(NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
+
+
+def test_a_user_without_a_home_has_no_cache_and_no_error(monkeypatch):
+    """As in a container that is started under some number: no HOME, and no entry in the table of users."""
+
+    def nobody(_):
+        raise KeyError
+
+    monkeypatch.setattr(pwd, "getpwuid", nobody)
+    for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    assert loaded(KERNELS).cache_folder() is None
+
+
+def test_folders_that_nobody_used_for_a_month_are_removed(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    now = time.time()
+    for name, days in (("kernels-old", 31), ("kernels-young", 29), ("other", 400)):
+        (tmp_path / "ulna" / name).mkdir(parents=True)
+        (tmp_path / "ulna" / name / "code.nbc").touch()
+        os.utime(tmp_path / "ulna" / name, (now - days * 86400,) * 2)
+    folder = loaded(KERNELS).cache_folder()
+    assert {path.name for path in (tmp_path / "ulna").iterdir()} == {folder.name, "kernels-young", "other"}
+    assert now - folder.stat().st_mtime < 3600
+
+
+def test_a_folder_that_cannot_be_removed_costs_no_other_its_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    for name in ("kernels-a", "kernels-b"):
+        (tmp_path / "ulna" / name / "in_the_way").mkdir(parents=True)  # rmdir refuses, as it does a folder of another user's
+        os.utime(tmp_path / "ulna" / name, (0, 0))
+    assert loaded(KERNELS).cache_folder().parent == tmp_path / "ulna"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_a_terminal_is_told_of_a_compilation_and_only_of_that(tmp_path):
+    said = []
+    for _ in range(2):
+        leader, follower = os.openpty()
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
+        subprocess.run([sys.executable, "-c", PLACE], env=environment, stderr=follower, stdout=subprocess.DEVNULL, check=True)
+        os.write(follower, b"end")
+        said.append(os.read(leader, 10_000).decode())
+        os.close(leader)
+        os.close(follower)
+    assert said[0].startswith("ulna: compiling forward_one for this machine")
+    assert said[1] == "end"

@@ -1,0 +1,70 @@
+"""The tree of bounds finds what a look at each object finds, whatever their number."""
+
+import numpy as np
+import pytest
+
+from kernel_modes import compiled
+from ulna.collision.objects import bounds, compact_order, make_objects, tree_of_bounds
+from ulna.description.pose import pose
+from ulna.description.shapes import Box
+from ulna.kernels.collision.bvh import STACK, first_leaf, objects_within
+
+
+def search(nodes, n, low, high, stack, found):
+    return objects_within(nodes, n, ((low[0], low[1], low[2]), (high[0], high[1], high[2])), stack, found)
+
+
+def found_in(low, high, at_low, at_high):
+    nodes, found = tree_of_bounds(low, high), np.empty(len(low), dtype=np.int64)
+    count = compiled(search)(nodes, len(low), at_low, at_high, np.empty(STACK, dtype=np.int64), found)
+    return sorted(found[:count].tolist())
+
+
+@pytest.mark.parametrize("n", [1, 7, 8, 9, 63, 64, 65, 512, 513, 700])
+def test_the_tree_finds_exactly_the_objects_whose_bounds_meet_those_given(rng, n):
+    low = rng.uniform(-1, 1, (n, 3))
+    high = low + rng.uniform(0, 0.3, (n, 3))
+    for _ in range(20):
+        at_low = rng.uniform(-1.2, 1.2, 3)
+        at_high = at_low + rng.uniform(0, 0.6, 3)
+        expected = np.flatnonzero(((low <= at_high) & (high >= at_low)).all(axis=1))
+        assert found_in(low, high, at_low, at_high) == expected.tolist()
+    assert found_in(low, high, np.full(3, -9.0), np.full(3, 9.0)) == list(range(n))
+
+
+def test_bounds_that_touch_meet_and_a_hair_apart_they_do_not():
+    low, high = np.zeros((1, 3)), np.ones((1, 3))
+    for axis in np.eye(3):
+        assert found_in(low, high, axis, axis + 1) == [0]
+        assert found_in(low, high, axis * (1 + 1e-12), axis + 1) == []
+        assert found_in(low, high, -axis - 1, 1 - axis) == [0]
+
+
+def test_objects_of_no_extent_in_one_place_are_all_found():
+    low = np.full((30, 3), 0.25)
+    assert found_in(low, low, low[0], low[0]) == list(range(30))
+
+
+@pytest.mark.parametrize(("n", "first"), [(1, 0), (8, 0), (9, 1), (64, 1), (65, 9), (512, 9), (513, 73), (4097, 585)])
+def test_the_last_level_begins_behind_all_nodes_above(n, first):
+    assert first_leaf(n) == first
+
+
+def test_the_bounds_of_a_turned_box_hold_its_corners_and_touch_them(rng):
+    for _ in range(20):
+        extents, T = rng.uniform(0.1, 1, 3), pose(rng.normal(size=3), rng.uniform(-3, 3, 3))
+        world = make_objects({"box": Box(extents)}, {"box": T})
+        corners = (np.indices((2, 2, 2)).reshape(3, 8).T - 0.5) * extents @ T[:3, :3].T + T[:3, 3]
+        low, high = bounds(world.table)
+        np.testing.assert_allclose(low[0], corners.min(axis=0), rtol=0, atol=1e-14)
+        np.testing.assert_allclose(high[0], corners.max(axis=0), rtol=0, atol=1e-14)
+
+
+def test_the_order_holds_everything_once_and_its_eights_are_compact(rng):
+    for n in (1, 8, 9, 100, 4096):
+        centres = rng.uniform(0, 1, (n, 3))
+        order = compact_order(centres)
+        assert sorted(order.tolist()) == list(range(n))
+    eights = centres[order].reshape(-1, 8, 3)
+    spread = (eights.max(axis=1) - eights.min(axis=1)).max(axis=1)
+    assert np.median(spread) < 0.15  # a cube that holds eight of 4096 has a side of 0.125

@@ -1,0 +1,113 @@
+"""The geometric Jacobian against differences of the pose, in all three frames."""
+
+import numpy as np
+import pytest
+
+import kernel_modes
+import kernel_probes as probes
+import naive
+import zoo
+from close import assert_close
+from ulna.drivers.jacobian import jacobian_batch, jacobian_one
+from ulna.engine.decorators import ready
+from ulna.kernels.chain.jacobian import BASE, LINK, SPATIAL, chain_jacobian
+from ulna.kinematics.tree import build_tree
+
+FRAMES = {"base": BASE, "link": LINK, "spatial": SPATIAL}
+ZOO = zoo.every_joint()
+LINKS = ["fingertip", "hand", "tray", "propeller", "rotor", "base"]
+N = 3
+
+of_no_columns = kernel_modes.compiled(lambda chain, q, rows: chain_jacobian(chain, q, BASE, rows[:0], 6, 1))
+
+
+def jacobians(run, tree, link, frame, q):
+    chain = tree.chain(link)
+    out = run(probes.jacobian_of_chain, q.T, 6 * tree.n_dof + 12, chain, FRAMES[frame], tree.n_dof)
+    n = 6 * tree.n_dof
+    return out[:n].T.reshape(len(q), tree.n_dof, 6).transpose(0, 2, 1), out[n : n + 12].T.reshape(len(q), 3, 4)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize("link", LINKS)
+def test_columns_are_the_velocities_of_the_link(run, rng, link, frame):
+    tree = build_tree(ZOO)
+    q = rng.uniform(-1.4, 1.4, (N, tree.n_dof))
+    J, pose = jacobians(run, tree, link, frame, q)
+    assert_close(J, [naive.jacobian(ZOO, x, link, frame) for x in q], atol=1e-10)
+    assert_close(pose, [naive.link_pose(ZOO, x, link)[:3] for x in q], atol=2e-14)
+
+
+def test_the_panda_too(run, rng, panda):
+    q = rng.uniform(panda.lower, panda.upper, (N, 7))
+    for frame in FRAMES:
+        J, _ = jacobians(run, panda.tree, "panda_ee", frame, q)
+        assert_close(J, [naive.jacobian(panda.description, x, "panda_ee", frame) for x in q], atol=1e-10)
+
+
+def test_a_prismatic_joint_turns_nothing(run, rng):
+    tree = build_tree(ZOO)
+    (slide,) = (s.start for name, s in zip(tree.joint_names, tree.joint_slices, strict=True) if name == "slide")
+    for frame in FRAMES:
+        J, _ = jacobians(run, tree, "hand", frame, rng.normal(size=(N, tree.n_dof)))
+        assert np.array_equal(J[:, 3:, slide], np.zeros((N, 3)))
+        assert_close(np.linalg.norm(J[:, :3, slide], axis=1), 1, atol=1e-14)
+
+
+def test_joints_that_do_not_carry_the_link_have_columns_of_zeros(run, rng):
+    tree = build_tree(ZOO)
+    J, _ = jacobians(run, tree, "propeller", "base", rng.normal(size=(N, tree.n_dof)))
+    carried_by = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
+    for name in ("shoulder", "table", "slide", "wheel"):
+        assert not J[:, :, carried_by[name]].any()
+    assert J[:, :, carried_by["float"]].any(axis=(0, 1)).all()
+
+
+def test_a_mimic_joint_adds_to_the_column_of_its_leader(run):
+    leader = zoo.two_links("revolute", zoo.Z).joints[0]
+    follower = zoo.Joint(
+        "k", zoo.JointType.REVOLUTE, "b", "c", naive.transform(p=(1, 0, 0)), zoo.Z, mimic=zoo.Mimic("j", -2.0, 0.5)
+    )
+    description = zoo.Description("two", tuple(map(zoo.Link, "abc")), (leader, follower))
+    J, _ = jacobians(run, build_tree(description), "c", "base", np.array([[0.3]]))
+    assert_close(J[0, :, 0], [-np.sin(0.3), np.cos(0.3), 0, 0, 0, 1 - 2], atol=1e-15)
+
+
+def test_the_frames_are_one_twist_seen_from_three_places(run, rng):
+    tree = build_tree(ZOO)
+    q = rng.normal(size=(N, tree.n_dof))
+    (base, pose), (link, _), (spatial, _) = (jacobians(run, tree, "fingertip", frame, q) for frame in FRAMES)
+    for k in range(N):
+        R, p = pose[k, :, :3], pose[k, :, 3]
+        assert_close(link[k], np.vstack([R.T @ base[k, :3], R.T @ base[k, 3:]]), atol=1e-14)
+        assert_close(spatial[k], np.vstack([base[k, :3] + naive.skew(p) @ base[k, 3:], base[k, 3:]]), atol=1e-14)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_the_entries_give_six_rows_a_configuration(rng, frame):
+    tree = build_tree(ZOO)
+    q, chain = rng.uniform(-1.4, 1.4, (9, tree.n_dof)), tree.chain("hand")
+    J, first = np.full((9, 6, tree.n_dof), np.nan), np.full((6, tree.n_dof), np.nan)
+    assert jacobian_batch(chain, FRAMES[frame], q, J)
+    assert ready(jacobian_one)(chain.copy(), FRAMES[frame], tree.n_dof, q[0], first)
+    assert_close(J, [naive.jacobian(ZOO, x, "hand", frame) for x in q], atol=1e-10)
+    assert_close(first, J[0], atol=1e-14)
+
+
+def test_the_entries_tell_of_an_entry_out_of_range(rng):
+    tree = build_tree(ZOO)
+    q, chain = rng.normal(size=(9, tree.n_dof)), tree.chain("hand")
+    q[8, 2] = np.nan
+    assert not jacobian_batch(chain, BASE, q, np.empty((9, 6, tree.n_dof)))
+    assert not ready(jacobian_one)(chain.copy(), BASE, tree.n_dof, q[8], np.empty((6, tree.n_dof)))
+
+
+def test_a_joint_that_nothing_drives_writes_no_column():
+    fixed, ahead = zoo.two_links("fixed", zoo.Z).joints[0], naive.transform(p=(1, 0, 0))
+    follower = zoo.Joint("k", zoo.JointType.REVOLUTE, "b", "c", np.eye(4), zoo.Z, mimic=zoo.Mimic("j", 2.0, 0.5))
+    tip = zoo.Joint("l", zoo.JointType.FIXED, "c", "d", ahead, zoo.Z)
+    tree = build_tree(zoo.Description("no dof", tuple(map(zoo.Link, "abcd")), (fixed, follower, tip)))
+    rows_behind = np.full(6, 7.0)  # the Jacobian has no rows: what is written anywhere is written here
+    chain = tree.chain("d")
+    of_no_columns(chain, np.full(1, np.nan), rows_behind)
+    assert np.array_equal(rows_behind, np.full(6, 7.0))

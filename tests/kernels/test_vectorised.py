@@ -1,0 +1,75 @@
+"""The batch kernels do their arithmetic on vectors of eight doubles: the LLVM code says so.
+
+An entry that was loaded from the disk cache has machine code but no LLVM, so each is compiled afresh here.
+"""
+
+import re
+
+import numpy as np
+import pytest
+from numba import njit
+from numba.core.errors import TypingError
+
+import kernel_modes
+import kernel_probes
+from ulna.drivers.forward import forward_batch, forward_one, frames_batch
+from ulna.drivers.jacobian import jacobian_batch
+from ulna.drivers.multi_start import search_jobs
+from ulna.drivers.overlap import overlap_batch
+from ulna.drivers.single_start import follow_each
+from ulna.engine import decorators as compiling
+from ulna.kernels.distance.epa import SCRATCH
+from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
+from ulna.kernels.layout import BODY_WIDTH, BOX, HULL
+
+N, DOF, LINKS = 8, 7, 10
+CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
+Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), np.zeros(N_SETTINGS)
+TARGETS, INFO, ORDER, TRACE = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.arange(N), np.zeros((0, 4))
+PAIRS, NODES = np.zeros((3, 2), dtype=np.int64), np.zeros((0, 8))
+
+NO_VERTICES, SCRATCH_ARRAYS = np.zeros((0, 3)), tuple(np.zeros(shape) for shape in SCRATCH)
+TWO_BODIES = (BOX, NO_VERTICES, HULL, NO_VERTICES, SCRATCH_ARRAYS, np.zeros((32, 8)), np.zeros((11, 8)))
+
+ENTRIES = {
+    "forward_batch": (forward_batch, (CHAIN, Q, TARGETS)),
+    "frames_batch": (frames_batch, (CHAIN, FRAMES, Q, np.zeros((N, LINKS, 4, 4)))),
+    "jacobian_batch": (jacobian_batch, (CHAIN, 0, Q, np.zeros((N, 6, DOF)))),
+    "overlap_batch": (overlap_batch, (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, 12, Q, np.zeros(N, dtype=np.bool_))),
+    "search_jobs": (search_jobs, (CHAIN, TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0], SETTINGS, Q, INFO)),
+    "follow_each": (follow_each, (0, CHAIN, TARGETS, Q, BOUNDS, SETTINGS, Q, INFO, TRACE)),
+    "two_bodies": (kernel_modes.compiled(kernel_probes.two_bodies), TWO_BODIES),
+}
+# Targets come and answers go lane by lane, a tree is searched and a depth worked out in plain numbers.
+IN_PART = {"search_jobs", "follow_each", "overlap_batch", "two_bodies"}
+ARITHMETIC = re.compile(r"= f(?:mul|add|sub)\b[^\n]*<8 x double>|@llvm\.fmuladd\.v8f64|@llvm\.fma\.v8f64")
+
+
+def code_of(entry, arguments):
+    fresh = njit(**compiling._FLAGS)(entry.py_func)
+    signature = tuple(map(fresh.typeof_pyval, arguments))
+    fresh.compile(signature)
+    return fresh.inspect_llvm(signature)
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_a_batch_kernel_computes_on_eight_doubles_at_once(name):
+    code = code_of(*ENTRIES[name])
+    assert len(ARITHMETIC.findall(code)) > 100
+    scalar = re.findall(r"= f(?:mul|add|sub)\b[^\n]* double ", code)
+    assert name in IN_PART or len(scalar) < 100
+
+
+def test_a_kernel_of_one_configuration_does_not():
+    code = code_of(forward_one, (CHAIN, DOF, Q[0], TARGETS[0]))
+    assert not ARITHMETIC.search(code)
+
+
+def allocate(n):
+    return np.empty(n)
+
+
+def test_a_kernel_that_allocates_is_not_compiled():
+    for decorator in (compiling.kernel, compiling.exact_kernel, compiling.routine):
+        with pytest.raises(TypingError, match="Only accept returning of array passed into the function"):
+            decorator(allocate)(3)
