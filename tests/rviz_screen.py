@@ -15,7 +15,7 @@ from PIL import Image
 from processes import running
 from ulna.description.pose import inverse
 
-CONFIG = Path(__file__).parents[1] / "src" / "ulna" / "ros" / "demo.rviz"
+CONFIG = Path(__file__).parents[1] / "src" / "ulna" / "demo" / "ros" / "demo.rviz"
 BACKGROUND = (246, 247, 249)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-HW2 = Path(__file__).parents[2] / "hw2"
+HW2 = Path(__file__).parents[3] / "hw2"
 DH = [
     (0, 0.333, 0, 0),
     (0, 0, -pi / 2, 0),

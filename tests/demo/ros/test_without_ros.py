@@ -16,7 +16,7 @@ from ulna.demo.drawing import standing_boxes
 from ulna.demo.ros.adapter import MissingROSError, load_ros
 from ulna.demo.ros.description import robot_description
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SENTENCE = "is not here (this Python has no module 'r"
 SAME = "the same in the browser, without ROS: ulna demo"
 SCRIPTS = ("test_collision_boxes.py", "collision_boxes.py", "test_collision_detection.py", "6DoF_Box.py")
@@ -79,10 +79,10 @@ def test_the_submission_holds_the_assignments_files_and_what_they_need(tmp_path)
         packed.extractall(tmp_path)
     ours = {path.name for path in (ROOT / "hw2").iterdir() if path.suffix not in (".pyc", "") and path.is_file()}
     assert ours <= names
-    assert (tmp_path / "hw2" / "hw2.rviz").read_text() == (ROOT / "src" / "ulna" / "ros" / "demo.rviz").read_text()
+    assert (tmp_path / "hw2" / "hw2.rviz").read_text() == (ROOT / "src" / "ulna" / "demo" / "ros" / "demo.rviz").read_text()
     (wheel,) = (tmp_path / "hw2").glob("ulna-*.whl")
     with zipfile.ZipFile(wheel) as packed:
-        assert {"ulna/demo/ros/ros1.py", "ulna/ros/demo.rviz", "ulna/robots/panda.urdf"} <= set(packed.namelist())
+        assert {"ulna/demo/ros/ros1.py", "ulna/demo/ros/demo.rviz", "ulna/description/names/panda.urdf"} <= set(packed.namelist())
 
 
 def test_the_static_picture_holds_the_assignments_numbers(panda):

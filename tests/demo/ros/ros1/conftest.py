@@ -52,4 +52,4 @@ def script(machine):
     return start
 
 
-HW2 = Path(__file__).parents[3] / "hw2"
+HW2 = Path(__file__).parents[4] / "hw2"

@@ -18,7 +18,7 @@ from processes import running, wait_for
 from rviz_screen import BACKGROUND, View
 from ulna.demo.scenario import BOX_START, LIGHT_POSITION
 
-HW2 = Path(__file__).parents[3] / "hw2"
+HW2 = Path(__file__).parents[4] / "hw2"
 AT_ZERO = np.zeros(7)
 pytestmark = pytest.mark.filterwarnings(
     "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"

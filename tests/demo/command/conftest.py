@@ -1,0 +1,5 @@
+"""The command, run inside this process."""
+
+from command_fixtures import ask, refusal, run
+
+__all__ = ["ask", "refusal", "run"]
