@@ -8,7 +8,7 @@ BENCH_VENV ?= .venv-bench
 DOCS_VENV ?= .venv-docs
 ARGS ?=
 
-.PHONY: demo video test test-ros1 test-ros2 bench docs hw2-zip clean
+.PHONY: demo video lint test test-ros1 test-ros2 bench docs hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -17,11 +17,19 @@ demo: $(VENV)/.demo
 video: $(VENV)/.demo
 	$(RUN)/ulna record hw2/demo.mp4 $(ARGS)
 
-# Everything that CI runs: style, types, layers, tests; then the kernels again without the compiler, and for a plain CPU.
-test: $(VENV)/.dev
+# Style, types, and the files of the repository's host against their schemas.
+lint: $(VENV)/.dev
 	$(RUN)/ruff check
 	$(RUN)/ruff format --check
 	$(RUN)/pyright --pythonpath $(RUN)/python
+	$(RUN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(RUN)/check-jsonschema --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/bug.yml .github/ISSUE_TEMPLATE/wish.yml
+	$(RUN)/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
+	$(RUN)/check-jsonschema --builtin-schema vendor.readthedocs .readthedocs.yaml
+	$(RUN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+
+# Everything that CI runs: style, types, layers, tests; then the kernels again without the compiler, and for a plain CPU.
+test: lint
 	$(RUN)/python -m pytest -n auto $(ARGS)
 	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/kernels
 	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/kernels
