@@ -52,6 +52,33 @@ def test_a_class_is_reached_through_what_methods_return_and_what_attributes_hold
     assert not any("Checker" in name for name in reached)
 
 
+@pytest.fixture(scope="module")
+def commands():
+    """The sections of the command line's reference, by command."""
+    sections = runpy.run_path(str(DOCS / "site" / "commands.py"))["reference"]().split("## ")[1:]
+    return {section.splitlines()[0]: section for section in sections}
+
+
+def test_the_reference_of_a_command_has_its_usage_line(commands):
+    assert {"ulna fk", "ulna ik", "ulna check", "ulna bench"} <= set(commands)
+    for name, section in commands.items():
+        assert re.search(rf"```text\n{name} \[OPTIONS\].*\n```", section), section
+
+
+@pytest.mark.parametrize(
+    ("command", "entry"),
+    [
+        ("ulna ik", "`--xyz X,Y,Z`\n: The position to reach, in metres. [required]"),
+        ("ulna ik", "`--seed` (integer)\n: Chooses the random starts. [default: 0; x>=0]"),
+        ("ulna dh", "`ROBOT` (text)\n: A bundled name, or the path of a .urdf or .xacro file. [default: panda]"),
+        ("ulna check", "`--self` / `--no-self`\n: Check the robot's links against each other too. [default: self]"),
+        ("ulna record", "`--seconds` (number)\n: "),
+    ],
+)
+def test_the_reference_of_a_command_has_types_and_defaults(commands, command, entry):
+    assert entry in commands[command]
+
+
 @pytest.mark.parametrize(
     ("text", "refused"),
     [

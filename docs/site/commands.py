@@ -1,4 +1,4 @@
-"""The reference of the command line: what ``ulna COMMAND --help`` says, of every command."""
+"""Writes the reference of the command line from what typer knows of each command. Used by ``conf.py``."""
 
 import re
 
@@ -7,41 +7,47 @@ import typer
 from ulna.cli.app import app as command_line
 
 _PLACE = "<!-- commands -->"
+_TYPES = {"str": "text", "int": "integer", "int range": "integer", "float": "number", "float range": "number"}  # by typer
 
 
 def _read(app, docname, source):  # noqa: ARG001 - Sphinx's signature
-    """Write what typer knows of each command where the page has a place for it."""
+    """Put the reference where the page has a place for it."""
     if _PLACE in source[0]:
-        group = typer.main.get_command(command_line)
-        source[0] = source[0].replace(_PLACE, "\n\n".join(_sections(group, "ulna")))
+        source[0] = source[0].replace(_PLACE, reference())
 
 
-def _sections(group, path):
+def reference():
+    """A section for each command, as Markdown: usage, arguments, options, keys of the JSON."""
+    group = typer.main.get_command(command_line)
+    return "\n\n".join(_sections(group, group.context_class(group, info_name="ulna")))
+
+
+def _sections(group, context):
     for name, command in group.commands.items():
+        own = command.context_class(command, info_name=name, parent=context)
         if hasattr(command, "commands"):
-            yield from _sections(command, f"{path} {name}")
+            yield from _sections(command, own)
         else:
-            yield "\n".join(_lines(command, f"{path} {name}"))
+            yield "\n".join(_lines(command, own))
 
 
-def _lines(command, path):
-    yield f"## {path}"
-    yield ""
+def _lines(command, context):
+    yield f"## {context.command_path}\n"
     yield _plain((command.help or "").split("\f")[0])
-    yield ""
+    yield f"\n```text\n{command.get_usage(context).removeprefix('Usage: ')}\n```\n"
     for parameter in command.params:
-        if parameter.param_type_name == "argument":
-            yield f"`{parameter.metavar or parameter.name.upper()}`\n: {_told(parameter)}\n"
-        elif not parameter.hidden:
-            names = ", ".join(f"`{name}`" for name in [*parameter.opts, *parameter.secondary_opts])
-            yield f"{names}\n: {_told(parameter)}\n"
+        if not getattr(parameter, "hidden", False):
+            yield _parameter(*parameter.get_help_record(context))
     if command.epilog:
         yield f"{command.epilog}"
 
 
-def _told(parameter):
-    told = _plain(getattr(parameter, "help", None) or "") or "(see above)"
-    return f"{told} Required." if parameter.required else told
+def _parameter(names, text):
+    """An entry of a definition list, from typer's line about a parameter: its names and type; help, default and range."""
+    written, _, kind = names.partition(" <")
+    kind = kind.rstrip(">").removeprefix("list[").rstrip("]")
+    names = " / ".join(f"`{name}`" for name in written.split(" / "))
+    return f"{names}{f' ({_TYPES.get(kind, kind)})' if kind else ''}\n: {_plain(text)}\n"
 
 
 def _plain(text):
