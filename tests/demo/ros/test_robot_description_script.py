@@ -1,0 +1,50 @@
+"""hw2/robot_description.sh finds ulna where the pages say that it lies. roslaunch runs it outside of any virtual environment."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).parents[3] / "hw2" / "robot_description.sh"
+SH = shutil.which("sh")
+pytestmark = pytest.mark.skipif(SH is None, reason="no sh: ROS 1 runs on Linux")
+
+
+@pytest.fixture
+def hw2(tmp_path):
+    """A folder ``hw2`` with the script alone."""
+    (tmp_path / "hw2").mkdir()
+    return Path(shutil.copy(SCRIPT, tmp_path / "hw2")).parent
+
+
+def put_ulna(path):
+    """A program that prints where it lies and what it is asked for."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text('#!/bin/sh\necho "$0 $*"\n')
+    path.chmod(0o755)
+
+
+def run(hw2, **variables):
+    environment = {"PATH": os.defpath} | variables
+    return subprocess.run([SH, hw2 / SCRIPT.name], env=environment, cwd=hw2, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("folder", [".venv-ros1", ".venv", "venv", "../.venv-ros1", "../.venv"])
+def test_an_environment_beside_the_script_or_above_it_is_found(hw2, folder):
+    ulna = hw2 / folder / "bin" / "ulna"
+    put_ulna(ulna)
+    assert run(hw2).stdout == f"{ulna} urdf panda --mesh-paths file\n"
+
+
+def test_what_ULNA_names_comes_first(hw2, tmp_path):  # noqa: N802 - a variable's name
+    put_ulna(hw2 / ".venv-ros1" / "bin" / "ulna")
+    put_ulna(tmp_path / "named")
+    assert run(hw2, ULNA=str(tmp_path / "named")).stdout.startswith(str(tmp_path / "named"))
+
+
+def test_where_there_is_none_it_says_what_to_do(hw2):
+    ended = run(hw2)
+    assert ended.returncode == 1
+    assert "ULNA=/path/to/venv/bin/ulna roslaunch hw2.launch" in ended.stderr
