@@ -13,6 +13,7 @@ import numpy as np
 
 from benchmarks.account import account_rows
 from benchmarks.bounds import bound_rows, copy_ns, peak_ns
+from benchmarks.cold_cache import cold_rows
 from benchmarks.collision import collision_data
 from benchmarks.inverse import protocol_rows
 from benchmarks.kinematics import batch_rows, single_call_rows
@@ -77,7 +78,7 @@ def main() -> None:
         data.update(scaling_with_joints=joint_rows(peak), scaling_with_rows=size_rows(panda, peak, copy))
         with one_processor():  # for so is the bound
             data["bounds"] = bound_rows("panda", panda, peak, copy)
-        data.update(first_use=first_use.first_use_rows(), first_use_ever=first_use.cold_rows())
+        data.update(first_use=first_use.first_use_rows(), first_use_ever=cold_rows())
         data.update(memory=first_use.memory_rows(), size=first_use.size_rows())
     _write(data, options.out)
 

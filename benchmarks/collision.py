@@ -13,8 +13,9 @@ from benchmarks.bounds import count_operations, peak_ns
 from benchmarks.markdown import table
 from benchmarks.peer import NotForThisArm
 from benchmarks.processors import one_processor
+from benchmarks.ratio import ratio
 from ulna.bench.targets import random_positions
-from ulna.bench.timing import Workload, ratio, time_interleaved
+from ulna.bench.timing import Workload, time_interleaved
 from ulna.collision.objects import MOST_UNINDEXED
 from ulna.engine.width import WIDTH
 from ulna.robot import Robot

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 import ulna
+from benchmarks.ratio import ratio
 from ulna.bench.machine import processor_name
-from ulna.bench.timing import Workload, ratio, time_interleaved
+from ulna.bench.timing import Workload, time_interleaved
 from ulna.bench.workloads import WORKLOADS
 
 KEPT = Path(__file__).parent / "guard.json"

@@ -5,8 +5,9 @@ from time import perf_counter_ns
 import numpy as np
 
 from benchmarks.peer import Peer
+from benchmarks.ratio import ratio
 from ulna.bench.targets import random_positions
-from ulna.bench.timing import Timing, Workload, ratio, time_interleaved
+from ulna.bench.timing import Timing, Workload, time_interleaved
 from ulna.robot import Robot
 
 ONE, LOOP, BATCH = 64, 128, 4096

@@ -8,6 +8,7 @@ import sys
 import numba
 import numpy as np
 import pytest
+from benchmarks.cold_cache import cold_rows
 from typer.testing import CliRunner
 
 from ulna.bench import first_use
@@ -55,7 +56,7 @@ def test_an_arm_that_reaches_everywhere_has_no_targets_out_of_reach(tmp_path):
 def test_an_unknown_subject_is_refused_with_a_suggestion():
     result = run("jacobain")
     assert result.exit_code == 2
-    assert "subject: 'jacobain' is none; did you mean 'jacobian'?" in result.stderr
+    assert "subject: 'jacobain' is not one; did you mean 'jacobian'?" in result.stderr
 
 
 def test_the_machine_is_told_without_names_of_hosts():
@@ -83,7 +84,7 @@ def test_a_first_use_is_timed_step_by_step():
 def test_a_first_use_ever_has_a_cache_folder_of_its_own(monkeypatch):
     code = "import json, os; path = os.environ['NUMBA_CACHE_DIR']; print(json.dumps({path: len(os.listdir(path))}))"
     monkeypatch.setattr(first_use, "_STEPS", code)
-    (row,) = first_use.cold_rows()
+    (row,) = cold_rows()
     assert row["seconds"] == 0  # files in it
     assert row["step"] != os.environ.get("NUMBA_CACHE_DIR")
     assert not os.path.exists(row["step"])  # noqa: PTH110 -- and none is left behind
@@ -92,11 +93,11 @@ def test_a_first_use_ever_has_a_cache_folder_of_its_own(monkeypatch):
 def test_a_measuring_process_that_fails_says_why(monkeypatch):
     monkeypatch.setattr(first_use, "_STEPS", "raise RuntimeError('no machine code today')")
     with pytest.raises(UlnaError, match="no machine code today"):
-        first_use.cold_rows()
+        cold_rows()
 
 
 def test_memory_is_told_for_each_call(monkeypatch):
-    call = (800_000, "random_positions(robot, n, 0)", "(lambda q: [q.copy(), robot.forward_kinematics(q)][1])", "answer")
+    call = (800_000, "random_positions(robot, n, 0)", "(lambda q: [q.copy(), robot.forward_kinematics(q)][1])", "result")
     monkeypatch.setattr(first_use, "_CALLS", {"greedy": call})
     (row,) = first_use.memory_rows()
     assert row["extra_megabytes"] >= 800_000 * 7 * 8 / 2**20 * 0.9

@@ -1,4 +1,4 @@
-"""Measuring: the clock, the arms, the targets and the protocols of ``ulna bench`` and ``make bench``.
+"""Measures Ulna on this machine: timing, arms, targets and the protocols of inverse kinematics. Used by ``ulna bench``.
 
-Only Ulna is timed here. The peers stand in ``benchmarks/``, beside the package, and are judged by the same protocols.
+``benchmarks/``, beside the package, measures peers by the same protocols.
 """

@@ -1,4 +1,4 @@
-"""What is paid before the first answer: importing, loading, first calls in a new process, the bytes on disk and in memory."""
+"""Measures a first use: importing, loading and first calls in a new process, memory, and size on disk. Used by ``report``."""
 
 import json
 import os
@@ -6,14 +6,13 @@ import re
 import subprocess
 import sys
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
+from importlib.resources import files
 from pathlib import Path
 from statistics import median
-from tempfile import TemporaryDirectory
 
-import ulna
 from ulna.errors import UlnaError
 
-# Each step is timed in a process of its own kind: one that has done only the steps before.
+# The steps of one process, each timed after those before it.
 _STEPS = """
 import json, time
 seconds, start = {}, time.perf_counter()
@@ -33,7 +32,7 @@ robot.inverse_kinematics(T)
 done("first inverse_kinematics")
 print(json.dumps(seconds))
 """
-# The most that stood in memory during the call, less what stood there before, less the answer.
+# Peak memory during the call, less memory before it, less the result.
 _MEMORY = """
 import json, re, sys
 import ulna
@@ -44,54 +43,57 @@ def kilobytes(name):
 q = {argument}
 {call}(q[:64])
 before = kilobytes("VmRSS")
-answer = {call}(q)
-print(json.dumps((kilobytes("VmHWM") - before) / 1024 - {answer}.nbytes / 2**20))
+result = {call}(q)
+print(json.dumps((kilobytes("VmHWM") - before) / 1024 - {result}.nbytes / 2**20))
 """
 _CALLS = {
-    "forward_kinematics": (1_000_000, "random_positions(robot, n, 0)", "robot.forward_kinematics", "answer"),
-    "jacobian": (200_000, "random_positions(robot, n, 0)", "robot.jacobian", "answer"),
+    "forward_kinematics": (1_000_000, "random_positions(robot, n, 0)", "robot.forward_kinematics", "result"),
+    "jacobian": (200_000, "random_positions(robot, n, 0)", "robot.jacobian", "result"),
     "inverse_kinematics": (
-        50_000, "robot.forward_kinematics(random_positions(robot, n, 0))", "robot.inverse_kinematics", "answer.q",
+        50_000, "robot.forward_kinematics(random_positions(robot, n, 0))", "robot.inverse_kinematics", "result.q",
     ),
 }  # fmt: skip
 
 
 def first_use_rows(processes: int = 3) -> list[dict[str, object]]:
     """Seconds of each step of a first use, machine code cached: the median over new processes."""
-    _child(_STEPS)  # fills the cache
-    runs = [_child(_STEPS) for _ in range(processes)]
+    time_steps()  # fills the cache
+    runs = [time_steps() for _ in range(processes)]
     return [{"step": step, "seconds": median(run[step] for run in runs)} for step in runs[0]]
 
 
-def cold_rows() -> list[dict[str, object]]:
-    """Seconds of each step on a machine that has no machine code yet: all that the steps call is compiled."""
-    with TemporaryDirectory() as folder:
-        return [{"step": step, "seconds": seconds} for step, seconds in _child(_STEPS, NUMBA_CACHE_DIR=folder).items()]
+def time_steps(**environment: str) -> dict[str, float]:
+    """Seconds of each step of a first use in a new process, with further environment variables.
+
+    Raises:
+        UlnaError: The process fails.
+    """
+    return _child(_STEPS, **environment)
 
 
 def memory_rows() -> list[dict[str, object]]:
-    """How much memory a large batch takes beyond its input and its answer [MB]; nothing where the system does not tell."""
+    """How much memory a large batch takes beyond its input and its result [MB]; no rows on systems without /proc."""
     if not Path("/proc/self/status").exists():
         return []
     rows = []
-    for name, (n, argument, call, answer) in _CALLS.items():
-        extra = _child(_MEMORY.format(n=n, argument=argument, call=call, answer=answer))
+    for name, (n, argument, call, result) in _CALLS.items():
+        extra = _child(_MEMORY.format(n=n, argument=argument, call=call, result=result))
         rows.append({"call": name, "rows": n, "extra_megabytes": extra})
     return rows
 
 
 def size_rows() -> list[dict[str, object]]:
-    """What lies on disk of the core and of the packages it needs [MB], largest first; nothing if Ulna is not installed."""
+    """The size on disk of the core and of the packages it needs [MB], largest first; no rows if Ulna is not installed."""
     if not _installed("ulna"):
         return []
-    here = sum(path.stat().st_size for path in Path(ulna.__file__).parent.rglob("*.py"))
+    here = sum(path.stat().st_size for path in Path(str(files("ulna"))).rglob("*.py"))
     sizes = {"ulna": here / 1e6, **{d.name: _megabytes(d) for d in needed_distributions("ulna")}}
     rows = [{"package": name, "megabytes": size} for name, size in sorted(sizes.items(), key=lambda item: -item[1])]
     return [*rows, {"package": "all", "megabytes": sum(sizes.values())}]
 
 
 def needed_distributions(name: str) -> list[Distribution]:
-    """The installed distributions that one needs, extras left out, and those that these need."""
+    """The installed distributions that one needs, directly or not; those of extras are left out."""
     found, waiting = {}, [name]
     while waiting:
         try:
@@ -120,7 +122,7 @@ def _megabytes(package: Distribution) -> float:
 
 
 def _child(code: str, **environment: str):
-    """What a new Python process prints, as JSON."""
+    """What a new Python process prints, read as JSON."""
     command, variables = [sys.executable, "-c", code], os.environ | environment
     done = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)  # noqa: S603 -- our own code
     if done.returncode:

@@ -1,11 +1,10 @@
-"""The machine and the versions that figures belong to: no host names, no paths."""
+"""Names the machine and the versions that figures belong to; no host names, no paths. Used by ``report``."""
 
 import platform
 import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import ulna
 from ulna.engine.threads import n_processors
 
 PACKAGES = ("numpy", "numba", "llvmlite")
@@ -21,7 +20,7 @@ def machine_facts() -> dict[str, object]:
         "register_bits": register_bits(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
-        "ulna": ulna.__version__,
+        "ulna": installed_version("ulna"),
         **{name: installed_version(name) for name in PACKAGES},
     }
 
@@ -35,7 +34,7 @@ def installed_version(name: str) -> str:
 
 
 def processor_name() -> str:
-    """The processor's name: Linux tells it in a file, other systems elsewhere."""
+    """The processor's name: on Linux as /proc/cpuinfo has it, elsewhere as Python has it."""
     if sys.platform == "linux":
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
             if line.startswith("model name"):

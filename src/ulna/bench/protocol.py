@@ -1,7 +1,7 @@
-"""The protocols of inverse kinematics: which targets, from where the search starts, and what counts as reached.
+"""Says how inverse kinematics is measured: the targets, the start, and what counts as reached. Used by ``solver``.
 
-Written once: ``ulna bench ik`` runs them on Ulna, ``make bench`` on the peers too. A solver's own word is not taken: its q must
-be within the limits and reach the target by a forward kinematics that is not the solver's.
+``ulna bench ik`` runs these protocols on Ulna, ``make bench`` on the peers too. A solver's own status is not trusted: its q must
+be within the limits, and reach the target by a forward kinematics that is not the solver's.
 """
 
 from collections.abc import Callable
@@ -14,21 +14,21 @@ from ulna.bench.targets import middle, out_of_reach, random_positions
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
-_SLACK = 1.001  # solvers stop at the tolerance by their own rounding
+_SLACK = 1.001  # solvers compare with the tolerance in their own rounding
 _LIMIT_SLACK = 1e-6  # rad or m: some peers keep limits as float32
 
 
 class Protocol(NamedTuple):
-    """What is asked of a solver.
+    """Targets, start and tolerances for a solver.
 
     Attributes:
-        source: Whose protocol it is.
-        reached: Of errors (n, 6), position and rotation vector, which count as reached.
-        reachable: Whether the targets are within reach; otherwise they are beyond it for certain.
-        from_middle: Whether the search is given the middle of the range to start from; otherwise it starts where it likes.
-        tolerances: The largest distance [m] and angle [rad] to ask a solver for that takes two.
-        component: The tolerance to ask a solver for that compares each of six components with it [m and rad].
-        max_iterations: The steps that a solver has; its own default where None.
+        source: Where it comes from.
+        reached: Maps errors, shape (n, 6), position [m] and rotation vector [rad], to whether they count as reached, shape (n,).
+        reachable: Whether the targets are within reach; if not, they are all beyond it.
+        from_middle: Whether the search starts from the middle of the range; if not, the solver chooses its start.
+        tolerances: Distance [m] and angle [rad], for a solver that takes these two.
+        component: The tolerance for a solver that compares each of six components with one number [m and rad].
+        max_iterations: The largest number of steps; the solver's default if None.
     """
 
     source: str
@@ -46,7 +46,7 @@ class Protocol(NamedTuple):
         return robot.forward_kinematics(random_positions(robot, n, seed))
 
     def start(self, robot: Robot) -> Array | None:
-        """Where the search is told to start, or None."""
+        """The q that the search starts from [rad or m], shape (n_dof,), or None."""
         return middle(robot) if self.from_middle else None
 
 
@@ -79,7 +79,7 @@ PROTOCOLS = {
 
 
 def pose_errors(T: Array, targets: Array) -> Array:
-    """What is left to the targets, shape (n, 6): the position [m] and the rotation vector [rad], in the axes of T.
+    """Errors of poses T to targets, both (n, 4, 4): position [m] and rotation vector [rad] in the axes of T, shape (n, 6).
 
     In these axes TRAC-IK compares each component with its tolerance; for lengths the axes do not matter.
     """
@@ -88,11 +88,13 @@ def pose_errors(T: Array, targets: Array) -> Array:
     sine = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1) / 2
     size = np.linalg.norm(sine, axis=1, keepdims=True)
     angle = np.arctan2(size[:, 0], (np.trace(R, axis1=1, axis2=2) - 1) / 2)[:, None]
-    axis = np.where(size > 0, sine, [1.0, 0.0, 0.0]) / np.where(size > 0, size, 1.0)  # any will do for none, and for a half turn
+    axis = np.where(size > 0, sine, [1.0, 0.0, 0.0]) / np.where(
+        size > 0, size, 1.0
+    )  # any axis, if there is no rotation or half a turn
     way = (back @ (targets[:, :3, 3] - T[:, :3, 3])[:, :, None])[:, :, 0]
     return np.concatenate([way, axis * angle], axis=1)
 
 
 def within_limits(robot: Robot, q: Array) -> NDArray[np.bool_]:
-    """Which rows of q keep all limits."""
+    """Which rows of q, shape (n, n_dof), are within all limits, shape (n,)."""
     return np.all((q >= robot.lower - _LIMIT_SLACK) & (q <= robot.upper + _LIMIT_SLACK), axis=1)

@@ -1,4 +1,4 @@
-"""All figures of one run: machine facts, and a list of rows for each subject."""
+"""Measures what is asked for: facts of the machine, and a list of rows for each subject. Used by ``ulna bench``."""
 
 from collections.abc import Sequence
 
@@ -16,20 +16,24 @@ from ulna.robot import Robot
 
 Rows = list[dict[str, object]]
 SUBJECTS = (*WORKLOADS, "load")
-_UNREACHABLE_SHARE = 10  # each spends the whole budget, so a tenth of the targets will do
+_UNREACHABLE_SHARE = 10  # each uses the whole budget of steps, so a tenth of the targets is enough
 
 
 def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str, object]:
-    """Measure what is asked for: ``machine``, and for each subject its tables of rows.
+    """Facts of the ``machine``, and for each subject its lists of rows.
 
     Args:
         subjects: Some of SUBJECTS; all if there are none.
         robots: Short names of ``arms``, or what ``ulna.load`` takes.
         n: Targets of each protocol of inverse kinematics.
+
+    Raises:
+        InputError: A subject is unknown.
+        UlnaError: A robot cannot be loaded.
     """
     for subject in subjects:
         if subject not in SUBJECTS:
-            raise InputError("subject", f"{subject!r} is none{did_you_mean(subject, SUBJECTS)}")
+            raise InputError("subject", f"{subject!r} is not one{did_you_mean(subject, SUBJECTS)}")
     arms = {name: load_arm(name) for name in robots}
     data: dict[str, object] = {"machine": machine_facts()}
     left_out: Rows = []
@@ -45,19 +49,19 @@ def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str,
 
 
 def work_rows(subject: str, name: str, robot: Robot, n: int, left_out: Rows) -> Rows:
-    """The works of a subject, interleaved; or none, and why not in ``left_out``."""
+    """The workloads of a subject, interleaved. What cannot be measured is a row in ``left_out``, with the reason."""
     try:
-        works = WORKLOADS[subject](robot, n if subject == "ik" else BATCH)
-        for work in works.values():
-            work.function(work.inputs[0])
+        workloads = WORKLOADS[subject](robot, n if subject == "ik" else BATCH)
+        for workload in workloads.values():
+            workload.function(workload.inputs[0])
     except GeometryError as error:
         left_out.append({"robot": name, "subject": subject, "why": str(error)})
         return []
-    return timed_rows(name, works)
+    return timed_rows(name, workloads)
 
 
 def protocol_rows(name: str, robot: Robot, n: int, left_out: Rows) -> Rows:
-    """Ulna under every protocol. Its answers are judged by its own forward kinematics."""
+    """Ulna under every protocol, judged by its own forward kinematics."""
     rows = []
     for protocol, asked in PROTOCOLS.items():
         if not asked.reachable and not np.isfinite(longest_reach(robot)):
@@ -69,6 +73,6 @@ def protocol_rows(name: str, robot: Robot, n: int, left_out: Rows) -> Rows:
 
 
 def tracking_rows(name: str, robot: Robot, n: int) -> Rows:
-    """Ulna along a path of ten times as many poses as a protocol has targets."""
+    """Ulna along a path, of ten times as many poses as a protocol has targets."""
     solver = ulna_solver(robot, PROTOCOLS["reachable"])
     return [{**follow_path(solver, robot, 10 * n, robot.forward_kinematics), "robot": name, "step_bound": STEP_BOUND}]

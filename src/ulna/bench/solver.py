@@ -1,4 +1,4 @@
-"""A solver of inverse kinematics under a protocol, or along a path: how many targets it solves, and how long each call takes."""
+"""Measures a solver of inverse kinematics: how many targets it solves, and how long each call takes. Used by ``report``."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -13,23 +13,23 @@ from ulna.robot import Robot
 
 Array = NDArray[np.float64]
 Forward = Callable[[Array], Array]
-STEP_BOUND = 0.1  # rad or m, from one pose of a path to the next: a branch that flips is further away
+STEP_BOUND = 0.1  # rad or m, from one pose of a path to the next; another branch is further away
 
 
 class Solver(NamedTuple):
-    """What solves: ``solve(prepare(T), start)`` with start a q or None; ``answer`` takes the q from what that returns, or None.
+    """A solver: ``solve(prepare(T), start)``, where start is a q or None; ``q_of`` takes q from its result, None if not solved.
 
     Only ``solve`` is timed.
     """
 
     name: str
     solve: Callable
-    answer: Callable
+    q_of: Callable
     prepare: Callable = lambda T: T
 
 
 def ulna_solver(robot: Robot, protocol: Protocol) -> Solver:
-    """Ulna itself, one whole call for a target."""
+    """Ulna: one public call for each target."""
     position, rotation = protocol.tolerances
 
     def solve(T, start):
@@ -41,7 +41,7 @@ def ulna_solver(robot: Robot, protocol: Protocol) -> Solver:
 
 
 def run_protocol(solver: Solver, robot: Robot, name: str, n: int, forward: Forward, passes: int = 3) -> dict[str, object]:
-    """A row of the table: what the solver says of n targets, what ``forward`` (q to T) says of its answers, and its times."""
+    """A row of the table: of n targets those that the solver reports solved and ``forward`` (q to T) confirms, and times."""
     protocol = PROTOCOLS[name]
     targets, start = protocol.targets(robot, n), protocol.start(robot)
     claimed, good = judge(solver, robot, protocol, targets, forward)
@@ -50,7 +50,7 @@ def run_protocol(solver: Solver, robot: Robot, name: str, n: int, forward: Forwa
 
 
 def solver_figures(claimed: NDArray[np.bool_], good: NDArray[np.bool_], times_ns: Array) -> dict[str, float]:
-    """What is told of a solver: of n targets each, what it said, whether it was so, and the times of its calls [ns]."""
+    """Figures of a solver: whether it claimed each target, whether that was right, and the times of its calls [ns]."""
     return {
         "targets": len(good),
         "solved_percent": 100.0 * float(good.mean()),
@@ -64,28 +64,28 @@ def solver_figures(claimed: NDArray[np.bool_], good: NDArray[np.bool_], times_ns
 def judge(
     solver: Solver, robot: Robot, protocol: Protocol, targets: Array, forward: Forward
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """For each target whether the solver says that it is solved, and whether it is."""
+    """For each target whether the solver reports it solved, and whether it is: two arrays of shape (n,)."""
     start = protocol.start(robot)
-    answers = [solver.answer(solver.solve(solver.prepare(T), start)) for T in targets]
-    claimed = np.array([q is not None for q in answers])
-    q = np.array([robot.home if q is None else q for q in answers])
+    found = [solver.q_of(solver.solve(solver.prepare(T), start)) for T in targets]
+    claimed = np.array([q is not None for q in found])
+    q = np.array([robot.home if q is None else q for q in found])
     reached = protocol.reached(pose_errors(forward(q), targets))
     return claimed, claimed & reached & within_limits(robot, q)
 
 
 def follow_path(solver: Solver, robot: Robot, n: int, forward: Forward) -> dict[str, object]:
-    """A row of the table of tracking: n poses of a smooth path, each search started at the answer before."""
+    """A row of the table of tracking: n poses of a smooth path, each search started from the solution before."""
     path = path_positions(robot, n, seed=1)
     targets, q = robot.forward_kinematics(path), path[0]
-    answers = np.empty_like(path)
+    found = np.empty_like(path)
     lost = 0
     for k, T in enumerate(targets):
-        answer = solver.answer(solver.solve(solver.prepare(T), q))
-        lost += answer is None
-        answers[k] = q = q if answer is None else answer
-    steps = np.abs(np.diff(answers, axis=0)).max(axis=1)
-    reached = PROTOCOLS["reachable"].reached(pose_errors(forward(answers), targets)) & within_limits(robot, answers)
-    times = time_each(solver.solve, list(zip(map(solver.prepare, targets[1:]), answers[:-1], strict=True))) / 1e3
+        solution = solver.q_of(solver.solve(solver.prepare(T), q))
+        lost += solution is None
+        found[k] = q = q if solution is None else solution
+    steps = np.abs(np.diff(found, axis=0)).max(axis=1)
+    reached = PROTOCOLS["reachable"].reached(pose_errors(forward(found), targets)) & within_limits(robot, found)
+    times = time_each(solver.solve, list(zip(map(solver.prepare, targets[1:]), found[:-1], strict=True))) / 1e3
     return {
         "robot": robot.name,
         "solver": solver.name,

@@ -1,4 +1,4 @@
-"""Poses to reach: within reach of a known configuration, along a smooth path, and out of reach for certain."""
+"""Makes targets: poses of random configurations, poses of a smooth path, and poses beyond reach. Used by ``protocol``."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,12 @@ def middle(robot: Robot) -> Array:
 
 
 def random_positions(robot: Robot, n: int, seed: int) -> Array:
-    """Configurations drawn evenly within the usual range, shape (n, n_dof): those of a reachable target's q."""
+    """Configurations drawn uniformly from the usual range [rad or m], shape (n, n_dof); their poses are reachable targets."""
     return sample.random_positions(robot.tree, n, seed)
 
 
 def path_positions(robot: Robot, n: int, seed: int) -> Array:
-    """A smooth path about the middle of the range, shape (n, n_dof): every joint swings at a pace and from a phase of its own."""
+    """A smooth path about the middle of the range [rad or m], shape (n, n_dof): sines of random period and phase."""
     lower, upper = sample.usual_range(robot.lower, robot.upper)
     rng = np.random.default_rng(seed)
     waves, phases = rng.uniform(1.0, _WAVES, robot.n_dof), rng.uniform(0.0, 2 * np.pi, robot.n_dof)
@@ -33,7 +33,7 @@ def path_positions(robot: Robot, n: int, seed: int) -> Array:
 
 
 def longest_reach(robot: Robot) -> float:
-    """No configuration brings the tip further from the base than this [m]: the offsets of the chain laid end to end."""
+    """An upper bound on the distance of the tip from the base [m]: the sum of the lengths of the chain."""
     chain = robot.tree.chain(str(robot.tip))
     slides = chain[chain[:, KIND] == PRISMATIC]
     ends = robot.tree.limits[:, slides[:, COLUMN].astype(int)] * slides[:, RATIO] + slides[:, OFFSET]

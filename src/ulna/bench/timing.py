@@ -1,9 +1,9 @@
-"""How long a call takes: whole passes over many inputs, interleaved (A B A B ...), and medians.
+"""Times calls: whole passes over many inputs, interleaved (A B A B ...), and medians. Used by ``workloads`` and ``solver``.
 
-A pass calls a function once for each of its inputs, so that no call meets only what the one before left in the caches. What the
-loop itself costs, measured the same way with a body that does nothing, is taken off. The first pass of each function warms it up
-(compiles it, if need be) and is not counted. A pass is best kept under a millisecond or two: on a busy machine a longer one is
-interrupted by other work, and its time is no longer that of the call.
+A pass calls a function once for each of its inputs, so that no call finds only what the one before left in the caches. The cost
+of the loop, measured the same way with an empty body, is subtracted. The first pass of each function warms it up (compiles it, if
+needed) and is not counted. A pass is best kept under a millisecond or two: on a busy machine a longer one is interrupted by other
+work, and its time is no longer that of the call.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -33,42 +33,36 @@ class Timing:
     passes: NDArray[np.float64]
 
 
-def time_interleaved(works: Mapping[str, Workload], passes: int = 21) -> dict[str, Timing]:
-    """The time of one problem of each work, the works taking turns.
+def time_interleaved(workloads: Mapping[str, Workload], passes: int = 21) -> dict[str, Timing]:
+    """The time of one problem of each workload; the workloads take turns, pass by pass.
 
     Example:
-        >>> slow, quick = Work(lambda n: sum(range(n)), [4000] * 9), Work(lambda n: None, [4000] * 9)
+        >>> slow, quick = Workload(lambda n: sum(range(n)), [4000] * 9), Workload(lambda n: None, [4000] * 9)
         >>> timings = time_interleaved({"slow": slow, "quick": quick}, passes=5)
         >>> timings["slow"].median > timings["quick"].median
         True
     """
-    for work in works.values():
-        one_pass(work)
-    times = np.array([[one_pass(work) for work in works.values()] for _ in range(passes)])
-    return {name: _timing(times[:, k]) for k, name in enumerate(works)}
+    for workload in workloads.values():
+        one_pass(workload)
+    times = np.array([[one_pass(workload) for workload in workloads.values()] for _ in range(passes)])
+    return {name: _timing(times[:, k]) for k, name in enumerate(workloads)}
 
 
-def one_pass(work: Workload) -> float:
-    """The time of one problem [ns], the mean over a pass, less what the loop costs."""
-    function = work.function
+def one_pass(workload: Workload) -> float:
+    """The time of one problem [ns]: the mean over a pass, less the cost of the loop."""
+    function = workload.function
     start = perf_counter_ns()
-    for argument in work.inputs:
+    for argument in workload.inputs:
         function(argument)
     between = perf_counter_ns()
-    for argument in work.inputs:  # noqa: B007 -- the loop alone is timed
+    for argument in workload.inputs:  # noqa: B007 -- the loop alone is timed
         pass
     end = perf_counter_ns()
-    return max(0.0, float((between - start) - (end - between))) / (len(work.inputs) * work.problems)
-
-
-def ratio(timing: Timing, yardstick: Timing) -> tuple[float, float, float]:
-    """Quartiles of how many times as long as the yardstick: pass by pass, so that what slows both cancels."""
-    lower, median, upper = np.percentile(timing.passes / yardstick.passes, (25, 50, 75))
-    return float(lower), float(median), float(upper)
+    return max(0.0, float((between - start) - (end - between))) / (len(workload.inputs) * workload.problems)
 
 
 def time_each(function: Callable, inputs: Sequence[tuple], passes: int = 3) -> NDArray[np.float64]:
-    """The time of ``function(*inputs[k])`` for each k [ns]: the median over the passes, less what reading the clock costs."""
+    """The time of ``function(*inputs[k])`` for each k [ns]: the median over the passes, less the cost of reading the clock."""
     function(*inputs[0])
     times = np.empty((passes, len(inputs)))
     for row in times:
@@ -80,7 +74,7 @@ def time_each(function: Callable, inputs: Sequence[tuple], passes: int = 3) -> N
 
 
 def _clock_cost() -> float:
-    """What stands between two readings of the clock with nothing in between [ns]."""
+    """The time between two readings of the clock, one right after the other [ns]."""
     return float(np.median([-(perf_counter_ns() - perf_counter_ns()) for _ in range(1000)]))
 
 

@@ -1,4 +1,4 @@
-"""What of Ulna is timed: one call and a batch of each kind of question."""
+"""Makes what is timed: one call and a batch of each kind of query. Used by ``report`` and ``benchmarks.guard``."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,12 +7,13 @@ from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.targets import random_positions
 from ulna.bench.timing import Timing, Workload, time_interleaved
 from ulna.collision.world import World
-from ulna.demo.scenario import BOX, BOX_NAME, BOX_START
 from ulna.description.pose import pose
+from ulna.description.shapes import Box
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
-ONE, BATCH = 64, 8192  # calls of a pass that asks for one, and rows of the batch
+ONE, BATCH = 64, 8192  # calls of a pass of single calls, and rows of the batch
+OBSTACLE, OBSTACLE_POSITION = Box((0.15, 0.09, 0.126)), (0.5, 0.0, 0.21)  # free of most arms at home, touched in some of a batch
 
 
 def forward_workloads(robot: Robot, n: int) -> dict[str, Workload]:
@@ -45,17 +46,14 @@ def ik_workloads(robot: Robot, n: int) -> dict[str, Workload]:
 
 
 def collision_workloads(robot: Robot, n: int) -> dict[str, Workload]:
-    """The robot's boxes against the demo's box."""
+    """The robot against itself and a box, with ``in_collision`` and ``check_collision``."""
     world = World()
-    world.add(BOX_NAME, BOX, pose(BOX_START))
+    world.add("box", OBSTACLE, pose(OBSTACLE_POSITION))
     q, batch = random_positions(robot, ONE, 0), random_positions(robot, n, 1)
 
-    def asked(q):
-        return robot.in_collision(q, world)
-
     return {
-        "in_collision, one": Workload(asked, list(q)),
-        f"in_collision, {n}": Workload(asked, [batch], n),
+        "in_collision, one": Workload(lambda q: robot.in_collision(q, world), list(q)),
+        f"in_collision, {n}": Workload(lambda q: robot.in_collision(q, world), [batch], n),
         "check_collision, one": Workload(lambda q: robot.check_collision(q, world), list(q)),
     }
 
@@ -63,9 +61,9 @@ def collision_workloads(robot: Robot, n: int) -> dict[str, Workload]:
 WORKLOADS = {"fk": forward_workloads, "jacobian": jacobian_workloads, "ik": ik_workloads, "collision": collision_workloads}
 
 
-def timed_rows(name: str, works: dict[str, Workload], passes: int = 41) -> list[dict[str, object]]:
-    """Rows of the table: the works of a robot called ``name``, interleaved."""
-    return [{"robot": name, "work": work, **_figures(timing)} for work, timing in time_interleaved(works, passes).items()]
+def timed_rows(name: str, workloads: dict[str, Workload], passes: int = 41) -> list[dict[str, object]]:
+    """Rows of the table: the workloads of a robot called ``name``, interleaved."""
+    return [{"robot": name, "work": work, **_figures(timing)} for work, timing in time_interleaved(workloads, passes).items()]
 
 
 def _figures(timing: Timing) -> dict[str, float]:

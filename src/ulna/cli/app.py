@@ -1,7 +1,7 @@
-"""The command ``ulna``: the subcommands of ``ulna.cli``, in the order of its help.
+"""``ulna``: builds the command line from one file a command, and from what packages add. Used by the script ``ulna``.
 
-Exit status: 0 done; 1 the answer is no (not solved, collision, a check that failed); 2 the question is wrong; 130 Ctrl-C; 141
-nobody reads the output any more. Errors are one line on standard error.
+Exit status: 0 done; 1 not solved, a collision, or a check that failed; 2 a wrong argument or file; 130 Ctrl-C; 141 the reader of
+the output has closed its pipe. Errors are one line on standard error.
 """
 
 import io
@@ -12,37 +12,35 @@ from typing import Annotated
 import typer
 from typer.core import TyperGroup
 
-import ulna
+from ulna import __version__
 from ulna.cli.bench import BENCH_KEYS, bench
-from ulna.cli.check import REPORT_KEYS, check
-from ulna.cli.compare import COMPARISON_KEYS, compare
+from ulna.cli.check import CHECK_KEYS, check
+from ulna.cli.compare import COMPARE_KEYS, compare
 from ulna.cli.dh import DH_KEYS, dh
-from ulna.cli.fk import POSE_KEYS, fk
+from ulna.cli.fk import FK_KEYS, fk
 from ulna.cli.ik import IK_KEYS, ik
 from ulna.cli.info import INFO_KEYS, info
-from ulna.cli.inspect import INSPECTION_KEYS, inspect
+from ulna.cli.inspect import INSPECT_KEYS, inspect
 from ulna.cli.jacobian import JACOBIAN_KEYS, jacobian
+from ulna.cli.plugins import COMMANDS, load_plugins
 from ulna.cli.record import record
 from ulna.cli.urdf import urdf
 from ulna.cli.view import view
 from ulna.cli.warmup import WARMUP_KEYS, warmup
-from ulna.demo.command import CHECKS_KEYS, demo
-from ulna.demo.ros.command import ros1, ros2
 from ulna.errors import UlnaError
 
-# Each subcommand, with what its JSON means.
+# Each command with the meaning of its JSON, in the order of the help.
 _COMMANDS = (
     (info, INFO_KEYS),
-    (fk, POSE_KEYS),
+    (fk, FK_KEYS),
     (jacobian, JACOBIAN_KEYS),
     (ik, IK_KEYS),
-    (check, REPORT_KEYS),
+    (check, CHECK_KEYS),
     (dh, DH_KEYS),
-    (compare, COMPARISON_KEYS),
-    (inspect, INSPECTION_KEYS),
+    (compare, COMPARE_KEYS),
+    (inspect, INSPECT_KEYS),
     (urdf, None),
     (view, None),
-    (demo, CHECKS_KEYS),
     (record, None),
     (bench, BENCH_KEYS),
     (warmup, WARMUP_KEYS),
@@ -50,15 +48,27 @@ _COMMANDS = (
 
 
 class _Commands(TyperGroup):
-    """The subcommands, with errors of the library as one line and a closed pipe as the quiet end."""
+    """The commands. An error of the library is one line, and a closed pipe ends them without a word."""
+
+    def list_commands(self, ctx):
+        """The commands in the order of the help: those that packages add come after ``view``, their groups last."""
+        own = [command.__name__ for command, _ in _COMMANDS]
+        places = {name: k for k, name in enumerate(own)}
+
+        def place(name: str) -> float:
+            is_group = isinstance(self.commands[name], TyperGroup)
+            return places.get(name, len(own) if is_group else places["view"] + 0.5)
+
+        return sorted(super().list_commands(ctx), key=place)
 
     def invoke(self, ctx):
+        """Run a command."""
         try:
             return super().invoke(ctx)
         except UlnaError as error:
             typer.echo(f"ulna: {' '.join(str(error).split())}", err=True)
             raise typer.Exit(2) from None
-        except OSError as error:  # of the output: files that cannot be read are an UlnaError
+        except OSError as error:  # of the output: a file that cannot be read is an UlnaError
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more as it ends
             if isinstance(error, BrokenPipeError):
                 raise typer.Exit(141) from None
@@ -75,13 +85,13 @@ app = typer.Typer(
 )
 
 
-def _version(value: bool) -> None:  # noqa: FBT001 -- typer calls it so
+def _print_version(value: bool) -> None:  # noqa: FBT001 -- typer calls it so
     if value:
-        typer.echo(f"ulna {ulna.__version__}")
+        typer.echo(f"ulna {__version__}")
         raise typer.Exit
 
 
-Version = Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="The version.")]
+Version = Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="The version.")]
 
 
 @app.callback()
@@ -92,10 +102,10 @@ def main(*, version: Version = False) -> None:  # noqa: ARG001 -- its callback h
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # a name that the terminal cannot write is no reason to fail
+            stream.reconfigure(errors="backslashreplace")  # a name that the terminal's encoding does not have is escaped
 
 
 for command, keys in _COMMANDS:
     app.command(epilog=keys and f"JSON: {keys}")(command)
-app.add_typer(ros1, name="ros1")
-app.add_typer(ros2, name="ros2")
+for commands in load_plugins(COMMANDS):
+    app.add_typer(commands)

@@ -1,4 +1,4 @@
-"""``ulna bench``: how fast it is on this machine."""
+"""``ulna bench``: how fast Ulna is on this machine."""
 
 from collections.abc import Iterator
 from typing import Annotated
@@ -13,39 +13,36 @@ from ulna.bench.report import SUBJECTS, measure
 from ulna.cli.options import Json
 from ulna.cli.output import make_table, show
 
+Subjects = Annotated[
+    list[str] | None, typer.Argument(metavar="SUBJECT...", help=f"{', '.join(SUBJECTS)}; all of them unless given.")
+]
+Robots = Annotated[list[str] | None, typer.Option(metavar="ROBOT", help=f"{', '.join(NAMES)}, or a file; repeatable.")]
+Targets = Annotated[int, typer.Option("--n", min=1, help="Targets of each protocol of inverse kinematics.")]
+
 BENCH_KEYS = (
     "machine; fk, jacobian, ik, collision: robot, work, median_ns, lower_ns and upper_ns (quartiles) of one problem, per_second; "
     "protocols; tracking; first_use; memory; size; left_out: what was not measured, and why. Each is a list of rows."
 )
 
 
-def bench(
-    subjects: Annotated[
-        list[str] | None, typer.Argument(metavar="SUBJECT...", help=f"{', '.join(SUBJECTS)}; all of them unless given.")
-    ] = None,
-    *,
-    robot: Annotated[list[str] | None, typer.Option(metavar="ROBOT", help=f"{', '.join(NAMES)}, or a file; repeatable.")] = None,
-    n: Annotated[int, typer.Option("--n", min=1, help="Targets of each protocol of inverse kinematics.")] = 1000,
-    as_json: Json = False,
-) -> None:
+def bench(subjects: Subjects = None, *, robot: Robots = None, n: Targets = 1000, as_json: Json = False) -> None:
     """Time Ulna on this machine: medians and quartiles of one call and of a batch, and the rates at which targets are solved.
 
-    As in: ulna bench ik --robot ur5 --robot jaco2 --n 10000. The protocols are told in docs/performance.md.
+    As in: ulna bench ik --robot ur5 --robot jaco2 --n 10000. The protocols are described in docs/performance.md.
     """
-    data = measure(subjects or (), robot or ("panda",), n)
-    show(data, None if as_json else bench_view)
+    show(measure(subjects or (), robot or ("panda",), n), bench_table, as_json=as_json)
 
 
-def bench_view(data) -> Iterator[RenderableType]:
+def bench_table(data) -> Iterator[RenderableType]:
     """The machine, and a table for each list of rows: its keys are the columns."""
     yield Text(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in data["machine"].items()))
     for title, rows in data.items():
         if title != "machine" and rows:
             yield Text(title.replace("_", " "), "bold")
-            yield _measured(rows)
+            yield _table_of(rows)
 
 
-def _measured(rows) -> Table:
+def _table_of(rows) -> Table:
     names = [key for key, value in rows[0].items() if isinstance(value, str)]
     table = make_table([_header(key) for key in names], [_header(key) for key in rows[0] if key not in names], [])
     for row in rows:
@@ -58,5 +55,5 @@ def _header(key: str) -> str:
 
 
 def _figure(value: float) -> str:
-    """Four digits, or all of a whole number."""
+    """A number with four digits, or with all of them if it is whole or large."""
     return f"{value:,}" if isinstance(value, int) else f"{value:,.0f}" if value >= 1000 else f"{value:.4g}"

@@ -1,4 +1,4 @@
-"""``ulna check``: whether a robot touches boxes or itself."""
+"""``ulna check``: whether a robot touches obstacles or itself."""
 
 from collections.abc import Iterator
 from dataclasses import fields
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
-import ulna
 from ulna.cli.data import Q_KEYS, Data, data_of_q
 from ulna.cli.numbers import BOX, numbers
 from ulna.cli.options import (
@@ -23,41 +22,40 @@ from ulna.cli.options import (
     Scene,
     XacroArgs,
     load_robot,
-    load_scene,
     positions,
+    world_of,
 )
 from ulna.cli.output import make_table, number, show, title
 from ulna.collision.report import Report
+from ulna.description.pose import pose
+from ulna.description.shapes import Box
 from ulna.robot import Robot
 
-REPORT_KEYS = (
+Boxes = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NUMBERS", help='A box: "x, y, z, roll, pitch, yaw, length, width, height"; repeatable: box 1, box 2 ...'
+    ),
+]
+SelfCollision = Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")]
+Within = Annotated[float, typer.Option(min=0, metavar="METRES", help="Show pairs that are free but nearer than this too.")]
+
+CHECK_KEYS = (
     f"{Q_KEYS}; in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
     "robot; pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
     "witness_a and witness_b: the nearest points, normal from a to b."
 )
 
 
-def report_data(robot: Robot, q: NDArray[np.float64], report: Report, distance: float) -> Data:
-    """What a collision check found, and the least distance; see ``REPORT_KEYS``."""
-    pairs = [{field.name: getattr(pair, field.name) for field in fields(pair)} for pair in report.pairs]
-    verdict = {"in_collision": report.in_collision, "signed_distance": distance, "touching": report.touching}
-    return {**data_of_q(robot, q), **verdict, "pairs": pairs}
-
-
 def check(
     robot: RobotName = "panda",
     *,
-    box: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NUMBERS", help='A box: "x, y, z, roll, pitch, yaw, length, width, height"; repeatable: box 1, box 2 ...'
-        ),
-    ] = None,
+    box: Boxes = None,
     scene: Scene = None,
     q: Positions = None,
-    itself: Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")] = True,
+    itself: SelfCollision = True,
     hulls: Hulls = False,
-    within: Annotated[float, typer.Option(min=0, metavar="METRES", help="Show pairs too that are so near.")] = 0.0,
+    within: Within = 0.0,
     degrees: Degrees = False,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
@@ -71,19 +69,30 @@ def check(
     arm = load_robot(robot, xacro_arg, package_dir)
     if hulls:
         arm = arm.with_convex_hulls()
-    world = load_scene(scene)
+    world = world_of(scene)
     for k, text in enumerate(box or (), start=1):
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
-        world.add(f"box {k}", ulna.Box((length, width, height)), ulna.pose(place[:3], place[3:]))
+        world.add(f"box {k}", Box((length, width, height)), pose(place[:3], place[3:]))
     at = positions("--q", q, arm, degrees=degrees)
     report = arm.check_collision(at, world, itself, max_distance=within)
     distance = arm.signed_distance(at, world, itself)
-    show(report_data(arm, at, report, distance), None if as_json else report_view)
+    show(check_data(arm, at, report, distance), check_table, as_json=as_json)
     raise typer.Exit(1 if report.in_collision else 0)
 
 
-def report_view(data) -> Iterator[RenderableType]:
-    """The verdict, the pairs, deepest first, and the least distance."""
+def check_data(robot: Robot, q: NDArray[np.float64], report: Report, distance: float) -> Data:
+    """The report of a collision check at q, shape (n_dof,), and the least distance [m]; see ``CHECK_KEYS``."""
+    return {
+        **data_of_q(robot, q),
+        "in_collision": report.in_collision,
+        "signed_distance": distance,
+        "touching": report.touching,
+        "pairs": [{field.name: getattr(pair, field.name) for field in fields(pair)} for pair in report.pairs],
+    }
+
+
+def check_table(data) -> Iterator[RenderableType]:
+    """The pairs, deepest first, the least distance, and "collision" or "free"."""
     yield title(data, "collision check")
     if data["pairs"]:
         table = make_table(["robot", "link", "other"], ["apart [mm]"], ["normal", "at [m]"])

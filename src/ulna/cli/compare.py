@@ -8,21 +8,58 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-import ulna
 from ulna.cli.data import Data
 from ulna.cli.options import Json, PackageDirs, load_robot
-from ulna.cli.output import make_table, show
+from ulna.cli.output import count_of, make_table, show
+from ulna.comparison.compare import compare as compare_robots
 from ulna.comparison.result import KINDS, Comparison
 
-COMPARISON_KEYS = (
+First = Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf or .xacro file.")]
+Second = Annotated[str, typer.Argument(metavar="B", help="Another one.")]
+Ignored = Annotated[
+    list[str] | None, typer.Option(metavar="KIND", help=f"Differences that do not count; repeatable: {', '.join(KINDS)}.")
+]
+Metres = Annotated[float, typer.Option(metavar="M", help="Distances up to this do not count.")]
+Radians = Annotated[float, typer.Option(metavar="RAD", help="Angles up to this do not count.")]
+OfLimits = Annotated[float, typer.Option(metavar="NUMBER", help="Differences of limits up to this do not count.")]
+
+COMPARE_KEYS = (
     "same; name_a; name_b; matched_by: name or order; differences: kind, where, a, b (in words); max_position_difference; "
     "max_rotation_difference; poses: link_a, link_b, and the largest position and rotation between them; frame_a and frame_b: "
     "the links in which poses are taken; n_configurations; tolerances."
 )
 
 
-def comparison_data(comparison: Comparison) -> Data:
-    """The differences; see ``COMPARISON_KEYS``."""
+def compare(
+    a: First,
+    b: Second,
+    *,
+    ignore: Ignored = None,
+    position: Metres = 1e-6,
+    rotation: Radians = 1e-6,
+    limit: OfLimits = 1e-6,
+    package_dir: PackageDirs = None,
+    as_json: Json = False,
+) -> None:
+    """How two descriptions of one robot differ: names, types, limits, axes, shapes, and the poses of the links.
+
+    As in: ulna compare panda my_panda.urdf --ignore visual --ignore collision.
+    Exit status 0 if nothing differs, 1 if something does, 2 if one of them cannot be read.
+    """
+    comparison = compare_robots(
+        load_robot(a, None, package_dir),
+        load_robot(b, None, package_dir),
+        ignore=ignore or (),
+        position_tolerance=position,
+        rotation_tolerance=rotation,
+        limit_tolerance=limit,
+    )
+    show(compare_data(comparison), compare_table, as_json=as_json)
+    raise typer.Exit(0 if comparison.same else 1)
+
+
+def compare_data(comparison: Comparison) -> Data:
+    """The differences; see ``COMPARE_KEYS``."""
     return {
         "same": comparison.same,
         "max_position_difference": comparison.max_position_difference,
@@ -31,8 +68,8 @@ def comparison_data(comparison: Comparison) -> Data:
     }
 
 
-def comparison_view(data) -> Iterator[RenderableType]:
-    """The differences one by one, how far the links are apart, and the verdict."""
+def compare_table(data) -> Iterator[RenderableType]:
+    """The differences one by one, the largest distance between links, and whether the two are the same."""
     by_order = "; names differ, so joints are matched by their order" if data["matched_by"] == "order" else ""
     yield Text.assemble((f"a: {data['name_a']}, b: {data['name_b']}", "bold"), by_order)
     if data["differences"]:
@@ -41,46 +78,14 @@ def comparison_view(data) -> Iterator[RenderableType]:
         for difference in data["differences"]:
             table.add_row(*(difference[key] for key in ("kind", "where", "a", "b")))
         yield table
-    yield _farthest(data)
-    count = len(data["differences"])
-    words = f"{count} difference{'s' * (count != 1)}"
-    yield Text("the same", "bold green") if data["same"] else Text(words, "bold red")
+    yield _largest_difference(data)
+    yield Text("the same", "bold green") if data["same"] else Text(count_of(len(data["differences"]), "difference"), "bold red")
 
 
-def _farthest(data) -> str:
+def _largest_difference(data) -> str:
     if not data["poses"]:
-        return "no links stand for each other"
+        return "no link of one is matched with a link of the other"
     farthest = max(data["poses"], key=lambda pose: (pose["position"], pose["rotation"]))
     where = f" ({farthest['link_a']})" if farthest["position"] > 0 else ""
     apart = f"{data['max_position_difference']:.3g} m{where}, {data['max_rotation_difference']:.3g} rad"
     return f"largest pose difference of {len(data['poses'])} links, in {data['frame_a']}: {apart}"
-
-
-def compare(
-    a: Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf or .xacro file.")],
-    b: Annotated[str, typer.Argument(metavar="B", help="Another one.")],
-    *,
-    ignore: Annotated[
-        list[str] | None, typer.Option(metavar="KIND", help=f"Differences that do not count; repeatable: {', '.join(KINDS)}.")
-    ] = None,
-    position: Annotated[float, typer.Option(metavar="M", help="Distances that count as none.")] = 1e-6,
-    rotation: Annotated[float, typer.Option(metavar="RAD", help="Angles that count as none.")] = 1e-6,
-    limit: Annotated[float, typer.Option(metavar="NUMBER", help="Differences of limits that count as none.")] = 1e-6,
-    package_dir: PackageDirs = None,
-    as_json: Json = False,
-) -> None:
-    """How two descriptions of one robot differ: names, types, limits, axes, shapes, and where the links stand.
-
-    As in: ulna compare panda my_panda.urdf --ignore visual --ignore collision.
-    Exit status 0 if nothing differs, 1 if something does, 2 if one of them cannot be read.
-    """
-    comparison = ulna.compare(
-        load_robot(a, None, package_dir),
-        load_robot(b, None, package_dir),
-        ignore=ignore or (),
-        position_tolerance=position,
-        rotation_tolerance=rotation,
-        limit_tolerance=limit,
-    )
-    show(comparison_data(comparison), None if as_json else comparison_view)
-    raise typer.Exit(0 if comparison.same else 1)

@@ -1,4 +1,4 @@
-"""Results as plain data, which JSON can hold. Used by every command."""
+"""Turns results into plain data, which JSON can hold. Used by every command."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,10 +7,11 @@ from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
 Data = dict[str, object]
+Q_KEYS = "robot; q; outside_limits: joints of q beyond their limits"
 
 
 def plain(value):
-    """Dictionaries, lists, strings and numbers as JSON has them; what is infinite becomes None."""
+    """A value as dictionaries, lists, strings and numbers; NaN and infinity, which JSON has not, become None."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -20,11 +21,8 @@ def plain(value):
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-Q_KEYS = "robot; q; outside_limits: joints of q beyond their limits"
-
-
 def data_of_q(robot: Robot, q: NDArray[np.float64]) -> Data:
-    """The robot, q, and the joints beyond their limits."""
+    """The robot's name, q, shape (n_dof,), and the joints beyond their limits; see ``Q_KEYS``."""
     outside = (q < robot.lower) | (q > robot.upper)
     names = [entry.name for entry, out in zip(coordinates_of(robot), outside, strict=True) if out]
     return {"robot": robot.name, "q": q, "outside_limits": names}

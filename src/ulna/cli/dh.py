@@ -14,26 +14,51 @@ from ulna.cli.options import Json, Link, PackageDirs, RobotName, XacroArgs, load
 from ulna.cli.output import make_table, show
 from ulna.dh.table import PARALLEL, ROW_PRODUCTS, DHTable, mimic_words, pose_words, proof_words, row_words
 
+Convention = Annotated[str, typer.Option(metavar="NAME", help="modified (Craig) or standard.")]
+ParallelTolerance = Annotated[float, typer.Option(metavar="RAD", help="Axes within this angle count as parallel.")]
+
 DH_KEYS = (
     "robot; base; tip; convention: modified or standard; rows: one for each moving joint, with joint, type, a, d, alpha, "
     "theta_offset, mimic (joint of another row, multiplier, offset, or null); T_base_0 and T_n_tip: 4x4; proof: "
     "max_position_difference, max_rotation_difference, n_configurations; notes."
 )
+_NUMBERS = ("a", "d", "alpha", "theta_offset")
+
+
+def dh(
+    robot: RobotName = "panda",
+    *,
+    link: Link = None,
+    convention: Convention = "modified",
+    tolerance: ParallelTolerance = PARALLEL,
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+    as_json: Json = False,
+) -> None:
+    """The Denavit-Hartenberg table from the base to a link, and the proof that it is the same robot.
+
+    Fixed joints go into the poses of frame 0 and of the tip.
+    """
+    table = load_robot(robot, xacro_arg, package_dir).dh(convention, link, tolerance=tolerance)
+    show(dh_data(table), dh_table, as_json=as_json)
 
 
 def dh_data(table: DHTable) -> Data:
-    """The table; see ``DH_KEYS``."""
-    keys = ("a", "d", "alpha", "theta_offset")
+    """A Denavit-Hartenberg table; see ``DH_KEYS``."""
+    rows = zip(table.joint_names, table.joint_types, table.rows.tolist(), table.mimics, strict=True)
     return {
         "robot": table.name,
         "base": table.base,
         "tip": table.tip,
         "convention": table.convention,
         "rows": [
-            {"joint": name, "type": kind, **dict(zip(keys, row, strict=True)), "mimic": None if mimic is None else asdict(mimic)}
-            for name, kind, row, mimic in zip(
-                table.joint_names, table.joint_types, table.rows.tolist(), table.mimics, strict=True
-            )
+            {
+                "joint": name,
+                "type": kind,
+                **dict(zip(_NUMBERS, row, strict=True)),
+                "mimic": None if mimic is None else asdict(mimic),
+            }
+            for name, kind, row, mimic in rows
         ],
         "T_base_0": table.T_base_0,
         "T_n_tip": table.T_n_tip,
@@ -46,33 +71,14 @@ def dh_data(table: DHTable) -> Data:
     }
 
 
-def dh(
-    robot: RobotName = "panda",
-    *,
-    link: Link = None,
-    convention: Annotated[str, typer.Option(metavar="NAME", help="modified (Craig) or standard.")] = "modified",
-    tolerance: Annotated[float, typer.Option(metavar="RAD", help="Axes within this angle count as parallel.")] = PARALLEL,
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
-    as_json: Json = False,
-) -> None:
-    """The Denavit-Hartenberg table from the base to a link, and the proof that it is the same robot.
-
-    Fixed joints go into the poses of frame 0 and of the tip.
-    """
-    table = load_robot(robot, xacro_arg, package_dir).dh(convention, link, tolerance=tolerance)
-    show(dh_data(table), None if as_json else dh_view)
-
-
-def dh_view(data) -> Iterator[RenderableType]:
-    """The rows, with q where it enters, and what stands before and behind them."""
+def dh_table(data) -> Iterator[RenderableType]:
+    """The rows, with q where it enters, the fixed poses before and after them, notes, and the proof."""
     heading = f"{data['robot']}: {data['convention']} DH table from {data['base']} to {data['tip']}"
     yield Text.assemble((heading, "bold"), f"\na row is {ROW_PRODUCTS[data['convention']]}")
     table = make_table(["", "joint"], ["a [m]", "d [m]", "alpha [rad]", "theta [rad]"], [])
     names = [row["joint"] for row in data["rows"]]
     for k, row in enumerate(data["rows"], start=1):
-        numbers = [row[key] for key in ("a", "d", "alpha", "theta_offset")]
-        table.add_row(str(k), row["joint"], *row_words(k, row["type"], numbers))
+        table.add_row(str(k), row["joint"], *row_words(k, row["type"], [row[key] for key in _NUMBERS]))
     yield table
     for k, row in enumerate(data["rows"], start=1):
         if row["mimic"] is not None:

@@ -1,7 +1,7 @@
-"""``ulna fk``: where a link is."""
+"""``ulna fk``: the pose of a link."""
 
 from collections.abc import Iterator, Sequence
-from math import degrees
+from math import degrees as in_degrees
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,20 +14,7 @@ from ulna.description.pose import quaternion_from_matrix, rpy_from_matrix
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
-POSE_KEYS = f"{Q_KEYS}; base; link; position; rpy; wxyz; matrix: 4x4, T_base_link."
-
-
-def pose_data(robot: Robot, q: Array, link: str, T: Array) -> Data:
-    """The pose of a link; see ``POSE_KEYS``."""
-    return {
-        **data_of_q(robot, q),
-        "base": robot.base,
-        "link": link,
-        "position": T[:3, 3],
-        "rpy": rpy_from_matrix(T),
-        "wxyz": quaternion_from_matrix(T),
-        "matrix": T,
-    }
+FK_KEYS = f"{Q_KEYS}; base; link; position; rpy; wxyz; matrix: 4x4, T_base_link."
 
 
 def fk(
@@ -40,29 +27,43 @@ def fk(
     package_dir: PackageDirs = None,
     as_json: Json = False,
 ) -> None:
-    """Forward kinematics: where a link is.
+    """Forward kinematics: the pose of a link.
 
     As in: ulna fk --q "0,-pi/4,0,-3pi/4,0,pi/2,pi/4".
     """
     arm = load_robot(robot, xacro_arg, package_dir)
     at = positions("--q", q, arm, degrees=degrees)
-    T = arm.forward_kinematics(at, link)
-    show(pose_data(arm, at, link or str(arm.tip), T), None if as_json else pose_view)
+    T_base_link = arm.forward_kinematics(at, link)
+    show(fk_data(arm, at, link or str(arm.tip), T_base_link), fk_table, as_json=as_json)
 
 
-def pose_view(data) -> Iterator[RenderableType]:
-    """Position, both ways to write the orientation, and the matrix."""
+def fk_data(robot: Robot, q: Array, link: str, T_base_link: Array) -> Data:
+    """The pose of a link, shape (4, 4), at q, shape (n_dof,); see ``FK_KEYS``."""
+    return {
+        **data_of_q(robot, q),
+        "base": robot.base,
+        "link": link,
+        "position": T_base_link[:3, 3],
+        "rpy": rpy_from_matrix(T_base_link),
+        "wxyz": quaternion_from_matrix(T_base_link),
+        "matrix": T_base_link,
+    }
+
+
+def fk_table(data) -> Iterator[RenderableType]:
+    """Position, orientation as roll, pitch, yaw and as a quaternion, and the matrix."""
     yield title(data, f"{data['link']} in {data['base']}")
     table = make_table([""], [""] * 4, [""])
     table.show_header = False
-    table.add_row("position x, y, z", *_pad(data["position"]), "m")
-    table.add_row("roll, pitch, yaw", *_pad(data["rpy"]), "rad")
-    table.add_row("", *_pad([degrees(angle) for angle in data["rpy"]]), "deg")
-    table.add_row("quaternion w, x, y, z", *_pad(data["wxyz"]), "", end_section=True)
+    table.add_row("position x, y, z", *_four(data["position"]), "m")
+    table.add_row("roll, pitch, yaw", *_four(data["rpy"]), "rad")
+    table.add_row("", *_four([in_degrees(angle) for angle in data["rpy"]]), "deg")
+    table.add_row("quaternion w, x, y, z", *_four(data["wxyz"]), "", end_section=True)
     for k, row in enumerate(data["matrix"]):
-        table.add_row("" if k else "matrix", *_pad(row), "")
+        table.add_row("" if k else "matrix", *_four(row), "")
     yield table
 
 
-def _pad(values: Sequence[float], count: int = 4) -> list[str]:
-    return [number(value) for value in values] + [""] * (count - len(values))
+def _four(values: Sequence[float]) -> list[str]:
+    """Numbers as four cells, the last of which may be empty."""
+    return [number(value) for value in values] + [""] * (4 - len(values))

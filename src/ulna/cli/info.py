@@ -1,4 +1,4 @@
-"""``ulna info``: what a robot is."""
+"""``ulna info``: the joints, links and collision shapes of a robot."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
@@ -8,7 +8,7 @@ from rich.text import Text
 
 from ulna.cli.data import Data
 from ulna.cli.options import Json, PackageDirs, RobotName, XacroArgs, load_robot
-from ulna.cli.output import make_table, short, show
+from ulna.cli.output import limit, make_table, show
 from ulna.description.robot_description import JointType
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -18,6 +18,13 @@ INFO_KEYS = (
     "soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: name, joint, multiplier, offset; links; "
     "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
 )
+
+
+def info(
+    robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None, as_json: Json = False
+) -> None:
+    """What a robot is: its joints with their limits, its links, its collision shapes."""
+    show(info_data(load_robot(robot, xacro_arg, package_dir)), info_table, as_json=as_json)
 
 
 def info_data(robot: Robot) -> Data:
@@ -46,25 +53,18 @@ def info_data(robot: Robot) -> Data:
     }
 
 
-def info(
-    robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None, as_json: Json = False
-) -> None:
-    """What a robot is: its joints with their limits, its links, its collision shapes."""
-    show(info_data(load_robot(robot, xacro_arg, package_dir)), None if as_json else info_view)
-
-
-def info_view(data) -> Iterator[RenderableType]:
-    """The robot's names, its joints, its links and its collision shapes."""
+def info_table(data) -> Iterator[RenderableType]:
+    """The robot's name, its joints, its links and its collision shapes."""
     tip = data["tip"] or f"{len(data['leaves'])} tips"
     yield Text.assemble((data["name"], "bold"), f": {data['n_dof']} dof, {data['base']} to {tip}")
     table = make_table(["joint", "type"], ["lower", "upper", "home", "unit", "velocity\nlimit", "unit"], [])
     for joint in data["joints"]:
-        lower, upper, home, velocity = (short(joint[key]) for key in ("lower", "upper", "home", "velocity_limit"))
+        lower, upper, home, velocity = (limit(joint[key]) for key in ("lower", "upper", "home", "velocity_limit"))
         table.add_row(joint["name"], joint["type"], lower, upper, home, joint["unit"], velocity, f"{joint['unit']}/s")
     yield table
     for joint in data["joints"]:
         if (joint["soft_lower"], joint["soft_upper"]) != (joint["lower"], joint["upper"]):
-            yield f"{joint['name']}: soft limits {short(joint['soft_lower'])} to {short(joint['soft_upper'])} {joint['unit']}"
+            yield f"{joint['name']}: soft limits {limit(joint['soft_lower'])} to {limit(joint['soft_upper'])} {joint['unit']}"
     for mimic in data["mimic_joints"]:
         yield f"{mimic['name']} = {mimic['multiplier']:g} * {mimic['joint']} + {mimic['offset']:g}"
     yield _names("fixed joints", data["fixed_joints"])

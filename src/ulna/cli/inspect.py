@@ -1,4 +1,4 @@
-"""``ulna inspect``: the health of a description."""
+"""``ulna inspect``: what is wrong with a description."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -8,61 +8,72 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-import ulna
 from ulna.cli.data import Data
 from ulna.cli.options import Json, PackageDirs, RobotName, XacroArgs, xacro_arguments
-from ulna.cli.output import make_table, show
+from ulna.cli.output import count_of, make_table, show
+from ulna.inspection.inspect import inspect as inspect_description
 from ulna.inspection.result import Inspection, Severity
 
-INSPECTION_KEYS = (
+INSPECT_KEYS = (
     "source; name; loads: whether Ulna takes it; n_dof and reach (m): null if not; n_links; joint_types: how many of each; "
     "counts: error, warning, note; findings, worst first: severity, where, message, line, tried (the paths where a mesh was "
     "looked for); tree: depth, link, joint, type."
 )
+_EXIT_STATUS = {None: 0, Severity.NOTE: 0, Severity.WARNING: 1, Severity.ERROR: 2}
+_STYLES = {"error": "bold red", "warning": "yellow", "note": "dim"}
+_MOST_LINKS = 60  # of the tree that is drawn: one page
 
 
-def inspection_data(inspection: Inspection) -> Data:
-    """The findings and the tree; see ``INSPECTION_KEYS``."""
+def inspect(
+    robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None, as_json: Json = False
+) -> None:
+    """The health of a description, also of one that cannot be loaded: limits, axes, units, meshes, inertia, and its tree.
+
+    Exit status 0 if nothing is wrong (notes do not count), 1 if something looks wrong (warnings), 2 if something is (errors).
+    """
+    inspection = inspect_description(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or ())
+    show(inspect_data(inspection), inspect_table, as_json=as_json)
+    raise typer.Exit(_EXIT_STATUS[inspection.worst])
+
+
+def inspect_data(inspection: Inspection) -> Data:
+    """The findings and the tree; see ``INSPECT_KEYS``."""
     return {**asdict(inspection), "counts": {severity.value: inspection.count(severity) for severity in Severity}}
 
 
-_STYLES = {"error": "bold red", "warning": "yellow", "note": "dim"}
-_MOST_LINKS = 60  # of the picture: one page
-
-
-def inspection_view(data) -> Iterator[RenderableType]:
-    """The robot in a line, the picture of its tree, the findings with the paths that were tried, and the verdict."""
+def inspect_table(data) -> Iterator[RenderableType]:
+    """The robot in a line, its tree drawn, the findings with the paths that were tried, and how many there are."""
     yield from _heading(data)
-    yield from _picture(data["tree"])
+    yield from _drawn_tree(data["tree"])
     if not data["findings"]:
         yield ""
     else:
         table = make_table(["", "where", "finding"], [], [])
         table.columns[0].no_wrap = True
-        for (severity, message), places in _grouped(data["findings"]).items():
-            table.add_row(Text(severity, _STYLES[severity]), "\n".join(_few(places)), message)
+        for (severity, message), places in _places_by_message(data["findings"]).items():
+            table.add_row(Text(severity, _STYLES[severity]), "\n".join(_first_few(places)), message)
         yield table
     for finding in data["findings"]:
         if finding["tried"]:
             yield Text.assemble(("tried", "bold"), f", for {finding['tried'][0].rpartition('/')[2]}:")
             yield from (Text(f"  {path}", no_wrap=True) for path in finding["tried"])
-    yield _verdict(data["counts"])
+    yield _counts(data["counts"])
 
 
 def _heading(data) -> Iterator[Text]:
     yield Text.assemble((data["source"], "bold"), f": {data['name']}" * bool(data["name"]))
-    links = data["n_links"]
     kinds = ", ".join(f"{count} {kind or 'of no type'}" for kind, count in data["joint_types"].items())
-    joints = f"{sum(data['joint_types'].values())} joints" + f" ({kinds})" * bool(kinds)
+    joints = count_of(sum(data["joint_types"].values()), "joint") + f" ({kinds})" * bool(kinds)
+    parts = f"{count_of(data['n_links'], 'link')}, {joints}"
     if data["loads"]:
-        yield Text(f"{data['n_dof']} dof, {links} links, {joints}, reach {data['reach']:.3g} m")
+        yield Text(f"{data['n_dof']} dof, {parts}, reach {data['reach']:.3g} m")
     else:
-        yield Text.assemble(("cannot be loaded", "bold red"), f": {links} links, {joints}" * bool(links))
+        yield Text.assemble(("cannot be loaded", "bold red"), f": {parts}" * bool(data["n_links"]))
 
 
-def _picture(rows) -> Iterator[RenderableType]:
-    """The tree, two columns a level. A fixed joint goes without its name."""
-    open_levels, last = set(), _last_of_their_parents(rows)
+def _drawn_tree(rows) -> Iterator[RenderableType]:
+    """The tree, two characters a level. The name of a fixed joint is left out."""
+    open_levels, last = set(), _last_children(rows)
     if rows:
         yield ""
     for k, row in enumerate(rows[:_MOST_LINKS]):
@@ -86,10 +97,10 @@ def _branch(row, open_levels: set[int], *, closes: bool) -> Table:
     return line
 
 
-def _last_of_their_parents(rows) -> set[int]:
-    """The rows behind which no other hangs on the same link."""
+def _last_children(rows) -> set[int]:
+    """The rows that are the last child of their parent."""
     last: set[int] = set()
-    following: list[bool] = []  # for each level, whether a row behind this one hangs on the same link
+    following: list[bool] = []  # for each level, whether a later row is a child of the same parent
     for k in range(len(rows) - 1, -1, -1):
         depth = rows[k]["depth"]
         del following[depth + 1 :]
@@ -100,8 +111,8 @@ def _last_of_their_parents(rows) -> set[int]:
     return last
 
 
-def _grouped(findings) -> dict[tuple[str, str], list[str]]:
-    """The places of each message, in the order in which they stand."""
+def _places_by_message(findings) -> dict[tuple[str, str], list[str]]:
+    """The places of each severity and message, in the order of the findings."""
     places: dict[tuple[str, str], list[str]] = {}
     for finding in findings:
         line = f" (line {finding['line']})" if finding["line"] else ""
@@ -109,26 +120,11 @@ def _grouped(findings) -> dict[tuple[str, str], list[str]]:
     return places
 
 
-def _few(places: list[str], most: int = 3) -> list[str]:
+def _first_few(places: list[str], most: int = 3) -> list[str]:
     return places if len(places) <= most + 1 else [*places[:most], f"and {len(places) - most} more"]
 
 
-def _verdict(counts) -> Text:
+def _counts(counts) -> Text:
     words = [f"{count or 'no'} {kind}{'s' * (count != 1)}" for kind, count in counts.items()]
     style = next((style for kind, style in (("error", "bold red"), ("warning", "bold yellow")) if counts[kind]), "bold green")
     return Text(", ".join(words), style)
-
-
-_EXIT_STATUS = {None: 0, Severity.NOTE: 0, Severity.WARNING: 1, Severity.ERROR: 2}
-
-
-def inspect(
-    robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None, as_json: Json = False
-) -> None:
-    """The health of a description, also of one that cannot be loaded: limits, axes, units, meshes, inertia, and its tree.
-
-    Exit status 0 if nothing is wrong (notes do not count), 1 if something looks wrong (warnings), 2 if something is (errors).
-    """
-    inspection = ulna.inspect(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or ())
-    show(inspection_data(inspection), None if as_json else inspection_view)
-    raise typer.Exit(_EXIT_STATUS[inspection.worst])

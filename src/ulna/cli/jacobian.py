@@ -17,26 +17,16 @@ from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
 Array = NDArray[np.float64]
-GEOMETRIC_ROWS = ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z")
-ANALYTICAL_ROWS = ("x", "y", "z", "roll", "pitch", "yaw")
+Frame = Annotated[str | None, typer.Option(metavar="FRAME", help="base, link or spatial; base unless given.")]
+Analytical = Annotated[bool, typer.Option("--analytical", help="Rates of x, y, z, roll, pitch, yaw instead.")]
+
 JACOBIAN_KEYS = (
     f"{Q_KEYS}; base; link; kind: geometric or analytical; expressed_in: base, link or spatial, null if analytical; "
     "rows and columns: their labels; jacobian: 6 rows."
 )
-
-
-def jacobian_data(robot: Robot, q: Array, link: str, J: Array, expressed_in: str | None) -> Data:
-    """A Jacobian with its labels; see ``JACOBIAN_KEYS``. ``expressed_in`` is None for the analytical one."""
-    return {
-        **data_of_q(robot, q),
-        "base": robot.base,
-        "link": link,
-        "kind": "analytical" if expressed_in is None else "geometric",
-        "expressed_in": expressed_in,
-        "rows": ANALYTICAL_ROWS if expressed_in is None else GEOMETRIC_ROWS,
-        "columns": [entry.name for entry in coordinates_of(robot)],
-        "jacobian": J,
-    }
+GEOMETRIC_ROWS = ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z")
+ANALYTICAL_ROWS = ("x", "y", "z", "roll", "pitch", "yaw")
+COLUMNS_AT_ONCE = 7  # as many as fit into 80 characters
 
 
 def jacobian(
@@ -44,8 +34,8 @@ def jacobian(
     *,
     q: Positions = None,
     link: Link = None,
-    expressed_in: Annotated[str | None, typer.Option(metavar="FRAME", help="base, link or spatial; base unless given.")] = None,
-    analytical: Annotated[bool, typer.Option("--analytical", help="Rates of x, y, z, roll, pitch, yaw instead.")] = False,
+    expressed_in: Frame = None,
+    analytical: Analytical = False,
     degrees: Degrees = False,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
@@ -61,13 +51,24 @@ def jacobian(
         raise InputError("--expressed-in", "goes with the geometric Jacobian, not with --analytical")
     frame = None if analytical else "base" if expressed_in is None else expressed_in
     J = arm.analytical_jacobian(at, link) if frame is None else arm.jacobian(at, link, frame)
-    show(jacobian_data(arm, at, link or str(arm.tip), J, frame), None if as_json else jacobian_view)
+    show(jacobian_data(arm, at, link or str(arm.tip), J, frame), jacobian_table, as_json=as_json)
 
 
-COLUMNS_AT_ONCE = 7  # of a Jacobian: as many as fit into 80 columns
+def jacobian_data(robot: Robot, q: Array, link: str, J: Array, expressed_in: str | None) -> Data:
+    """A Jacobian, shape (6, n_dof), with its labels; ``expressed_in`` is None if it is analytical. See ``JACOBIAN_KEYS``."""
+    return {
+        **data_of_q(robot, q),
+        "base": robot.base,
+        "link": link,
+        "kind": "analytical" if expressed_in is None else "geometric",
+        "expressed_in": expressed_in,
+        "rows": ANALYTICAL_ROWS if expressed_in is None else GEOMETRIC_ROWS,
+        "columns": [entry.name for entry in coordinates_of(robot)],
+        "jacobian": J,
+    }
 
 
-def jacobian_view(data) -> Iterator[RenderableType]:
+def jacobian_table(data) -> Iterator[RenderableType]:
     """The matrix, a few columns at a time."""
     frame = f", expressed in {data['expressed_in']}" if data["expressed_in"] else f", rates in {data['base']}"
     yield title(data, f"{data['kind']} Jacobian of {data['link']}{frame}")

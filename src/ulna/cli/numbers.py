@@ -1,4 +1,4 @@
-"""Numbers as people write them on the command line: decimals, and fractions of pi."""
+"""Reads numbers as people write them on the command line: decimals, and fractions of pi. Used by the commands."""
 
 import math
 import re
@@ -17,11 +17,16 @@ _WITHOUT_PI = re.compile(rf"[+-]?{_DECIMAL}")
 
 
 def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: bool = False) -> list[float]:
-    """The numbers in "0,-pi/4,0.5 1e-3", one for each entry; with ``degrees``, those of angles are turned into radians."""
+    """The numbers in "0,-pi/4,0.5 1e-3", one for each entry; with ``degrees``, angles are converted to radians.
+
+    Raises:
+        InputError: There are more or fewer numbers than entries, or one cannot be read. It names the option.
+    """
     words = re.split(r"\s*,\s*|\s+", text.strip()) if text.strip() else []
     if len(words) != len(entries):
         names = ", ".join(entry.name for entry in entries[:9]) + (" ..." if len(entries) > 9 else "")
-        raise InputError(option, f"{len(words)} number{'s' * (len(words) != 1)}, but {len(entries)} are expected: {names}")
+        verb = "is" if len(entries) == 1 else "are"
+        raise InputError(option, f"{len(words)} number{'s' * (len(words) != 1)}, but {len(entries)} {verb} expected: {names}")
     return [_number(option, word, degrees=degrees and entry.unit == "rad") for word, entry in zip(words, entries, strict=True)]
 
 

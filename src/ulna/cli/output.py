@@ -1,8 +1,8 @@
-"""How answers are written: as JSON, or as tables that cut no digit."""
+"""Prints results: as JSON, or as tables in which no digit is cut. Used by every command."""
 
 import json
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import typer
 from rich import box
@@ -13,62 +13,53 @@ from rich.text import Text
 
 from ulna.cli.data import Data, plain
 
-LEAST_WIDTH = 80
+LEAST_WIDTH = 80  # characters of a line
 NUMBER_WIDTH = 8
 NAME_WIDTH = 12
 ASCII = str.maketrans("─●│├└", "-o|+`")
 
 
-def title(data, text: str) -> Text:
-    """What is shown, at which q, and a warning if the robot cannot stand there."""
-    q = ", ".join(f"{value:.6g}" for value in data["q"])
-    outside = f"\nq is beyond the limits of {', '.join(data['outside_limits'])}" if data["outside_limits"] else ""
-    return Text.assemble((f"{data['robot']}: {text}", "bold"), f"\nq = {q}", (outside, "yellow"))
-
-
-def show(data: Data, view) -> None:
-    """Print an answer: drawn by ``view``, or without one as JSON."""
-    if view is None:
-        write(json.dumps(plain(data), allow_nan=False) + "\n")
+def show(data: Data, table: Callable[[Data], Iterable[RenderableType]], *, as_json: bool) -> None:
+    """Print data as one line of JSON, or as the parts that ``table`` makes of it."""
+    if as_json:
+        write_json(data)
         return
     console = make_console()
     usual = console.width
     with console.capture() as capture:
-        for part in view(plain(data)):
+        for part in table(plain(data)):
             console.width = max(usual, _least_width(console, part))
             console.print(part)
     text = "\n".join(line.rstrip() for line in capture.get().split("\n"))
     write(text.translate(ASCII) if console.options.ascii_only else text)
 
 
-def _least_width(console: Console, part: RenderableType) -> int:
-    """The width in which no number is cut and no word of a sentence broken; names in tables are, beyond ``NAME_WIDTH``."""
-    if isinstance(part, Text) and part.no_wrap:
-        return part.cell_len
-    if not isinstance(part, Table):
-        return console.measure(part, options=console.options.update(width=1_000_000)).minimum
-    width = 0
-    for column in part.columns:
-        lines = [line for cell in (column.header, *column.cells) for line in str(cell).splitlines()]
-        widest = max(map(cell_len, lines), default=0)
-        width += 2 + (widest if column.no_wrap else min(widest, NAME_WIDTH))
-    return width
+def write_json(data: Data) -> None:
+    """Print data as one line of JSON."""
+    write(json.dumps(plain(data), allow_nan=False) + "\n")
+
+
+def write(text: str) -> None:
+    """Print text unchanged."""
+    typer.echo(text, nl=False, color=True)  # the console has already chosen the colours
 
 
 def make_console() -> Console:
-    """A console that takes text as it is, as wide as the terminal and at least 80 columns."""
+    """A console that interprets no markup, as wide as the terminal and at least 80 columns."""
     console = Console(markup=False, emoji=False, highlight=False)
     console.width = max(console.width, LEAST_WIDTH)
     return console
 
 
-def write(text: str) -> None:
-    """Print text as it is."""
-    typer.echo(text, nl=False, color=True)  # the console has chosen the colours already
+def title(data, text: str) -> Text:
+    """The robot's name, a text, q, and a warning if q is beyond the limits; ``data`` has the keys of ``data_of_q``."""
+    q = ", ".join(f"{value:.6g}" for value in data["q"])
+    outside = f"\nq is beyond the limits of {', '.join(data['outside_limits'])}" if data["outside_limits"] else ""
+    return Text.assemble((f"{data['robot']}: {text}", "bold"), f"\nq = {q}", (outside, "yellow"))
 
 
 def make_table(names: Sequence[str], numbers: Sequence[str], ends: Sequence[str]) -> Table:
-    """A table of columns of names, then of numbers, then of what follows them; names are folded, numbers never cut."""
+    """A table of columns of names, of numbers, and of what follows them; names are folded, numbers never cut."""
     table = Table(box=box.SIMPLE, header_style="bold", collapse_padding=True, pad_edge=False)
     for header in names:
         table.add_column(header, overflow="fold")
@@ -80,18 +71,37 @@ def make_table(names: Sequence[str], numbers: Sequence[str], ends: Sequence[str]
 
 
 def folded(name: str) -> str:
-    """A name in lines no wider than a number, broken behind underscores and points."""
+    """A name in lines no wider than a number, broken after underscores and points."""
     pieces = name.replace("_", "_ ").replace(".", ". ")
     return "\n".join(line.replace("_ ", "_").replace(". ", ".") for line in textwrap.wrap(pieces, NUMBER_WIDTH))
 
 
 def number(value: float, digits: int = 6) -> str:
-    """A number with a fixed count of decimals."""
+    """A number with a fixed count of decimals; from 1e7 on with six significant digits."""
     if abs(value) >= 1e7:
         return f"{value:.6g}"
     return f"{round(value, digits) + 0.0:.{digits}f}"  # + 0.0: no "-0.000000"
 
 
-def short(value: float | None) -> str:
-    """A limit with four decimals."""
+def limit(value: float | None) -> str:
+    """A limit with four decimals, or "none"."""
     return "none" if value is None else number(value, 4)
+
+
+def count_of(n: int, noun: str) -> str:
+    """A number of things, as in "1 joint" and "2 joints"."""
+    return f"{n} {noun}{'s' * (n != 1)}"
+
+
+def _least_width(console: Console, part: RenderableType) -> int:
+    """The least width in which no number is cut and no word broken; only names in tables longer than ``NAME_WIDTH`` are."""
+    if isinstance(part, Text) and part.no_wrap:
+        return part.cell_len
+    if not isinstance(part, Table):
+        return console.measure(part, options=console.options.update(width=1_000_000)).minimum
+    width = 0
+    for column in part.columns:
+        lines = [line for cell in (column.header, *column.cells) for line in str(cell).splitlines()]
+        widest = max(map(cell_len, lines), default=0)
+        width += 2 + (widest if column.no_wrap else min(widest, NAME_WIDTH))
+    return width

@@ -1,34 +1,51 @@
-"""``ulna record``: videos and pictures without a display."""
+"""``ulna record``: videos and pictures, with no display."""
 
 import re
 import time
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, Any
+from typing import Annotated, Any, Protocol
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ulna.cli.options import Degrees, PackageDirs, Positions, XacroArgs, as_options, load_robot, positions
+from ulna.cli.plugins import FILMS, load_plugins
 from ulna.errors import InputError, needs_extra
 
+Out = Annotated[Path, typer.Argument(metavar="OUT", help="The file: .mp4, .gif, or .png for a single picture.")]
+Seconds = Annotated[float | None, typer.Option(help="How long it is; 30, or 10 with --robot.")]
+Size = Annotated[str | None, typer.Option(metavar="WxH", help="In pixels; 1280x720, or 640x360 of a .gif.")]
+Rate = Annotated[int | None, typer.Option(help="Pictures a second; 30, or 10 of a .gif.")]
+At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Which moment of the demo a .png shows.")]
+RecordedRobot = Annotated[
+    str | None, typer.Option(metavar="ROBOT", help="A robot, instead of the demo; the camera goes round it.")
+]
+Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes that stand for the arm.")]
 _OPTIONS = {"path": "OUT", "seconds": "--seconds", "size": "--size", "rate": "--fps", "at": "--at"}
+_EXTRA = ("recording", "viewer", "trimesh", "av", "PIL")
+
+
+class Film(Protocol):
+    """What a package adds in the group ``ulna.films``: it records into the file of a ``viewer.film.record.Form``."""
+
+    def __call__(self, form: Any, at: float | None, *, boxes: bool, tell: Callable[[int], object]) -> None:
+        """Record. ``at``: the moment [s] of a single picture; ``tell`` is called with the number of pictures done so far."""
 
 
 def record(
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="The file: .mp4, .gif, or .png for a single picture.")],
+    out: Out,
     *,
-    seconds: Annotated[float | None, typer.Option(help="How long it is; 30, and 10 of a robot that stands.")] = None,
-    size: Annotated[str | None, typer.Option(metavar="WxH", help="In pixels; 1280x720, and 640x360 of a .gif.")] = None,
-    fps: Annotated[int | None, typer.Option(help="Pictures a second; 30, and 10 of a .gif.")] = None,
-    at: Annotated[float | None, typer.Option(metavar="SECONDS", help="Which moment of the demo a .png shows.")] = None,
-    robot: Annotated[
-        str | None, typer.Option(metavar="ROBOT", help="A robot, instead of the demo; the camera goes round it.")
-    ] = None,
+    seconds: Seconds = None,
+    size: Size = None,
+    fps: Rate = None,
+    at: At = None,
+    robot: RecordedRobot = None,
     q: Positions = None,
     degrees: Degrees = False,
-    boxes: Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes that stand for the arm.")] = True,
+    boxes: Boxes = True,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
 ) -> None:
@@ -37,17 +54,11 @@ def record(
     As in: ulna record out.mp4. A picture of any robot: ulna record arm.png --robot ur5 --q "0, -pi/3, pi/3, 0, pi/2, 0".
     """
     of_robot = robot is not None or q is not None
-    if not of_robot and (xacro_arg or package_dir):
-        raise InputError("--xacro-arg, --package-dir", "go with --robot; without it the demo is recorded")
-    if of_robot and at is not None:
-        raise InputError("--at", "goes with the demo; a robot that stands has no moments")
+    _refuse_what_does_not_go_together(out, (seconds, fps, at), of_robot=of_robot, of_files=bool(xacro_arg or package_dir))
     if degrees and q is None:
         raise InputError("--degrees", "goes with --q")
-    if out.suffix.lower() == ".png" and (fps is not None or (of_robot and seconds is not None)):
-        raise InputError(
-            "--seconds, --fps", "go with a video; a .png is a single picture, and --seconds the length of the demo's story"
-        )
     recorder = _recorder()
+    film = None if of_robot else _film()
     seconds = (10.0 if of_robot else 30.0) if seconds is None else seconds
     with as_options(_OPTIONS):
         form = recorder.make_form(out, seconds, None if size is None else _size(size), fps)
@@ -59,20 +70,41 @@ def record(
         def tell(done: int) -> None:
             progress.update(task, completed=done)
 
-        if of_robot:
+        if film is None:
             arm = load_robot(robot or "panda", xacro_arg, package_dir)
             missing = recorder.record_robot(form, arm, positions("--q", q, arm, degrees=degrees), boxes=boxes, tell=tell)
         else:
-            recorder.record_demo(form, at, boxes=boxes, tell=tell)
+            film(form, at, boxes=boxes, tell=tell)
     for mesh in missing:
         typer.echo(f"not shown: {mesh}", err=True)
     typer.echo(_summary(form, time.perf_counter() - start))
 
 
+def _refuse_what_does_not_go_together(out: Path, times: tuple, *, of_robot: bool, of_files: bool) -> None:
+    seconds, fps, at = times
+    if not of_robot and of_files:
+        raise InputError("--xacro-arg, --package-dir", "go with --robot; without it the demo is recorded")
+    if of_robot and at is not None:
+        raise InputError("--at", "goes with the demo; a robot that stands still has no moments")
+    if out.suffix.lower() == ".png" and (fps is not None or (of_robot and seconds is not None)):
+        raise InputError(
+            "--seconds, --fps", "go with a video; a .png is a single picture, and --seconds the length of the demo's story"
+        )
+
+
 def _recorder() -> ModuleType:
-    with needs_extra("recording", "viewer", "trimesh", "av", "PIL"):
-        from ulna.viewer.film import record as recorder  # noqa: PLC0415 -- the one layer that needs the extra
+    with needs_extra(*_EXTRA):
+        from ulna.viewer.film import record as recorder  # noqa: PLC0415 -- needs the extra
     return recorder
+
+
+def _film() -> Film:
+    """The film that a package has added: the demo's, where it is installed."""
+    with needs_extra(*_EXTRA):
+        films = load_plugins(FILMS)
+    if not films:
+        raise InputError("--robot", "name a robot to record: the demo, which is recorded without it, is not installed")
+    return films[0]
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -18,11 +18,13 @@ from ulna.cli.options import (
     XacroArgs,
     as_options,
     load_robot,
-    load_scene,
     positions,
+    world_of,
 )
 from ulna.viewer.open_page import view as open_view
 
+Host = Annotated[str, typer.Option(help="The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Its port; 0 takes a free one.")]
 _PATIENCE_S = 2.0
 
 
@@ -33,10 +35,8 @@ def view(
     q: Positions = None,
     degrees: Degrees = False,
     hulls: Hulls = False,
-    host: Annotated[
-        str, typer.Option(help="The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.")
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Its port; 0 takes a free one.")] = 8080,
+    host: Host = "127.0.0.1",
+    port: Port = 8080,
     no_open: NoOpen = False,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
@@ -50,11 +50,11 @@ def view(
         arm = arm.with_convex_hulls()
     start = positions("--q", q, arm, degrees=degrees)
     with as_options(SERVED):
-        shown = open_view(arm, load_scene(scene), q=start, host=host, port=port, open_browser=not no_open)
+        shown = open_view(arm, world_of(scene), q=start, host=host, port=port, open_browser=not no_open)
     with suppress(KeyboardInterrupt):
         typer.echo(f"{arm.name} is at {shown.url}  (Ctrl-C ends it)")
         for mesh in shown.arm.missing:
             typer.echo(f"not shown: {mesh}", err=True)
         shown.wait()
     if not shown.stop(within=_PATIENCE_S):
-        os._exit(0)  # a first use compiles: waiting for that takes long, and an orderly end meanwhile would abort in the compiler
+        os._exit(0)  # a frame still compiles, which takes long; an orderly end meanwhile would abort in the compiler

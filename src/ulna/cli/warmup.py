@@ -1,4 +1,4 @@
-"""``ulna warmup``: all that is compiled on first use, compiled now."""
+"""``ulna warmup``: compiles all that is compiled on first use."""
 
 from __future__ import annotations
 
@@ -27,15 +27,6 @@ WARMUP_KEYS = (
 )
 
 
-def warmup_data(folder: str, seconds: float, compiled: Iterable[Compiled]) -> Data:
-    """What every kernel took; see ``WARMUP_KEYS``."""
-    rows = [
-        {"entry": one.name, "shapes": one.shapes, "seconds": one.seconds, "was_cached": one.was_cached}
-        for one in sorted(compiled, key=lambda one: -one.seconds)
-    ]
-    return {"folder": folder, "seconds": seconds, "compiled": rows}
-
-
 def warmup(*, as_json: Json = False) -> None:
     """Compile every kernel for this machine, so that no first call waits for it.
 
@@ -49,12 +40,11 @@ def warmup(*, as_json: Json = False) -> None:
         raise FileError("cache folder", "it cannot be written, so nothing would be kept; NUMBA_CACHE_DIR names another")
     jobs, start = all_jobs(), time.perf_counter()
     compiled = with_progress(compile_all(jobs, side_by_side=n_processors() > 1), len(jobs), in_lines=not as_json)
-    data = warmup_data(str(folder), time.perf_counter() - start, compiled)
-    show(data, None if as_json else warmup_view)
+    show(warmup_data(str(folder), time.perf_counter() - start, compiled), warmup_table, as_json=as_json)
 
 
 def with_progress(compiled: Iterable[Compiled], total: int, *, in_lines: bool) -> list[Compiled]:
-    """All that is compiled, told on standard error while it goes on: a bar on a terminal, elsewhere a line each, if wanted."""
+    """All of ``compiled``, with its progress on standard error: a bar on a terminal; elsewhere a line each, if ``in_lines``."""
     if sys.stderr.isatty():
         columns = (
             TextColumn("compiling"),
@@ -78,8 +68,17 @@ def with_progress(compiled: Iterable[Compiled], total: int, *, in_lines: bool) -
     return done
 
 
-def warmup_view(data) -> Iterator[RenderableType]:
-    """What took how long, and where it lies."""
+def warmup_data(folder: str, seconds: float, compiled: Iterable[Compiled]) -> Data:
+    """How long each entry took, the longest first; see ``WARMUP_KEYS``."""
+    rows = [
+        {"entry": one.name, "shapes": one.shapes, "seconds": one.seconds, "was_cached": one.was_cached}
+        for one in sorted(compiled, key=lambda one: -one.seconds)
+    ]
+    return {"folder": folder, "seconds": seconds, "compiled": rows}
+
+
+def warmup_table(data) -> Iterator[RenderableType]:
+    """How long each entry took that was not there yet, and the folder of the machine code."""
     table = make_table(["compiled"], ["seconds"], [])
     for row in data["compiled"]:
         if not row["was_cached"]:

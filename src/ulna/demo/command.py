@@ -1,4 +1,4 @@
-"""``ulna demo``: the assignment's checks, and its view."""
+"""``ulna demo``: the assignment's checks, and its page. Used by the command line, to which ``commands`` is added."""
 
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -10,49 +10,21 @@ from rich.table import Table
 from rich.text import Text
 
 from ulna.cli.options import SERVED, Json, NoOpen, as_options
-from ulna.cli.output import make_console, show, write
+from ulna.cli.output import make_console, write, write_json
 from ulna.demo.checks import Check, run_checks
+from ulna.demo.ros.command import ros1, ros2
 from ulna.demo.scenario import Demo
 from ulna.errors import InputError, needs_extra
 
-CHECKS_KEYS = "passed; checks: name, figure, bound, passed."
+Host = Annotated[str | None, typer.Option(help="The address to serve the page at; 127.0.0.1 unless given.")]
+Port = Annotated[int | None, typer.Option(min=0, max=65535, help="Its port; 8080 unless given.")]
+ChecksOnly = Annotated[bool, typer.Option("--check", help="Stop after the checks.")]
 
-
-def show_checks(checks: Iterable[Check], *, as_json: bool) -> bool:
-    """Print the checks, each as soon as it has run: rows on a terminal, plain lines elsewhere. Whether all passed."""
-    console, done = make_console(), []
-    if console.is_terminal and not as_json:
-        console.print(_check_row(Text("verdict"), "check", "figure", "bound", style="bold"))
-    for check in checks:
-        done.append(check)
-        verdict = Text("passed", "green") if check.passed else Text("FAILED", "bold red")
-        if console.is_terminal and not as_json:
-            console.print(_check_row(verdict, check.name, check.figure, check.bound))
-        elif not as_json:
-            write(f"{verdict}  {check.name}: {check.figure}; bound: {check.bound}\n")
-    passed = all(check.passed for check in done)
-    if as_json:
-        show({"passed": passed, "checks": [asdict(check) for check in done]}, None)
-    return passed
-
-
-def _check_row(*cells: RenderableType, style: str = "") -> Table:
-    """One row of the checks: a table of its own, of the same widths as the others."""
-    row = Table.grid(expand=True, padding=(0, 2, 0, 0))
-    row.add_column(width=len("verdict"))
-    for ratio in (5, 6, 3):
-        row.add_column(ratio=ratio)
-    row.add_row(*cells, style=style)
-    return row
+DEMO_KEYS = "passed; checks: name, figure, bound, passed."
 
 
 def demo(
-    *,
-    check: Annotated[bool, typer.Option("--check", help="Stop after the checks.")] = False,
-    host: Annotated[str | None, typer.Option(help="Where to serve the view; 127.0.0.1 unless given.")] = None,
-    port: Annotated[int | None, typer.Option(min=0, max=65535, help="Its port; 8080 unless given.")] = None,
-    no_open: NoOpen = False,
-    as_json: Json = False,
+    *, check: ChecksOnly = False, host: Host = None, port: Port = None, no_open: NoOpen = False, as_json: Json = False
 ) -> None:
     """The assignment: its checks, run on this machine, and then the arm, the box and the light in the browser.
 
@@ -73,3 +45,37 @@ def _serve(host: str, port: int, *, open_browser: bool) -> None:
         from ulna.demo.page import serve  # noqa: PLC0415 -- the one layer that needs the extra
     with as_options(SERVED):
         serve(demo=Demo(), host=host, port=port, open_browser=open_browser)
+
+
+def show_checks(checks: Iterable[Check], *, as_json: bool) -> bool:
+    """Print the checks, each as soon as it has run: rows on a terminal, plain lines elsewhere. Whether all passed."""
+    console, done = make_console(), []
+    if console.is_terminal and not as_json:
+        console.print(_check_row(Text("verdict"), "check", "figure", "bound", style="bold"))
+    for check in checks:
+        done.append(check)
+        verdict = Text("passed", "green") if check.passed else Text("FAILED", "bold red")
+        if console.is_terminal and not as_json:
+            console.print(_check_row(verdict, check.name, check.figure, check.bound))
+        elif not as_json:
+            write(f"{verdict}  {check.name}: {check.figure}; bound: {check.bound}\n")
+    passed = all(check.passed for check in done)
+    if as_json:
+        write_json({"passed": passed, "checks": [asdict(check) for check in done]})
+    return passed
+
+
+def _check_row(*cells: RenderableType, style: str = "") -> Table:
+    """One row of the checks: a table of its own, of the same widths as the others."""
+    row = Table.grid(expand=True, padding=(0, 2, 0, 0))
+    row.add_column(width=len("verdict"))
+    for ratio in (5, 6, 3):
+        row.add_column(ratio=ratio)
+    row.add_row(*cells, style=style)
+    return row
+
+
+commands = typer.Typer()
+commands.command(epilog=f"JSON: {DEMO_KEYS}")(demo)
+commands.add_typer(ros1, name="ros1")
+commands.add_typer(ros2, name="ros2")

@@ -1,4 +1,4 @@
-"""What every screen draws of the demo: solids with their names, places and colours. The browser, RViz and videos show these."""
+"""Says what is drawn of the demo: solids with their names, poses and colours. Used by its page, its film and its ROS nodes."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,17 +16,18 @@ from ulna.viewer.palette import MOVABLE
 from ulna.viewer.solid import Solid, collision_boxes
 
 WORD_POSITION = (0.0, 0.0, -LIGHT.length)  # of the word beside the light, in the light's frame [m]
+WORD_POSITION_IN_BASE = (LIGHT_POSITION[0], LIGHT_POSITION[1], LIGHT_POSITION[2] - LIGHT.length)
 
 
 def standing_boxes(robot: Robot, q: ArrayLike) -> Iterator[Solid[Box]]:
-    """The same boxes, pale, where they stand in the base at q."""
+    """The arm's collision boxes, pale, with their poses in the base at q, shape (n_dof,)."""
     places = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
     for solid in collision_boxes(robot):
         yield replace(solid, link=robot.base, pose=places[solid.link] @ solid.pose)
 
 
 def light(robot: Robot, report: Report) -> Solid[Cylinder]:
-    """The light, red or green; the word beside it is ``str(report)``."""
+    """The light: red if anything touches, else green. The word beside it is ``str(report)``."""
     return Solid("light", robot.base, pose(LIGHT_POSITION), LIGHT, light_color(report), glows=True)
 
 
@@ -36,6 +37,6 @@ def movable_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Solid[Box]:
 
 
 def joint_positions(robot: Robot, q: ArrayLike) -> dict[str, float]:
-    """The position of each joint by its name [rad or m]; the Panda's fingers, which its description does not move, follow."""
+    """The position of each joint by its name [rad or m]; of the Panda also its fingers, which are fixed in its description."""
     positions = dict(zip(robot.joint_names, map(float, np.asarray(q)), strict=True))
     return positions | (dict.fromkeys(panda.FINGER_JOINTS, panda.FINGER_POSITION) if robot.name == "panda" else {})

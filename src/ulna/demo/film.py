@@ -1,18 +1,19 @@
-"""Records the demo into a video or picture. Used by ``ulna record`` and the Record button."""
+"""Records the demo into a video or picture. Used by ``ulna record``, by an entry point, and the Record button."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from math import atan, tan
 
-from ulna.demo.drawing import light, movable_box
+from ulna.demo.drawing import WORD_POSITION_IN_BASE, light, movable_box
 from ulna.demo.scenario import Demo
 from ulna.demo.script import Moment, Story
 from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.viewer.film.camera import Camera
+from ulna.viewer.film.caption import Caption
 from ulna.viewer.film.model import Model
 from ulna.viewer.film.painter import Ground, Picture
-from ulna.viewer.film.record import Form, Tell, _no_one, _write
+from ulna.viewer.film.record import Form, Tell, report_nothing, write_pictures
 from ulna.viewer.solid import collision_boxes
 
 DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.37), fov=0.62)
@@ -20,11 +21,11 @@ DEMO_GROUND = Ground(middle=(0.1, 0.0, 0.4), radius=1.3)
 DEMO_ASPECT = 1.3  # width by height: in a narrower picture the camera sees more above and below
 
 
-def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell: Tell = _no_one) -> None:
-    """The demo: the arm repeats its trajectory, the box goes round it, the light says what it touches.
+def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell: Tell = report_nothing) -> None:
+    """Record the demo: the arm repeats its trajectory, the box goes round it, the light is red while they touch.
 
     Args:
-        form: Of the file.
+        form: What the file is to be like.
         at: The time [s] that a single picture shows; when the box first touches unless given.
         boxes: Show the twelve boxes that stand for the arm.
         tell: Called with the number of pictures done so far.
@@ -49,12 +50,12 @@ def demo_picture(robot: Robot, moment: Moment, camera: Camera, *, boxes: bool = 
     """One moment of the demo as it is seen from a camera."""
     panes = tuple(collision_boxes(robot, moment.report.touching)) if boxes else ()
     solids = (*panes, movable_box(robot, moment.T_base_box), light(robot, moment.report))
-    return Picture(moment.q, camera, solids, str(moment.report))
+    return Picture(moment.q, camera, solids, Caption(str(moment.report), WORD_POSITION_IN_BASE))
 
 
-def record_pictures(form: Form, robot: Robot, pictures: Sequence[Picture], tell: Tell = _no_one) -> None:
+def record_pictures(form: Form, robot: Robot, pictures: Sequence[Picture], tell: Tell = report_nothing) -> None:
     """Pictures of the demo, as many a second as the form says."""
-    _write(form, Model(robot, pictures[0].solids), pictures, DEMO_GROUND, tell)
+    write_pictures(form, Model(robot, pictures[0].solids), pictures, DEMO_GROUND, tell)
 
 
 def _widened(camera: Camera, size: tuple[int, int]) -> Camera:

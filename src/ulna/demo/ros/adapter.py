@@ -17,7 +17,7 @@ class MissingROSError(UlnaError, ImportError):
 
 
 def load_ros(version: int) -> ModuleType:
-    """The module ``ulna.demo.ros.ros1`` or ``ulna.demo.ros.ros2``. ROS stays on this machine, unless its own variables say otherwise.
+    """The module ``ulna.demo.ros.ros1`` or ``ros2``. ROS stays on this machine, unless its environment variables say otherwise.
 
     Raises:
         MissingROSError: ROS is not here; the message says what shows the same without it.

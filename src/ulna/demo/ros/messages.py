@@ -13,8 +13,8 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, InteractiveMarkerFeedback, Marker
 
 from ulna.collision.report import Report
-from ulna.demo.drawing import WORD_POSITION, joint_positions, light, movable_box
-from ulna.demo.scenario import BOX_NAME, LIGHT_POSITION
+from ulna.demo.drawing import WORD_POSITION_IN_BASE, joint_positions, light, movable_box
+from ulna.demo.scenario import BOX_NAME
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder
 from ulna.errors import InputError
@@ -99,7 +99,7 @@ def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.
 
 def _word(robot: Robot, report: Report) -> Marker:
     marker = Marker(header=Header(frame_id=robot.base), ns="light", id=1, type=Marker.TEXT_VIEW_FACING, text=str(report))
-    marker.pose = pose_message(pose(np.add(LIGHT_POSITION, WORD_POSITION)))
+    marker.pose = pose_message(pose(WORD_POSITION_IN_BASE))
     marker.scale, marker.color = Vector3(z=_WORD_HEIGHT), _color(INK, 1.0)
     return marker
 

@@ -1,5 +1,6 @@
-"""The word beside the light, written over the finished picture."""
+"""Writes words over a finished picture. Used by ``painter``."""
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -9,18 +10,37 @@ from PIL import Image, ImageDraw, ImageFont
 from ulna.viewer.palette import INK
 
 _HEIGHT = 0.03  # of the letters, as a part of the picture's
-_LEAST = 11  # pixels: letters smaller than these are not read
+_LEAST = 11  # pixels: smaller letters cannot be read
 _PAPER = (255, 255, 255, 215)
 
 
-def write_word(pixels: NDArray[np.uint8], word: str, place: tuple[float, float]) -> None:
-    """Write a word on a strip of paper, its upper edge centred at a place, and moved where it would leave the picture."""
-    if not word:
+@dataclass(frozen=True)
+class Caption:
+    """Words in a picture.
+
+    Attributes:
+        text: The words; none are written if it is empty.
+        position: Where the middle of their upper edge is, in the base frame [m].
+    """
+
+    text: str
+    position: tuple[float, float, float]
+
+
+def write_text(pixels: NDArray[np.uint8], text: str, place: tuple[float, float]) -> None:
+    """Write words on a light strip, kept inside the picture.
+
+    Args:
+        pixels: The picture, shape (height, width, 3); it is changed.
+        text: The words.
+        place: Where the middle of the strip's upper edge is to be [pixels]: x, y.
+    """
+    if not text:
         return
     height, width = pixels.shape[:2]
     font = _font(max(round(_HEIGHT * height), _LEAST))
-    left, _, right, _ = font.getbbox(word)
-    _, top, _, bottom = font.getbbox("Ag")  # as high as any word
+    left, _, right, _ = font.getbbox(text)
+    _, top, _, bottom = font.getbbox("Ag")  # as high as any letters
     margin = 0.4 * (bottom - top)
     wide, high = right - left + 2 * margin, bottom - top + 1.6 * margin
     x = min(max(place[0] - wide / 2, margin), width - wide - margin)
@@ -28,11 +48,11 @@ def write_word(pixels: NDArray[np.uint8], word: str, place: tuple[float, float])
     image = Image.fromarray(pixels)
     draw = ImageDraw.Draw(image, "RGBA")
     draw.rounded_rectangle((x, y, x + wide, y + high), radius=margin, fill=_PAPER)
-    draw.text((x + margin - left, y + 0.8 * margin - top), word, font=font, fill=INK)
+    draw.text((x + margin - left, y + 0.8 * margin - top), text, font=font, fill=INK)
     pixels[:] = np.asarray(image)
 
 
 @cache
 def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    """Pillow's own letters: no font of the system is needed."""
+    """Pillow's own font, so that none of the system is needed."""
     return ImageFont.load_default(size)

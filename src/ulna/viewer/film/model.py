@@ -1,4 +1,4 @@
-"""What all pictures of one robot share: its triangles, and those of the solids that are not seen through."""
+"""Makes the triangles of a robot and of opaque solids, which all its pictures share. Used by ``painter`` and ``record``."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ from ulna.viewer.visuals import link_visuals, triangles
 
 
 @dataclass(frozen=True, eq=False)
-class Extent:
-    """A ball that holds a robot: its middle and radius; and the height of the robot's lowest point [m]."""
+class BoundingBall:
+    """A ball that holds a robot: its centre and radius in the base frame [m]; and the height of the robot's lowest point [m]."""
 
-    middle: NDArray[np.float64]
+    centre: NDArray[np.float64]
     radius: float
     lowest: float
 
@@ -26,8 +26,8 @@ class Model:
     """A robot and solids as triangles.
 
     Attributes:
-        skin: The triangles; each moves with a link, by its place in ``link_names``, or with a solid, numbered behind the links.
-        missing: The meshes that could not be had, each with the reason.
+        skin: The triangles; each moves with a link, by its index in ``link_names``, or with a solid, numbered after the links.
+        missing: The meshes that could not be read, each with the reason.
     """
 
     def __init__(self, robot: Robot, solids: Sequence[Solid] = ()) -> None:
@@ -60,14 +60,14 @@ class Model:
                 colors[own], glow[own] = linear(solid.color), float(solid.glows)
         return colors, glow
 
-    def extent(self, q: NDArray[np.float64]) -> Extent:
-        """How much room the robot takes at q."""
+    def bounding_ball(self, q: NDArray[np.float64]) -> BoundingBall:
+        """A ball about the robot at q, shape (n_dof,)."""
         poses, skin = self.robot.link_poses(q), self.skin
         own = skin.frames < len(poses)
         T, p = poses[skin.frames[own]], skin.points[own]
         placed = np.einsum("nij,nj->ni", T[:, :3, :3], p) + T[:, :3, 3]
-        low, middle = placed.min(axis=0), (placed.min(axis=0) + placed.max(axis=0)) / 2
-        return Extent(middle, float(np.linalg.norm(placed - middle, axis=1).max()), float(low[2]))
+        low, centre = placed.min(axis=0), (placed.min(axis=0) + placed.max(axis=0)) / 2
+        return BoundingBall(centre, float(np.linalg.norm(placed - centre, axis=1).max()), float(low[2]))
 
 
 def is_opaque(solid: Solid) -> bool:

@@ -1,16 +1,14 @@
-"""Paints pictures of a robot and what stands around it, with no display: on this machine's processor alone."""
+"""Paints pictures of a robot and solids around it on the CPU, with no display. Used by ``film``."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.demo.drawing import WORD_POSITION
-from ulna.description.pose import pose
 from ulna.drivers.rendering import draw_triangles, encode, lay_panes, place_points, shade_pixels
 from ulna.kernels.render.raster import NOTHING
 from ulna.viewer.film.camera import Camera, sun_view
-from ulna.viewer.film.caption import write_word
+from ulna.viewer.film.caption import Caption, write_text
 from ulna.viewer.film.model import Model, is_opaque
 from ulna.viewer.film.panes import make_panes
 from ulna.viewer.film.skin import linear
@@ -26,21 +24,21 @@ class Picture:
     """What is to be painted.
 
     Attributes:
-        q: Where the robot stands, shape (n_dof,).
+        q: Joint positions of the robot [rad or m], shape (n_dof,).
         camera: From where it is seen.
-        solids: What stands around it, or moves with its links.
-        word: What is written beside the solid that glows.
+        solids: Shapes beside it, or on its links.
+        caption: Words that are written over it.
     """
 
     q: NDArray[np.float64]
     camera: Camera
     solids: tuple[Solid, ...] = ()
-    word: str = ""
+    caption: Caption | None = None
 
 
 @dataclass(frozen=True)
 class Ground:
-    """Where the robot stands.
+    """The floor under the robot.
 
     Attributes:
         middle: Of all that is shown [m].
@@ -78,8 +76,8 @@ class Painter:
     def paint(self, picture: Picture) -> NDArray[np.uint8]:
         """The picture's pixels: red, green, blue, shape (height, width, 3).
 
-        1. What the sun sees: from there shadows are known. 2. What the camera sees. 3. The light of each pixel. 4. The boxes that
-        are seen through, laid over it. 5. The word.
+        1. A shadow map: the heights that the sun sees. 2. The triangle that the camera sees at each sample. 3. The light of each
+        pixel. 4. The translucent boxes, blended over it. 5. The caption.
         """
         poses = self.model.poses(picture.q, picture.solids)
         colors, glow = self.model.paints(picture.solids)
@@ -89,9 +87,9 @@ class Painter:
         self._lay_panes(picture, poses, view)
         pixels = np.empty((self.height, self.width, 3), np.uint8)
         encode(self._light, pixels)
-        for lamp in (solid for solid in picture.solids if solid.glows):
-            beside = poses[self.model.links[lamp.link]] @ lamp.pose @ pose(WORD_POSITION)
-            write_word(pixels, picture.word, picture.camera.place(beside[:3, 3], self.width, self.height))
+        if picture.caption is not None:
+            place = picture.camera.place(picture.caption.position, self.width, self.height)
+            write_text(pixels, picture.caption.text, place)
         return pixels
 
     def _draw(self, poses: NDArray, view: NDArray, glow: NDArray) -> None:

@@ -1,4 +1,4 @@
-"""Records the demo, or a robot that stands still while the camera goes round it, into a file."""
+"""Records pictures into a file: of a robot while the camera goes round it, or given ones. Used by ``ulna record``, the demo."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from ulna.robot import Robot
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.files import WRITERS, write_film
 from ulna.viewer.film.film import Film
-from ulna.viewer.film.model import Extent, Model
+from ulna.viewer.film.model import BoundingBall, Model
 from ulna.viewer.film.painter import Ground, Picture
 from ulna.viewer.solid import collision_boxes
 
@@ -23,13 +23,13 @@ FINE_PIXELS = 1920 * 1080  # up to which a single picture has more samples a pix
 Tell = Callable[[int], object]
 
 
-def _no_one(done: int) -> None:
-    """Nobody is told."""
+def report_nothing(done: int) -> None:
+    """Progress that is not shown."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """What a file is to be like.
+    """What a video or picture file is to be like.
 
     Attributes:
         path: Where it is written; its ending says what it is: .mp4, .gif or .png.
@@ -55,10 +55,10 @@ class Form:
 
 
 def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, rate: int | None = None) -> Form:
-    """A form whose parts go together; a moving .gif is small and slow unless said otherwise.
+    """A form with defaults by its file's ending: 1280x720 at 30 pictures a second, or 640x360 at 10 for a .gif.
 
     Raises:
-        InputError: One of them cannot be had.
+        InputError: The ending is unknown, or the length, the size or the rate is out of range.
     """
     ending = path.suffix.lower()
     if ending not in WRITERS:
@@ -69,35 +69,54 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
     if not (16 <= width <= LARGEST_SIZE and 16 <= height <= LARGEST_SIZE):
         raise InputError("size", f"{width}x{height}; each side has 16 to {LARGEST_SIZE} pixels")
     if not 1 <= rate <= (50 if is_gif else 120):
-        raise InputError("rate", f"{rate}; 1 to {50 if is_gif else 120} pictures a second can be had")
+        raise InputError("rate", f"{rate}; 1 to {50 if is_gif else 120} pictures a second are expected")
     if not (0.0 < seconds < inf and (ending == ".png" or seconds * rate <= MOST_FRAMES)):
-        raise InputError("seconds", f"{seconds:g}; more than 0 s and at most {MOST_FRAMES} pictures can be had")
+        raise InputError("seconds", f"{seconds:g}; a length above 0 s with at most {MOST_FRAMES} pictures is expected")
     if ending == ".mp4":
         width, height = width + width % 2, height + height % 2  # H.264 halves the colours' raster
     return Form(path, seconds, (width, height), rate)
 
 
 def record_robot(
-    form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = _no_one
+    form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
-    """A robot that stands at q, while the camera goes round it once. Given back: why which meshes could not be shown."""
+    """Record a robot that stands still, while the camera goes round it once.
+
+    Args:
+        form: What the file is to be like.
+        robot: The robot.
+        q: Its joint positions [rad or m], shape (n_dof,).
+        boxes: Show its collision boxes.
+        tell: Called with the number of pictures done so far.
+
+    Returns:
+        The meshes that could not be shown, each with the reason.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
     solids = tuple(collision_boxes(robot)) if boxes else ()
     model = Model(robot, solids)
-    extent = model.extent(q)
+    ball = model.bounding_ball(q)
     aspect = form.size[0] / form.size[1]
     turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
-    pictures = [Picture(q, Camera.around(extent.middle, extent.radius, turn, aspect), solids) for turn in turns]
-    _write(form, model, pictures, _ground(extent), tell)
+    pictures = [Picture(q, Camera.around(ball.centre, ball.radius, turn, aspect), solids) for turn in turns]
+    write_pictures(form, model, pictures, _ground(ball), tell)
     return model.missing
 
 
-def _write(form: Form, model: Model, pictures: Sequence[Picture], ground: Ground, tell: Tell) -> None:
+def write_pictures(form: Form, model: Model, pictures: Sequence[Picture], ground: Ground, tell: Tell = report_nothing) -> None:
+    """Paint pictures of a model, and write them into the file that a form describes.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
     samples = 4 if form.is_still and form.size[0] * form.size[1] <= FINE_PIXELS else 2
     film = Film(model, pictures, form.size, form.rate, ground, samples, tell)
     write_film(form.path, film)
 
 
-def _ground(extent: Extent) -> Ground:
+def _ground(ball: BoundingBall) -> Ground:
     """A floor under the lowest point, or at the base if that is lower; its cells are about a tenth of the robot's size."""
-    cell = 10.0 ** np.round(np.log10(max(extent.radius, 1e-3) / 6.0))
-    return Ground(tuple(extent.middle.tolist()), 1.5 * extent.radius, min(extent.lowest, 0.0), float(cell))
+    cell = 10.0 ** np.round(np.log10(max(ball.radius, 1e-3) / 6.0))
+    return Ground(tuple(ball.centre.tolist()), 1.5 * ball.radius, min(ball.lowest, 0.0), float(cell))

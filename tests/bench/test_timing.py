@@ -3,8 +3,9 @@
 import time
 
 import numpy as np
+from benchmarks.ratio import ratio
 
-from ulna.bench.timing import Timing, Workload, one_pass, ratio, time_each, time_interleaved
+from ulna.bench.timing import Timing, Workload, one_pass, time_each, time_interleaved
 
 
 def wait(nanoseconds):

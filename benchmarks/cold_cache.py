@@ -1,0 +1,11 @@
+"""Times a first use on a machine that has no machine code yet. Used by ``make bench``."""
+
+from tempfile import TemporaryDirectory
+
+from ulna.bench.first_use import time_steps
+
+
+def cold_rows():
+    """Seconds of each step of a first use with an empty cache: all that the steps call is compiled."""
+    with TemporaryDirectory() as folder:
+        return [{"step": step, "seconds": seconds} for step, seconds in time_steps(NUMBA_CACHE_DIR=folder).items()]

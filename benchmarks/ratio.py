@@ -1,0 +1,11 @@
+"""Compares two timings pass by pass. Used by the tables of peers and by ``guard``."""
+
+import numpy as np
+
+from ulna.bench.timing import Timing
+
+
+def ratio(timing: Timing, yardstick: Timing) -> tuple[float, float, float]:
+    """Quartiles of timing over yardstick, taken pass by pass, so that what slows both cancels."""
+    lower, median, upper = np.percentile(timing.passes / yardstick.passes, (25, 50, 75))
+    return float(lower), float(median), float(upper)

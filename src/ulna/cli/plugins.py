@@ -1,0 +1,26 @@
+"""Finds what packages add to the command line by entry points, as the demo does. Used by ``app`` and ``ulna record``.
+
+A package adds commands in the group ``ulna.commands``: a ``typer.Typer`` whose commands become commands of ``ulna``. In the group
+``ulna.films`` it adds a film that ``ulna record`` makes without ``--robot``; ``record.Film`` says how it is called.
+"""
+
+from importlib.metadata import entry_points
+from typing import Any
+
+COMMANDS, FILMS = "ulna.commands", "ulna.films"
+
+
+def load_plugins(group: str) -> list[Any]:
+    """The objects that the entry points of a group name. Those of a package that has been deleted are left out.
+
+    Raises:
+        ImportError: The module of an entry point is there, but cannot be imported.
+    """
+    found = []
+    for entry in entry_points(group=group):
+        try:
+            found.append(entry.load())
+        except ModuleNotFoundError as error:
+            if not f"{entry.module}.".startswith(f"{error.name}."):  # another module is missing: one that the plugin needs
+                raise
+    return found
