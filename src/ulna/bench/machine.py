@@ -6,7 +6,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import ulna
-from ulna.engine.threads import n_processors
+from ulna.engine.processors import n_processors
 
 PACKAGES = ("numpy", "numba", "llvmlite")
 
