@@ -12,26 +12,13 @@ import ulna
 from benchmarks.markdown import table
 from ulna.bench.targets import random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.drivers.forward import forward_one
-from ulna.drivers.jacobian import jacobian_one
-from ulna.engine.decorators import low_latency_entry, ready
-from ulna.engine.signatures import MATRIX, NUMBERS, WHOLE
-from ulna.kernels.chain.jacobian import BASE
+from ulna.drivers import entry
+from ulna.engine.entries import Entries
+from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.robot import Robot
 
 CALLS = 64
-
-
-@low_latency_entry((MATRIX, WHOLE, NUMBERS, MATRIX))
-def idle_forward(chain, n_dof, q, out):  # noqa: ARG001 -- only what it costs to hand them over is asked
-    """As ``forward_one``, with nothing to do."""
-    return True
-
-
-@low_latency_entry((MATRIX, WHOLE, WHOLE, NUMBERS, MATRIX))
-def idle_jacobian(chain, expressed_in, n_dof, q, out):  # noqa: ARG001 -- only what it costs to hand them over is asked
-    """As ``jacobian_one``, with nothing to do."""
-    return True
+IDLE = Entries("benchmarks")
 
 
 def account_rows(robot: Robot) -> list[dict]:
@@ -39,7 +26,8 @@ def account_rows(robot: Robot) -> list[dict]:
     q, chain = list(random_positions(robot, CALLS, 0)), robot.tree.chain(str(robot.tip)).copy()
     fk, T, jac, J = robot.compile_forward(), np.empty((4, 4)), robot.compile_jacobian(), np.empty((6, robot.n_dof))
     n = robot.n_dof
-    idle_fk, idle_jac = ready(idle_forward), ready(idle_jacobian)
+    forward_one, jacobian_one = entry("forward.forward_one"), entry("jacobian.jacobian_one")
+    idle_fk, idle_jac = IDLE.find("idle.idle_forward"), IDLE.find("idle.idle_jacobian")
     works = {
         "loop": lambda x: x,
         "fk method": robot.forward_kinematics,

@@ -30,7 +30,8 @@ import numpy as np
 import ulna
 from ulna.kernels.chain.chain import chain_pose
 from ulna.kernels.distance.box_sat import boxes_overlap
-from ulna.kernels.chain.jacobian import BASE, chain_jacobian
+from ulna.kernels.chain.jacobian import chain_jacobian
+from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.collision.posed_pair import balls_meet, half_extents, place_bodies
 from ulna.kernels.spatial.se3 import load_pose
 

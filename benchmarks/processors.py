@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ulna.engine.threads import n_processors
+from ulna.engine.threads import default_threads
 
 
 @contextmanager
@@ -23,4 +23,4 @@ def one_processor() -> Iterator[None]:
 
 def _allow(processors: set[int]) -> None:
     os.sched_setaffinity(0, processors)  # of this thread and those that it begins; those that are there already keep theirs
-    n_processors.cache_clear()
+    default_threads.cache_clear()

@@ -19,7 +19,7 @@ from ulna.bench.arms import load_arm
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import Solver, ulna_solver
 from ulna.bench.targets import random_positions
-from ulna.engine.threads import in_parts, n_processors
+from ulna.engine.threads import default_threads, in_parts
 
 PI = np.pi
 
@@ -113,13 +113,13 @@ def test_rows_become_a_table_in_markdown():
 
 
 def test_on_one_processor_nothing_is_handed_to_threads_and_afterwards_all_is_as_it_was():
-    allowed, before = n_processors(), os.sched_getaffinity(0)
+    allowed, before = default_threads(), os.sched_getaffinity(0)
     threads = set()
     with one_processor():
         assert in_parts(lambda _: threads.add(threading.get_ident()) is None, 10_000, 1000)
-        assert (n_processors(), len(os.sched_getaffinity(0))) == (1, 1)
+        assert (default_threads(), len(os.sched_getaffinity(0))) == (1, 1)
     assert threads == {threading.get_ident()}
-    assert (n_processors(), os.sched_getaffinity(0)) == (allowed, before)
+    assert (default_threads(), os.sched_getaffinity(0)) == (allowed, before)
 
 
 def test_each_joint_more_costs_the_same_number_of_operations():

@@ -7,8 +7,8 @@ import kernel_probes as probes
 import naive
 import zoo
 from close import assert_close
-from ulna.drivers.forward import forward_batch, forward_one, frames_batch, frames_one
-from ulna.engine.decorators import ready
+from ulna.drivers import entry
+from ulna.drivers.forward import forward_batch, frames_batch, frames_one
 from ulna.kinematics.tree import build_tree
 
 ROBOTS = {
@@ -71,7 +71,7 @@ def test_the_entries_write_whole_matrices(description, tree, q):
 def test_one_configuration_gives_what_the_batch_gives(description, tree, q):
     T, poses = np.empty((4, 4)), np.empty((len(tree.link_names), 4, 4))
     x = q[3] if tree.n_dof else np.zeros(1)
-    assert ready(forward_one)(tree.chain(tree.link_names[-1]).copy(), len(x), x, T)
+    assert entry("forward.forward_one")(tree.chain(tree.link_names[-1]).copy(), len(x), x, T)
     assert frames_one(tree.joints, tree.link_frames, x, poses)
     expected = naive.link_poses(description, q[3])
     assert_close(poses, expected, atol=2e-14)
@@ -88,7 +88,7 @@ def test_the_entries_tell_of_an_entry_out_of_range(bad, rng):
             q[row, -1] = bad
             assert not forward_batch(chain, q, np.empty((10, 4, 4)))
             assert not frames_batch(tree.joints, tree.link_frames, q, np.empty((10, links, 4, 4)))
-            assert not ready(forward_one)(chain.copy(), tree.n_dof, q[row], np.empty((4, 4)))
+            assert not entry("forward.forward_one")(chain.copy(), tree.n_dof, q[row], np.empty((4, 4)))
             assert not frames_one(tree.joints, tree.link_frames, q[row], np.empty((links, 4, 4)))
 
 

@@ -10,11 +10,19 @@ import zoo
 from close import assert_close
 from seeded import search
 from ulna.description.robot_description import Limits
-from ulna.drivers.single_start import DAMPED_LEAST_SQUARES, JACOBIAN_TRANSPOSE, LARGEST_STEP, PSEUDO_INVERSE
+from ulna.drivers.single_start import LARGEST_STEP
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.ik.damped_least_squares import DAMPING
 from ulna.kernels.ik.pseudo_inverse import CUTOFF
-from ulna.kernels.ik.search_layout import NOT_A_POSE, NOT_FOUND, SOLVED, STATIONARY
+from ulna.kernels.ik.search_layout import (
+    DAMPED_LEAST_SQUARES,
+    JACOBIAN_TRANSPOSE,
+    NOT_A_POSE,
+    NOT_FOUND,
+    PSEUDO_INVERSE,
+    SOLVED,
+    STATIONARY,
+)
 from ulna.kinematics.tree import build_tree
 
 N = 10

@@ -10,9 +10,8 @@ import naive
 import seeded
 import zoo
 from close import assert_close
-from ulna.drivers.single_start import JACOBIAN_TRANSPOSE
 from ulna.kernels.ik import search_layout as layout
-from ulna.kernels.ik.search_layout import SOLVED, STATIONARY
+from ulna.kernels.ik.search_layout import JACOBIAN_TRANSPOSE, SOLVED, STATIONARY
 from ulna.kinematics.tree import build_tree
 
 N = 10

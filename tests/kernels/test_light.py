@@ -6,7 +6,7 @@ import pytest
 from kernel_modes import compiled
 from ulna.drivers.rendering import draw_triangles, place_points, shade_pixels
 from ulna.kernels.render.illumination import surface_light
-from ulna.kernels.render.raster import NOTHING
+from ulna.kernels.render.render_layout import NOTHING
 
 WIDTH, HEIGHT = 48, 36
 EYE = np.array([1.2, -0.9, 1.5])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ulna.drivers.rendering import draw_triangles, place_points
-from ulna.kernels.render.raster import NOTHING
+from ulna.kernels.render.render_layout import NOTHING
 
 HEIGHT, WIDTH = 12, 17
 

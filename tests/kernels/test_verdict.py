@@ -9,8 +9,16 @@ from ulna.collision.objects import MOST_UNINDEXED, make_objects
 from ulna.description.shapes import Box
 from ulna.drivers.contacts import contacts_each
 from ulna.drivers.overlap import overlap_batch, overlap_one
-from ulna.kernels.collision.contacts import CONTACT_WIDTH, DISTANCE, NORMAL, WITNESS_A, WITNESS_B
-from ulna.kernels.collision.overlap import FREE, OUT_OF_RANGE, OVERLAPS
+from ulna.kernels.collision.collision_layout import (
+    CONTACT_WIDTH,
+    DISTANCE,
+    FREE,
+    NORMAL,
+    OUT_OF_RANGE,
+    OVERLAPS,
+    WITNESS_A,
+    WITNESS_B,
+)
 
 N = 20
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)

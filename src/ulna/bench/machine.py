@@ -5,7 +5,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from ulna.engine.threads import n_processors
+from ulna.engine.processors import n_processors
 
 PACKAGES = ("numpy", "numba", "llvmlite")
 

@@ -15,7 +15,8 @@ from rich.text import Text
 from ulna.cli.data import Data
 from ulna.cli.options import Json
 from ulna.cli.output import make_table, show
-from ulna.engine.threads import n_processors
+from ulna.drivers import DRIVERS
+from ulna.engine.threads import default_threads
 from ulna.errors import FileError
 
 if TYPE_CHECKING:
@@ -38,8 +39,8 @@ def warmup(*, as_json: Json = False) -> None:
     folder = cache_folder()
     if folder is None:
         raise FileError("cache folder", "it cannot be written, so nothing would be kept; NUMBA_CACHE_DIR names another")
-    jobs, start = all_jobs(), time.perf_counter()
-    compiled = with_progress(compile_all(jobs, side_by_side=n_processors() > 1), len(jobs), in_lines=not as_json)
+    jobs, start = all_jobs(DRIVERS), time.perf_counter()
+    compiled = with_progress(compile_all(jobs, side_by_side=default_threads() > 1), len(jobs), in_lines=not as_json)
     show(warmup_data(str(folder), time.perf_counter() - start, compiled), warmup_table, as_json=as_json)
 
 

@@ -17,16 +17,23 @@ from ulna.collision.report import Pair, Report
 from ulna.collision.sampled_pairs import find_allowed
 from ulna.collision.world import World
 from ulna.description.robot_description import Description
-from ulna.drivers.contacts import contacts_each, indexed_candidates
-from ulna.drivers.continuous import edges_each
-from ulna.drivers.nearest import nearest_batch
-from ulna.drivers.overlap import overlap_batch, overlap_one
+from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
-from ulna.kernels.collision.contacts import CONTACT_WIDTH, DISTANCE, NORMAL, WITNESS_A, WITNESS_B
-from ulna.kernels.collision.continuous import EDGE_CONTACT, EDGE_OUT_OF_RANGE
-from ulna.kernels.collision.nearest import BODY, NEAREST, NEAREST_WIDTH
-from ulna.kernels.collision.overlap import OUT_OF_RANGE, OVERLAPS
+from ulna.kernels.collision.collision_layout import (
+    BODY,
+    CONTACT_WIDTH,
+    DISTANCE,
+    EDGE_CONTACT,
+    EDGE_OUT_OF_RANGE,
+    NEAREST,
+    NEAREST_WIDTH,
+    NORMAL,
+    OUT_OF_RANGE,
+    OVERLAPS,
+    WITNESS_A,
+    WITNESS_B,
+)
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
@@ -36,6 +43,7 @@ NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
 NO_PAIRS.setflags(write=False)  # as those of a robot are: kernels are compiled for one kind
 LEAST_RESOLUTION = 1e-5  # [m] distances of cylinders are good to 1e-6
 WORTH_A_THREAD = 64  # edges
+REPORTS = 256  # of a part: most of the time for a report is Python's
 FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
 
 
@@ -75,7 +83,12 @@ class Checker:
         return checked_pairs(self.bodies, self.tree, self.allowed, self.attached)
 
     def in_collision(
-        self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.bool_] | None = None
+        self,
+        q: ArrayLike,
+        world: World | None,
+        self_collision: bool,
+        out: NDArray[np.bool_] | None = None,
+        threads: int | None = None,
     ) -> bool | NDArray[np.bool_]:
         """Whether anything touches: a bool for one q, else shape (...,)."""
         scene = self._scene(self._objects(world), self_collision)
@@ -86,13 +99,18 @@ class Checker:
         if q.ndim == 1:
             hits[()] = self._touches(q, scene)
             return hits
-        of_rows = hits.reshape(-1)
-        if not in_parts(lambda part: overlap_batch(*scene, rows[part], of_rows[part]), len(rows)):
+        of_rows, overlap_batch = hits.reshape(-1), entry("overlap.overlap_batch")
+        if not in_parts(lambda part: overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
             refuse_out_of_range(q)
         return hits
 
     def signed_distance(
-        self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.float64] | None = None
+        self,
+        q: ArrayLike,
+        world: World | None,
+        self_collision: bool,
+        out: NDArray[np.float64] | None = None,
+        threads: int | None = None,
     ) -> Any:
         """The least signed distance: a number for one q, else shape (...,)."""
         scene = self._scene(self._objects(world), self_collision)
@@ -100,28 +118,40 @@ class Checker:
         if q.ndim == 1 and out is None:
             return float(self._nearest(q, scene)[NEAREST])
         answer = as_out(out, q.shape[:-1], q)
-        answer[...] = self._nearest(q, scene)[..., NEAREST]
+        answer[...] = self._nearest(q, scene, threads)[..., NEAREST]
         return answer
 
     def distance_gradient(
-        self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.float64] | None = None
+        self,
+        q: ArrayLike,
+        world: World | None,
+        self_collision: bool,
+        out: NDArray[np.float64] | None = None,
+        threads: int | None = None,
     ) -> NDArray[np.float64]:
         """The gradient of the least signed distance, shape (..., n_dof)."""
         scene = self._scene(self._objects(world), self_collision)
         q = as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
-        pairs = self._nearest(q, scene).reshape(-1, NEAREST_WIDTH)[:, BODY:].astype(np.int64)
+        pairs = self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)[:, BODY:].astype(np.int64)
         contacts, of_rows = np.empty((len(pairs), CONTACT_WIDTH)), gradient.reshape(rows.shape)
+        contacts_each = entry("contacts.contacts_each")
 
         def run(part: slice) -> bool:
             of_q = np.arange(part.stop - part.start)
             return contacts_each(*_shapes(scene), for_kernel(rows[part]), of_q, pairs[part], contacts[part], of_rows[part])
 
-        in_parts(run, len(rows))
+        in_parts(run, len(rows), threads=threads)
         return gradient
 
     def edge_in_collision(
-        self, q_a: ArrayLike, q_b: ArrayLike, world: World | None, self_collision: bool, resolution: float
+        self,
+        q_a: ArrayLike,
+        q_b: ArrayLike,
+        world: World | None,
+        self_collision: bool,
+        resolution: float,
+        threads: int | None = None,
     ) -> EdgeReport:
         """Whether anything touches on the straight lines from q_a to q_b."""
         if isinstance(resolution, bool) or not isinstance(resolution, Real) or not LEAST_RESOLUTION <= resolution < np.inf:
@@ -129,13 +159,13 @@ class Checker:
         scene = self._scene(self._objects(world), self_collision)
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
         batch, a, b = rows_of_both(starts, ends, "q_a", "q_b")
-        status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
+        status, free, edges_each = np.empty(len(a), dtype=np.int64), np.empty(len(a)), entry("continuous.edges_each")
 
         def run(part: slice) -> bool:
             ways = for_kernel(a[part]), for_kernel(b[part])
             return edges_each(*scene, *ways, float(resolution), status[part], free[part])
 
-        in_parts(run, len(a), least=WORTH_A_THREAD)
+        in_parts(run, len(a), least=WORTH_A_THREAD, threads=threads)
         if (status == EDGE_OUT_OF_RANGE).any():
             refuse_out_of_range(starts, "q_a")
             refuse_out_of_range(ends, "q_b")
@@ -143,7 +173,9 @@ class Checker:
         hit = (status == EDGE_CONTACT).reshape(batch)
         return EdgeReport(hit if batch else bool(hit), free.reshape(batch) if batch else float(free[0]), q)
 
-    def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float) -> Any:
+    def check_collision(
+        self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float, threads: int | None = None
+    ) -> Any:
         """The pairs that are no farther apart than ``max_distance``: a report for one q, else an array of them, shape (...,)."""
         if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
             raise InputError("max_distance", f"{max_distance!r}; a distance [m] of at least 0 is expected")
@@ -153,22 +185,28 @@ class Checker:
         if q.ndim == 1:
             return self._report(q, scene, objects.names, float(max_distance))
         refuse_out_of_range(q)
-        reports = np.empty(q.shape[:-1], dtype=object)
-        for place in np.ndindex(reports.shape):
-            reports[place] = self._report(q[place], scene, objects.names, float(max_distance))
+        reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)
+        of_rows = reports.reshape(-1)
+
+        def run(part: slice) -> bool:
+            for i in range(part.start, part.stop):
+                of_rows[i] = self._report(rows[i], scene, objects.names, float(max_distance))
+            return True
+
+        in_parts(run, len(rows), least=REPORTS, threads=threads)
         return reports
 
     def _touches(self, q: NDArray[np.float64], scene: tuple) -> bool:
-        answer = overlap_one(*scene, for_kernel(q))
+        answer = entry("overlap.overlap_one")(*scene, for_kernel(q))
         if answer == OUT_OF_RANGE:
             refuse_out_of_range(q)
         return answer == OVERLAPS
 
-    def _nearest(self, q: NDArray[np.float64], scene: tuple) -> NDArray[np.float64]:
+    def _nearest(self, q: NDArray[np.float64], scene: tuple, threads: int | None = None) -> NDArray[np.float64]:
         """The nearest pair of each q (``kernels.collision.nearest``), shape (..., NEAREST_WIDTH)."""
         nearest, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
-        out = nearest.reshape(-1, NEAREST_WIDTH)
-        if not in_parts(lambda part: nearest_batch(*scene, rows[part], out[part]), len(rows)):
+        out, nearest_batch = nearest.reshape(-1, NEAREST_WIDTH), entry("nearest.nearest_batch")
+        if not in_parts(lambda part: nearest_batch(*scene, rows[part], out[part]), len(rows), threads=threads):
             refuse_out_of_range(q)
         return nearest
 
@@ -176,7 +214,8 @@ class Checker:
         candidates = self._candidates(q, scene, max_distance)
         found = np.empty((len(candidates), CONTACT_WIDTH))
         rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, self.tree.n_dof))
-        if not contacts_each(*_shapes(scene), for_kernel(q)[None], rows, candidates, found, no_gradients):
+        write = entry("contacts.contacts_each")
+        if not write(*_shapes(scene), for_kernel(q)[None], rows, candidates, found, no_gradients):
             refuse_out_of_range(q)
         near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
         order = near[np.argsort(found[near, DISTANCE], kind="stable")]
@@ -193,7 +232,7 @@ class Checker:
         hung, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_hung else 0
         while len(hung) < count:
             hung = np.empty((count, 2), dtype=np.int64)
-            count = indexed_candidates(joints, bodies, nodes, n_hung, max_distance, for_kernel(q), hung)
+            count = entry("contacts.indexed_candidates")(joints, bodies, nodes, n_hung, max_distance, for_kernel(q), hung)
         return np.concatenate([alone, hung[:count] + np.array((0, n + n_alone)), pairs])
 
     def _pair(self, candidate: NDArray[np.int64], found: NDArray[np.float64], object_names: tuple[str, ...]) -> Pair:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ulna.collision.allowed import ADJACENT, ALWAYS, FIXED, NEVER, SOMETIMES, AllowedCollisions, LinkPair
 from ulna.collision.bodies import Bodies
 from ulna.description.robot_description import Description
-from ulna.drivers.overlap import overlap_groups
+from ulna.drivers import entry
 from ulna.kinematics.positions import for_kernel
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
@@ -48,7 +48,7 @@ def sampled(tree: Tree, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> li
     touching = np.empty((len(link_pairs), SAMPLES), dtype=np.bool_)
     groups, pairs = np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1:])
     vertices = None if bodies.only_boxes else bodies.vertices
-    overlap_groups(tree.joints, bodies.table, vertices, pairs, groups, for_kernel(q), touching)
+    entry("overlap.overlap_groups")(tree.joints, bodies.table, vertices, pairs, groups, for_kernel(q), touching)
     return [_judged(a, b, touches, q) for (a, b), touches in zip(link_pairs, touching, strict=True)]
 
 

@@ -8,14 +8,8 @@ from ulna.engine.lanes import lane_bits, load, logical_not, lowest_bit, store
 from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, SCENES
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK
-from ulna.kernels.collision.continuous import (
-    EDGE_CONTACT,
-    EDGE_FREE,
-    EDGE_OUT_OF_RANGE,
-    clear_intervals,
-    fastest_of,
-    write_speeds,
-)
+from ulna.kernels.collision.collision_layout import EDGE_CONTACT, EDGE_FREE, EDGE_OUT_OF_RANGE
+from ulna.kernels.collision.continuous import clear_intervals, fastest_of, write_speeds
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.distance.epa import SCRATCH
 

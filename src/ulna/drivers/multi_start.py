@@ -1,4 +1,4 @@
-"""Inverse kinematics by Levenberg-Marquardt, eight starts in the lanes of one vector (``levenberg_marquardt``), within the joint bounds.
+"""Runs Levenberg-Marquardt, eight starts in the lanes of one vector, within the joint bounds. Used by ``ik.restarts``.
 
 A *job* is one start for one target. Jobs are numbered target by target; each lane takes the next job as soon as it has ended its
 own, so that a hard target never holds the other lanes. No lane looks at another: the answer of a job is the same bit for bit

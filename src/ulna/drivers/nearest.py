@@ -8,7 +8,8 @@ from ulna.engine.lanes import lane_of, load, store
 from ulna.engine.signatures import MATRIX, SCENES
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK, place_bounds
-from ulna.kernels.collision.nearest import NEAREST_WIDTH, nearest_indexed, nearest_unindexed, splat_answer
+from ulna.kernels.collision.collision_layout import NEAREST_WIDTH
+from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, splat_answer
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.distance.epa import SCRATCH
 

@@ -1,4 +1,4 @@
-"""Runs the overlap test over one configuration, a batch, or groups of pairs. Used by ``collision.checker`` and ``collision.sampled_pairs``."""
+"""Runs the overlap test over one configuration, a batch, or groups of pairs. Used by ``collision.checker``, ``sampled_pairs``."""
 
 import numpy as np
 
@@ -8,7 +8,8 @@ from ulna.engine.lanes import load, splat, store, where
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK, place_bounds
-from ulna.kernels.collision.overlap import FREE, OUT_OF_RANGE, OVERLAPS, overlaps_indexed, overlaps_unindexed, pair_overlaps
+from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
+from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed, pair_overlaps
 from ulna.kernels.collision.posed_pair import place_bodies
 
 

@@ -18,14 +18,17 @@ from ulna.engine.lanes import any_lane, load, splat, store, where
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.chain import chain_pose
-from ulna.kernels.chain.jacobian import BASE, chain_jacobian
+from ulna.kernels.chain.jacobian import chain_jacobian
+from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.ik.damped_least_squares import DAMPING, damped_step
 from ulna.kernels.ik.damped_step import error_squares, pose_error, release_pressed, within_bounds
 from ulna.kernels.ik.jacobian_transpose import transpose_step
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, LAMBDA, P2, R2, RUNNING, TAKEN
 from ulna.kernels.ik.pseudo_inverse import pseudo_inverse_step
 from ulna.kernels.ik.search_layout import (
+    DAMPED_LEAST_SQUARES,
     ITERATIONS,
+    JACOBIAN_TRANSPOSE,
     NOT_A_POSE,
     POSITION_TOLERANCE,
     ROTATION_TOLERANCE,
@@ -40,7 +43,6 @@ from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose, matrix_pose, rigidity_defect
 
-JACOBIAN_TRANSPOSE, DAMPED_LEAST_SQUARES, PSEUDO_INVERSE = 0, 1, 2
 LARGEST_STEP = 1.0  # rad or m
 _LEAST_SCALE = 1e-9
 _LEAST_STEP = 1e-12

@@ -1,47 +1,57 @@
-"""The machine code of entries on disk: a cache that never serves stale code.
+"""Keeps the machine code of entries on disk, and never loads code of other sources. Used by ``decorators``.
 
-Numba's own cache looks only at the file that holds the entry, not at the kernels it calls. Here the cache folder is named
-by a hash of every source in this package, so a change anywhere in the kernels starts a fresh folder.
+Numba's own cache looks only at the file that holds the entry, not at the kernels that it calls. Here everything that decides the
+machine code is in the names. The folder has a hash of the compiler, its settings and this package's part in it; the file has a
+hash of the entry's sources (``sources``), and one of its signature and the processor. So clones and versions that share a cache
+do not overwrite each other's files, and a change to the kernels of pictures leaves the code of poses as it is.
 """
 
 import contextlib
 import hashlib
 import os
+import platform
 import sys
 import time
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+import llvmlite
+import numba
+import numpy as np
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 
-_UNUSED_FOLDER_DAYS = 30
+from ulna.engine.sources import sources_hash
+
+_UNUSED_DAYS = 30
+_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 announces = True
-"""Whether a terminal is told of each entry that is compiled."""
+"""Whether each entry that is compiled is announced on a terminal."""
 
 
 @cache
-def source_hash() -> str:
-    """Hash of every kernel source, in hexadecimal."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:16]
+def compiler_hash() -> str:
+    """Hash of what makes machine code of any entry, in hexadecimal: the compiler's versions and settings, and our part in it."""
+    versions = platform.python_version(), numba.__version__, llvmlite.__version__, np.__version__
+    settings = (str(getattr(numba.config, name, None)) for name in _SETTINGS)
+    ours = sources_hash(str(Path(__file__).with_name("decorators.py")))
+    return hashlib.sha256("\0".join((*versions, *settings, ours)).encode()).hexdigest()[:16]
 
 
 @cache
 def cache_folder() -> Path | None:
-    """The folder of this version's machine code, or None where nothing can be written.
+    """The folder of this compiler's machine code, or None where nothing can be written.
 
-    ``NUMBA_CACHE_DIR`` is honoured; otherwise it lies in the user's own cache folder. Folders of other versions that
+    ``NUMBA_CACHE_DIR`` is honoured; otherwise it lies in the user's own cache folder. Files, and folders of other compilers, that
     nobody has used for a month are removed.
     """
     try:
         base = _base_folder()
-        folder = base / f"kernels-{source_hash()}"
+        folder = base / f"kernels-{compiler_hash()}"
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
-        _remove_unused(base)
+        _remove_unused(folder)
     except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
         return None
     return folder if os.access(folder, os.W_OK) else None
@@ -57,18 +67,30 @@ def _base_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ulna"
 
 
-def _remove_unused(base: Path) -> None:
-    oldest = time.time() - _UNUSED_FOLDER_DAYS * 86400
-    for folder in base.glob("kernels-*"):
-        with contextlib.suppress(OSError):  # another user's, or another process removes it too: it stays, or is gone already
-            if folder.stat().st_mtime < oldest:
-                for file in folder.iterdir():
-                    file.unlink(missing_ok=True)
-                folder.rmdir()
+def _remove_unused(folder: Path) -> None:
+    """Remove the files of a folder, and the folders beside it with all their files, that nobody has used for a month."""
+    for other in folder.parent.glob("kernels-*"):
+        with contextlib.suppress(OSError):  # another user's, or another process removes it too
+            if other != folder and _is_unused(other):
+                _remove_files(other.iterdir())
+                other.rmdir()
+    _remove_files(file for file in folder.iterdir() if _is_unused(file))
 
 
-class _KernelLocator(_CacheLocator):
-    """Tells Numba where an entry's machine code lies and what makes it stale."""
+def _is_unused(path: Path) -> bool:
+    with contextlib.suppress(FileNotFoundError):
+        return path.stat().st_mtime < time.time() - _UNUSED_DAYS * 86400
+    return False
+
+
+def _remove_files(files: Iterable[Path]) -> None:
+    for file in files:
+        with contextlib.suppress(OSError):
+            file.unlink()
+
+
+class _Locator(_CacheLocator):
+    """Names an entry's files for Numba."""
 
     def __init__(self, function):
         self._function = function
@@ -77,33 +99,58 @@ class _KernelLocator(_CacheLocator):
         return str(cache_folder())
 
     def get_source_stamp(self) -> Any:
-        return source_hash()
+        return None  # the files' names say all
 
     def get_disambiguator(self):
-        return self._function.__module__
+        return f"{self._function.__module__}-{sources_hash(self._function.__code__.co_filename)}"
 
     @classmethod
     def from_function(cls, py_func, py_file):  # noqa: ARG003 - Numba's signature
         return cls(py_func)
 
 
-class _KernelCacheImpl(CompileResultCacheImpl):
-    _locator_classes = (_KernelLocator,)
+class _CacheImpl(CompileResultCacheImpl):
+    _locator_classes = (_Locator,)
+
+
+class _Files(IndexDataCacheFile):
+    """A file for each signature and processor.
+
+    Numba numbers the files and keeps an index of them, which two processes that write at once can leave with the one's entry for
+    the other's file.
+    """
+
+    def load(self, key):
+        """What was saved under a key, or None; the file counts as used today."""
+        name = self._name(key)
+        with contextlib.suppress(FileNotFoundError):
+            os.utime(self._data_path(name))
+            return self._load_data(name)
+        return None
+
+    def save(self, key, data):
+        """Save the machine code of a key: the types of the arguments, the processor, and hashes of the function's own code."""
+        self._save_data(self._name(key), data)
+
+    def _name(self, key) -> str:
+        return self._data_name_pattern.replace("{number:d}", hashlib.sha256(repr(key).encode()).hexdigest()[:16])
 
 
 class KernelCache(FunctionCache):
     """Numba's cache of one entry, in our folder."""
 
-    _impl_class = _KernelCacheImpl
+    _impl_class = _CacheImpl
+
+    def __init__(self, py_func):
+        super().__init__(py_func)
+        self._cache_file = _Files(self._cache_path, self._impl.filename_base, None)
 
     def load_overload(self, sig, target_context):
-        """The machine code of a signature, or None, which means that it is compiled now: a terminal is told."""
+        """The machine code of a signature, or None, which means that it is compiled now; that is announced on a terminal."""
         try:
             loaded = super().load_overload(sig, target_context)
         except Exception:  # noqa: BLE001 - a damaged file costs a compilation, and is replaced
             loaded = None
-            with contextlib.suppress(OSError):
-                self.flush()
         if loaded is None and announces and sys.stderr is not None and sys.stderr.isatty():
             print(f"ulna: compiling {self._py_func.__name__} for this machine (once)", file=sys.stderr)  # noqa: T201
         return loaded

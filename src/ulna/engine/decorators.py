@@ -1,114 +1,134 @@
-"""How a kernel is compiled: the decorators and their flags.
+"""Marks functions for the compiler, with its flags. Used by every kernel and driver.
 
-``kernel`` and ``routine`` mark functions that other kernels call; ``entry`` and ``brief_entry`` those that Python calls, whose
-machine code is kept on disk (``cache``). They say for which kinds of arguments (``signatures``) they are compiled.
+``kernel``, ``exact_kernel``, ``routine`` and ``workspace`` are for functions that other kernels call; ``entry`` and
+``low_latency_entry`` for those that Python calls, by name (``entries``). These have the types of their arguments
+(``signatures``), and their machine code is kept on disk (``cache``).
 """
 
 import threading
 from collections.abc import Callable, Sequence
 from functools import wraps
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba import njit, typeof
 from numba.core import config
 
+import ulna.engine.lane_lowering
+import ulna.engine.lane_operators  # noqa: F401 - both for their effect: Numba knows the number that is eight numbers
 from ulna.engine.cache import KernelCache, cache_folder
+from ulna.engine.sources import text_of
 
 # 'nnan' and 'ninf' are left out on purpose: NaN in must give NaN out, and then an error, never a plausible number.
-# Numba offers each function to C too, which nobody calls here: that way in is not compiled.
+# The wrapper for calls from C is left out, since nothing calls it.
 _FLAGS: dict[str, Any] = {
     "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True,
 }  # fmt: skip
-# Range reduction and compensated sums die of 'reassoc': with it, sin(1e5) is wrong by 4e-12 instead of 2e-16.
+# Range reduction and compensated sums fail with 'reassoc': with it, sin(1e5) is wrong by 4e-12 instead of 2e-16.
 _EXACT_FLAGS: dict[str, Any] = {**_FLAGS, "fastmath": {"contract", "nsz"}}
-# Kernels allocate nothing, so they need not count references: each array handed on would cost two atomic ones. It also keeps
-# kernels to their word: one that does allocate is not compiled.
-_COUNTS_NOTHING: dict[str, Any] = {"_nrt": False}
-_LOW_LATENCY_FLAGS: dict[str, Any] = {**_FLAGS, **_COUNTS_NOTHING, "nogil": False}
+# Kernels allocate nothing, so they need no reference counts, which would cost two atomic operations for each array passed on. A
+# kernel that does allocate is not compiled with this flag.
+_NO_REFERENCE_COUNTS: dict[str, Any] = {"_nrt": False}
+_LOW_LATENCY_FLAGS: dict[str, Any] = {**_FLAGS, **_NO_REFERENCE_COUNTS, "nogil": False}
 Signature = Sequence[Any]  # Numba's types of the arguments
-ENTRIES: dict[Any, tuple[Signature, ...]] = {}
-"""Every entry, with all the kinds of arguments that it is called with: what there is to compile."""
+
+
+class Calls(NamedTuple):
+    """The signatures that an entry is called with; one of low latency is compiled for its one signature and for no other."""
+
+    signatures: tuple[Signature, ...]
+    low_latency: bool = False
+
+
+ENTRIES: dict[Any, Calls] = {}
+"""Every entry of the drivers imported so far."""
 _lock = threading.Lock()
 
 
 def kernel(function):
-    """Compile a formula: inlined wherever it is called, so that tuples of numbers stay in registers.
+    """Mark a formula: inlined wherever it is called, so that tuples of numbers stay in registers.
 
-    Kernels count no references to arrays. An entry, which allocates and therefore does, must get no array back from one (a
-    slice of its own, say): it would let go of what nobody took hold of. ``workspace`` is for that.
+    Kernels count no references to arrays. So an entry, which does count them, must not get an array from a kernel (a slice of its
+    own, say): it would decref an array that it does not own. Use ``workspace`` for that.
     """
-    return njit(forceinline=True, **_COUNTS_NOTHING, **_FLAGS)(function)
+    return _compiled(function, forceinline=True, **_NO_REFERENCE_COUNTS, **_FLAGS)
 
 
 def routine(function):
-    """Compile a longer piece that works on rows: called, which keeps compilation short, unless LLVM thinks inlining worth it.
+    """Mark a longer piece that works on rows: called, which keeps compilation short, unless LLVM inlines it.
 
-    Left unsaid, ``forceinline`` would be that of whatever calls it first (Numba's callees inherit it): True from a kernel.
+    Without ``forceinline=False`` it would take the setting of its first caller (Numba's callees inherit it): True from a kernel.
     """
-    return njit(forceinline=False, **_COUNTS_NOTHING, **_FLAGS)(function)
+    return _compiled(function, forceinline=False, **_NO_REFERENCE_COUNTS, **_FLAGS)
 
 
 def exact_kernel(function):
-    """Compile without reassociation, for code that counts on the order of its operations."""
-    return njit(forceinline=True, **_COUNTS_NOTHING, **_EXACT_FLAGS)(function)
+    """Mark a formula that depends on the order of its operations: compiled without reassociation."""
+    return _compiled(function, forceinline=True, **_NO_REFERENCE_COUNTS, **_EXACT_FLAGS)
 
 
 def workspace(function):
-    """Compile what makes arrays for an entry: besides entries the only kind that may return one."""
-    return njit(forceinline=False, **_FLAGS)(function)
+    """Mark a function that makes arrays for an entry: besides entries the only kind that may return an array."""
+    return _compiled(function, forceinline=False, **_FLAGS)
 
 
-def entry(*calls: Signature) -> Callable[[Callable], Any]:
-    """Compile a function that Python calls, and keep its machine code on disk.
+def entry(*signatures: Signature) -> Callable[[Callable], Any]:
+    """Mark a function that Python calls; its machine code is kept on disk.
 
     Args:
-        calls: The kinds of its arguments, for each way in which it is called.
+        signatures: The types of its arguments, for each way in which it is called.
     """
-    return lambda function: _entry(function, calls, _FLAGS)
+    return lambda function: _entry(function, Calls(signatures), _FLAGS)
 
 
-def low_latency_entry(call: Signature) -> Callable[[Callable], Any]:
-    """Compile a function that Python calls for so little work that the call itself counts; ``ready`` must be asked for it.
+def low_latency_entry(signature: Signature) -> Callable[[Callable], Any]:
+    """Mark a function that Python calls for less than a microsecond of work, where the call itself counts.
 
-    It counts no references, so it allocates nothing, and it does not let go of the interpreter's lock: each of these takes as
-    long as a pose. It raises a ``TypeError`` for arguments of other kinds, which the caller need not look at first.
+    It counts no references, so it allocates nothing, and it keeps the interpreter's lock: each of these takes as long as a pose.
+    Where it is asked for by name it is compiled for its one signature, so that arguments of other types raise a ``TypeError``.
     """
 
-    def compiled(function: Callable) -> Any:
-        return _entry(_of_kinds(function, call) if is_plain() else function, (call,), _LOW_LATENCY_FLAGS)
+    def marked(function: Callable) -> Any:
+        return _entry(
+            _checked(function, signature) if is_plain() else function, Calls((signature,), low_latency=True), _LOW_LATENCY_FLAGS
+        )
 
-    return compiled
+    return marked
 
 
-def ready(brief: Any) -> Any:
-    """A brief entry, compiled or loaded, and closed to arguments of other kinds."""
-    if not is_plain():
+def callable_entry(marked: Any) -> Any:
+    """An entry as the drivers have it, ready to be called; one of low latency is compiled or loaded first."""
+    if ENTRIES[marked].low_latency and not is_plain():
         with _lock:
-            if not brief.signatures:
-                brief.compile(tuple(ENTRIES[brief][0]))
-                brief.disable_compile()
-    return brief
+            if not marked.signatures:
+                marked.compile(tuple(ENTRIES[marked].signatures[0]))
+                marked.disable_compile()
+    return marked
 
 
-def _entry(function: Callable, calls: tuple[Signature, ...], flags: dict[str, Any]) -> Any:
-    dispatcher: Any = njit(**flags)(function)
+def is_plain() -> bool:
+    """Whether kernels run as plain Python (``NUMBA_DISABLE_JIT=1``)."""
+    return bool(config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _compiled(function: Callable, **flags: Any) -> Any:
+    text_of(function.__code__.co_filename)  # read now, so that the cache's key is that of the text which was loaded
+    return njit(**flags)(function)
+
+
+def _entry(function: Callable, calls: Calls, flags: dict[str, Any]) -> Any:
+    dispatcher = _compiled(function, **flags)
     if not is_plain() and cache_folder() is not None:
         dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
     ENTRIES[dispatcher] = calls
     return dispatcher
 
 
-def is_plain() -> bool:
-    """Whether kernels run as plain Python."""
-    return bool(config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def _of_kinds(function: Callable, kinds: Signature) -> Callable:
-    """A function of plain Python that refuses arguments of other kinds, as a compiled one does."""
+def _checked(function: Callable, signature: Signature) -> Callable:
+    """A function of plain Python that refuses arguments of other types, as a compiled one does."""
 
     @wraps(function)
     def checked(*arguments):
-        for argument, kind in zip(arguments, kinds, strict=True):
+        for argument, kind in zip(arguments, signature, strict=True):
             if typeof(argument) != kind:
                 raise TypeError(f"{typeof(argument)}, but {kind} is expected")
         return function(*arguments)

@@ -1,28 +1,36 @@
-"""Large batches in parts, one after the other or side by side in threads.
+"""Runs large batches in parts, side by side in threads, and says how many threads. Used by all that calls entries over a batch.
 
-The parts begin at multiples of the number of lanes, so that no block is cut, and the kernels give each row the same result
-whatever its block: the answer is bit for bit that of one call.
+The parts begin at multiples of the number of lanes, so that no block of lanes is cut, and the kernels compute each row alike
+whatever its block: the result is bit for bit that of one call.
 """
 
 import os
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cache
 
+from ulna.engine.processors import n_processors
 from ulna.engine.width import WIDTH
+from ulna.errors import InputError
 
-LEAST_ROWS = 1024  # of a part, where a row takes less than a microsecond
-LEAST_POSES = 16 * LEAST_ROWS  # of a part, where a row takes some twenty nanoseconds: a thread takes tens of microseconds to ask
+LEAST_ROWS = 1024  # of a part, where a row takes about a microsecond
+LEAST_POSES = 16 * LEAST_ROWS  # of a part, where a row takes some twenty nanoseconds; a thread takes tens of microseconds to wake
+VARIABLE = "ULNA_THREADS"
+_MOST = 2**31 - 1
 
 
 def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, threads: int | None = None) -> bool:
-    """Run a kernel over rows 0 to n in parts, and say whether it said yes to all. However this ends, no part runs on behind it.
+    """Call an entry for rows 0 to n in parts; True if it returned True for all. However this ends, no part runs on behind it.
 
     Args:
-        run: Calls the kernel for the rows of a slice; the kernel lets go of the interpreter's lock (``nogil``).
-        n: How many rows there are.
-        least: How few rows are worth a thread.
-        threads: How many to use; as many as there are processors unless given.
+        run: Calls the entry for the rows of a slice; the entry releases the interpreter's lock (``nogil``).
+        n: The number of rows.
+        least: The fewest rows that are worth a thread.
+        threads: How many threads to use at most, the caller's own among them; ``default_threads`` unless given.
+
+    Raises:
+        InputError: ``threads``, or the environment variable ``ULNA_THREADS``, is not a number of threads.
 
     Example:
         >>> import numpy as np
@@ -30,26 +38,88 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
         >>> in_parts(lambda rows: np.sqrt(x[rows], out=y[rows]) is not None, 5000), float(y[4900])
         (True, 70.0)
     """
-    threads = n_processors() if threads is None else threads
+    threads = default_threads() if threads is None else as_threads(threads)
     n_parts = min(4 * threads, n // least)
     if n_parts < 2 or threads < 2:
         return run(slice(0, n))
     step = -(-n // n_parts // WIDTH) * WIDTH
-    pool = _pool(os.getpid(), threads)
-    parts: list[Future[bool]] = []
+    waiting = deque(slice(start, min(start + step, n)) for start in range(0, n, step))
+    helpers: list[Future[bool]] = []
     try:
-        parts.extend(pool.submit(run, slice(start, min(start + step, n))) for start in range(0, n, step))
-        return all(part.result() for part in parts)
-    finally:  # the caller's array is the caller's again
-        wait([part for part in parts if not part.cancel()])
+        helpers.extend(_pool().submit(_run_waiting, run, waiting) for _ in range(min(threads, _pool_size()) - 1))
+        good = _run_waiting(run, waiting)
+        return all([good, *(helper.result() for helper in helpers if not helper.cancel())])
+    finally:  # whatever happened, the caller's array is the caller's again
+        waiting.clear()
+        wait([helper for helper in helpers if not helper.cancel()])
+
+
+def _run_waiting(run: Callable[[slice], bool], waiting: deque[slice]) -> bool:
+    """Run the parts that no other thread has taken yet; after one that fails no thread takes another."""
+    good = False
+    try:
+        while (part := _next_of(waiting)) is not None:
+            if not run(part):
+                return False
+        good = True
+    finally:
+        if not good:
+            waiting.clear()
+    return good
+
+
+def _next_of(waiting: deque[slice]) -> slice | None:
+    try:
+        return waiting.popleft()
+    except IndexError:
+        return None
 
 
 @cache
-def n_processors() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+def default_threads() -> int:
+    """How many threads a batch uses unless its call says: ``ULNA_THREADS``, or as many as this process may use processors.
+
+    Found once in a process, and again after a fork.
+
+    Raises:
+        InputError: ``ULNA_THREADS`` is not a number of threads.
+    """
+    text = os.environ.get(VARIABLE, "").strip()
+    if not text:
+        return n_processors()
+    if not text.isdecimal() or not 1 <= int(text) <= _MOST:
+        raise InputError(VARIABLE, f"{text!r}; the environment variable must be a whole number of threads, at least 1")
+    return int(text)
+
+
+def as_threads(threads: int) -> int:
+    """A number of threads as an argument gives it; 0 means 1.
+
+    Raises:
+        InputError: It is not a whole number, or below 0.
+    """
+    if isinstance(threads, bool) or not hasattr(threads, "__index__") or not 0 <= threads.__index__() <= _MOST:
+        raise InputError("threads", f"{threads!r}; a whole number from 0 to {_MOST} is expected")
+    return max(1, threads.__index__())
 
 
 @cache
-def _pool(process: int, threads: int) -> ThreadPoolExecutor:  # noqa: ARG001 - a fork has no threads but the one that made it: it gets its own
-    return ThreadPoolExecutor(threads, thread_name_prefix="ulna")
+def _pool_size() -> int:
+    """How many threads can be of use at once: one for each processor of the machine."""
+    return os.cpu_count() or 1
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """The only pool: whatever number of threads calls ask for, it starts no more than were needed at once."""
+    return ThreadPoolExecutor(_pool_size(), thread_name_prefix="ulna")
+
+
+def _forget() -> None:
+    """What holds for a process and not for its forks: its affinity, its environment, its threads."""
+    default_threads.cache_clear()
+    _pool.cache_clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)

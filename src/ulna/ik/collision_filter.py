@@ -20,14 +20,15 @@ class Obstacles:
 
     robot: Any
     world: World
+    threads: int | None = None
 
     def collides(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, n_dof) collide, shape (n,)."""
-        return self.robot.in_collision(q, self.world)
+        return self.robot.in_collision(q, self.world, threads=self.threads)
 
     def clearance(self, q: Array) -> Array:
         """How far configurations (n, n_dof) are from the world [m], shape (n,): a robot is always near to itself."""
-        return self.robot.signed_distance(q, self.world, self_collision=False)
+        return self.robot.signed_distance(q, self.world, self_collision=False, threads=self.threads)
 
     def pairs(self, q: Array) -> tuple[tuple[str, str], ...]:
         """The names of the pairs that collide at one configuration."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.drivers.differential_ik import differential_batch, differential_one
+from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
 from ulna.ik.problem import positive, refuse_immovable
@@ -28,7 +28,15 @@ _work = _Work()
 
 
 def differential_ik(
-    tree: Tree, q: ArrayLike, twist: ArrayLike, dt: float, link: str, expressed_in: str, damping: float, out: Array | None
+    tree: Tree,
+    q: ArrayLike,
+    twist: ArrayLike,
+    dt: float,
+    link: str,
+    expressed_in: str,
+    damping: float,
+    out: Array | None,
+    threads: int | None = None,
 ) -> Array:
     """Joint velocities, shape (..., n_dof); see ``Robot.differential_ik``."""
     refuse_immovable(tree)
@@ -42,12 +50,14 @@ def differential_ik(
         size = 16 * tree.n_dof + 27
         if len(_work.numbers) < size:
             _work.numbers = np.empty(size)
-        good = differential_one(chain, frame, tree.limits, tree.velocity_limits, lam, dt, q, twist, _work.numbers, out)
+        one = entry("differential_ik.differential_one")
+        good = one(chain, frame, tree.limits, tree.velocity_limits, lam, dt, q, twist, _work.numbers, out)
     else:
         batch, qs, twists = rows_of_both(q, twist, "q", "twist")
         out = as_out(out, (*batch, tree.n_dof), q, twist)
         robot, of_rows = (chain, frame, tree.limits, tree.velocity_limits), flat(out)
-        good = in_parts(lambda part: differential_batch(*robot, lam, dt, qs[part], twists[part], of_rows[part]), len(qs))
+        many = entry("differential_ik.differential_batch")
+        good = in_parts(lambda part: many(*robot, lam, dt, qs[part], twists[part], of_rows[part]), len(qs), threads=threads)
     if not good:
         refuse_out_of_range(q)
         refuse_out_of_range(twist, "twist")

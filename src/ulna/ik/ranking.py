@@ -29,7 +29,7 @@ def cost_of(
 
     def price(order: NDArray[np.int64], q: Array) -> Array:
         if rank == "manipulability":
-            cost = -manipulability(problem.tree, q, problem.link)
+            cost = -manipulability(problem.tree, q, problem.link, threads=problem.threads)
         elif rank == "mid_range":
             cost = _from_mid_range(problem, q)
         elif rank == "clearance" and obstacles is not None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.multi_start import search_jobs
+from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
 from ulna.ik.unit_samples import seed_sample, unit_samples
@@ -133,6 +133,8 @@ def jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Arr
     settings = problem.settings.copy()
     settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
+
+    search_jobs = entry("multi_start.search_jobs")
 
     def piece(rows: slice) -> bool:
         search_jobs(

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.drivers.multi_start import search_one
+from ulna.drivers import entry
 from ulna.ik.bounds import limit_bounds
 from ulna.ik.problem import SEEDED_STEPS, STEPS, as_count, positive, refuse_immovable
 from ulna.ik.result import IKResult
@@ -22,10 +22,11 @@ SingleTargetKey = tuple[str | None, float, float, int]  # link, tolerances [m, r
 class SingleTarget:
     """Searches for one pose of one link. ``solve`` may be called from many threads: nothing that it writes to is shared."""
 
-    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_tolerances")
+    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_search_one", "_tolerances")
 
     def __init__(self, tree: Tree, link: str, home: Array, tolerances: tuple[float, float], seed: int) -> None:
         refuse_immovable(tree)
+        self._search_one = entry("multi_start.search_one")
         self._n, self._tolerances = tree.n_dof, tolerances
         settings = np.zeros(layout.N_SETTINGS)
         settings[layout.POSITION_TOLERANCE] = positive("position_tolerance", tolerances[0])
@@ -49,7 +50,7 @@ class SingleTarget:
             if start.shape != (self._n,):
                 return None
         q, info = np.empty((1, self._n)), np.empty((1, layout.N_INFO))
-        search_one(self._chain, plan, T, start, q, info)
+        self._search_one(self._chain, plan, T, start, q, info)
         if info[0, layout.STATUS] != layout.SOLVED:
             return None
         return IKResult(q[0], info, (), self._tolerances)

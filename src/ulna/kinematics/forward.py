@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.drivers.forward import forward_batch, forward_one, frames_batch, frames_one
-from ulna.engine.decorators import ready
+from ulna.drivers import entry
 from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, for_kernel, refuse_out_of_range
@@ -17,47 +16,52 @@ _SHAPE = (4, 4)
 class CompiledForward:
     """The pose of one link, for a control loop: ``robot.compile_forward(link)``.
 
-    It looks at its arguments as ``robot.forward_kinematics`` does, in less time. It may be pickled, and called from many threads
+    It validates its arguments as ``robot.forward_kinematics`` does, in less time. It may be pickled, and called from many threads
     at once, each with an ``out`` of its own.
     """
 
-    __slots__ = ("_chain", "_link", "_n_dof", "_tree")
+    __slots__ = ("_chain", "_link", "_n_dof", "_one", "_tree")
 
     def __init__(self, tree: Tree, link: str) -> None:
         self._tree, self._link, self._n_dof = tree, link, tree.n_dof or NO_Q
-        self._chain = tree.chain(link).copy()  # writable: the way of a read-only array into a kernel takes 30 ns longer
-        ready(forward_one)
+        self._chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
+        self._one = entry("forward.forward_one")
 
-    def __call__(self, q: ArrayLike, out: Array | None = None) -> Array:
+    def __call__(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """T_base_link.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
             Shape (..., 4, 4).
+
+        Raises:
+            InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
         """
         fits = out is None or type(out) is np.ndarray
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             T = np.empty(_SHAPE) if out is None else out
             try:
-                if forward_one(self._chain, self._n_dof, q, T):
+                if self._one(self._chain, self._n_dof, q, T):
                     return T
-            except TypeError:  # out is of another kind; finding that out takes 80 us, so q is looked at before
+            except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
                 pass
-        return self._looked_at(q, out)
+        return self._validated(q, out, threads)
 
-    def _looked_at(self, q: ArrayLike, out: Array | None) -> Array:
+    def _validated(self, q: ArrayLike, out: Array | None, threads: int | None) -> Array:
         """The same for a batch, and for what has to be converted or refused."""
         q = as_positions(q, self._tree)
         T = as_out(out, (*q.shape[:-1], 4, 4), q)
         if q.ndim == 1:
             x = for_kernel(q)
-            good = forward_one(self._chain, len(x), x, T)
+            good = self._one(self._chain, len(x), x, T)
         else:
             chain, rows, of_rows = self._tree.chain(self._link), flat(q), T.reshape(-1, 4, 4)
-            good = in_parts(lambda part: forward_batch(chain, rows[part], of_rows[part]), len(rows), LEAST_POSES)
+            batch = entry("forward.forward_batch")
+            good = in_parts(lambda part: batch(chain, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
         if not good:
             refuse_out_of_range(q)
         return T
@@ -69,22 +73,22 @@ class CompiledForward:
         return f"<CompiledForward {self._link!r}, {self._tree.n_dof} dof>"
 
 
-def forward_kinematics(tree: Tree, q: ArrayLike, link: str) -> Array:
+def forward_kinematics(tree: Tree, q: ArrayLike, link: str, threads: int | None = None) -> Array:
     """T_base_link, shape (..., 4, 4), for q of shape (..., n_dof)."""
-    return CompiledForward(tree, link)(q)
+    return CompiledForward(tree, link)(q, None, threads)
 
 
-def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = None) -> Array:
+def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
     """T_base_frame of every row of a table of frames, shape (..., n_frames, 4, 4), for q of shape (..., n_dof)."""
     q, n = as_positions(q, tree), len(frames)
     if q.ndim == 1:
         T = np.empty((n, 4, 4)) if out is None else as_out(out, (n, 4, 4), q)
-        good = frames_one(tree.joints, frames, for_kernel(q), T)
+        good = entry("forward.frames_one")(tree.joints, frames, for_kernel(q), T)
     else:
         T = as_out(out, (*q.shape[:-1], n, 4, 4), q)
         rows = flat(q)
-        of_rows = T.reshape(len(rows), n, 4, 4)
-        good = in_parts(lambda part: frames_batch(tree.joints, frames, rows[part], of_rows[part]), len(rows), LEAST_POSES)
+        of_rows, batch = T.reshape(len(rows), n, 4, 4), entry("forward.frames_batch")
+        good = in_parts(lambda part: batch(tree.joints, frames, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
     if not good:
         refuse_out_of_range(q)
     return T

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import rpy_from_matrix
-from ulna.drivers.jacobian import jacobian_batch, jacobian_one
-from ulna.engine.decorators import ready
+from ulna.drivers import entry
 from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.errors import InputError, SingularityError, did_you_mean
-from ulna.kernels.chain.jacobian import BASE, LINK, SPATIAL
+from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, refuse_out_of_range
@@ -24,48 +23,52 @@ LEAST_COS_PITCH = 1e-6
 class CompiledJacobian:
     """The geometric Jacobian of one link, for a control loop: ``robot.compile_jacobian(link, expressed_in=...)``.
 
-    It looks at its arguments as ``robot.jacobian`` does, in less time. It may be pickled, and called from many threads at once,
+    It validates its arguments as ``robot.jacobian`` does, in less time. It may be pickled, and called from many threads at once,
     each with an ``out`` of its own.
     """
 
-    __slots__ = ("_chain", "_expressed_in", "_frame", "_link", "_n_dof", "_shape", "_tree")
+    __slots__ = ("_chain", "_expressed_in", "_frame", "_link", "_n_dof", "_one", "_shape", "_tree")
 
     def __init__(self, tree: Tree, link: str, expressed_in: str) -> None:
         self._frame, self._expressed_in = as_frame(expressed_in), expressed_in
         self._tree, self._link, self._n_dof, self._shape = tree, link, tree.n_dof or NO_Q, (6, tree.n_dof)
-        self._chain = tree.chain(link).copy()  # writable: the way of a read-only array into a kernel takes 30 ns longer
-        ready(jacobian_one)
+        self._chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
+        self._one = entry("jacobian.jacobian_one")
 
-    def __call__(self, q: ArrayLike, out: Array | None = None) -> Array:
+    def __call__(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """J: the link's velocity for a unit rate of each entry of q, linear rows first.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
             Shape (..., 6, n_dof).
+
+        Raises:
+            InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
         """
         fits = out is None or type(out) is np.ndarray
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             J = np.empty(self._shape) if out is None else out
             try:
-                if jacobian_one(self._chain, self._frame, self._n_dof, q, J):
+                if self._one(self._chain, self._frame, self._n_dof, q, J):
                     return J
-            except TypeError:  # out is of another kind; finding that out takes 80 us, so q is looked at before
+            except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
                 pass
-        return self._looked_at(q, out)
+        return self._validated(q, out, threads)
 
-    def _looked_at(self, q: ArrayLike, out: Array | None) -> Array:
+    def _validated(self, q: ArrayLike, out: Array | None, threads: int | None) -> Array:
         """The same for a batch, and for what has to be converted or refused."""
         q, n_dof = as_positions(q, self._tree), self._tree.n_dof
         J = as_out(out, (*q.shape[:-1], 6, n_dof), q)
         if q.ndim == 1:
-            good = n_dof == 0 or jacobian_one(self._chain, self._frame, n_dof, q, J)
+            good = n_dof == 0 or self._one(self._chain, self._frame, n_dof, q, J)
         else:
             chain, frame, rows = self._tree.chain(self._link), self._frame, flat(q)
-            of_rows = J.reshape(len(rows), 6, n_dof)
-            good = in_parts(lambda part: jacobian_batch(chain, frame, rows[part], of_rows[part]), len(rows), LEAST_POSES)
+            of_rows, batch = J.reshape(len(rows), 6, n_dof), entry("jacobian.jacobian_batch")
+            good = in_parts(lambda part: batch(chain, frame, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
         if not good:
             refuse_out_of_range(q)
         return J
@@ -85,12 +88,14 @@ def as_frame(expressed_in: str) -> int:
     return frame
 
 
-def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str, out: Array | None = None) -> Array:
+def geometric_jacobian(
+    tree: Tree, q: ArrayLike, link: str, expressed_in: str, out: Array | None = None, threads: int | None = None
+) -> Array:
     """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
-    return CompiledJacobian(tree, link, expressed_in)(q, out)
+    return CompiledJacobian(tree, link, expressed_in)(q, out, threads)
 
 
-def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None = None) -> Array:
+def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None = None, threads: int | None = None) -> Array:
     """Rates of x, y, z, roll, pitch, yaw, shape (..., 6, n_dof); see ``Robot.analytical_jacobian``.
 
     The angular velocity in the axes of the base is w = E(pitch, yaw) (roll', pitch', yaw'), with the columns of E the axes
@@ -98,8 +103,8 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
     rows are E^-1 of the geometric ones. det E = cos(pitch). Source: Siciliano et al., Robotics (2009), section 3.6.
     """
     q = as_positions(q, tree)
-    J = geometric_jacobian(tree, q, link, "base", out)
-    rpy = rpy_from_matrix(forward_kinematics(tree, q, link))
+    J = geometric_jacobian(tree, q, link, "base", out, threads)
+    rpy = rpy_from_matrix(forward_kinematics(tree, q, link, threads))
     pitch, yaw = rpy[..., 1], rpy[..., 2]
     locked = np.abs(np.cos(pitch)) < LEAST_COS_PITCH
     if np.any(locked):
@@ -111,7 +116,7 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
     return J
 
 
-def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None) -> Any:
+def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None, threads: int | None = None) -> Any:
     """sqrt(det(J J')), or of J' J for fewer than six entries of q that move the link: shape (...,).
 
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
@@ -119,7 +124,7 @@ def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None
     q = as_positions(q, tree)
     answer = as_out(out, q.shape[:-1], q)
     moving = tree.moving_columns(link)
-    J = geometric_jacobian(tree, q, link, "base")[..., moving]
+    J = geometric_jacobian(tree, q, link, "base", threads=threads)[..., moving]
     Jt = np.swapaxes(J, -1, -2)
     np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=answer)
     if not len(moving):  # the determinant of no rows is 1

@@ -11,7 +11,7 @@ from ulna.kernels.layout import LARGEST
 from ulna.kinematics.tree import Tree
 
 NO_Q = -1
-"""How many joints to tell a brief entry that a robot without joints has: no q is as long, so that each is looked at first."""
+"""n_dof sentinel of the low-latency entries for robots without joints: no q has this length, so all take the validating path."""
 FLOAT64 = np.dtype(np.float64)
 
 

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
+from ulna.ik import search
+from ulna.ik.collision_filter import Obstacles
+from ulna.ik.differential import differential_ik
+from ulna.ik.result import IKResult
+from ulna.ik.single_target import SingleTarget, SingleTargetKey
+from ulna.ik.task import Task
 from ulna.robot.structure import Structure
-
-if TYPE_CHECKING:
-    from ulna.ik.result import IKResult
-    from ulna.ik.single_target import SingleTarget, SingleTargetKey
-    from ulna.ik.task import Task
 
 Array = NDArray[np.float64]
 _MOST_KEPT = 64  # searches made ready
@@ -71,7 +71,8 @@ class InverseKinematics(Structure):
             rotation_tolerance: Largest angle that counts as reached [rad].
             max_iterations: Steps from all starts together before giving up; 16 000 (800 starts), or 10 000 for the others.
             time_limit: Seconds before giving up, looked at between rounds.
-            threads: For large batches; all cores unless given. The result is the same bit for bit.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+                The result is the same bit for bit.
             trace: For one target: keep errors, step and damping of every step (``result.trace``).
 
         Returns:
@@ -93,7 +94,7 @@ class InverseKinematics(Structure):
             result = quick.solve(T, q_seed)
             if result is not None:
                 return result
-        return self._search.inverse_kinematics(
+        return search.inverse_kinematics(
             self.tree,
             T,
             self._the_tip if link is None else link,
@@ -111,7 +112,7 @@ class InverseKinematics(Structure):
             time_limit=time_limit,
             threads=threads,
             trace=trace,
-            obstacles=None if world is None else self._obstacles(self, world),
+            obstacles=None if world is None else Obstacles(self, world, threads),
             quick=lambda key: self._quick.get(key) or self._make_quick(key),
         )
 
@@ -150,7 +151,7 @@ class InverseKinematics(Structure):
             >>> len(elbows)
             2
         """
-        return self._search.inverse_kinematics_all(
+        return search.inverse_kinematics_all(
             self.tree,
             T,
             self._the_tip if link is None else link,
@@ -172,6 +173,7 @@ class InverseKinematics(Structure):
         *,
         damping: float = 0.01,
         out: Array | None = None,
+        threads: int | None = None,
     ) -> Array:
         """The joint velocities that give a link a twist for one step, as well as velocity and position limits allow.
 
@@ -187,6 +189,7 @@ class InverseKinematics(Structure):
             damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
                 the smallest singular value of J; no joint moves faster than |twist| / (2 damping).
             out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
             qd [rad/s or m/s], shape (..., n_dof).
@@ -199,27 +202,7 @@ class InverseKinematics(Structure):
             0.1
         """
         link = self._the_tip if link is None else link
-        return self._differential.differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out)
-
-    # The layers below are imported when first used: they load the compiler, which `import ulna` must not.
-
-    @cached_property
-    def _search(self):
-        from ulna.ik import search
-
-        return search
-
-    @cached_property
-    def _differential(self):
-        from ulna.ik import differential
-
-        return differential
-
-    @cached_property
-    def _obstacles(self):
-        from ulna.ik.collision_filter import Obstacles
-
-        return Obstacles
+        return differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out, threads)
 
     @cached_property
     def _quick(self) -> dict:
@@ -227,8 +210,6 @@ class InverseKinematics(Structure):
 
     def _make_quick(self, key: SingleTargetKey) -> SingleTarget:
         """What stays the same from call to call of ``inverse_kinematics``, kept for the next."""
-        from ulna.ik.single_target import SingleTarget
-
         link, position, rotation, seed = key
         if len(self._quick) >= _MOST_KEPT:
             self._quick.clear()

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.kinematics.forward import CompiledForward, frame_poses
+from ulna.kinematics.jacobian import CompiledJacobian, analytical_jacobian, manipulability
 from ulna.robot.structure import Structure
-
-if TYPE_CHECKING:
-    from ulna.kinematics.forward import CompiledForward
-    from ulna.kinematics.jacobian import CompiledJacobian
 
 Array = NDArray[np.float64]
 
@@ -20,13 +18,16 @@ Array = NDArray[np.float64]
 class Kinematics(Structure):
     """Forward kinematics and Jacobians."""
 
-    def forward_kinematics(self, q: ArrayLike, link: str | None = None, *, out: Array | None = None) -> Array:
+    def forward_kinematics(
+        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+    ) -> Array:
         """The pose of a link.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
             out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
             T_base_link, shape (..., 4, 4).
@@ -35,10 +36,10 @@ class Kinematics(Structure):
             forward = self._forwards[link]
         except (KeyError, TypeError):
             forward = self.compile_forward(link)
-        return forward(q, out)
+        return forward(q, out, threads)
 
     def compile_forward(self, link: str | None = None) -> CompiledForward:
-        """Forward kinematics of one link as a function ``fk(q, out=None)``, for control loops: the same answers, sooner.
+        """Forward kinematics of one link as a function ``fk(q, out=None, threads=None)`` for control loops: the same, sooner.
 
         Args:
             link: The link's name; the tip unless given.
@@ -57,22 +58,31 @@ class Kinematics(Structure):
         try:
             return self._forwards[link]
         except (KeyError, TypeError):  # not made yet, or nothing that could be a name
-            forward = self._forward.CompiledForward(self.tree, self._the_tip if link is None else link)
+            forward = CompiledForward(self.tree, self._the_tip if link is None else link)
             return self._forwards.setdefault(link, forward)
 
-    def link_poses(self, q: ArrayLike, *, out: Array | None = None) -> Array:
+    def link_poses(self, q: ArrayLike, *, out: Array | None = None, threads: int | None = None) -> Array:
         """The poses of all links, in the order of ``link_names``.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
             T_base_link, shape (..., n_links, 4, 4).
         """
-        return self._forward.frame_poses(self.tree, self.tree.link_frames, q, out)
+        return frame_poses(self.tree, self.tree.link_frames, q, out, threads)
 
-    def jacobian(self, q: ArrayLike, link: str | None = None, expressed_in: str = "base", *, out: Array | None = None) -> Array:
+    def jacobian(
+        self,
+        q: ArrayLike,
+        link: str | None = None,
+        expressed_in: str = "base",
+        *,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
         """The geometric Jacobian: the link's velocity for a unit rate of each entry of q.
 
         Args:
@@ -82,6 +92,7 @@ class Kinematics(Structure):
                 ``"link"``: the same in the axes of the link (body twist); ``"spatial"``: velocity of the point that passes
                 the base's origin, in the axes of the base.
             out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
             J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
@@ -90,10 +101,10 @@ class Kinematics(Structure):
             jacobian = self._jacobians[link, expressed_in]
         except (KeyError, TypeError):
             jacobian = self.compile_jacobian(link, expressed_in)
-        return jacobian(q, out)
+        return jacobian(q, out, threads)
 
     def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
-        """The Jacobian of one link as a function ``jac(q, out=None)`` for control loops: the same answers, sooner.
+        """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, sooner.
 
         Args:
             link: The link's name; the tip unless given.
@@ -113,16 +124,19 @@ class Kinematics(Structure):
         try:
             return self._jacobians[link, expressed_in]
         except (KeyError, TypeError):  # not made yet, or nothing that could be a name
-            jacobian = self._jacobian.CompiledJacobian(self.tree, self._the_tip if link is None else link, expressed_in)
+            jacobian = CompiledJacobian(self.tree, self._the_tip if link is None else link, expressed_in)
             return self._jacobians.setdefault((link, expressed_in), jacobian)
 
-    def analytical_jacobian(self, q: ArrayLike, link: str | None = None, *, out: Array | None = None) -> Array:
+    def analytical_jacobian(
+        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+    ) -> Array:
         """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
             out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
             Shape (..., 6, n_dof), rows in m/s and rad/s; R = Rz(yaw) Ry(pitch) Rx(roll).
@@ -130,21 +144,24 @@ class Kinematics(Structure):
         Raises:
             SingularityError: |cos(pitch)| < 1e-6 somewhere; ``rows`` lists where.
         """
-        return self._jacobian.analytical_jacobian(self.tree, q, self._the_tip if link is None else link, out)
+        return analytical_jacobian(self.tree, q, self._the_tip if link is None else link, out, threads)
 
-    def manipulability(self, q: ArrayLike, link: str | None = None, *, out: Array | None = None) -> Any:
+    def manipulability(
+        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+    ) -> Any:
         """How well a link can be moved in all directions: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
             out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
             Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints, and 0
             for a link that none moves.
         """
-        return self._jacobian.manipulability(self.tree, q, self._the_tip if link is None else link, out)
+        return manipulability(self.tree, q, self._the_tip if link is None else link, out, threads)
 
     @cached_property
     def _forwards(self) -> dict:
@@ -153,17 +170,3 @@ class Kinematics(Structure):
     @cached_property
     def _jacobians(self) -> dict:
         return {}
-
-    # The layers below are imported when first used: they load the compiler, which `import ulna` must not.
-
-    @cached_property
-    def _forward(self):
-        from ulna.kinematics import forward
-
-        return forward
-
-    @cached_property
-    def _jacobian(self):
-        from ulna.kinematics import jacobian
-
-        return jacobian

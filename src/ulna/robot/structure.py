@@ -13,6 +13,7 @@ from ulna.description.meshes.addresses import with_mesh_paths
 from ulna.description.robot_description import Description
 from ulna.description.semantic import EndEffector, Srdf
 from ulna.description.urdf_writer import write_urdf
+from ulna.dh.from_chain import dh_table
 from ulna.dh.table import PARALLEL, DHTable
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, configuration, joint_groups
@@ -148,13 +149,7 @@ class Structure:
             >>> ulna.load("panda").dh().rows[4]
             array([-0.0825    ,  0.384     , -1.57079633,  0.        ])
         """
-        return self._dh.dh_table(self.description, self.tree, self._the_tip if link is None else link, convention, tolerance)
-
-    @cached_property
-    def _dh(self):
-        from ulna.dh import from_chain as dh
-
-        return dh
+        return dh_table(self.description, self.tree, self._the_tip if link is None else link, convention, tolerance)
 
     @cached_property
     def _the_tip(self) -> str:

@@ -4,14 +4,11 @@ A pair is a body of the robot and another, or an object of the world, numbered f
 """
 
 from ulna.engine.decorators import kernel
+from ulna.kernels.collision.collision_layout import DISTANCE, NORMAL, WITNESS_A, WITNESS_B
 from ulna.kernels.collision.posed_pair import rows_answer
 from ulna.kernels.layout import COLUMN, JOINT, KIND, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 from ulna.kernels.spatial.vectors import axis, cross, dot, minus, origin
-
-# Columns of an answer.
-DISTANCE, WITNESS_A, WITNESS_B, NORMAL = 0, 1, 4, 7
-CONTACT_WIDTH = 10
 
 
 @kernel

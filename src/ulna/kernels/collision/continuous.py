@@ -25,7 +25,6 @@ from ulna.kernels.layout import COLUMN, JOINT, KIND, OFFSET, PARENT, PRISMATIC, 
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
-EDGE_FREE, EDGE_CONTACT, EDGE_OUT_OF_RANGE = 0, 1, 2
 _ROUNDING = 1e-9  # [m] distances are no more certain than this
 _CROWD = 256  # objects near a body in eight intervals: rather than to meet so many the intervals are cut first
 

@@ -13,9 +13,6 @@ from ulna.kernels.collision.bvh import first_leaf, lane_bounds, push_children
 from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, rows_answer
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
-NEAREST, BODY, OTHER = 0, 1, 2
-NEAREST_WIDTH = 3
-
 
 @kernel
 def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scratch):

@@ -11,8 +11,6 @@ from ulna.kernels.collision.bvh import lane_bounds, objects_within
 from ulna.kernels.collision.posed_pair import balls_meet, lane_pose, rows_overlap
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
-FREE, OVERLAPS, OUT_OF_RANGE = 0, 1, 2
-
 
 @kernel
 def overlaps_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_rows, like):

@@ -19,7 +19,8 @@ import numpy as np
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, logical_not, splat, sqrt, store, where
-from ulna.kernels.chain.jacobian import BASE, chain_jacobian
+from ulna.kernels.chain.jacobian import chain_jacobian
+from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.ik.damped_step import (
     add_column,
     back_to_joints,

@@ -12,8 +12,6 @@ import numpy as np
 
 from ulna.engine.decorators import kernel
 
-NOTHING = -1  # the number of no triangle
-
 
 @kernel
 def corners(points, triangles, k):

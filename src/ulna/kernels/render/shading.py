@@ -2,7 +2,8 @@
 
 from ulna.engine.decorators import kernel, routine
 from ulna.kernels.render.illumination import floor_light, ray, surface_light
-from ulna.kernels.render.raster import NOTHING, corners, row, twice_area, weights
+from ulna.kernels.render.raster import corners, row, twice_area, weights
+from ulna.kernels.render.render_layout import NOTHING
 from ulna.kernels.spatial.vectors import dot, plus, step, times
 
 _SAME_DEPTH, _SAME_TURN = 0.02, 0.95  # two samples within these show the same piece of surface

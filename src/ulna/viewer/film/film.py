@@ -8,7 +8,7 @@ from queue import SimpleQueue
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.engine.threads import n_processors
+from ulna.engine.threads import default_threads
 from ulna.viewer.film.model import Model
 from ulna.viewer.film.painter import Ground, Painter, Picture
 
@@ -41,7 +41,7 @@ class Film:
     ) -> None:
         self.pictures, self.size, self.rate = pictures, size, rate
         self._tell = tell
-        self._n_threads = min(n_processors(), len(pictures), _MOST_THREADS)
+        self._n_threads = min(default_threads(), len(pictures), _MOST_THREADS)
         self._painters: SimpleQueue[Painter] = SimpleQueue()  # a thread takes one, and puts it back
         for _ in range(self._n_threads):
             self._painters.put(Painter(model, size, ground, samples))

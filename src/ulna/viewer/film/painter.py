@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.rendering import draw_triangles, encode, lay_panes, place_points, shade_pixels
-from ulna.kernels.render.raster import NOTHING
+from ulna.drivers import entry
+from ulna.kernels.render.render_layout import NOTHING
 from ulna.viewer.film.camera import Camera, sun_view
 from ulna.viewer.film.caption import Caption, write_text
 from ulna.viewer.film.model import Model, is_opaque
@@ -86,7 +86,7 @@ class Painter:
         self._shade(picture, poses, colors, glow)
         self._lay_panes(picture, poses, view)
         pixels = np.empty((self.height, self.width, 3), np.uint8)
-        encode(self._light, pixels)
+        entry("rendering.encode")(self._light, pixels)
         if picture.caption is not None:
             place = picture.camera.place(picture.caption.position, self.width, self.height)
             write_text(pixels, picture.caption.text, place)
@@ -95,6 +95,7 @@ class Painter:
     def _draw(self, poses: NDArray, view: NDArray, glow: NDArray) -> None:
         """What the sun and the camera see."""
         skin, frames = self.model.skin, _twelves(poses)
+        place_points, draw_triangles = entry("rendering.place_points"), entry("rendering.draw_triangles")
         place_points(skin.points, skin.frames, frames, _map(self._sun, 0.0), self._lit)
         place_points(skin.points, skin.frames, frames, _map(view, 1.0), self._seen)
         self._shadows.fill(0.0)
@@ -105,7 +106,7 @@ class Painter:
 
     def _shade(self, picture: Picture, poses: NDArray, colors: NDArray, glow: NDArray) -> None:
         skin, rows = self.model.skin, self._numbers.shape
-        shade_pixels(
+        entry("rendering.shade_pixels")(
             self._numbers,
             self._nearness,
             self._seen,
@@ -131,8 +132,9 @@ class Painter:
         boxes = [(solid, poses[self.model.links[solid.link]] @ solid.pose) for solid in picture.solids if not is_opaque(solid)]
         panes = make_panes(boxes, np.array(picture.camera.position))
         placed = np.empty_like(panes.points)
-        place_points(panes.points, np.zeros(len(placed), np.int64), _twelves(np.eye(4)[None]), _map(view, 1.0), placed)
-        lay_panes(placed, panes.paints, self._nearness, self._light)
+        still, place_points = np.zeros(len(placed), np.int64), entry("rendering.place_points")
+        place_points(panes.points, still, _twelves(np.eye(4)[None]), _map(view, 1.0), placed)
+        entry("rendering.lay_panes")(placed, panes.paints, self._nearness, self._light)
 
 
 def _twelves(poses: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,58 @@
+"""Finds entries by name, whoever provides their machine code. Used by the drivers' package, and by all that calls entries.
+
+An entry is a function of the drivers that Python calls. Callers know its name and its arguments, not where its machine code comes
+from: that is decided in ``Entries.find`` alone. Until an entry is asked for, nothing loads the compiler.
+"""
+
+import importlib
+import pkgutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Entries:
+    """The entries of a package of drivers.
+
+    Attributes:
+        package: The package's name. Its modules hold the entries.
+        compiled_together: Modules whose entries call the same long kernels: compiled in one process, these are compiled once.
+    """
+
+    package: str
+    compiled_together: frozenset[str] = frozenset()
+
+    def find(self, name: str) -> Callable[..., Any]:
+        """An entry by its module and function, such as ``"forward.forward_one"``, ready to be called.
+
+        Raises:
+            LookupError: There is no such entry.
+        """
+        from ulna.engine.decorators import callable_entry  # noqa: PLC0415 - it loads the compiler
+
+        return callable_entry(self.marked(name))
+
+    def marked(self, name: str) -> Any:
+        """The function that the drivers mark as an entry; none of its machine code need be there yet.
+
+        Raises:
+            LookupError: There is no such entry.
+        """
+        from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - it loads the compiler
+
+        module, _, function = name.partition(".")
+        found = getattr(importlib.import_module(f"{self.package}.{module}"), function, None)
+        if found not in ENTRIES:
+            raise LookupError(f"{self.package} has no entry {name!r}")
+        return found
+
+    def names(self) -> list[str]:
+        """The names of all entries. Imports all modules of the package, and so the compiler."""
+        from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - it loads the compiler
+
+        for module in pkgutil.iter_modules(importlib.import_module(self.package).__path__):
+            importlib.import_module(f"{self.package}.{module.name}")
+        within = f"{self.package}."
+        functions = ((entry.__module__, entry.__name__) for entry in ENTRIES)
+        return [f"{module.removeprefix(within)}.{name}" for module, name in functions if module.startswith(within)]

@@ -1,0 +1,107 @@
+"""Hashes what an entry is compiled from: its own file and every file whose names that uses. Used by the cache and the decorators.
+
+The imports are found in the text, so nothing is imported for it. A file counts as it was when its functions were marked for the
+compiler, which is when it was loaded: a file that is edited while a program runs does not change what the program compiles.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterator
+from functools import cache
+from os import sep
+from os.path import basename, dirname, isdir, isfile, join  # strings: with paths it takes three times as long, in every process
+from pathlib import Path
+
+_PACKAGES = dirname(dirname(dirname(__file__)))  # the folder in which Ulna's package lies
+_IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import\b([ \t]*\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE)
+_COMMENT, _CONTINUED = re.compile(r"#[^\n]*"), re.compile(r"\\\n")
+
+
+@cache
+def text_of(file: str) -> bytes:
+    """The content of a file when this was first asked."""
+    return Path(file).read_bytes()
+
+
+@cache
+def sources_hash(file: str) -> str:
+    """Hash of a file and of all files that it uses, directly or through others, in hexadecimal."""
+    digest = hashlib.sha256()
+    for name, used in sorted((_name(used), used) for used in files_used(file)):
+        digest.update(name.encode() + b"\0" + text_of(used) + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def files_used(file: str) -> set[str]:
+    """A file and all files of its own package and of Ulna that it uses, directly or through others.
+
+    The file of a package (``__init__.py``) counts where names are taken from it, not where it is only on the way to a module:
+    Ulna's own imports everything.
+    """
+    found, waiting = {file}, [file]
+    while waiting:
+        new = _used_by(waiting.pop()) - found
+        found |= new
+        waiting += new
+    return found
+
+
+def imports_of(text: str) -> Iterator[tuple[str, list[str]]]:
+    """The modules that a text imports, anywhere in it, each with the names that are taken from it."""
+    for module, taken, imported in _IMPORT.findall(_CONTINUED.sub(" ", _COMMENT.sub("", text))):
+        if module:
+            yield module, re.findall(r"\w+", taken)
+        for name in re.findall(r"[\w.]+", imported):
+            yield name, []
+
+
+@cache
+def _used_by(file: str) -> set[str]:
+    """The files of the modules that a file imports, as far as they are found about it or in Ulna."""
+    found, folder = set(), dirname(file)
+    for module, names in imports_of(text_of(file).decode()):
+        place = _place(module, folder)
+        found |= set() if place is None else _files_of(place, names)
+    return found
+
+
+def _files_of(place: str, names: list[str]) -> set[str]:
+    """The file of a module; or that of a package, and those of its modules among some names."""
+    if isfile(f"{place}.py"):
+        return {f"{place}.py"}
+    if not isdir(place):
+        return set()
+    inside = (join(place, f"{name}.py") for name in names)
+    packages = (join(place, name, "__init__.py") for name in names)
+    return {part for part in (join(place, "__init__.py"), *inside, *packages) if isfile(part)}
+
+
+@cache
+def _place(module: str, folder: str) -> str | None:
+    """Where a module lies that a file in a folder imports: its path without ``.py``, or that of the package's folder.
+
+    About the file, if a folder above it has the package's name; else beside the file; else where Ulna lies.
+    """
+    name = module.lstrip(".")
+    parts = name.split(".") if name else []
+    if name != module:  # relative: one dot is the folder itself
+        for _ in range(len(module) - len(name) - 1):
+            folder = dirname(folder)
+        return join(folder, *parts)
+    homes, above = [], folder
+    for _ in range(folder.count(sep)):
+        if basename(above) == parts[0]:
+            homes.append(dirname(above))
+        above = dirname(above)
+    homes += [folder, *([_PACKAGES] if parts[0] == "ulna" else [])]
+    return next((place for place in (join(home, *parts) for home in homes) if isfile(f"{place}.py") or isdir(place)), None)
+
+
+@cache
+def _name(file: str) -> str:
+    """The file's place among its packages, which is the same in every clone."""
+    folder, parts = dirname(file), [basename(file)]
+    while isfile(join(folder, "__init__.py")):
+        parts.append(basename(folder))
+        folder = dirname(folder)
+    return "/".join(reversed(parts))
