@@ -20,13 +20,13 @@ from robot_files import DEFEAT_THE_MIMIC_OPTION, RTB, example_urdfs, rtb_package
 INTRODUCTION = """# Tested robots
 
 Every URDF of the package example-robot-data and every xacro robot of rtb-data, read by Ulna and compared with Pinocchio
-{pinocchio}. The columns *pose* and *Jacobian* give the largest difference in any entry of the pose of any link [m or 1], and of the
-Jacobian of any tip in any of the three frames, over 100 random configurations. `tests/crosscheck` asserts that each is below
-1e-9. *dof* counts the independent joints, without those that mimic another. `benchmarks/robots_table.py` writes this page.
+{pinocchio}. The columns *pose* and *Jacobian* give the largest difference in any entry of the pose of any link [m or 1],
+and of the Jacobian of any tip in any of the three frames, over 100 random configurations. `tests/crosscheck` asserts that each is
+below 1e-9. *dof* counts the independent joints, without those that mimic another. `benchmarks/robots_table.py` writes this page.
 
 *load* is the time of `ulna.load(file)`, the shortest of five, on the machine that wrote the page: use it to compare the robots
-with each other. For a xacro file it includes the start of the process that expands it. The largest, `{largest}` with {links} links,
-takes {milliseconds:.0f} ms.
+with each other. For a xacro file it includes the start of the process that expands it. The largest, `{largest}` with {links}
+links, takes {milliseconds:.0f} ms.
 
 """
 HEADER = """| robot | links | dof | pose | Jacobian | load [ms] |
