@@ -17,16 +17,16 @@ import ulna  # noqa: E402
 from pinocchio_peer import Peer, farthest_jacobian, farthest_link  # noqa: E402
 from robot_files import DEFEAT_THE_MIMIC_OPTION, RTB, example_urdfs, rtb_package_dirs, rtb_xacros  # noqa: E402
 
-INTRODUCTION = """# Robots
+INTRODUCTION = """# Tested robots
 
-Every URDF of the package example-robot-data and every xacro robot of rtb-data, read by Ulna and held against Pinocchio
-{pinocchio}: the largest difference in any entry of the pose of any link [m or 1], and of the Jacobian of any tip in any of the
-three frames, over 100 random configurations. `tests/crosscheck` asserts that each stays below 1e-9. Degrees of freedom are
-independent joints: mimics are applied. `benchmarks/robots_table.py` writes this page.
+Every URDF of the package example-robot-data and every xacro robot of rtb-data, read by Ulna and compared with Pinocchio
+{pinocchio}. The columns *pose* and *Jacobian* give the largest difference in any entry of the pose of any link [m or 1],
+and of the Jacobian of any tip in any of the three frames, over 100 random configurations. `tests/crosscheck` asserts that each is
+below 1e-9. *dof* counts the independent joints, without those that mimic another. `benchmarks/robots_table.py` writes this page.
 
-*Load* is the time of `ulna.load(file)`, the least of five, on the machine that wrote the page: compare, do not quote. That of
-a xacro file holds the start of the process that expands it. The largest, `{largest}` with {links} links, takes
-{milliseconds:.0f} ms.
+*load* is the time of `ulna.load(file)`, the shortest of five, on the machine that wrote the page: use it to compare the robots
+with each other. For a xacro file it includes the start of the process that expands it. The largest, `{largest}` with {links}
+links, takes {milliseconds:.0f} ms.
 
 """
 HEADER = """| robot | links | dof | pose | Jacobian | load [ms] |
@@ -34,7 +34,8 @@ HEADER = """| robot | links | dof | pose | Jacobian | load [ms] |
 """
 NOTES = """
 Pinocchio's mimic option refuses `{}` ("The parent joint of the mimic joint is not in the
-kinematic tree"). For these it was built without, and the test made the mimics follow; the slow twin of the tests agrees too.
+kinematic tree"). For these robots it was built without that option, and the test computed the mimicking joints; the slow
+reference of the tests agrees too.
 
 ## Not loaded
 
