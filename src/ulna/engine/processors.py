@@ -35,7 +35,10 @@ def _groups(root: Path) -> Iterator[Path]:
     """The folders of this process's control groups that may limit its processors, and of the groups above each."""
     mounted = root / "sys/fs/cgroup"
     for line in _text(root / "proc/self/cgroup").splitlines():
-        _, controllers, path = line.split(":", 2)
+        _, _, rest = line.partition(":")  # of "hierarchy:controllers:path"
+        controllers, colon, path = rest.partition(":")
+        if not colon:
+            continue
         if not controllers:
             homes = [mounted, mounted / "unified"]
         elif "cpu" in controllers.split(","):
@@ -61,6 +64,6 @@ def _quota_of(folder: Path) -> float:
 def _text(file: Path) -> str:
     """The text of a file; empty where there is none, or none that may be read."""
     try:
-        return file.read_text()
+        return file.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return ""
