@@ -14,7 +14,7 @@ def n_processors() -> int:
     A container's or a service's quota (``docker run --cpus``, ``CPUQuota=``) counts too; a part of a processor is rounded up.
     """
     allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(allowed, math.ceil(cpu_quota(_ROOT))))
+    return max(1, math.ceil(min(allowed, cpu_quota(_ROOT))))
 
 
 def cpu_quota(root: Path) -> float:
