@@ -108,8 +108,12 @@ def test_nothing_is_compiled_after_it(tmp_path):
 
 def test_every_module_of_drivers_is_looked_at():
     """An entry of a module that nothing has imported yet would be missed."""
-    code = "from ulna.drivers import DRIVERS; from ulna.engine.warmup import all_jobs; print(*{job.name for job in all_jobs(DRIVERS)})"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    code = """
+from ulna.drivers import DRIVERS
+from ulna.engine.warmup import all_jobs
+print(*{job.name for job in all_jobs(DRIVERS)})
+"""
+    found = run(code).stdout.split()
     for module in pkgutil.iter_modules(ulna.drivers.__path__):
         functions = vars(importlib.import_module(f"ulna.drivers.{module.name}")).items()
         own = {f"{module.name}.{name}" for name, value in functions if callable(value) and value in ENTRIES}
