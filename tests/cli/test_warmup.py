@@ -1,5 +1,6 @@
 """``ulna warmup``: after it nothing is compiled any more, whatever is asked."""
 
+import importlib
 import json
 import os
 import pkgutil
@@ -9,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-import ulna.kernels
+import ulna.drivers
+from ulna.drivers import DRIVERS
 from ulna.engine import warmup
 from ulna.engine.decorators import ENTRIES
 
@@ -51,7 +53,7 @@ panda.inverse_kinematics(targets, batch, max_step=0.5, held=["panda_joint1"])
 panda.inverse_kinematics(target, world=mixed, rank="clearance"), panda.inverse_kinematics(target, task="pointing", rank="nearest")
 panda.inverse_kinematics_all(target)
 record_demo(make_form(Path(sys.argv[1]), 0.1, (64, 36)))
-told = {entry.py_func.__name__: {tuple(call) for call in calls} for entry, calls in ENTRIES.items()}
+told = {entry.py_func.__name__: {tuple(call) for call in calls.signatures} for entry, calls in ENTRIES.items()}
 met = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}
 print(json.dumps({
     "untold": [f"{name}{call}" for name in told for call in met[name] - told[name]],
@@ -65,7 +67,8 @@ SOME = """
 import sys
 from ulna.engine import warmup
 every = warmup.all_jobs
-warmup.all_jobs = lambda: [job for job in every() if job.name in ("forward_one", "forward_batch", "jacobian_one")]
+chosen = ("forward.forward_one", "forward.forward_batch", "jacobian.jacobian_one")
+warmup.all_jobs = lambda entries: [job for job in every(entries) if job.name in chosen]
 from ulna.cli.app import app
 app(["warmup", *sys.argv[1:]], prog_name="ulna")
 """
@@ -103,16 +106,23 @@ def test_nothing_is_compiled_after_it(tmp_path):
     assert "1 of 3: " in again.stderr
 
 
-def test_every_module_of_kernels_is_looked_at():
+def test_every_module_of_drivers_is_looked_at():
     """An entry of a module that nothing has imported yet would be missed."""
-    warmup.all_jobs()
-    assert {f"ulna.kernels.{module.name}" for module in pkgutil.iter_modules(ulna.kernels.__path__)} <= set(sys.modules)
-    assert {job.name for job in warmup.all_jobs()} == {entry.py_func.__name__ for entry in ENTRIES}
+    code = """
+from ulna.drivers import DRIVERS
+from ulna.engine.warmup import all_jobs
+print(*{job.name for job in all_jobs(DRIVERS)})
+"""
+    found = run(code).stdout.split()
+    for module in pkgutil.iter_modules(ulna.drivers.__path__):
+        functions = vars(importlib.import_module(f"ulna.drivers.{module.name}")).items()
+        own = {f"{module.name}.{name}" for name, value in functions if callable(value) and value in ENTRIES}
+        assert own == {name for name in found if name.startswith(f"{module.name}.")}
 
 
-def test_every_entry_is_found_under_its_name():
-    for job in warmup.all_jobs():
-        assert getattr(sys.modules[job.module], job.name) in ENTRIES
+def test_every_signature_is_a_job():
+    jobs = warmup.all_jobs(DRIVERS)
+    assert len(set(jobs)) == len(jobs) == sum(len(ENTRIES[DRIVERS.marked(name)].signatures) for name in DRIVERS.names())
 
 
 def test_it_says_where_nothing_can_be_kept(tmp_path):
@@ -124,7 +134,6 @@ def test_it_says_where_nothing_can_be_kept(tmp_path):
     assert done.stderr.startswith("ulna: cache folder: it cannot be written")
 
 
-@pytest.mark.parametrize("module", ["tables", "answers"])
-def test_the_command_line_does_not_load_the_compiler_for_it(module):
-    code = f"import sys, ulna.{module}.warmup, ulna.cli.app; print('numba' in sys.modules)"
+def test_the_command_line_does_not_load_the_compiler_for_it():
+    code = "import sys, ulna.cli.warmup, ulna.cli.app; print('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

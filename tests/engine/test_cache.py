@@ -1,10 +1,8 @@
 """The machine code on disk: never stale, put where it should be, and never needed.
 
-Processes of their own, with a cache folder of their own, run the library; ``cache.py`` alone is loaded from copies of the
-kernels.
+Processes of their own, with a cache folder of their own, run the library.
 """
 
-import importlib.util
 import os
 import pwd
 import shutil
@@ -16,14 +14,15 @@ from pathlib import Path
 import pytest
 
 import ulna
+from ulna.engine import cache
 
 PACKAGE = Path(ulna.__file__).parent
-KERNELS = PACKAGE / "kernels"
 PLACE = """
 import sys, numba, ulna
 print(*ulna.load("panda").forward_kinematics([0.0] * 7)[:3, 3].round(9).tolist())
-from ulna.drivers.forward import forward_one
+from ulna.drivers import entry
 from ulna.engine.cache import cache_folder
+forward_one = entry("forward.forward_one")
 print(sum(forward_one.stats.cache_hits.values()), sum(forward_one.stats.cache_misses.values()))
 print(repr(numba.config.CACHE_DIR))
 print(cache_folder())
@@ -43,36 +42,18 @@ def run(source=PLACE, *, src=PACKAGE.parent, **variables):
     return done.stdout.splitlines()
 
 
-def loaded(kernels):
-    """``cache.py`` of a folder of kernels, as a module of its own."""
-    spec = importlib.util.spec_from_file_location("a_copy_of_cache", kernels / "cache.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+@pytest.fixture
+def cache_folder(monkeypatch, tmp_path):
+    """The function, without what it found before, and its base below ``tmp_path``."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    return cache.cache_folder.__wrapped__
 
 
 @pytest.fixture
-def copy(tmp_path):
-    return Path(shutil.copytree(KERNELS, tmp_path / "kernels", ignore=shutil.ignore_patterns("__pycache__")))
-
-
-def test_a_copy_of_the_sources_has_the_same_hash(copy):
-    assert loaded(copy).source_hash() == loaded(KERNELS).source_hash()
-
-
-@pytest.mark.parametrize("name", sorted(path.name for path in KERNELS.glob("*.py")))
-def test_a_change_in_any_kernel_changes_the_hash(copy, name):
-    before = loaded(copy).source_hash()
-    (copy / name).write_text((copy / name).read_text() + "# changed\n")
-    assert loaded(copy).source_hash() != before
-
-
-def test_a_new_or_a_renamed_kernel_changes_the_hash(copy):
-    before = loaded(copy).source_hash()
-    (copy / "so3.py").rename(copy / "so_three.py")
-    renamed = loaded(copy).source_hash()
-    (copy / "new.py").touch()
-    assert len({before, renamed, loaded(copy).source_hash()}) == 3
+def clone(tmp_path):
+    """A copy of the package: the folder that it lies in."""
+    shutil.copytree(PACKAGE, tmp_path / "src" / "ulna", ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path / "src"
 
 
 def test_a_second_process_compiles_nothing(tmp_path):
@@ -81,19 +62,38 @@ def test_a_second_process_compiles_nothing(tmp_path):
     assert second[:2] == [AT_ZERO, "1 0"]
 
 
-def test_a_change_in_a_kernel_that_an_entry_calls_is_never_answered_from_the_cache(tmp_path):
-    """Numba's own cache looks at the entry's file alone, and would."""
-    src = tmp_path / "src"
-    shutil.copytree(PACKAGE, src / "ulna", ignore=shutil.ignore_patterns("__pycache__"))
-    changed = src / "ulna" / "kernels" / "se3.py"
+def test_a_change_in_a_kernel_that_an_entry_calls_is_never_answered_from_the_cache(clone, tmp_path):
+    """Numba's own cache looks at the entry's file alone, and would. And what another clone put there stays."""
+    changed = clone / "ulna" / "kernels" / "spatial" / "se3.py"
     original = changed.read_text()
-    assert run(src=src, NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
+    assert run(src=clone, NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
     changed.write_text(
         original.replace("a[0] * b[3] + a[1] * b[7] + a[2] * b[11] + a[3],", "a[0] * b[3] + a[1] * b[7] + a[2] * b[11] + 1.0,")
     )
-    assert run(src=src, NUMBA_CACHE_DIR=tmp_path)[:2] == ["1.0 -0.0 0.8226", "0 1"]
+    assert run(src=clone, NUMBA_CACHE_DIR=tmp_path)[:2] == ["1.0 -0.0 0.8226", "0 1"]
+    assert run(NUMBA_CACHE_DIR=tmp_path)[:2] == [AT_ZERO, "1 0"]
     changed.write_text(original)
-    assert run(src=src, NUMBA_CACHE_DIR=tmp_path)[:2] == [AT_ZERO, "1 0"]
+    assert run(src=clone, NUMBA_CACHE_DIR=tmp_path)[:2] == [AT_ZERO, "1 0"]
+
+
+def test_a_change_in_the_lamp_of_a_film_leaves_the_machine_code_of_a_pose(clone, tmp_path):
+    lamp = clone / "ulna" / "kernels" / "render" / "illumination.py"
+    assert run(src=clone, NUMBA_CACHE_DIR=tmp_path)[1] == "0 1"
+    lamp.write_text(lamp.read_text().replace("LAMP_REACH, LAMP_SHARE = 0.17, 0.9", "LAMP_REACH, LAMP_SHARE = 0.18, 0.8"))
+    assert run(src=clone, NUMBA_CACHE_DIR=tmp_path)[1] == "1 0"
+
+
+def test_a_kernel_that_is_edited_while_a_program_runs_does_not_mix_old_code_with_a_new_key(clone, tmp_path):
+    """The first process loads a kernel, then the file changes, then another entry compiles that kernel as it was loaded."""
+    early = (
+        "import ulna.drivers.forward, pathlib, ulna\n"
+        "file = pathlib.Path(ulna.kernels.spatial.se3.__file__); text = file.read_text()\n"
+        "file.write_text(text.replace('a[2] * b[11] + a[3],', 'a[2] * b[11] + 1.0,'))\n"
+        "print(*ulna.load('panda').jacobian([0.0] * 7)[:2, 0].round(9).tolist())\n"
+    )
+    late = "import ulna; print(*ulna.load('panda').jacobian([0.0] * 7)[:2, 0].round(9).tolist())"
+    assert run(early, src=clone, NUMBA_CACHE_DIR=tmp_path) == ["0.0 0.088"]
+    assert run(late, src=clone, NUMBA_CACHE_DIR=tmp_path) == ["0.0 1.0"]
 
 
 def test_the_users_folder_is_honoured_and_numbas_setting_left_as_it_was(tmp_path):
@@ -131,10 +131,10 @@ def test_a_folder_that_goes_away_costs_a_compilation_and_nothing_else(tmp_path):
 def test_a_damaged_file_costs_a_compilation_and_nothing_else(tmp_path, damage):
     """As a full disk or a lost current leaves them."""
     *_, folder = run(NUMBA_CACHE_DIR=tmp_path)
-    for pattern in ("*.nbi", "*.nbc"):
-        for file in Path(folder).glob(pattern):
-            file.write_bytes(damage)
-        assert run(NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
+    for file in Path(folder).glob("*.nbc"):
+        file.write_bytes(damage)
+    assert run(NUMBA_CACHE_DIR=tmp_path)[:2] == [AT_ZERO, "0 1"]
+    assert run(NUMBA_CACHE_DIR=tmp_path)[:2] == [AT_ZERO, "1 0"]
 
 
 def test_a_user_without_a_home_has_no_cache_and_no_error(monkeypatch):
@@ -146,27 +146,38 @@ def test_a_user_without_a_home_has_no_cache_and_no_error(monkeypatch):
     monkeypatch.setattr(pwd, "getpwuid", nobody)
     for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"):
         monkeypatch.delenv(name, raising=False)
-    assert loaded(KERNELS).cache_folder() is None
+    assert cache.cache_folder.__wrapped__() is None
 
 
-def test_folders_that_nobody_used_for_a_month_are_removed(tmp_path, monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    now = time.time()
-    for name, days in (("kernels-old", 31), ("kernels-young", 29), ("other", 400)):
+def test_folders_and_files_that_nobody_used_for_a_month_are_removed(tmp_path, cache_folder):
+    now, own = time.time(), f"kernels-{cache.compiler_hash()}"
+    for name, days in (("kernels-old", 31), ("kernels-young", 29), ("other", 400), (own, 31)):
         (tmp_path / "ulna" / name).mkdir(parents=True)
-        (tmp_path / "ulna" / name / "code.nbc").touch()
+        for file in ("a.nbc", "a.nbc.tmp.1"):
+            (tmp_path / "ulna" / name / file).touch()
+            os.utime(tmp_path / "ulna" / name / file, (now - days * 86400,) * 2)
         os.utime(tmp_path / "ulna" / name, (now - days * 86400,) * 2)
-    folder = loaded(KERNELS).cache_folder()
-    assert {path.name for path in (tmp_path / "ulna").iterdir()} == {folder.name, "kernels-young", "other"}
+    (tmp_path / "ulna" / own / "used.nbc").touch()
+    folder = cache_folder()
+    assert {path.name for path in (tmp_path / "ulna").iterdir()} == {own, "kernels-young", "other"}
+    assert [path.name for path in folder.iterdir()] == ["used.nbc"]
     assert now - folder.stat().st_mtime < 3600
 
 
-def test_a_folder_that_cannot_be_removed_costs_no_other_its_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+def test_machine_code_that_is_loaded_counts_as_used(tmp_path):
+    *_, folder = run(NUMBA_CACHE_DIR=tmp_path)
+    for file in Path(folder).glob("*.nbc"):
+        os.utime(file, (0, 0))
+    loaded = "import ulna; from ulna.engine import cache; cache._remove_unused = lambda folder: None\n" + PLACE
+    assert run(loaded, NUMBA_CACHE_DIR=tmp_path)[1] == "1 0"
+    assert run(NUMBA_CACHE_DIR=tmp_path)[1] == "1 0"
+
+
+def test_a_folder_that_cannot_be_removed_costs_no_other_its_cache(tmp_path, cache_folder):
     for name in ("kernels-a", "kernels-b"):
         (tmp_path / "ulna" / name / "in_the_way").mkdir(parents=True)  # rmdir refuses, as it does a folder of another user's
         os.utime(tmp_path / "ulna" / name, (0, 0))
-    assert loaded(KERNELS).cache_folder().parent == tmp_path / "ulna"
+    assert cache_folder().parent == tmp_path / "ulna"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")

@@ -14,7 +14,7 @@ def n_processors() -> int:
     A container's or a service's quota (``docker run --cpus``, ``CPUQuota=``) counts too; a part of a processor is rounded up.
     """
     allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(allowed, math.ceil(cpu_quota(_ROOT))))
+    return max(1, math.ceil(min(allowed, cpu_quota(_ROOT))))
 
 
 def cpu_quota(root: Path) -> float:
@@ -35,7 +35,10 @@ def _groups(root: Path) -> Iterator[Path]:
     """The folders of this process's control groups that may limit its processors, and of the groups above each."""
     mounted = root / "sys/fs/cgroup"
     for line in _text(root / "proc/self/cgroup").splitlines():
-        _, controllers, path = line.split(":", 2)
+        _, _, rest = line.partition(":")  # of "hierarchy:controllers:path"
+        controllers, colon, path = rest.partition(":")
+        if not colon:
+            continue
         if not controllers:
             homes = [mounted, mounted / "unified"]
         elif "cpu" in controllers.split(","):
@@ -61,6 +64,6 @@ def _quota_of(folder: Path) -> float:
 def _text(file: Path) -> str:
     """The text of a file; empty where there is none, or none that may be read."""
     try:
-        return file.read_text()
+        return file.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return ""

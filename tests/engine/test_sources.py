@@ -1,0 +1,163 @@
+"""The key of machine code covers what an entry uses and no more. The truth: which modules Python itself loads for a driver."""
+
+import ast
+import json
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import ulna
+from ulna.engine import sources
+
+PACKAGE = Path(ulna.__file__).parent
+COMPILED = sorted(path for room in ("engine", "kernels", "drivers") for path in (PACKAGE / room).rglob("*.py"))
+DRIVERS = sorted(path.stem for path in (PACKAGE / "drivers").glob("*.py") if path.stem not in ("__init__", "batch", "lane_state"))
+KERNELS = sorted(str(path.relative_to(PACKAGE)) for path in (PACKAGE / "kernels").rglob("*.py") if path.stem != "__init__")
+LOADED = """
+import importlib, json, sys
+import ulna.drivers, ulna.engine.decorators
+before, found = set(sys.modules), {}
+for driver in sys.argv[1:]:
+    for name in list(sys.modules):
+        if name.startswith(("ulna.kernels.", "ulna.drivers.")):
+            del sys.modules[name]
+    importlib.import_module(f"ulna.drivers.{driver}")
+    loaded = [module for name, module in sys.modules.items() if name.startswith(("ulna.kernels.", "ulna.drivers."))]
+    found[driver] = [module.__file__ for module in loaded]
+print(json.dumps(found))
+"""
+
+
+@cache
+def loaded_by():
+    """For each driver the files of kernels and drivers that Python loads for it."""
+    found = subprocess.run([sys.executable, "-c", LOADED, *DRIVERS], capture_output=True, text=True, check=True).stdout
+    return {driver: {str(Path(file).relative_to(PACKAGE)) for file in files} for driver, files in json.loads(found).items()}
+
+
+@pytest.fixture
+def forgetful():
+    """Files are read once in a process; here they change."""
+    cached = (sources.text_of, sources.sources_hash, sources._used_by, sources._place, sources._name)
+
+    def forget():
+        for function in cached:
+            function.cache_clear()
+
+    forget()
+    yield forget
+    forget()
+
+
+@pytest.fixture
+def clone(tmp_path):
+    return Path(shutil.copytree(PACKAGE, tmp_path / "ulna", ignore=shutil.ignore_patterns("__pycache__", "*.urdf", "*.dae")))
+
+
+def keys(package):
+    return {driver: sources.sources_hash(str(package / "drivers" / f"{driver}.py")) for driver in DRIVERS}
+
+
+@pytest.mark.parametrize("path", COMPILED, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_every_import_that_python_sees_is_found_in_the_text(path):
+    found = {(module, name) for module, names in sources.imports_of(path.read_text()) for name in [None, *names]}
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            assert {(alias.name, None) for alias in node.names} <= found
+        if isinstance(node, ast.ImportFrom):
+            assert {("." * node.level + (node.module or ""), alias.name) for alias in node.names} <= found
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "from ulna.kernels import (  # which (of many)\n    layout,  # plain\n    other,\n)",
+        "from ulna.kernels \\\n    import layout",
+        "if True:\n    from ulna.kernels import layout as table",
+        "import ulna.kernels.layout as table, math",
+        "import math, ulna.kernels.layout",
+        "from ulna.kernels.layout import *",
+        "from .layout import LARGEST",
+        "from . import layout",
+        "from ..kernels import layout",
+    ],
+)
+def test_however_an_import_is_written_its_file_is_found(text, clone, forgetful):
+    (clone / "kernels" / "new.py").write_text(text)
+    assert str(clone / "kernels" / "layout.py") in sources.files_used(str(clone / "kernels" / "new.py"))
+
+
+@pytest.mark.parametrize("driver", DRIVERS)
+def test_what_python_loads_for_a_driver_is_what_its_key_covers(driver):
+    covered = {str(Path(file).relative_to(PACKAGE)) for file in sources.files_used(str(PACKAGE / "drivers" / f"{driver}.py"))}
+    packages = {file for file in loaded_by()[driver] if Path(file).name == "__init__.py"}  # they lie on the way
+    assert loaded_by()[driver] - packages <= covered
+    assert {file for file in covered if not file.startswith("engine")} <= loaded_by()[driver]
+
+
+def test_a_clone_has_the_same_keys(clone):
+    assert keys(clone) == keys(PACKAGE)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_a_change_in_a_kernel_changes_the_keys_of_those_that_use_it_and_of_no_others(kernel, clone, forgetful):
+    before = keys(clone)
+    (clone / kernel).write_text((clone / kernel).read_text() + "# changed\n")
+    forgetful()
+    after = keys(clone)
+    assert {driver for driver in DRIVERS if after[driver] != before[driver]} == {
+        driver for driver in DRIVERS if kernel in loaded_by()[driver]
+    }
+
+
+def test_a_change_in_what_makes_machine_code_changes_every_key(clone, forgetful):
+    for name in ("lanes", "lane_types", "lane_lowering", "lane_operators", "width", "signatures", "decorators", "cache"):
+        before = keys(clone)
+        (clone / "engine" / f"{name}.py").write_text((clone / "engine" / f"{name}.py").read_text() + "# changed\n")
+        forgetful()
+        after = keys(clone)
+        assert all(after[driver] != before[driver] for driver in DRIVERS), name
+
+
+@pytest.mark.parametrize("name", ["threads", "warmup", "entries", "register_width", "processors"])
+def test_a_change_in_what_only_calls_machine_code_changes_no_key(name, clone, forgetful):
+    before = keys(clone)
+    (clone / "engine" / f"{name}.py").write_text("# changed\n")
+    forgetful()
+    assert keys(clone) == before
+
+
+def test_a_renamed_kernel_changes_the_key(clone, forgetful):
+    before = keys(clone)["forward"]
+    (clone / "kernels" / "spatial" / "so_three.py").write_text("")
+    file = clone / "drivers" / "forward.py"
+    file.write_text(file.read_text() + "from ulna.kernels.spatial import so_three\n")
+    forgetful()
+    one = keys(clone)["forward"]
+    (clone / "kernels" / "spatial" / "so_three.py").rename(clone / "kernels" / "spatial" / "so_drei.py")
+    file.write_text(file.read_text().replace("so_three", "so_drei"))
+    forgetful()
+    assert len({before, one, keys(clone)["forward"]}) == 3
+
+
+def test_the_entries_of_another_package_follow_its_own_files_and_ulnas(tmp_path, forgetful):
+    (tmp_path / "arm").mkdir()
+    (tmp_path / "arm" / "drivers.py").write_text("from arm.formulas import f\nfrom ulna.kernels.spatial.se3 import compose\n")
+    (tmp_path / "arm" / "formulas.py").write_text("import numpy\nimport beside\n")
+    (tmp_path / "arm" / "beside.py").write_text("")
+    used = {Path(file).name for file in sources.files_used(str(tmp_path / "arm" / "drivers.py"))}
+    assert {"drivers.py", "formulas.py", "beside.py", "se3.py", "decorators.py"} <= used
+    assert not any("numpy" in file for file in sources.files_used(str(tmp_path / "arm" / "drivers.py")))
+
+
+def test_a_folder_above_a_clone_may_have_the_packages_name(tmp_path, forgetful):
+    home = tmp_path / "ulna"
+    shutil.copytree(PACKAGE, home / "src" / "ulna", ignore=shutil.ignore_patterns("__pycache__"))
+    (home / "benchmarks").mkdir()
+    (home / "benchmarks" / "mine.py").write_text("from ulna.kernels.spatial.se3 import compose\n")
+    assert keys(home / "src" / "ulna") == keys(PACKAGE)
+    assert str(PACKAGE / "kernels" / "spatial" / "se3.py") in sources.files_used(str(home / "benchmarks" / "mine.py"))
