@@ -1,1 +1,1 @@
-"""What Python calls: each entry owns its workspaces and runs kernels over a batch, eight problems at a time."""
+"""Entries: each owns its workspaces and runs kernels over a batch, eight problems at a time. Used by NumPy's side of Ulna."""

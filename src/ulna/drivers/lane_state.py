@@ -1,4 +1,4 @@
-"""Jobs of a search into the lanes and out again: targets, bounds and starts in, answers out. For one lane at a time."""
+"""Writes one IK search into a lane and its result out of it. Used by ``multi_start`` and ``single_start``."""
 
 import numpy as np
 
@@ -73,7 +73,7 @@ def start_at(box, seed, shares, start, q_rows, lane):
 
 @kernel
 def clear(state_rows, allowed, with_posture, lane):
-    """The state of a lane that has not begun."""
+    """The state of a lane before its first step."""
     state_rows[ENDED, lane], state_rows[LEAST, lane] = RUNNING, np.inf
     state_rows[P2, lane], state_rows[R2, lane] = np.inf, np.inf
     state_rows[TAKEN, lane], state_rows[ALLOWED, lane] = 0.0, allowed
@@ -82,7 +82,7 @@ def clear(state_rows, allowed, with_posture, lane):
 
 @routine
 def answer(q_rows, target_rows, state_rows, lane, start, row, q_out, info):
-    """Write what a lane has found to a row."""
+    """Write the result of a lane to a row."""
     for j in range(q_out.shape[1]):
         q_out[row, j] = q_rows[j, lane]
     e = (

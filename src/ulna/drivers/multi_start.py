@@ -1,8 +1,8 @@
-"""Inverse kinematics by Levenberg-Marquardt, eight starts in the lanes of one vector (``levenberg_marquardt``), within the joint bounds.
+"""Runs Levenberg-Marquardt from several starts per target, eight at a time. Used by ``ik.single_target``, ``ik.restarts``.
 
 A *job* is one start for one target. Jobs are numbered target by target; each lane takes the next job as soon as it has ended its
-own, so that a hard target never holds the other lanes. No lane looks at another: the answer of a job is the same bit for bit
-whatever stands beside it.
+own, so that a hard target never delays the other lanes. Lanes are independent: the result of a job is the same bit for bit
+whatever jobs the other lanes have.
 """
 
 import numpy as np
@@ -35,7 +35,7 @@ def search_jobs(chain, targets, order, seeds, bounds, shares, posture, settings,
 def search_one(chain, plan, target, seed, q_out, info):
     """The same for one target (4, 4) and one seed (n_dof,), with few arguments: each costs a call some 50 ns.
 
-    plan: the settings, the bounds (4 n_dof numbers), the posture and the shares, one behind the other; q_out: (1, n_dof); info:
+    plan: the settings, the bounds (4 n_dof numbers), the posture and the shares, one after the other; q_out: (1, n_dof); info:
     (1, N_INFO).
     """
     n_dof, order = q_out.shape[1], np.zeros(1, dtype=np.int64)
@@ -79,9 +79,9 @@ def run_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_
 
 @routine
 def begin(targets, order, seeds, bounds, shares, settings, job, n_jobs, lane, rows, info):
-    """Put the first job from ``job`` on that can be begun into a lane. Returns it, or -1 if none is left, and the one after.
+    """Start the first valid job from ``job`` on in a lane. Returns it, or -1 if none is left, and the one after.
 
-    A target that is no pose, or whose seed is out of range, is told in the information and skipped.
+    A target that is no pose, or whose seed is out of range, gets its status in the information and is skipped.
     """
     n_starts = shares.shape[0]
     while job < n_jobs:

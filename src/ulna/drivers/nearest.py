@@ -15,9 +15,9 @@ from ulna.kernels.distance.epa import SCRATCH
 
 @entry(*((*scene, MATRIX, MATRIX) for scene in SCENES))
 def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q, out):
-    """Write the answer for each q of shape (n, n_dof) to a row of out, shape (n, NEAREST_WIDTH). False if q is out of range.
+    """Write the result for each q of shape (n, n_dof) to a row of out, shape (n, NEAREST_WIDTH). False if q is out of range.
 
-    Eight configurations at a time, but for the tree.
+    Eight configurations at a time, but for the BVH, which is searched for one after the other.
     """
     n, n_hung = q.shape[0], objects.shape[0] - n_alone
     q_rows, best_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((NEAREST_WIDTH, WIDTH))

@@ -1,4 +1,4 @@
-"""Runs the overlap test over one configuration, a batch, or groups of pairs. Used by ``collision.checker`` and ``collision.sampled_pairs``."""
+"""Runs the overlap test over one q, a batch, or groups of pairs. Used by ``collision.checker``, ``collision.sampled_pairs``."""
 
 import numpy as np
 
@@ -35,7 +35,8 @@ def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, n_alone
 def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q, out):
     """Write to the bools of out, shape (n,), whether the robot touches anything. False if an entry of q is out of range.
 
-    Pairs and single objects are met by eight configurations at once; the tree by one after the other, for each goes its own way.
+    Pairs and unindexed objects are tested for eight configurations at once; the BVH is searched for one after the other, since
+    each takes its own path.
     """
     n, n_hung = q.shape[0], objects.shape[0] - n_alone
     q_rows, hit_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((1, WIDTH))

@@ -1,11 +1,11 @@
-"""The textbook searches: from the seed alone, step by step, a target a lane, kept within the joint bounds.
+"""Runs the textbook IK methods from the seed, one target a lane, within the joint bounds. Used by ``ik.textbook``.
 
-1. Evaluate the error and the Jacobian, less what the task does not ask for; leave out the joints that would be pushed through a
+1. Evaluate the error and the Jacobian, less what the task leaves free; leave out the joints that would be pushed through a
    bound. Done at the tolerances.
 2. Take the method's step (``jacobian_transpose``, ``damped_least_squares``, ``pseudo_inverse``), no joint
    further than LARGEST_STEP.
-3. The Jacobian transpose goes there only if the error falls, else it halves the step and tries again (backtracking): so its error
-   never rises. The others always go.
+3. The Jacobian transpose takes the step only if the error falls, else it halves the step and tries again (backtracking): so its
+   error never rises. The others always take it.
 4. Stationary: the step is 0, or too short to move: a local minimum, or a singularity.
 """
 
@@ -131,7 +131,7 @@ def descend(chain, method, settings, rows, scratch, trace):
 
 @kernel
 def store_state(state_rows, ended, p2, r2, taken, whole):
-    """Write how the lanes stand."""
+    """Write the state of the lanes."""
     store(state_rows, ENDED, ended)
     store(state_rows, P2, p2)
     store(state_rows, R2, r2)

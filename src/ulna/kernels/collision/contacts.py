@@ -1,4 +1,4 @@
-"""Contacts: the signed distance, the witness points and the normal of chosen pairs, and how the distance changes with q.
+"""Computes distance, witness points, normal and distance gradient of one pair. Used by ``drivers.contacts``.
 
 A pair is a body of the robot and another, or an object of the world, numbered from the last body on.
 """
@@ -9,14 +9,14 @@ from ulna.kernels.layout import COLUMN, JOINT, KIND, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 from ulna.kernels.spatial.vectors import axis, cross, dot, minus, origin
 
-# Columns of an answer.
+# Columns of a contact.
 DISTANCE, WITNESS_A, WITNESS_B, NORMAL = 0, 1, 4, 7
 CONTACT_WIDTH = 10
 
 
 @kernel
 def write_contact(bodies, vertices, body_rows, objects, points, i, j, scratch, out, row):
-    """Write the answer for a pair, in plain numbers, to a row of out."""
+    """Write the contact of a pair, in plain numbers, to a row of out."""
     a, n = load_pose(body_rows, i), bodies.shape[0]
     if j < n:
         distance, p, q, normal = rows_answer(bodies, vertices, i, a, bodies, vertices, j, load_pose(body_rows, j), scratch)

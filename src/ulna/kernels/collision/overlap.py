@@ -1,8 +1,8 @@
-"""Verdicts: whether the robot at q touches itself or the world.
+"""Tests whether the robot at q overlaps itself or the world. Used by ``drivers.overlap``.
 
-The robot is ``joints``, ``bodies`` with their ``vertices``, and ``pairs``: the bodies that may not touch each other, two
-indices a row. The world is ``objects`` with their vertices (``points``): the first ``n_alone`` are met one by one, the others
-hang in the tree of ``nodes`` (``bvh``).
+The robot is ``joints``, ``bodies`` with their ``vertices``, and ``pairs``: the bodies that are tested against each other,
+two indices a row. The world is ``objects`` with their vertices (``points``): the first ``n_alone`` are tested one by one, the
+others are indexed by the BVH of ``nodes`` (``bvh``).
 """
 
 from ulna.engine.decorators import kernel
@@ -16,7 +16,7 @@ FREE, OVERLAPS, OUT_OF_RANGE = 0, 1, 2
 
 @kernel
 def overlaps_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_rows, like):
-    """1.0 where any of the pairs overlaps, or any body of the robot and any single object; 0.0 elsewhere."""
+    """1.0 where any of the pairs overlaps, or any body of the robot and any unindexed object; 0.0 elsewhere."""
     hits = splat(0.0, like)
     for k in range(bodies.shape[0]):
         for w in range(n_alone):
@@ -41,7 +41,7 @@ def pair_overlaps(bodies, vertices, pairs, p, body_rows):
 
 @kernel
 def overlaps_indexed(bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, found):
-    """Whether any body of the robot, in one lane, overlaps any object of the tree."""
+    """Whether any body of the robot, in one lane, overlaps any indexed object."""
     for k in range(bodies.shape[0]):
         n_found = objects_within(nodes, objects.shape[0] - n_alone, lane_bounds(bound_rows, k, lane), stack, found)
         for i in range(n_found):

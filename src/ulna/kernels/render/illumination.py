@@ -1,6 +1,6 @@
-"""How much light a surface sends back: of a sun that throws shadows, of the sky, and of a lamp on the floor.
+"""Computes the light of a surface and of the floor: sun with shadows, sky, lamp. Used by ``shading``.
 
-Light is linear: a number is an amount of it, 1 what white paper sends back. The words used here and in ``kernels.render.shading``:
+Light is linear: a number is an amount of it, 1 what white paper sends back. The words used here and in ``shading``:
 
 camera   four rows: where it is; the direction of sight through the raster's corner, and what that gains from sample to sample to
          the right, and downwards; along the camera's axis it is 1
