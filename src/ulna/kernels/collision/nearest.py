@@ -28,11 +28,11 @@ def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scra
 
 
 @kernel
-def nearest_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_rows, like, scratch):
+def nearest_unindexed(bodies, vertices, pairs, objects, points, n_unindexed, body_rows, like, scratch):
     """The nearest of the robot's pairs, and of its bodies and the unindexed objects."""
     best, n = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), bodies.shape[0]
     for k in range(n):
-        for w in range(n_alone):
+        for w in range(n_unindexed):
             a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
             best = nearer_pair(best, bodies, vertices, k, a, objects, points, w, b, n + w, scratch)
     for p in range(pairs.shape[0]):
@@ -44,15 +44,15 @@ def nearest_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_ro
 
 @kernel
 def nearest_indexed(
-    best, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, heights, scratch
+    best, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_unindexed, stack, heights, scratch
 ):
     """The nearer of the best pair and those of the robot, in one lane, and the indexed objects.
 
     Depth first, the nearest child first; a node known to be farther than the best is pruned. All lanes do the
     same, so that the distance of two bodies is compiled for lanes only.
     """
-    n, n_hung, like = bodies.shape[0], objects.shape[0] - n_alone, best[0]
-    first_object = WIDTH * first_leaf(n_hung) + 1
+    n, n_indexed, like = bodies.shape[0], objects.shape[0] - n_unindexed, best[0]
+    first_object = WIDTH * first_leaf(n_indexed) + 1
     for k in range(n):
         bounds, a = lane_bounds(bound_rows, k, lane), splat_pose(lane_pose(body_rows, k, lane), like)
         stack[0], heights[0], top = 0, -np.inf, 1
@@ -63,7 +63,7 @@ def nearest_indexed(
                 if node < first_object:
                     top = push_children(nodes, node, bounds, nearest, stack, heights, top)
                 else:
-                    w = n_alone + node - first_object
+                    w = n_unindexed + node - first_object
                     b = constant_pose(objects, w, like)
                     best = nearer_pair(best, bodies, vertices, k, a, objects, points, w, b, n + w, scratch)
     return best
