@@ -77,7 +77,7 @@ TYPES = {
     "collision.continuous": {**_each("q_a q_b", NUMBERS)},
     "collision.continuous.pair_speed": {**_each("a b", WHOLE)},
     # Here one configuration is a column, chosen by its lane, of rows of several.
-    "collision.nearest.splat_answer": {"best_rows": MATRIX},
+    "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "ik": {"slack": NUMBER, "dt": NUMBER, **_each("p r", WHOLE), **_each("cosine sine running", NUMBER), "settled": TRUTH},

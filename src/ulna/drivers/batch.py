@@ -47,7 +47,7 @@ def scatter_matrix(pose_rows, i, lane, out):
 
 
 @kernel
-def apart(a, b):
+def share_no_memory(a, b):
     """True if two arrays, each in one piece, share no memory: what is written to one does not change the other."""
     start_a, start_b = a.ctypes.data, b.ctypes.data
     return start_a + a.nbytes <= start_b or start_b + b.nbytes <= start_a

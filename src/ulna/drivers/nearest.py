@@ -8,7 +8,7 @@ from ulna.engine.lanes import lane_of, load, store
 from ulna.engine.signatures import MATRIX, SCENES
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK, place_bounds
-from ulna.kernels.collision.nearest import NEAREST_WIDTH, nearest_indexed, nearest_unindexed, splat_answer
+from ulna.kernels.collision.nearest import NEAREST_WIDTH, nearest_indexed, nearest_unindexed, splat_result
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.distance.epa import SCRATCH
 
@@ -37,7 +37,7 @@ def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
             place_bounds(bodies, body_rows, bound_rows)
         for lane in range(min(WIDTH, n - start)):
             if n_indexed > 0:
-                one = splat_answer(best_rows, lane, load(q_rows, 0))
+                one = splat_result(best_rows, lane, load(q_rows, 0))
                 one = nearest_indexed(
                     one, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_unindexed, stack, heights,
                     scratch,

@@ -12,7 +12,7 @@
 import numpy as np
 
 from ulna.drivers.batch import gather
-from ulna.drivers.lane_state import answer, bound, place, search_rows
+from ulna.drivers.lane_state import search_state, write_bounds, write_result, write_target
 from ulna.engine.decorators import entry, kernel
 from ulna.engine.lanes import any_lane, load, splat, store, where
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
@@ -20,7 +20,7 @@ from ulna.engine.width import WIDTH
 from ulna.kernels.chain.chain import chain_pose
 from ulna.kernels.chain.jacobian import BASE, chain_jacobian
 from ulna.kernels.ik.damped_least_squares import DAMPING, damped_step
-from ulna.kernels.ik.damped_step import error_squares, pose_error, release_pressed, within_bounds
+from ulna.kernels.ik.damped_step import block_joints_at_bounds, error_squares, pose_error, within_bounds
 from ulna.kernels.ik.jacobian_transpose import transpose_step
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, LAMBDA, P2, R2, RUNNING, TAKEN
 from ulna.kernels.ik.pseudo_inverse import pseudo_inverse_step
@@ -102,7 +102,7 @@ def descend(chain, method, settings, rows, scratch, trace):
             e = task_error(settings, pose, target, e, jacobian_rows)
         p2, r2 = error_squares(e)
         solved = (p2 <= settings[POSITION_TOLERANCE] ** 2) & (r2 <= settings[ROTATION_TOLERANCE] ** 2)
-        release_pressed(bound_rows, q_rows, e, jacobian_rows)
+        block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
         take_step(method, jacobian_rows, n_dof, e, system_rows, error_rows, step_rows)
         size = longest(step_rows)
         stopped = (scale < _LEAST_SCALE) | (size <= (0.0 if method == JACOBIAN_TRANSPOSE else _LEAST_STEP))
@@ -126,7 +126,7 @@ def descend(chain, method, settings, rows, scratch, trace):
             taken = taken + where(ended <= RUNNING, 1.0, 0.0)
             steps += 1
             if trace.shape[0] > 0:
-                note(trace, steps, state_rows, step_rows, DAMPING if method == DAMPED_LEAST_SQUARES else 0.0)
+                trace_step(trace, steps, state_rows, step_rows, DAMPING if method == DAMPED_LEAST_SQUARES else 0.0)
 
 
 @kernel
@@ -141,9 +141,9 @@ def store_state(state_rows, ended, p2, r2, taken, whole):
 
 
 @kernel
-def note(trace, steps, state_rows, step_rows, damping):
+def trace_step(trace, steps, state_rows, step_rows, damping):
     """Write the errors before a step of lane 0 to the row before, its size and damping to the row of the step."""
-    note_errors(trace, steps - 1, state_rows)
+    trace_errors(trace, steps - 1, state_rows)
     largest = 0.0
     for j in range(step_rows.shape[0]):
         largest = max(largest, abs(step_rows[j, 0]))
@@ -151,7 +151,7 @@ def note(trace, steps, state_rows, step_rows, damping):
 
 
 @kernel
-def note_errors(trace, k, state_rows):
+def trace_errors(trace, k, state_rows):
     """Write the errors of lane 0 to row k."""
     e = state_rows[ERROR : ERROR + 6]
     trace[k, 0] = np.sqrt(e[0, 0] ** 2 + e[1, 0] ** 2 + e[2, 0] ** 2)
@@ -166,14 +166,14 @@ def follow_each(method, chain, targets, seeds, bounds, settings, q_out, info, tr
     (0, 4), or (steps + 1, 4) and one target.
     """
     n, n_dof = q_out.shape
-    rows, (jacobian_rows, system_rows) = search_rows(n_dof)
+    rows, (jacobian_rows, system_rows) = search_state(n_dof)
     scratch = jacobian_rows, system_rows, np.empty((6, WIDTH)), np.empty((n_dof, WIDTH))
     for start in range(0, n, WIDTH):
         gather(seeds, start, rows[0])
         for lane in range(WIDTH):
             i = min(start + lane, n - 1)
-            place(matrix_pose(targets[i]), rows[2], lane)
-            bound(bounds[min(i, bounds.shape[0] - 1)], rows[3], lane)
+            write_target(matrix_pose(targets[i]), rows[2], lane)
+            write_bounds(bounds[min(i, bounds.shape[0] - 1)], rows[3], lane)
         descend(chain, method, settings, rows, scratch, trace)
         for lane in range(WIDTH):
             i = min(start + lane, n - 1)
@@ -181,10 +181,10 @@ def follow_each(method, chain, targets, seeds, bounds, settings, q_out, info, tr
             if rows[4][ENDED, lane] != HAS_SOLVED:
                 rows[4][ENDED, lane] = HAS_FAILED
             rows[4][LAMBDA, lane] = DAMPING if method == DAMPED_LEAST_SQUARES else 0.0
-            answer(rows[0], rows[2], rows[4], lane, 0, i, q_out, info)
+            write_result(rows[0], rows[2], rows[4], lane, 0, i, q_out, info)
             if stopped:
                 info[i, STATUS] = STATIONARY
             if not rigidity_defect(targets[i]) <= LARGEST_DEFECT:
                 info[i, STATUS] = NOT_A_POSE
     if trace.shape[0] > 0:
-        note_errors(trace, int(info[0, ITERATIONS]), rows[4])
+        trace_errors(trace, int(info[0, ITERATIONS]), rows[4])

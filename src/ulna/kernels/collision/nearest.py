@@ -70,7 +70,7 @@ def nearest_indexed(
 
 
 @kernel
-def splat_answer(best_rows, lane, like):
+def splat_result(best_rows, lane, like):
     """The result of one lane in all lanes."""
     return splat(best_rows[0, lane], like), splat(best_rows[1, lane], like), splat(best_rows[2, lane], like)
 

@@ -48,7 +48,7 @@ def add_column(v, jacobian_rows, j, rate):
 
 
 @kernel
-def release_pressed(bound_rows, q_rows, e, jacobian_rows):
+def block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows):
     """Zero the column of every joint that is at a bound and that the error would push beyond it.
 
     bound_rows: the lower bounds of all entries of q, then the upper ones.

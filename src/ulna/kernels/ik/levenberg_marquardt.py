@@ -23,9 +23,9 @@ from ulna.kernels.chain.jacobian import BASE, chain_jacobian
 from ulna.kernels.ik.damped_step import (
     add_column,
     back_to_joints,
+    block_joints_at_bounds,
     error_squares,
     pose_error,
-    release_pressed,
     solve_damped,
     within_bounds,
 )
@@ -46,7 +46,7 @@ _LEAST_DAMPING = 1e-12
 _NEGLIGIBLE = 1e-20  # of |e|^2: 0.1 nm
 _WORTH_A_STEP = 0.25  # of |e|^2
 _POSTURE_SETTLED = 1e-8  # largest joint change of a step that has used up the posture
-_POSTURE_STEP = 1.0  # rad: shorter ones settle too slowly, longer ones run in circles
+_POSTURE_STEP = 1.0  # rad: shorter ones converge too slowly, longer ones oscillate
 
 
 @routine
@@ -60,8 +60,8 @@ def advance(chain, posture, settings, rows, scratch):
     if int(settings[TASK]) != WHOLE_POSE:
         e = task_error(settings, pose, target, e, jacobian_rows)
     p2, r2 = error_squares(e)
-    settle(settings, p2, r2, whole, q_rows, last_rows, state_rows)
-    release_pressed(bound_rows, q_rows, e, jacobian_rows)
+    check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows)
+    block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
     damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * settings[CALM] + _LEAST_DAMPING
     store(state_rows, LAMBDA, damping)
     if settings[WITH_POSTURE] != 0.0:
@@ -75,7 +75,7 @@ def advance(chain, posture, settings, rows, scratch):
 
 
 @kernel
-def settle(settings, p2, r2, whole, q_rows, last_rows, state_rows):
+def check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows):
     """Step 2: which lanes have ended and how; the result so far is copied to the rows of the step before."""
     total, least = p2 + r2, load(state_rows, LEAST)
     near = (p2 <= settings[POSITION_TOLERANCE] ** 2) & (r2 <= settings[ROTATION_TOLERANCE] ** 2)
