@@ -64,16 +64,16 @@ def write_bounds(box, bound_rows, lane):
 
 @kernel
 def write_start(box, seed, samples, start, q_rows, lane):
-    """Write the start to a lane; what does not share in it stays at the seed."""
+    """Write a start to a lane; an entry whose sample is NaN keeps the seed's value."""
     for j in range(seed.shape[0]):
-        share = samples[start, j]
-        x = box[LOW, j] + share * (box[HIGH, j] - box[LOW, j]) if share >= 0.0 else seed[j]
+        sample = samples[start, j]
+        x = box[LOW, j] + sample * (box[HIGH, j] - box[LOW, j]) if sample >= 0.0 else seed[j]
         q_rows[j, lane] = min(max(x, box[LOWER, j]), box[UPPER, j])
 
 
 @kernel
 def reset_state(state_rows, allowed, with_posture, lane):
-    """The state of a lane before its first step."""
+    """Write the state of a lane before its first step."""
     state_rows[ENDED, lane], state_rows[LEAST, lane] = RUNNING, np.inf
     state_rows[P2, lane], state_rows[R2, lane] = np.inf, np.inf
     state_rows[TAKEN, lane], state_rows[ALLOWED, lane] = 0.0, allowed

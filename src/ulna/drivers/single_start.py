@@ -66,7 +66,7 @@ def take_step(method, jacobian_rows, n_dof, e, system_rows, error_rows, step_row
 
 @kernel
 def task_squares(settings, pose, target, spare_rows):
-    """The squares of what of the error the task counts; spare_rows: a Jacobian that may be spoilt."""
+    """The squares of the error that the task counts; spare_rows: a Jacobian that may be overwritten."""
     e = pose_error(pose, target)
     if int(settings[TASK]) != WHOLE_POSE:
         e = task_error(settings, pose, target, e, spare_rows)

@@ -87,8 +87,8 @@ def side(x):
 def from_within(a, b, c, p, height, outwards):
     """The distance of a point c and a body at pose b, from its nearest point p, in the body's frame.
 
-    ``height`` is how far c stands out of the face it is nearest to, negative within, where the normal of that face, ``outwards``,
-    shows the way.
+    ``height`` is the signed distance of c from the face it is nearest to, negative within; there the normal of that face,
+    ``outwards``, is the shortest way out.
     """
     v = minus(p, c)
     distance = sqrt(dot(v, v))

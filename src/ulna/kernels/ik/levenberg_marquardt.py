@@ -116,7 +116,7 @@ def move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacob
 
 @kernel
 def posture_share(posture, q_rows):
-    """The share of the way to the posture that moves no joint by more than _POSTURE_STEP: the arm is not linear beyond."""
+    """The fraction of (posture - q) that moves no joint by more than _POSTURE_STEP: the arm is not linear beyond."""
     largest = splat(_POSTURE_STEP, load(q_rows, 0))
     for j in range(posture.shape[0]):
         largest = maximum(largest, abs(posture[j] - load(q_rows, j)))
@@ -125,7 +125,7 @@ def posture_share(posture, q_rows):
 
 @kernel
 def without_posture(posture, share, q_rows, jacobian_rows, e):
-    """e - J d: what of the error remains once the joints have gone that share of the way to the posture."""
+    """e - J d: the error that remains once the joints have moved by that fraction of (posture - q)."""
     for j in range(posture.shape[0]):
         e = add_column(e, jacobian_rows, j, share * (load(q_rows, j) - posture[j]))
     return e
