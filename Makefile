@@ -6,9 +6,10 @@ VENV ?= .venv
 RUN = $(VENV)/bin
 BENCH_VENV ?= .venv-bench
 DOCS_VENV ?= .venv-docs
+CUDA_VENV ?= .venv-cuda
 ARGS ?=
 
-.PHONY: demo video lint test test-ros1 test-ros2 bench docs hw2-zip clean
+.PHONY: demo video lint test test-cuda test-ros1 test-ros2 bench docs hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -33,6 +34,17 @@ test: lint
 	$(RUN)/python -m pytest -n auto $(ARGS)
 	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/kernels
 	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/kernels
+
+# Every kernel compiled for a GPU, to PTX. No GPU and no driver is needed.
+test-cuda: $(CUDA_VENV)/.cuda
+	$(CUDA_VENV)/bin/python -m pytest -n auto tests/gpu $(ARGS)
+
+# An environment of its own: the compiler's wheels are large, and nothing else needs them.
+$(CUDA_VENV)/.cuda: pyproject.toml
+	$(PYTHON) -m venv $(CUDA_VENV)
+	$(CUDA_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(CUDA_VENV)/bin/python -m pip install --quiet --editable . --group cuda
+	touch $@
 
 # The peers, side by side with Ulna: writes benchmarks/results/. ARGS="--robot panda --n 10000" asks for less or more.
 bench: $(BENCH_VENV)/.bench
@@ -101,4 +113,4 @@ $(VENV)/.dev: pyproject.toml | $(RUN)/python
 	touch $(VENV)/.demo $@
 
 clean:
-	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache build
+	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) $(CUDA_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache build

@@ -48,7 +48,7 @@ def table_of(objects):
 
 
 def scene(panda, bodies, world, pairs=NO_PAIRS):
-    return panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.n_alone
+    return panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.n_unindexed
 
 
 def placed(panda, q):

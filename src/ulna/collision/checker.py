@@ -226,14 +226,14 @@ class Checker:
 
     def _candidates(self, q: NDArray[np.float64], scene: tuple, max_distance: float) -> NDArray[np.int64]:
         """The pairs that may be near enough."""
-        joints, bodies, _, pairs, objects, _, nodes, n_alone = scene
-        n, n_hung = len(bodies), len(objects) - n_alone
-        alone = np.stack(np.meshgrid(np.arange(n), n + np.arange(n_alone), indexing="ij"), axis=-1).reshape(-1, 2)
-        hung, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_hung else 0
-        while len(hung) < count:
-            hung = np.empty((count, 2), dtype=np.int64)
-            count = entry("contacts.indexed_candidates")(joints, bodies, nodes, n_hung, max_distance, for_kernel(q), hung)
-        return np.concatenate([alone, hung[:count] + np.array((0, n + n_alone)), pairs])
+        joints, bodies, _, pairs, objects, _, nodes, n_unindexed = scene
+        n, n_indexed = len(bodies), len(objects) - n_unindexed
+        unindexed = np.stack(np.meshgrid(np.arange(n), n + np.arange(n_unindexed), indexing="ij"), axis=-1).reshape(-1, 2)
+        indexed, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_indexed else 0
+        while len(indexed) < count:
+            indexed = np.empty((count, 2), dtype=np.int64)
+            count = entry("contacts.indexed_candidates")(joints, bodies, nodes, n_indexed, max_distance, for_kernel(q), indexed)
+        return np.concatenate([unindexed, indexed[:count] + np.array((0, n + n_unindexed)), pairs])
 
     def _pair(self, candidate: NDArray[np.int64], found: NDArray[np.float64], object_names: tuple[str, ...]) -> Pair:
         (a, b), names, owners = candidate.tolist(), self.bodies.names, self.bodies.owners
@@ -253,7 +253,7 @@ class Checker:
         bodies, pairs = self.bodies, self.pairs if self_collision else NO_PAIRS
         boxes = bodies.only_boxes and objects.only_boxes
         vertices, points = (None, None) if boxes else (bodies.vertices, objects.vertices)
-        return self.tree.joints, bodies.table, vertices, pairs, objects.table, points, objects.nodes, objects.n_alone
+        return self.tree.joints, bodies.table, vertices, pairs, objects.table, points, objects.nodes, objects.n_unindexed
 
 
 def _shapes(scene: tuple) -> tuple:

@@ -24,8 +24,9 @@ class Objects:
         names: In the order of the table, for each solid that of the object which it is part of.
         table: What the kernels read of each (``kernels.layout``), shape (n, BODY_WIDTH).
         vertices: Those of all hulls, shape (m, 3).
-        nodes: The tree over the objects from ``n_alone`` on (``kernels.collision.bvh``), shape (6 n_nodes, 8); none if there is no tree.
-        n_alone: How many solids, the first of the table, are in no tree.
+        nodes: The BVH of the objects from ``n_unindexed`` on (``kernels.collision.bvh``), shape (6 n_nodes, 8); empty if none is
+            indexed.
+        n_unindexed: How many solids, the first of the table, are not in the BVH.
         only_boxes: Whether there are no other shapes.
     """
 
@@ -33,7 +34,7 @@ class Objects:
     table: NDArray[np.float64]
     vertices: NDArray[np.float64]
     nodes: NDArray[np.float64]
-    n_alone: int
+    n_unindexed: int
     only_boxes: bool
 
 
@@ -47,14 +48,14 @@ def make_objects(shapes: dict[str, Obstacle], poses: dict[str, NDArray[np.float6
     rows = [_rows(poses[name], part, k) for name, part, k in zip(kinds, parts, first, strict=True)]
     table = np.concatenate([np.empty((0, BODY_WIDTH)), *rows])
     n_endless = sum(isinstance(shape, HalfSpace) for shape in shapes.values())
-    n_alone = len(table) if len(table) <= MOST_UNINDEXED else n_endless
-    low, high = bounds(table[n_alone:])
-    order = np.concatenate([np.arange(n_alone), n_alone + compact_order((low + high) / 2)])
-    nodes = tree_of_bounds(low[order[n_alone:] - n_alone], high[order[n_alone:] - n_alone])
+    n_unindexed = len(table) if len(table) <= MOST_UNINDEXED else n_endless
+    low, high = bounds(table[n_unindexed:])
+    order = np.concatenate([np.arange(n_unindexed), n_unindexed + compact_order((low + high) / 2)])
+    nodes = tree_of_bounds(low[order[n_unindexed:] - n_unindexed], high[order[n_unindexed:] - n_unindexed])
     points = np.concatenate([np.zeros((0, 3)), *vertices])
     only_boxes = bool((table[:, SHAPE] == BOX).all())
     table, points = frozen(table[order], table.shape), frozen(points, points.shape)  # as a robot's: kernels know one kind of both
-    return Objects(tuple(names[k] for k in order), table, points, nodes, n_alone, only_boxes)
+    return Objects(tuple(names[k] for k in order), table, points, nodes, n_unindexed, only_boxes)
 
 
 def _rows(T: NDArray[np.float64], parts: Solids, first_vertex: int) -> NDArray[np.float64]:

@@ -1,4 +1,6 @@
-"""Between a batch, one problem after the other in memory, and rows of lanes, the same number of eight problems together.
+"""Gathers a batch into rows of lanes and scatters the results, eight problems at a time. Used by all other drivers.
+
+A batch has one problem after the other in memory; rows of lanes have the same number of eight problems together.
 
 The last block of a batch is filled up with its last problem, computed and written more than once: every problem takes the
 same path whatever the batch's length and its own place, so its result is the same bit for bit.
@@ -45,7 +47,7 @@ def scatter_matrix(pose_rows, i, lane, out):
 
 
 @kernel
-def apart(a, b):
+def share_no_memory(a, b):
     """True if two arrays, each in one piece, share no memory: what is written to one does not change the other."""
     start_a, start_b = a.ctypes.data, b.ctypes.data
     return start_a + a.nbytes <= start_b or start_b + b.nbytes <= start_a

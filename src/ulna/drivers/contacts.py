@@ -15,7 +15,7 @@ from ulna.kernels.spatial.se3 import load_pose
 
 @entry(*((*scene[:3], *scene[4:6], MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
 def contacts_each(joints, bodies, vertices, objects, points, q, rows, candidates, out, gradients):
-    """Write the answer for candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH). False if q is out of range.
+    """Write the contact of candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH). False if q is out of range.
 
     And to row c of gradients, unless that has no rows, how its distance changes with q: with the normal n from a to b by
     n . (v_b - v_a), where v are the velocities of the witness points as points of their bodies; to first order the witness points
@@ -37,20 +37,20 @@ def contacts_each(joints, bodies, vertices, objects, points, q, rows, candidates
 
 
 @entry((TABLE, TABLE, MATRIX, WHOLE, NUMBER, NUMBERS, INDEX_ROWS))
-def indexed_candidates(joints, bodies, nodes, n_hung, margin, q, out):
-    """Write to out, shape (n, 2), the bodies and the objects of the tree whose bounds are within a margin [m]; return how many.
+def indexed_candidates(joints, bodies, nodes, n_indexed, margin, q, out):
+    """Write to out, shape (n, 2), the bodies and the indexed objects whose bounds are within a margin [m]; return how many.
 
     The objects are numbered from 0. There may be more than out has room for: then the rest is counted only.
     """
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
-    stack, found, count = np.empty(STACK, np.int64), np.empty(n_hung, np.int64), 0
-    margin = min(margin, 1e3 * LARGEST)  # an infinite one would meet the children that are not there
+    stack, found, count = np.empty(STACK, np.int64), np.empty(n_indexed, np.int64), 0
+    margin = min(margin, 1e3 * LARGEST)  # with an infinite one absent children would overlap too
     place_bodies(joints, bodies, q, joint_rows, body_rows)
     for k in range(bodies.shape[0]):
         low, high = bounds_of(bodies, k, load_pose(body_rows, k))
         low = low[0] - margin, low[1] - margin, low[2] - margin
         high = high[0] + margin, high[1] + margin, high[2] + margin
-        for i in range(objects_within(nodes, n_hung, (low, high), stack, found)):
+        for i in range(objects_within(nodes, n_indexed, (low, high), stack, found)):
             if count < out.shape[0]:
                 out[count, 0], out[count, 1] = k, found[i]
             count += 1

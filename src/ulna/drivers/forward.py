@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.drivers.batch import all_in_range, apart, gather, scatter_matrix, write_matrix
+from ulna.drivers.batch import all_in_range, gather, scatter_matrix, share_no_memory, write_matrix
 from ulna.engine.decorators import entry, low_latency_entry
 from ulna.engine.lanes import load
 from ulna.engine.signatures import BLOCKS, MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
@@ -18,7 +18,7 @@ def forward_one(chain, n_dof, q, out):
 
     False, and nothing is written, if q is not n_dof numbers in range, or out is not 4x4, or shares memory with q.
     """
-    if q.shape[0] != n_dof or out.shape != (4, 4) or not (all_in_range(q) and apart(q, out)):
+    if q.shape[0] != n_dof or out.shape != (4, 4) or not (all_in_range(q) and share_no_memory(q, out)):
         return False
     write_matrix(chain_pose(chain, q), out)
     return True

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.drivers.batch import all_in_range, apart, gather
+from ulna.drivers.batch import all_in_range, gather, share_no_memory
 from ulna.engine.decorators import entry, low_latency_entry
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
@@ -15,7 +15,7 @@ def jacobian_one(chain, expressed_in, n_dof, q, out):
 
     False, and nothing is written, if q is not n_dof numbers in range, or out has another shape, or shares memory with q.
     """
-    if q.shape[0] != n_dof or out.shape != (6, n_dof) or not (all_in_range(q) and apart(q, out)):
+    if q.shape[0] != n_dof or out.shape != (6, n_dof) or not (all_in_range(q) and share_no_memory(q, out)):
         return False
     chain_jacobian(chain, q, expressed_in, out.reshape(out.size), 1, n_dof)
     return True

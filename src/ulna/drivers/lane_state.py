@@ -1,4 +1,4 @@
-"""Jobs of a search into the lanes and out again: targets, bounds and starts in, answers out. For one lane at a time."""
+"""Writes one IK search into a lane and its result out of it. Used by ``multi_start`` and ``single_start``."""
 
 import numpy as np
 
@@ -37,7 +37,7 @@ LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # of the bounds: where q may be, and where
 
 
 @workspace
-def search_rows(n_dof):
+def search_state(n_dof):
     """The rows of eight searches, and the scratch of a step (``levenberg_marquardt``), all cut from one block."""
     target, bound, state = 2 * n_dof, 2 * n_dof + 12, 4 * n_dof + 12
     jacobian = state + N_STATE
@@ -48,14 +48,14 @@ def search_rows(n_dof):
 
 
 @kernel
-def place(target, target_rows, lane):
+def write_target(target, target_rows, lane):
     """Write a pose of plain numbers to a lane."""
     for k in range(12):
         target_rows[k, lane] = target[k]
 
 
 @kernel
-def bound(box, bound_rows, lane):
+def write_bounds(box, bound_rows, lane):
     """Write the bounds to a lane."""
     n_dof = box.shape[1]
     for j in range(n_dof):
@@ -63,17 +63,17 @@ def bound(box, bound_rows, lane):
 
 
 @kernel
-def start_at(box, seed, shares, start, q_rows, lane):
-    """Write the start to a lane; what does not share in it stays at the seed."""
+def write_start(box, seed, samples, start, q_rows, lane):
+    """Write a start to a lane; an entry whose sample is NaN keeps the seed's value."""
     for j in range(seed.shape[0]):
-        share = shares[start, j]
-        x = box[LOW, j] + share * (box[HIGH, j] - box[LOW, j]) if share >= 0.0 else seed[j]
+        sample = samples[start, j]
+        x = box[LOW, j] + sample * (box[HIGH, j] - box[LOW, j]) if sample >= 0.0 else seed[j]
         q_rows[j, lane] = min(max(x, box[LOWER, j]), box[UPPER, j])
 
 
 @kernel
-def clear(state_rows, allowed, with_posture, lane):
-    """The state of a lane that has not begun."""
+def reset_state(state_rows, allowed, with_posture, lane):
+    """Write the state of a lane before its first step."""
     state_rows[ENDED, lane], state_rows[LEAST, lane] = RUNNING, np.inf
     state_rows[P2, lane], state_rows[R2, lane] = np.inf, np.inf
     state_rows[TAKEN, lane], state_rows[ALLOWED, lane] = 0.0, allowed
@@ -81,8 +81,8 @@ def clear(state_rows, allowed, with_posture, lane):
 
 
 @routine
-def answer(q_rows, target_rows, state_rows, lane, start, row, q_out, info):
-    """Write what a lane has found to a row."""
+def write_result(q_rows, target_rows, state_rows, lane, start, row, q_out, info):
+    """Write the result of a lane to a row."""
     for j in range(q_out.shape[1]):
         q_out[row, j] = q_rows[j, lane]
     e = (

@@ -1,14 +1,14 @@
-"""Runs Levenberg-Marquardt, eight starts in the lanes of one vector, within the joint bounds. Used by ``ik.restarts``.
+"""Runs Levenberg-Marquardt from several starts per target, eight at a time. Used by ``ik.single_target``, ``ik.restarts``.
 
 A *job* is one start for one target. Jobs are numbered target by target; each lane takes the next job as soon as it has ended its
-own, so that a hard target never holds the other lanes. No lane looks at another: the answer of a job is the same bit for bit
-whatever stands beside it.
+own, so that a hard target never delays the other lanes. Lanes are independent: the result of a job is the same bit for bit
+whatever jobs the other lanes have.
 """
 
 import numpy as np
 
 from ulna.drivers.batch import all_in_range
-from ulna.drivers.lane_state import answer, bound, clear, place, search_rows, start_at
+from ulna.drivers.lane_state import reset_state, search_state, write_bounds, write_result, write_start, write_target
 from ulna.engine.decorators import entry, routine, workspace
 from ulna.engine.lanes import any_lane, load
 from ulna.engine.signatures import INDICES, MATRICES, MATRIX, NUMBERS, TABLE
@@ -20,43 +20,43 @@ from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 
 
 @entry((TABLE, MATRICES, INDICES, MATRIX, MATRICES, MATRIX, NUMBERS, NUMBERS, MATRIX, MATRIX))
-def search_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_out, info):
+def search_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q_out, info):
     """Search for each target of ``order`` from every start.
 
-    targets: (n, 4, 4); order: (m,) of them; seeds: (n or 1, n_dof); bounds: (n or 1, 4, n_dof) of ``lane_state``; shares:
+    targets: (n, 4, 4); order: (m,) of them; seeds: (n or 1, n_dof); bounds: (n or 1, 4, n_dof) of ``lane_state``; samples:
     (n_starts, n_dof), how far from LOW to HIGH each entry of a start lies, NaN for the seed's own; posture: (n_dof,).
     q_out: (m n_starts, n_dof) and info: (m n_starts, N_INFO), a row a job. If FIRST_WINS, ``order`` holds one target, the search
     ends with the first job that is solved, and row 0 holds that, or the job that came nearest.
     """
-    run_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_out, info)
+    run_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q_out, info)
 
 
 @entry((TABLE, NUMBERS, MATRIX, NUMBERS, MATRIX, MATRIX))
 def search_one(chain, plan, target, seed, q_out, info):
     """The same for one target (4, 4) and one seed (n_dof,), with few arguments: each costs a call some 50 ns.
 
-    plan: the settings, the bounds (4 n_dof numbers), the posture and the shares, one behind the other; q_out: (1, n_dof); info:
+    plan: the settings, the bounds (4 n_dof numbers), the posture and the samples, one after the other; q_out: (1, n_dof); info:
     (1, N_INFO).
     """
     n_dof, order = q_out.shape[1], np.zeros(1, dtype=np.int64)
     settings, rest = plan[:N_SETTINGS], plan[N_SETTINGS:]
-    bounds, posture, shares = rest[: 4 * n_dof], rest[4 * n_dof : 5 * n_dof], rest[5 * n_dof :]
+    bounds, posture, samples = rest[: 4 * n_dof], rest[4 * n_dof : 5 * n_dof], rest[5 * n_dof :]
     run_jobs(
         chain, target.reshape((1, 4, 4)), order, seed.reshape((1, n_dof)), bounds.reshape((1, 4, n_dof)),
-        shares.reshape((shares.shape[0] // n_dof, n_dof)), posture, settings, q_out, info,
+        samples.reshape((samples.shape[0] // n_dof, n_dof)), posture, settings, q_out, info,
     )  # fmt: skip
 
 
 @workspace
-def run_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_out, info):
+def run_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q_out, info):
     """Keep the lanes busy until no job is left."""
-    n_dof, n_jobs = q_out.shape[1], order.shape[0] * shares.shape[0]
-    rows, scratch = search_rows(n_dof)
+    n_dof, n_jobs = q_out.shape[1], order.shape[0] * samples.shape[0]
+    rows, scratch = search_state(n_dof)
     jobs = np.full(WIDTH, -1)
     first_wins, found, best = settings[FIRST_WINS] != 0.0, False, np.inf
     following, running = 0, 0
     for lane in range(WIDTH):
-        jobs[lane], following = begin(targets, order, seeds, bounds, shares, settings, following, n_jobs, lane, rows, info)
+        jobs[lane], following = start_job(targets, order, seeds, bounds, samples, settings, following, n_jobs, lane, rows, info)
         running += jobs[lane] >= 0
     while running > 0 and not found:
         advance(chain, posture, settings, rows, scratch)
@@ -69,21 +69,23 @@ def run_jobs(chain, targets, order, seeds, bounds, shares, posture, settings, q_
             missed = rows[4][P2, lane] + rows[4][R2, lane]
             if found or not first_wins or missed < best:
                 row = 0 if first_wins else jobs[lane]
-                answer(rows[1], rows[2], rows[4], lane, jobs[lane] % shares.shape[0], row, q_out, info)
+                write_result(rows[1], rows[2], rows[4], lane, jobs[lane] % samples.shape[0], row, q_out, info)
                 best = missed
             if found:
                 break
-            jobs[lane], following = begin(targets, order, seeds, bounds, shares, settings, following, n_jobs, lane, rows, info)
+            jobs[lane], following = start_job(
+                targets, order, seeds, bounds, samples, settings, following, n_jobs, lane, rows, info
+            )
             running -= jobs[lane] < 0
 
 
 @routine
-def begin(targets, order, seeds, bounds, shares, settings, job, n_jobs, lane, rows, info):
-    """Put the first job from ``job`` on that can be begun into a lane. Returns it, or -1 if none is left, and the one after.
+def start_job(targets, order, seeds, bounds, samples, settings, job, n_jobs, lane, rows, info):
+    """Start the first valid job from ``job`` on in a lane. Returns it, or -1 if none is left, and the one after.
 
-    A target that is no pose, or whose seed is out of range, is told in the information and skipped.
+    A target that is no pose, or whose seed is out of range, gets its status in the information and is skipped.
     """
-    n_starts = shares.shape[0]
+    n_starts = samples.shape[0]
     while job < n_jobs:
         i, start = order[job // n_starts], job % n_starts
         seed = seeds[min(i, seeds.shape[0] - 1)]
@@ -92,10 +94,10 @@ def begin(targets, order, seeds, bounds, shares, settings, job, n_jobs, lane, ro
                 info[job + row, STATUS] = NOT_A_POSE
             job += n_starts
         else:
-            place(matrix_pose(targets[i]), rows[2], lane)
+            write_target(matrix_pose(targets[i]), rows[2], lane)
             box = bounds[min(i, bounds.shape[0] - 1)]
-            bound(box, rows[3], lane)
-            start_at(box, seed, shares, start, rows[0], lane)
-            clear(rows[4], settings[STEPS], settings[WITH_POSTURE], lane)
+            write_bounds(box, rows[3], lane)
+            write_start(box, seed, samples, start, rows[0], lane)
+            reset_state(rows[4], settings[STEPS], settings[WITH_POSTURE], lane)
             return job, job + 1
     return -1, job

@@ -9,18 +9,18 @@ from ulna.engine.signatures import MATRIX, SCENES
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK, place_bounds
 from ulna.kernels.collision.collision_layout import NEAREST_WIDTH
-from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, splat_answer
+from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, splat_result
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.distance.epa import SCRATCH
 
 
 @entry(*((*scene, MATRIX, MATRIX) for scene in SCENES))
-def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q, out):
-    """Write the answer for each q of shape (n, n_dof) to a row of out, shape (n, NEAREST_WIDTH). False if q is out of range.
+def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, q, out):
+    """Write the result for each q of shape (n, n_dof) to a row of out, shape (n, NEAREST_WIDTH). False if q is out of range.
 
-    Eight configurations at a time, but for the tree.
+    Eight configurations at a time, but for the BVH, which is searched for one after the other.
     """
-    n, n_hung = q.shape[0], objects.shape[0] - n_alone
+    n, n_indexed = q.shape[0], objects.shape[0] - n_unindexed
     q_rows, best_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((NEAREST_WIDTH, WIDTH))
     joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))
     stack, heights, bound_rows = np.empty(STACK, np.int64), np.empty(STACK), np.empty((6 * bodies.shape[0], WIDTH))
@@ -30,17 +30,18 @@ def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_alo
         gather(q, start, q_rows)
         good &= all_in_range(q_rows)
         place_bodies(joints, bodies, q_rows, joint_rows, body_rows)
-        best = nearest_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_rows, load(q_rows, 0), scratch)
+        best = nearest_unindexed(bodies, vertices, pairs, objects, points, n_unindexed, body_rows, load(q_rows, 0), scratch)
         store(best_rows, 0, best[0])
         store(best_rows, 1, best[1])
         store(best_rows, 2, best[2])
-        if n_hung > 0:
+        if n_indexed > 0:
             place_bounds(bodies, body_rows, bound_rows)
         for lane in range(min(WIDTH, n - start)):
-            if n_hung > 0:
-                one = splat_answer(best_rows, lane, load(q_rows, 0))
+            if n_indexed > 0:
+                one = splat_result(best_rows, lane, load(q_rows, 0))
                 one = nearest_indexed(
-                    one, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, heights, scratch
+                    one, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_unindexed, stack, heights,
+                    scratch,
                 )  # fmt: skip
                 best_rows[0, lane], best_rows[1, lane] = lane_of(one[0], 0), lane_of(one[1], 0)
                 best_rows[2, lane] = lane_of(one[2], 0)

@@ -45,7 +45,7 @@ def lay_panes(points, paints, nearness, light):
 
 @entry((MATRIX, INDICES, MATRIX, MATRIX, MATRIX))
 def place_points(points, frames, poses, view, placed):
-    """Write where points that move with frames stand on a raster.
+    """Write the raster coordinates of points that move with frames.
 
     Args:
         points: In their frames, shape (n, 3).

@@ -1,18 +1,18 @@
-"""The textbook searches: from the seed alone, step by step, a target a lane, kept within the joint bounds.
+"""Runs the textbook IK methods from the seed, one target a lane, within the joint bounds. Used by ``ik.textbook``.
 
-1. Evaluate the error and the Jacobian, less what the task does not ask for; leave out the joints that would be pushed through a
+1. Evaluate the error and the Jacobian, less what the task leaves free; leave out the joints that would be pushed through a
    bound. Done at the tolerances.
 2. Take the method's step (``jacobian_transpose``, ``damped_least_squares``, ``pseudo_inverse``), no joint
    further than LARGEST_STEP.
-3. The Jacobian transpose goes there only if the error falls, else it halves the step and tries again (backtracking): so its error
-   never rises. The others always go.
+3. The Jacobian transpose takes the step only if the error falls, else it halves the step and tries again (backtracking): so its
+   error never rises. The others always take it.
 4. Stationary: the step is 0, or too short to move: a local minimum, or a singularity.
 """
 
 import numpy as np
 
 from ulna.drivers.batch import gather
-from ulna.drivers.lane_state import answer, bound, place, search_rows
+from ulna.drivers.lane_state import search_state, write_bounds, write_result, write_target
 from ulna.engine.decorators import entry, kernel
 from ulna.engine.lanes import any_lane, load, splat, store, where
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
@@ -21,7 +21,7 @@ from ulna.kernels.chain.chain import chain_pose
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.ik.damped_least_squares import DAMPING, damped_step
-from ulna.kernels.ik.damped_step import error_squares, pose_error, release_pressed, within_bounds
+from ulna.kernels.ik.damped_step import block_joints_at_bounds, error_squares, pose_error, within_bounds
 from ulna.kernels.ik.jacobian_transpose import transpose_step
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, LAMBDA, P2, R2, RUNNING, TAKEN
 from ulna.kernels.ik.pseudo_inverse import pseudo_inverse_step
@@ -68,7 +68,7 @@ def take_step(method, jacobian_rows, n_dof, e, system_rows, error_rows, step_row
 
 @kernel
 def task_squares(settings, pose, target, spare_rows):
-    """The squares of what of the error the task counts; spare_rows: a Jacobian that may be spoilt."""
+    """The squares of the error that the task counts; spare_rows: a Jacobian that may be overwritten."""
     e = pose_error(pose, target)
     if int(settings[TASK]) != WHOLE_POSE:
         e = task_error(settings, pose, target, e, spare_rows)
@@ -104,7 +104,7 @@ def descend(chain, method, settings, rows, scratch, trace):
             e = task_error(settings, pose, target, e, jacobian_rows)
         p2, r2 = error_squares(e)
         solved = (p2 <= settings[POSITION_TOLERANCE] ** 2) & (r2 <= settings[ROTATION_TOLERANCE] ** 2)
-        release_pressed(bound_rows, q_rows, e, jacobian_rows)
+        block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
         take_step(method, jacobian_rows, n_dof, e, system_rows, error_rows, step_rows)
         size = longest(step_rows)
         stopped = (scale < _LEAST_SCALE) | (size <= (0.0 if method == JACOBIAN_TRANSPOSE else _LEAST_STEP))
@@ -128,12 +128,12 @@ def descend(chain, method, settings, rows, scratch, trace):
             taken = taken + where(ended <= RUNNING, 1.0, 0.0)
             steps += 1
             if trace.shape[0] > 0:
-                note(trace, steps, state_rows, step_rows, DAMPING if method == DAMPED_LEAST_SQUARES else 0.0)
+                trace_step(trace, steps, state_rows, step_rows, DAMPING if method == DAMPED_LEAST_SQUARES else 0.0)
 
 
 @kernel
 def store_state(state_rows, ended, p2, r2, taken, whole):
-    """Write how the lanes stand."""
+    """Write the state of the lanes."""
     store(state_rows, ENDED, ended)
     store(state_rows, P2, p2)
     store(state_rows, R2, r2)
@@ -143,9 +143,9 @@ def store_state(state_rows, ended, p2, r2, taken, whole):
 
 
 @kernel
-def note(trace, steps, state_rows, step_rows, damping):
+def trace_step(trace, steps, state_rows, step_rows, damping):
     """Write the errors before a step of lane 0 to the row before, its size and damping to the row of the step."""
-    note_errors(trace, steps - 1, state_rows)
+    trace_errors(trace, steps - 1, state_rows)
     largest = 0.0
     for j in range(step_rows.shape[0]):
         largest = max(largest, abs(step_rows[j, 0]))
@@ -153,7 +153,7 @@ def note(trace, steps, state_rows, step_rows, damping):
 
 
 @kernel
-def note_errors(trace, k, state_rows):
+def trace_errors(trace, k, state_rows):
     """Write the errors of lane 0 to row k."""
     e = state_rows[ERROR : ERROR + 6]
     trace[k, 0] = np.sqrt(e[0, 0] ** 2 + e[1, 0] ** 2 + e[2, 0] ** 2)
@@ -168,14 +168,14 @@ def follow_each(method, chain, targets, seeds, bounds, settings, q_out, info, tr
     (0, 4), or (steps + 1, 4) and one target.
     """
     n, n_dof = q_out.shape
-    rows, (jacobian_rows, system_rows) = search_rows(n_dof)
+    rows, (jacobian_rows, system_rows) = search_state(n_dof)
     scratch = jacobian_rows, system_rows, np.empty((6, WIDTH)), np.empty((n_dof, WIDTH))
     for start in range(0, n, WIDTH):
         gather(seeds, start, rows[0])
         for lane in range(WIDTH):
             i = min(start + lane, n - 1)
-            place(matrix_pose(targets[i]), rows[2], lane)
-            bound(bounds[min(i, bounds.shape[0] - 1)], rows[3], lane)
+            write_target(matrix_pose(targets[i]), rows[2], lane)
+            write_bounds(bounds[min(i, bounds.shape[0] - 1)], rows[3], lane)
         descend(chain, method, settings, rows, scratch, trace)
         for lane in range(WIDTH):
             i = min(start + lane, n - 1)
@@ -183,10 +183,10 @@ def follow_each(method, chain, targets, seeds, bounds, settings, q_out, info, tr
             if rows[4][ENDED, lane] != HAS_SOLVED:
                 rows[4][ENDED, lane] = HAS_FAILED
             rows[4][LAMBDA, lane] = DAMPING if method == DAMPED_LEAST_SQUARES else 0.0
-            answer(rows[0], rows[2], rows[4], lane, 0, i, q_out, info)
+            write_result(rows[0], rows[2], rows[4], lane, 0, i, q_out, info)
             if stopped:
                 info[i, STATUS] = STATIONARY
             if not rigidity_defect(targets[i]) <= LARGEST_DEFECT:
                 info[i, STATUS] = NOT_A_POSE
     if trace.shape[0] > 0:
-        note_errors(trace, int(info[0, ITERATIONS]), rows[4])
+        trace_errors(trace, int(info[0, ITERATIONS]), rows[4])

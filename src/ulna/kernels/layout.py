@@ -1,28 +1,30 @@
-"""The robot as flat tables: what their columns mean. Plain numbers only, so that the model can read them without a compiler.
+"""Numbers the columns of the flat tables that hold a robot. Used by kernels, drivers and what builds the tables.
+
+Plain numbers only, so that descriptions can be read without a compiler.
 
 One table serves every robot, so one compilation does. A row of the table of joints is a moving joint, which acts about or
 along the z axis of its own frame (the model turns the frames so that this holds):
 
 ====== =========================================================================================================
-0..11  T_parent_joint at zero, a pose (see the package): where the joint stands in the frame of the joint before it
+0..11  T_parent_joint at zero, a pose (see the package): the joint's frame in the frame of the joint before it
 KIND   REVOLUTE, PRISMATIC or FIXED (the last row of a chain: the link's own offset, which no joint moves)
 COLUMN which entry of q drives it
 RATIO  and OFFSET: the joint's angle or distance is RATIO * q[COLUMN] + OFFSET (a mimic joint has its own ratio)
 PARENT the row of the joint before it, BASE for the first; in a chain always the row above
 ====== =========================================================================================================
 
-A row of a table of frames (links, or collision shapes) is a frame that stands still relative to a joint: 0..11 its pose in the
+A row of a table of frames (links, or collision shapes) is a frame fixed to a joint: 0..11 its pose in the
 joint's frame, JOINT the joint's row or BASE, AT_JOINT 1 if that pose is the identity.
 
-A row of a table of bodies is a frame with a shape; a body of the world hangs on the BASE. A shape is a core and a ball of RADIUS
-that sweeps it, so that a sphere is a point, and a capsule a segment, with a radius:
+A row of a table of bodies is a frame with a shape; a body of the world is fixed to the BASE. A shape is a core and a ball of
+RADIUS that sweeps it, so that a sphere is a point, and a capsule a segment, with a radius:
 
 ============ ===================================================================================================
 SHAPE        SPHERE, CAPSULE, BOX, CYLINDER, HULL or HALF_SPACE
 HALF_EXTENTS from here on three numbers: half the edges [m] of the smallest box centred at the frame's origin that holds the
              core. They say all of it for a box, a point (0, 0, 0), a segment along z (0, 0, h) and a cylinder (r, r, h).
 RADIUS       of the ball that sweeps the core [m]
-FIRST_VERTEX and N_VERTICES: where the points of a hull stand in the array of vertices, shape (m, 3), which goes with the table
+FIRST_VERTEX and N_VERTICES: the rows of a hull's points in the array of vertices, shape (m, 3), which goes with the table
 REACH        the radius of a ball about the frame's origin that holds the body [m]; infinite for a half-space
 ============ ===================================================================================================
 

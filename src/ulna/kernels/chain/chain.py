@@ -1,4 +1,4 @@
-"""Forward kinematics of one link: the product of the joint poses from the base to it."""
+"""Computes the pose of one link, the product of its joint poses. Used by ``drivers.forward`` and ``drivers.single_start``."""
 
 from ulna.engine.decorators import kernel
 from ulna.kernels.chain.joint import joint_pose

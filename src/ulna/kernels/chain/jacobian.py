@@ -1,4 +1,6 @@
-"""The geometric Jacobian of a chain's end: the velocity of the end for a unit rate of each entry of q, linear part first.
+"""Computes the geometric Jacobian of a chain's end, linear part first. Used by the Jacobian's driver and by ``kernels.ik``.
+
+Column j is the velocity of the end for a unit rate of entry j of q.
 
 Source: Lynch and Park, Modern Robotics (2017), chapter 5; Siciliano et al., Robotics (2009), section 3.1.
 """
@@ -16,7 +18,7 @@ from ulna.kernels.spatial.vectors import axis, cross, origin, plus, times, turn_
 def chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, across, down):
     """Write J, entry (k, j) to row across * j + down * k, and return the end's pose. Rows are v_x, v_y, v_z, w_x, w_y, w_z.
 
-    1. Walk the chain. A joint along or about z_i, whose frame stands at p_i, moves the point that passes the base's origin: a
+    1. Walk the chain. A joint along or about z_i, whose frame has its origin at p_i, moves the point at the base's origin: a
        revolute one with v = p_i x z_i and w = z_i, a prismatic one with v = z_i. Add that, times the joint's ratio, to the column
        of the entry of q that drives the joint: mimic joints share one. That is J for SPATIAL.
     2. The end's origin o moves with v + w x o. That is J for BASE.

@@ -1,4 +1,4 @@
-"""The motion of one joint: a row of the table of joints (``layout``) at a configuration."""
+"""Computes the pose of one joint from its row of the table of joints. Used by ``chain``, ``tree`` and ``jacobian``."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load

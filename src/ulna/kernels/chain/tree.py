@@ -1,4 +1,4 @@
-"""Forward kinematics of a whole tree: every joint once, then every frame that stands still relative to a joint."""
+"""Computes the poses of all joints of a tree, and of frames fixed to them. Used by ``posed_pair`` and ``drivers.forward``."""
 
 from ulna.engine.decorators import kernel
 from ulna.kernels.chain.joint import joint_pose
@@ -8,7 +8,7 @@ from ulna.kernels.spatial.se3 import compose, constant_pose, load_pose, store_po
 
 @kernel
 def tree_poses(joints, q_rows, joint_rows):
-    """Write the pose of every joint of the table (parents stand before their children) to joint_rows."""
+    """Write the pose of every joint of the table (parents come before their children) to joint_rows."""
     for i in range(joints.shape[0]):
         pose = joint_pose(joints, i, q_rows)
         parent = int(joints[i, PARENT])
@@ -19,7 +19,7 @@ def tree_poses(joints, q_rows, joint_rows):
 
 @kernel
 def frame_pose(frames, k, joint_rows, like):
-    """The pose in the base of frame k, which stands still relative to its joint."""
+    """The pose in the base of frame k, which is fixed to its joint."""
     joint = int(frames[k, JOINT])
     if joint < 0:
         return constant_pose(frames, k, like)

@@ -1,4 +1,4 @@
-"""Boxes along the axes of the base that hold bodies, and the tree of such boxes over the objects of a world.
+"""Computes the AABB of a body and searches a BVH of a world's objects. Used by overlap, nearest pair, contacts and edges.
 
 The tree is complete: eight children a node, node 0 the root, node i above nodes 8 i + 1 to 8 i + 8, and under the nodes of the
 last level the objects, eight a node, in the order of their table. So it needs no pointers: a node is six rows of eight numbers,
@@ -101,7 +101,7 @@ def push_children(nodes, node, bounds, within, stack, heights, top):
 
 @kernel
 def objects_within(nodes, n, bounds, stack, found):
-    """Write to found the numbers of those of the n objects of a tree whose bounds meet the bounds given; return how many."""
+    """Write to found the numbers of those of the n objects of a tree whose bounds overlap the bounds given; return how many."""
     leaf, top, count = first_leaf(n), 1, 0
     stack[0] = 0
     while top > 0:

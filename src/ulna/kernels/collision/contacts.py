@@ -1,4 +1,4 @@
-"""Contacts: the signed distance, the witness points and the normal of chosen pairs, and how the distance changes with q.
+"""Computes distance, witness points, normal and distance gradient of one pair. Used by ``drivers.contacts``.
 
 A pair is a body of the robot and another, or an object of the world, numbered from the last body on.
 """
@@ -13,7 +13,7 @@ from ulna.kernels.spatial.vectors import axis, cross, dot, minus, origin
 
 @kernel
 def write_contact(bodies, vertices, body_rows, objects, points, i, j, scratch, out, row):
-    """Write the answer for a pair, in plain numbers, to a row of out."""
+    """Write the contact of a pair, in plain numbers, to a row of out."""
     a, n = load_pose(body_rows, i), bodies.shape[0]
     if j < n:
         distance, p, q, normal = rows_answer(bodies, vertices, i, a, bodies, vertices, j, load_pose(body_rows, j), scratch)

@@ -1,6 +1,6 @@
-"""The nearest pair: of all pairs of the robot with itself and with the world, the one of the least signed distance.
+"""Finds the pair of least signed distance: robot with itself, robot with world. Used by ``drivers.nearest``.
 
-The arguments are those of ``overlap``. An answer is three numbers: the distance [m], infinite if there is no pair; the body of
+The arguments are those of ``overlap``. A result is three numbers: the distance [m], infinite if there is no pair; the body of
 the robot; the other body of the robot, or the object, numbered from the last body on.
 """
 
@@ -16,7 +16,7 @@ from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
 @kernel
 def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scratch):
-    """The nearer of the best answer and a pair, which is looked at only where the balls around it are nearer than the best."""
+    """The nearer of the best pair and another, measured only where its bounding balls are nearer than the best."""
     if not any_lane(ball_distance(bodies, k, a, others, j, b) < best[0]):
         return best
     distance = rows_answer(bodies, vertices, k, a, others, points, j, b, scratch)[0]
@@ -25,11 +25,11 @@ def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scra
 
 
 @kernel
-def nearest_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_rows, like, scratch):
-    """The answer over the pairs and over the robot and the single objects."""
+def nearest_unindexed(bodies, vertices, pairs, objects, points, n_unindexed, body_rows, like, scratch):
+    """The nearest of the robot's pairs, and of its bodies and the unindexed objects."""
     best, n = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), bodies.shape[0]
     for k in range(n):
-        for w in range(n_alone):
+        for w in range(n_unindexed):
             a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
             best = nearer_pair(best, bodies, vertices, k, a, objects, points, w, b, n + w, scratch)
     for p in range(pairs.shape[0]):
@@ -41,15 +41,15 @@ def nearest_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_ro
 
 @kernel
 def nearest_indexed(
-    best, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, heights, scratch
+    best, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_unindexed, stack, heights, scratch
 ):
-    """The nearer of an answer and that over the objects of the tree and the robot in one lane.
+    """The nearer of the best pair and those of the robot, in one lane, and the indexed objects.
 
-    Depth first, the nearest child first; what is known to be farther than the best so far is passed over. All lanes do the
+    Depth first, the nearest child first; a node known to be farther than the best is pruned. All lanes do the
     same, so that the distance of two bodies is compiled for lanes only.
     """
-    n, n_hung, like = bodies.shape[0], objects.shape[0] - n_alone, best[0]
-    first_object = WIDTH * first_leaf(n_hung) + 1
+    n, n_indexed, like = bodies.shape[0], objects.shape[0] - n_unindexed, best[0]
+    first_object = WIDTH * first_leaf(n_indexed) + 1
     for k in range(n):
         bounds, a = lane_bounds(bound_rows, k, lane), splat_pose(lane_pose(body_rows, k, lane), like)
         stack[0], heights[0], top = 0, -np.inf, 1
@@ -60,15 +60,15 @@ def nearest_indexed(
                 if node < first_object:
                     top = push_children(nodes, node, bounds, nearest, stack, heights, top)
                 else:
-                    w = n_alone + node - first_object
+                    w = n_unindexed + node - first_object
                     b = constant_pose(objects, w, like)
                     best = nearer_pair(best, bodies, vertices, k, a, objects, points, w, b, n + w, scratch)
     return best
 
 
 @kernel
-def splat_answer(best_rows, lane, like):
-    """The answer of one lane in all."""
+def splat_result(best_rows, lane, like):
+    """The result of one lane in all lanes."""
     return splat(best_rows[0, lane], like), splat(best_rows[1, lane], like), splat(best_rows[2, lane], like)
 
 

@@ -1,8 +1,8 @@
-"""Verdicts: whether the robot at q touches itself or the world.
+"""Tests whether the robot at q overlaps itself or the world. Used by ``drivers.overlap``.
 
-The robot is ``joints``, ``bodies`` with their ``vertices``, and ``pairs``: the bodies that may not touch each other, two
-indices a row. The world is ``objects`` with their vertices (``points``): the first ``n_alone`` are met one by one, the others
-hang in the tree of ``nodes`` (``bvh``).
+The robot is ``joints``, ``bodies`` with their ``vertices``, and ``pairs``: the bodies that are tested against each other,
+two indices a row. The world is ``objects`` with their vertices (``points``): the first ``n_unindexed`` are tested one by one, the
+others are indexed by the BVH of ``nodes`` (``bvh``).
 """
 
 from ulna.engine.decorators import kernel
@@ -13,11 +13,11 @@ from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
 
 @kernel
-def overlaps_unindexed(bodies, vertices, pairs, objects, points, n_alone, body_rows, like):
-    """1.0 where any of the pairs overlaps, or any body of the robot and any single object; 0.0 elsewhere."""
+def overlaps_unindexed(bodies, vertices, pairs, objects, points, n_unindexed, body_rows, like):
+    """1.0 where any of the pairs overlaps, or any body of the robot and any unindexed object; 0.0 elsewhere."""
     hits = splat(0.0, like)
     for k in range(bodies.shape[0]):
-        for w in range(n_alone):
+        for w in range(n_unindexed):
             a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
             if any_lane(balls_meet(bodies, k, a, objects, w, b)):
                 hits = where(rows_overlap(bodies, vertices, k, a, objects, points, w, b), 1.0, hits)
@@ -38,12 +38,12 @@ def pair_overlaps(bodies, vertices, pairs, p, body_rows):
 
 
 @kernel
-def overlaps_indexed(bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_alone, stack, found):
-    """Whether any body of the robot, in one lane, overlaps any object of the tree."""
+def overlaps_indexed(bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_unindexed, stack, found):
+    """Whether any body of the robot, in one lane, overlaps any indexed object."""
     for k in range(bodies.shape[0]):
-        n_found = objects_within(nodes, objects.shape[0] - n_alone, lane_bounds(bound_rows, k, lane), stack, found)
+        n_found = objects_within(nodes, objects.shape[0] - n_unindexed, lane_bounds(bound_rows, k, lane), stack, found)
         for i in range(n_found):
-            w = n_alone + found[i]
+            w = n_unindexed + found[i]
             a, b = lane_pose(body_rows, k, lane), constant_pose(objects, w, 0.0)
             if rows_overlap(bodies, vertices, k, a, objects, points, w, b):
                 return True

@@ -1,4 +1,4 @@
-"""A half-space against anything: its plane meets the point of the other that lies deepest along the normal."""
+"""Computes the signed distance of a convex shape from a half-space. Used by ``pairs``."""
 
 from ulna.engine.decorators import kernel
 from ulna.kernels.distance.support import support

@@ -1,4 +1,4 @@
-"""Support points: the point of a core that lies farthest along a direction, in the core's own frame."""
+"""Computes the support point of a core, its farthest along a direction. Used by ``gjk`` and ``half_space``."""
 
 import numpy as np
 

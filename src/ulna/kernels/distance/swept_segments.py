@@ -1,4 +1,4 @@
-"""Spheres and capsules are a point and a segment, swept by a ball: nearest points in closed form.
+"""Computes the signed distance of spheres and capsules: points and segments swept by a ball. Used by ``pairs``.
 
 Every function gives the signed distance of two cores [m], the nearest point of each and the unit normal from a to b, in the frame
 in which the poses are given; ``swept`` then adds the balls.
@@ -15,14 +15,14 @@ _PARALLEL = 1e-16  # the square of the sine of an angle; below it any point of o
 
 @kernel
 def swept(core, radius_a, radius_b):
-    """The answer for two cores swept by balls: both surfaces come nearer along the normal."""
+    """The distance of two cores swept by balls: both surfaces come nearer along the normal."""
     distance, p, q, n = core
     return distance - radius_a - radius_b, step(p, radius_a, n), step(q, -radius_b, n), n
 
 
 @kernel
 def of_points(p, q, otherwise):
-    """The answer for two nearest points of cores that cannot overlap; ``otherwise`` is the normal where they meet."""
+    """The distance of two cores from their nearest points; ``otherwise`` is the normal where these coincide."""
     v = minus(q, p)
     distance = sqrt(dot(v, v))
     near = distance < _NEAR
@@ -35,7 +35,7 @@ def segment_segment(a, half_a, b, half_b):
 
     1. The point of line a nearest to line b, kept within segment a; the point of line b nearest to that, kept within segment b;
        again the point of a nearest to that (Ericson, Real-Time Collision Detection, 2005, section 5.1.9).
-    2. Where they meet, the shortest way apart is their common perpendicular; for parallel ones any perpendicular.
+    2. Where they intersect, the shortest way apart is their common perpendicular; for parallel ones any perpendicular.
     """
     u, v, r = axis(a, 2), axis(b, 2), minus(origin(a), origin(b))
     n = cross(u, v)
@@ -85,10 +85,10 @@ def side(x):
 
 @kernel
 def from_within(a, b, c, p, height, outwards):
-    """The answer for a point c and its nearest point p of a body at pose b, in the body's frame.
+    """The distance of a point c and a body at pose b, from its nearest point p, in the body's frame.
 
-    ``height`` is how far c stands out of the face it is nearest to, negative within, where the normal of that face, ``outwards``,
-    shows the way.
+    ``height`` is the signed distance of c from the face it is nearest to, negative within; there the normal of that face,
+    ``outwards``, is the shortest way out.
     """
     v = minus(p, c)
     distance = sqrt(dot(v, v))

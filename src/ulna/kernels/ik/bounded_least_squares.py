@@ -1,4 +1,6 @@
-"""Damped least squares within bounds: the x that minimises |J x - v|^2 + lambda |x|^2 with every x_j between two numbers.
+"""Solves damped least squares with bounds on each unknown. Used by ``drivers.differential_ik``.
+
+It finds the x that minimises |J x - v|^2 + lambda |x|^2 with every x_j between two numbers.
 
 A primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm 16.3); the problem is strictly convex,
 so what it ends at is the only minimum.

@@ -1,10 +1,10 @@
-"""The step of damped least squares with a damping that stays the same.
+"""Computes the step of damped least squares with constant damping. Used by ``drivers.single_start``.
 
 Source: Wampler (IEEE Trans. Systems, Man and Cybernetics 1986); Nakamura and Hanafusa (J. Dyn. Sys., Meas., Control 1986).
 
 dq = J' (J J' + lambda I)^-1 e minimises |J dq - e|^2 + lambda |dq|^2: near a singularity, where an undamped step would be
 enormous, the second term keeps it short. Away from one it costs a share lambda / sigma^2 of the error at each step, so the error
-falls by a factor and not quadratically. Levenberg-Marquardt (``multi_start``) lets lambda fall with the error.
+falls by a factor and not quadratically. Levenberg-Marquardt (``multi_start``) reduces lambda with the error.
 """
 
 from ulna.engine.decorators import kernel

@@ -1,4 +1,4 @@
-"""One step of damped least squares: the joint change that best reduces a pose error, kept within the joint limits.
+"""Computes pose errors, solves the damped 6x6 system and keeps joints within bounds. Used by the other steps of this folder.
 
 Source: Levenberg (1944), Marquardt (1963); Wampler (1986) and Nakamura and Hanafusa (1986) for arms; the damping that follows
 the error is Sugihara's (IEEE Trans. Robotics 2011).
@@ -48,8 +48,8 @@ def add_column(v, jacobian_rows, j, rate):
 
 
 @kernel
-def release_pressed(bound_rows, q_rows, e, jacobian_rows):
-    """Zero the column of every joint that stands at a bound and that the error would push beyond it.
+def block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows):
+    """Zero the column of every joint that is at a bound and that the error would push beyond it.
 
     bound_rows: the lower bounds of all entries of q, then the upper ones.
     """

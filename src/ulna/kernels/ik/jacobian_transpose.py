@@ -1,9 +1,9 @@
-"""The step of the Jacobian transpose: steepest descent on the squared pose error.
+"""Computes the step of the Jacobian transpose, steepest descent. Used by ``drivers.single_start``.
 
 Source: Wolovich and Elliott (CDC 1984); the step length is Buss's (Introduction to Inverse Kinematics, 2004, eq. 7).
 
 1. With the error e and J at q, the direction of steepest descent of |e|^2 / 2 is g = J' e.
-2. Along g, J g is the change of the pose; the step alpha = <e, J g> / <J g, J g> would meet the target best if the arm were
+2. Along g, J g is the change of the pose; the step alpha = <e, J g> / <J g, J g> would come nearest to the target if the arm were
    linear.
 """
 

@@ -1,18 +1,18 @@
-"""One step of eight searches at once, each in a lane of its own, with its own target and bounds.
+"""Takes one Levenberg-Marquardt step of eight searches, a lane each. Used by ``drivers.multi_start``.
 
 Rows of a search (``rows``), all caller-owned: q (n_dof); the q of the step before (n_dof); the target (12); the lower and
 then the upper bounds (2 n_dof); the state, as numbered below.
 
-1. Evaluate the pose error and the Jacobian at q, less what the task does not ask for (``task``).
+1. Evaluate the pose error and the Jacobian at q, less what the task leaves free (``task``).
 2. A lane is solved when its error is within the tolerances and another step no longer makes it four times smaller in square
-   (the better of the last two is its answer), or when it is negligible; failed when its steps are used up before.
+   (the better of the last two is its result), or when it is negligible; failed when its steps are used up before.
 3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), kept within
-   its bounds (``damped_step``). What a lane that has ended does then counts no more: its answer stands in the rows of the
-   step before. A CALM search adds |e| to lambda: where the target cannot be met, the curvature of the arm, which J does not
-   know, is about as large, and without it the steps would overshoot for ever.
-4. With a posture, the part of (posture - q) that leaves the pose alone is added to each step, and a lane is solved only when
-   that part is used up (Liegeois 1977): dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first: a lane
-   whose steps are used up at the pose has solved it.
+   its bounds (``damped_step``). Further steps of a lane that has ended are ignored: its result is in the rows of the
+   step before. A CALM search adds |e| to lambda: where the target is out of reach, the curvature of the arm, which J lacks,
+   is about as large, and without it the steps would overshoot for ever.
+4. With a posture, the part of (posture - q) that lies in the null space of J is added to each step, and a lane is solved only
+   when that part is used up (Liegeois 1977): dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first:
+   a lane whose steps are used up at the pose has solved it.
 """
 
 import numpy as np
@@ -24,9 +24,9 @@ from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.ik.damped_step import (
     add_column,
     back_to_joints,
+    block_joints_at_bounds,
     error_squares,
     pose_error,
-    release_pressed,
     solve_damped,
     within_bounds,
 )
@@ -36,8 +36,8 @@ from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 
 # Rows of the state. ENDED: RUNNING or how it ended; LEAST: the square of the error at the step before, if that was within the
-# tolerances and no posture is asked for, else infinite; P2 and R2: the squares of the answer's errors; TAKEN and ALLOWED: steps;
-# CHANGE: the largest of a joint in the last step, with a posture; from ERROR on the answer's pose error, six rows, in the base's
+# tolerances and no posture is given, else infinite; P2 and R2: the squares of the result's errors; TAKEN and ALLOWED: steps;
+# CHANGE: the largest of a joint in the last step, with a posture; from ERROR on the result's pose error, six rows, in the base's
 # axes, whatever the task.
 ENDED, LEAST, P2, R2, TAKEN, ALLOWED, CHANGE, LAMBDA, ERROR = 0, 1, 2, 3, 4, 5, 6, 7, 8
 N_STATE = ERROR + 6
@@ -47,7 +47,7 @@ _LEAST_DAMPING = 1e-12
 _NEGLIGIBLE = 1e-20  # of |e|^2: 0.1 nm
 _WORTH_A_STEP = 0.25  # of |e|^2
 _POSTURE_SETTLED = 1e-8  # largest joint change of a step that has used up the posture
-_POSTURE_STEP = 1.0  # rad: shorter ones settle too slowly, longer ones run in circles
+_POSTURE_STEP = 1.0  # rad: shorter ones converge too slowly, longer ones oscillate
 
 
 @routine
@@ -61,8 +61,8 @@ def advance(chain, posture, settings, rows, scratch):
     if int(settings[TASK]) != WHOLE_POSE:
         e = task_error(settings, pose, target, e, jacobian_rows)
     p2, r2 = error_squares(e)
-    settle(settings, p2, r2, whole, q_rows, last_rows, state_rows)
-    release_pressed(bound_rows, q_rows, e, jacobian_rows)
+    check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows)
+    block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
     damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * settings[CALM] + _LEAST_DAMPING
     store(state_rows, LAMBDA, damping)
     if settings[WITH_POSTURE] != 0.0:
@@ -76,8 +76,8 @@ def advance(chain, posture, settings, rows, scratch):
 
 
 @kernel
-def settle(settings, p2, r2, whole, q_rows, last_rows, state_rows):
-    """Step 2: which lanes have ended and how; the answer so far goes to the rows of the step before."""
+def check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows):
+    """Step 2: which lanes have ended and how; the result so far is copied to the rows of the step before."""
     total, least = p2 + r2, load(state_rows, LEAST)
     near = (p2 <= settings[POSITION_TOLERANCE] ** 2) & (r2 <= settings[ROTATION_TOLERANCE] ** 2)
     was_near = least < np.inf
@@ -101,7 +101,7 @@ def settle(settings, p2, r2, whole, q_rows, last_rows, state_rows):
 
 @kernel
 def move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacobian_rows, system_rows):
-    """Step 4; the largest change of a joint goes to the state."""
+    """Step 4; the largest change of a joint is stored in the state."""
     share = posture_share(posture, q_rows)
     rest = without_posture(posture, share, q_rows, jacobian_rows, e)
     solve_damped(jacobian_rows, posture.shape[0], damping, rest, system_rows)
@@ -117,7 +117,7 @@ def move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacob
 
 @kernel
 def posture_share(posture, q_rows):
-    """The share of the way to the posture that moves no joint by more than _POSTURE_STEP: the arm is not linear beyond."""
+    """The fraction of (posture - q) that moves no joint by more than _POSTURE_STEP: the arm is not linear beyond."""
     largest = splat(_POSTURE_STEP, load(q_rows, 0))
     for j in range(posture.shape[0]):
         largest = maximum(largest, abs(posture[j] - load(q_rows, j)))
@@ -126,7 +126,7 @@ def posture_share(posture, q_rows):
 
 @kernel
 def without_posture(posture, share, q_rows, jacobian_rows, e):
-    """e - J d: what of the error remains once the joints have gone that share of the way to the posture."""
+    """e - J d: the error that remains once the joints have moved by that fraction of (posture - q)."""
     for j in range(posture.shape[0]):
         e = add_column(e, jacobian_rows, j, share * (load(q_rows, j) - posture[j]))
     return e

@@ -1,4 +1,6 @@
-"""The step of the pseudo-inverse: dq = J^+ e, the shortest of all steps that would meet the target if the arm were linear.
+"""Computes the step of the pseudo-inverse, dq = J^+ e. Used by ``drivers.single_start``.
+
+It is the shortest of all steps that would reach the target if the arm were linear.
 
 Source: Whitney (IEEE Trans. Man-Machine Systems 1969); the singular values by one-sided rotations: Hestenes (J. SIAM 1958), with
 the angle of Rutishauser as in Golub and Van Loan, Matrix Computations (4th ed.), section 8.6.3.

@@ -1,18 +1,18 @@
-"""What the searches for a configuration share: the settings they read, the information they write, the status codes."""
+"""Numbers the settings, the results and the status codes of IK searches. Used by their kernels and drivers, and ``ik.task``."""
 
-# NOT_A_POSE: the target is no rigid motion, or the seed out of range: the caller looks which.
+# NOT_A_POSE: the target is no rigid motion, or the seed out of range: the caller finds out which.
 SOLVED, NOT_FOUND, NOT_A_POSE, STATIONARY = 0, 1, 2, 3
 # The textbook methods, from the seed alone.
 JACOBIAN_TRANSPOSE, DAMPED_LEAST_SQUARES, PSEUDO_INVERSE = 0, 1, 2
-# What a task asks of the six components of the pose error, in the target's axes.
+# What a task requires of the six components of the pose error, in the target's axes.
 WHOLE_POSE, WITH_SLACK, POINTING = 0, 1, 2
-# Entries of the settings. STEPS: the most from one start. CALM: damping in proportion to the error's size, which lets a search
-# come to rest where the target cannot be met. SLACK: six entries, by how much each component may be off at no cost [m, rad],
+# Entries of the settings. STEPS: the most from one start. CALM: damping in proportion to the error's size, with which a search
+# converges where the target is out of reach. SLACK: six entries, by how much each component may be off at no cost [m, rad],
 # read unless the task is the WHOLE_POSE.
 POSITION_TOLERANCE, ROTATION_TOLERANCE, STEPS, CALM, FIRST_WINS, WITH_POSTURE, TASK, SLACK = 0, 1, 2, 3, 4, 5, 6, 7
 N_SETTINGS = SLACK + 6
-# Columns of the information, a row an answer. ITERATIONS: steps from the START that is answered; DAMPING: the last step's.
-# The errors are those of the configuration answered [m and rad]; from RESIDUAL on, their components in the target's axes;
-# MISSED: the squares of what the task asks for and is not met [m^2 + rad^2].
+# Columns of the information, a row a result. ITERATIONS: steps from the START of the result; DAMPING: the last step's.
+# The errors are those of the configuration returned [m and rad]; from RESIDUAL on, their components in the target's axes;
+# MISSED: the squared residual of the task [m^2 + rad^2].
 STATUS, POSITION_ERROR, ROTATION_ERROR, ITERATIONS, START, DAMPING, MISSED, RESIDUAL = 0, 1, 2, 3, 4, 5, 6, 7
 N_INFO = RESIDUAL + 6

@@ -1,4 +1,4 @@
-"""What a task asks of a pose error: all of it, or all but a slack in each of six components, in the target's axes.
+"""Reduces a pose error and its Jacobian to what a task asks for. Used by ``levenberg_marquardt``, ``drivers.single_start``.
 
 Source: the bounds of TRAC-IK (Beeson and Ames, Humanoids 2015); the swing of an axis is the shortest rotation between two
 directions.

@@ -1,7 +1,7 @@
-"""One step of a control loop: the joint velocities that give a link a twist as well as the limits allow (``bounded_least_squares``).
+"""Computes the bounds of the joint velocities of one control step. Used by ``drivers.differential_ik``.
 
 The bounds of entry j are the velocity limits, and what reaches the position limit at the end of the step: (limit - q) / dt. An
-entry that stands beyond a limit is led back at no more than its velocity limit.
+entry beyond a limit returns at no more than its velocity limit.
 """
 
 from ulna.engine.decorators import kernel

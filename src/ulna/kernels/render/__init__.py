@@ -1,1 +1,1 @@
-"""Rasterising and shading."""
+"""Rasterising and shading of pictures. Used by ``drivers.rendering``."""

@@ -1,12 +1,12 @@
-"""How much light a surface sends back: of a sun that throws shadows, of the sky, and of a lamp on the floor.
+"""Computes the light of a surface and of the floor: sun with shadows, sky, lamp. Used by ``shading``.
 
-Light is linear: a number is an amount of it, 1 what white paper sends back. The words used here and in ``kernels.render.shading``:
+Light is linear: a number is an amount of it, 1 what white paper sends back. The words used here and in ``shading``:
 
 camera   four rows: where it is; the direction of sight through the raster's corner, and what that gains from sample to sample to
          the right, and downwards; along the camera's axis it is 1
 sun      three rows of four: the map of a point to the sun's raster; the third is the direction to the sun, in metres
 shadows  the nearness, on that raster, of what the sun sees
-floor    seven numbers: its height and the side of a cell of its grid [m], where on it the lamp stands (x, y), and the colour
+floor    seven numbers: its height and the side of a cell of its grid [m], the lamp's place on it (x, y), and the colour
          of the lamp's light, below zero if there is none
 
 Source: Blinn, Models of light reflection (SIGGRAPH 1977), for the highlight; Williams, Casting curved shadows on curved
@@ -57,10 +57,10 @@ def ray(camera, x, y):
 
 @routine
 def sunlit(sun, shadows, p):
-    """How much of the sun is seen from a point, 0 to 1: the part of a square of texels in which nothing stands nearer to it.
+    """How much of the sun is seen from a point, 0 to 1: the part of a square of texels in which nothing is nearer to it.
 
-    1. The point on the sun's raster; beside the raster nothing stands.
-    2. A look at the square's corners and middle: mostly they agree, and it is done.
+    1. The point on the sun's raster; outside the raster nothing is in its way.
+    2. Test the square's corners and middle: if they agree, as most do, that is the result.
     3. Else all of it, the texels at its sides as far as they lie in it, so that the edge is smooth.
     """
     height = dot(row(sun, 2), p) + sun[2, 3]
@@ -152,7 +152,7 @@ def lamp_light(floor, p, light):
 
 @kernel
 def cover(x, spacing, width, seen):
-    """The part of a stretch ``seen`` about x that a line covers, of lines that stand at multiples of a spacing."""
+    """The part of a stretch ``seen`` about x that a line covers, of lines at multiples of a spacing."""
     off = abs(x - spacing * rint(x / spacing))
     low, high = max(off - 0.5 * seen, -0.5 * width), min(off + 0.5 * seen, 0.5 * width)
     return max(high - low, 0.0) / max(seen, 1e-12)

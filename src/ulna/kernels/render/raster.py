@@ -1,4 +1,6 @@
-"""Triangles on a raster: which of them is nearest behind each sample, seen by a camera or by a light.
+"""Finds the samples that a triangle covers on a raster. Used by ``drivers.rendering`` and the other kernels of this folder.
+
+Of the triangles behind a sample the nearest counts, seen by a camera or by a light.
 
 A point of a raster has three numbers: x to the right and y down [samples], and a nearness that is linear on the raster and larger
 for what is nearer: of a camera the inverse of the depth, of a light far away the height towards it. Sample (i, j) lies at

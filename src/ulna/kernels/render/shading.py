@@ -1,4 +1,4 @@
-"""From the triangle behind each sample to the light of each pixel, and from light to the colours of a screen."""
+"""Computes the light of one sample from the triangle behind it. Used by ``drivers.rendering``."""
 
 from ulna.engine.decorators import kernel, routine
 from ulna.kernels.render.illumination import floor_light, ray, surface_light

@@ -1,4 +1,4 @@
-"""Panes that are seen through, laid over a picture: each pixel takes of their colour as much as of it they cover."""
+"""Computes how much of the light behind a translucent pane it covers. Used by ``drivers.rendering``."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt

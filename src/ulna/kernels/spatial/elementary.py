@@ -1,4 +1,4 @@
-"""Elementary functions over the generic number."""
+"""Computes minimum, maximum, sine, cosine and an arc tangent over the generic number. Used by all other kernels."""
 
 import math
 

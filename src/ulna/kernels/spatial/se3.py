@@ -1,4 +1,4 @@
-"""Poses as twelve numbers: products and the two motions of a joint. See the package for the words used."""
+"""Composes, loads and stores poses of twelve numbers. Used by all other kernels; the package says what rows are."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Rotations: the rotation vector of a matrix, and the rotation that leads from one matrix to another."""
+"""Computes the rotation vector of a matrix, or from one matrix to another. Used by ``ik.damped_step``."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt, where

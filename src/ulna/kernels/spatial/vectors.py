@@ -1,4 +1,4 @@
-"""Vectors of three numbers."""
+"""Adds, scales, multiplies and rotates vectors of three numbers. Used by all other kernels."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import where

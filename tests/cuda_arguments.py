@@ -1,0 +1,111 @@
+"""Gives the types that a kernel's arguments have in a CUDA thread, where a number is a float64. Used by ``gpu/test_ptx.py``.
+
+One table: what a name means everywhere, in a folder, in a module, or in one kernel; the narrowest counts. Where a thread tests
+the eight children of a node of the BVH, it uses an ``f64x8`` as the CPU does: the compiler makes eight numbers of it.
+"""
+
+import inspect
+
+from numba import types
+
+from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, WHOLE
+
+TRUTH = types.boolean
+VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (3, 4, 6, 12))
+TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))
+BODY = types.Tuple((WHOLE, POSE, SIZE, TABLE))  # kind, pose, half extents and radius, vertices
+CORES = types.Tuple((WHOLE, VECTOR, TABLE, WHOLE, VECTOR, TABLE, THREE_VECTORS, VECTOR))  # two bodies of EPA; the second's pose
+DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points and normal
+CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
+POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
+CANDIDATE = types.Tuple((NUMBER, VECTOR, NUMBER, NUMBER))  # of GJK: |v|^2, v and two weights
+POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
+
+
+def _each(names: str, numba_type) -> dict:
+    return dict.fromkeys(names.split(), numba_type)
+
+
+TYPES = {
+    "": {
+        **_each("x y z p2 r2 theta limit distance damping rate share like reach size", NUMBER),
+        **_each("radius_a radius_b half_a half_b height", NUMBER),
+        **_each("i j k n_dof row lane number kind kind_a kind_b n_faces n_edges across down expressed_in", WHOLE),
+        **_each("n_alone n_unindexed", WHOLE),
+        **_each("v w p q c d h g n t u", VECTOR),
+        **_each("a b pose target end", POSE),
+        **_each("e whole", TWIST),
+        **_each("mask active", TRUTH),
+        **_each("r", THREE_VECTORS),
+        **_each("chain table joints frames limits bodies others objects vertices vertices_a vertices_b", TABLE),
+        **_each("matrix nodes faces edges", MATRIX),
+        **_each("posture settings velocity_limits", NUMBERS),
+    },
+    "spatial": {"rows": NUMBERS, **_each("defect fault r00 r01 r02 r10 r11 r12 r20 r21 r22", NUMBER)},
+    "spatial.vectors": {**_each("a b", VECTOR)},
+    **{f"spatial.vectors.{name}": {"a": POSE} for name in ("axis", "origin", "turn", "turn_into", "place", "seen_from")},
+    "distance": {"scratch": POLYTOPE, "body": CORES, **_each("index square gap depth angle level", NUMBER), "points": MATRIX},
+    "distance.box_distance": {"best": POINTS, "other": POINTS, **_each("length sign_1 sign_2 sign_y sign_z", NUMBER)},
+    "distance.box_distance.edge_pair": {**_each("y z", VECTOR)},
+    "distance.box_distance.nearest_corner": {"edges": THREE_VECTORS},
+    "distance.box_distance.nearest_edges": {"sides": TWO_VECTORS, "s": THREE_VECTORS},
+    "distance.box_distance.nearest_of_four": {**_each("y z", VECTOR)},
+    "distance.box_distance.nearer_corner": {"best": CORNER, "other": CORNER},
+    "distance.box_distance.numbered_axis": {"k": NUMBER},
+    "distance.box_distance.row_signs": {"row": VECTOR},
+    "distance.box_sat": {"m": THREE_VECTORS, **_each("t1 t2 h1 h2 widest axis", NUMBER), **_each("r1 r2 m0 m1 m2", VECTOR)},
+    "distance.box_sat.widest_of_edges": {"edges": TWO_VECTORS},
+    "distance.epa": {"relative": types.Tuple((THREE_VECTORS, VECTOR)), "meeting": VECTOR, "z": VECTOR},
+    "distance.epa.deepened": {"answer": DISTANCE, "inside": NUMBER},
+    "distance.epa_polytope.set_face": {"f": WHOLE},
+    "distance.epa_polytope.toggle_edge": {**_each("i j", NUMBER)},
+    "distance.epa_polytope.remove_seen": {"w": WHOLE},
+    "distance.epa_polytope.unit_cross": {**_each("a b", VECTOR)},
+    "distance.gjk": {**_each("points sources", THREE_VECTORS), "shares": VECTOR, **_each("e e0 e1 e2 f n0 n1 n2", VECTOR)},
+    "distance.gjk.chosen_three": {**_each("a b", THREE_VECTORS)},
+    "distance.gjk.nearer": {"best": CANDIDATE, "other": CANDIDATE},
+    **{f"distance.pairs.{name}": {"a": BODY, "b": BODY} for name in ("pair_distance", "pair_overlap")},
+    "distance.pairs.box_of": {"body": BODY},
+    "distance.swept_segments": {"core": DISTANCE, "otherwise": VECTOR, "outwards": VECTOR},
+    "collision": {
+        **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,
+        "points": TABLE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
+        **_each("within half clear", NUMBER), **_each("n p node top", WHOLE), "finest": TRUTH,
+    },
+    "collision.bvh.gap_bound": {"gap": VECTOR},
+    "collision.contacts": {**_each("contacts out", MATRIX), **_each("joint witness", WHOLE), "sign": NUMBER},
+    "collision.continuous": {**_each("q_a q_b", NUMBERS)},
+    "collision.continuous.pair_speed": {**_each("a b", WHOLE)},
+    # Here one configuration is a column, chosen by its lane, of rows of several.
+    "collision.nearest.splat_result": {"best_rows": MATRIX},
+    "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},
+    "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
+    "ik": {"slack": NUMBER, "dt": NUMBER, **_each("p r", WHOLE), **_each("cosine sine running", NUMBER), "settled": TRUTH},
+    "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 4)},
+    "ik.damped_step.add_column": {"v": TWIST},
+    "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
+    "ik.pseudo_inverse.turn_rows": {"rows": NUMBERS},
+}  # fmt: skip
+
+
+def place_of(kernel) -> str:
+    """Folder, module and name of a kernel."""
+    return f"{kernel.__module__.removeprefix('ulna.kernels.')}.{kernel.__name__}"
+
+
+def argument_types(kernel, **instead) -> tuple:
+    """The types of a kernel's arguments, some by name instead. A ``LookupError`` says which argument the table lacks."""
+    return tuple(
+        instead[parameter] if parameter in instead else _type_of(place_of(kernel), parameter)
+        for parameter in inspect.signature(kernel).parameters
+    )
+
+
+def _type_of(place: str, parameter: str):
+    folder, module, _ = place.split(".")
+    for scope in (place, f"{folder}.{module}", folder, ""):
+        if parameter in TYPES.get(scope, {}):
+            return TYPES[scope][parameter]
+    if parameter.endswith("_rows"):
+        return NUMBERS
+    raise LookupError(f"{place}: the table of argument types lacks {parameter!r}")
