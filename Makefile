@@ -8,7 +8,7 @@ BENCH_VENV ?= .venv-bench
 DOCS_VENV ?= .venv-docs
 ARGS ?=
 
-.PHONY: demo video test test-ros1 test-ros2 bench docs hw2-zip clean
+.PHONY: demo video test test-without-demo test-ros1 test-ros2 bench docs hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -25,6 +25,10 @@ test: $(VENV)/.dev
 	$(RUN)/python -m pytest -n auto $(ARGS)
 	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/kernels
 	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/kernels
+
+# All tests of the library in a copy without the demo, hw2 and their tests: the demo is a guest.
+test-without-demo: $(VENV)/.dev
+	$(RUN)/python tests/without_demo.py -n auto $(ARGS)
 
 # The peers, side by side with Ulna: writes benchmarks/results/. ARGS="--robot panda --n 10000" asks for less or more.
 bench: $(BENCH_VENV)/.bench

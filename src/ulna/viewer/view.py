@@ -19,7 +19,7 @@ from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.session.session import Session
 from ulna.viewer.stage import add_stage
-from ulna.viewer.visibility import LookPanel
+from ulna.viewer.visibility import VisibilityPanel
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between looks at a world that a program may have changed
@@ -77,7 +77,7 @@ class View:
             )
             self.itself.on_update(lambda _: self._set_itself())
         with tabs.add_tab("Look"):
-            self.look = LookPanel(server.gui, self.arm, solids=False)
+            self.look = VisibilityPanel(server.gui, self.arm, solids=False)
 
     @property
     def url(self) -> str:

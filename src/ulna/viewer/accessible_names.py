@@ -1,4 +1,4 @@
-"""Names for the controls of viser's page that have none in its document: what screen readers say of them.
+"""Gives the controls of viser's page the names that screen readers need. Used by ``origin``.
 
 viser writes a label beside each field, but ties it to the first control alone, or to none: not to sliders, their numbers, text
 fields, and the second and third number of a vector. A script in the page ties the others. Source: WCAG 2.2, criterion 4.1.2.
