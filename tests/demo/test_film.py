@@ -9,7 +9,7 @@ from colors import count
 from ulna.collision.world import World
 from ulna.demo.film import DEMO_CAMERA, record_demo
 from ulna.demo.scenario import BOX, LIGHT_POSITION, Demo
-from ulna.demo.script import Story
+from ulna.demo.script import Script
 from ulna.robot import load
 from ulna.viewer.film.record import make_form
 from videos import decoded
@@ -28,7 +28,7 @@ def light_of(pixels):
 def expected_lights(seconds, rate):
     """What the checker says, asked anew: at each frame's time, in a world of its own."""
     demo, robot, lights = Demo(), load("panda"), []
-    story = Story(demo, seconds)
+    story = Script(demo, seconds)
     for k in range(round(seconds * rate)):
         world = World()
         world.add("crate", BOX, story.box_pose(k / rate / seconds))

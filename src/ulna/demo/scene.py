@@ -1,4 +1,4 @@
-"""Draws the demo: the arm, its boxes, the movable box with its handles, the light with its word."""
+"""Draws the demo on a page: the arm, its boxes, the movable box with its handles, the light with its word. Used by ``page``."""
 
 from collections.abc import Callable
 
@@ -44,4 +44,4 @@ class DemoScene:
         if self.word.text != str(report):
             self.light.color = light_color(report)
             self.word.text = str(report)
-            self.arm.touch(report.touching)
+            self.arm.mark_touching(report.touching)

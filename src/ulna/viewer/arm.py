@@ -77,7 +77,7 @@ class Arm:
         }
         self._touching: tuple[str, ...] = ()
 
-    def stand(self, q: NDArray[np.float64]) -> None:
+    def move_to(self, q: NDArray[np.float64]) -> None:
         """Move every link to its pose at q, shape (n_dof,)."""
         places = self.robot.link_poses(q)
         moved = np.flatnonzero(np.abs(places - self._places).max(axis=(1, 2)) > _STILL)
@@ -86,7 +86,7 @@ class Arm:
             self.frames[k].position, self.frames[k].wxyz = places[k, :3, 3], turns[k]
         self._places[moved] = places[moved]
 
-    def touch(self, names: Collection[str]) -> None:
+    def mark_touching(self, names: Collection[str]) -> None:
         """Show the collision shapes of these names strong and red, the others pale; held objects are always strong."""
         for name, node in (self.solids | self.held).items():
             if (name in self._touching) != (name in names):

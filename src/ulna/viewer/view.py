@@ -1,4 +1,4 @@
-"""A robot on a page: moved by its joints and by its hand, among obstacles. It runs beside the program that opened it."""
+"""Shows a robot on a page, moved by its joints and its hand among obstacles, beside the program. Used by ``ulna.view``."""
 
 import html
 import time
@@ -57,7 +57,7 @@ class View:
     def _build(self) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
         self.arm = Arm(server, robot)
-        self.arm.stand(session.q)
+        self.arm.move_to(session.q)
         extent = self.arm.extent
         add_stage(server, extent)
         self.clearance = ClearancePanel(server, extent.radius)
@@ -160,8 +160,8 @@ class View:
     def _show(self) -> None:
         session, report = self.session, self.session.clearance.report
         hits = () if report is None else [pair for pair in report.pairs if pair.signed_distance <= 0.0]
-        self.arm.stand(session.q)
-        self.arm.touch(report.touching if report is not None else ())
+        self.arm.move_to(session.q)
+        self.arm.mark_touching(report.touching if report is not None else ())
         self.clearance.show(session.clearance)
         self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None})
         self.ellipsoid.show()

@@ -1,4 +1,4 @@
-"""The demo as one node of ROS 2: joints, tf, the arm's description, the light, the box and its handles. Only this knows rclpy."""
+"""The demo as one node of ROS 2: joints, tf, the description, the light, the box. Used by ``ulna ros2 demo``."""
 
 # pyright: reportMissingImports=false
 
@@ -18,7 +18,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerP
 from visualization_msgs.srv import GetInteractiveMarkers
 
 from ulna.collision.report import Report
-from ulna.demo.player import Show
+from ulna.demo.player import Player
 from ulna.demo.ros import messages
 from ulna.demo.ros.description import robot_description
 from ulna.demo.scenario import BOX_NAME, RATE_HZ, Demo
@@ -40,7 +40,7 @@ class DemoNode(Node):
     def __init__(self, demo: Demo) -> None:
         super().__init__("ulna_demo")
         self.demo = demo
-        self.show = Show(demo, self)
+        self.player = Player(demo, self)
         self._joints = self.create_publisher(JointState, "joint_states", _QUEUE)
         self._markers = self.create_publisher(MarkerArray, "visualization_marker_array", _QUEUE)
         self._tf = None
@@ -70,12 +70,12 @@ class DemoNode(Node):
 
     def _beat(self) -> None:
         now = time.monotonic()
-        self.show.advance(now - self._last)
+        self.player.advance(now - self._last)
         self._last = now
 
     def _put_box(self, feedback: InteractiveMarkerFeedback) -> None:
         try:
-            self.show.drag(messages.feedback_pose(feedback, self.demo.robot.base))
+            self.player.drag(messages.feedback_pose(feedback, self.demo.robot.base))
         except InputError as error:
             self.get_logger().warning(f"a place of the box that is none, undone: {error}", throttle_duration_sec=1.0)
         self._handles.tell()

@@ -86,7 +86,7 @@ def record_robot(
         form: What the file is to be like.
         robot: The robot.
         q: Its joint positions [rad or m], shape (n_dof,).
-        boxes: Show its collision boxes.
+        boxes: Player its collision boxes.
         tell: Called with the number of pictures done so far.
 
     Returns:

@@ -1,4 +1,4 @@
-"""The hand of a robot, dragged: each frame the arm goes on from where it stands, or says why it cannot."""
+"""Moves an arm so that its hand follows a drag, frame by frame, or says why it cannot. Used by ``session``."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

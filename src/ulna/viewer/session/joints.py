@@ -1,4 +1,4 @@
-"""The joints as a person moves them: a range for each entry of q, in groups, with the joints that follow others."""
+"""Makes sliders of joints: a range for each entry of q, grouped by limbs, with mimic joints. Used by the page."""
 
 from collections import Counter
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""One robot on one screen: where it stands, what its hand is pulled to, what stands around it; and what a frame makes of that."""
+"""The state of one view: q, the target of the hand, the world; and its change from frame to frame. Used by the page."""
 
 import threading
 from functools import cached_property
