@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from ulna.errors import DescriptionError
-from ulna.inspection.inspected import Inspected, read_inspected
 from ulna.inspection.elements import element_findings
 from ulna.inspection.inertia import inertia_findings
+from ulna.inspection.inspected import Inspected, read_inspected
 from ulna.inspection.joints import joint_findings
 from ulna.inspection.meshes import mesh_findings
 from ulna.inspection.names import name_findings

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from ulna.description import document as io_document
-from ulna.description.document import expanded, is_text
+from ulna.description.document import Document, expanded, is_text
 from ulna.description.xml import parse
 from ulna.errors import DescriptionError, InputError
 from ulna.robot import Robot, load
@@ -17,9 +16,9 @@ _ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``: other inpu
 
 @dataclass(frozen=True)
 class Inspected:
-    """``robot`` or the ``error`` that there is instead; ``root`` is None where there is not even XML.
+    """A description: ``robot``, or the ``error`` of loading it; ``root`` is None if it is not XML.
 
-    ``folder`` and ``package_dirs`` say where its meshes lie; for a robot given by name, those that its name stands for.
+    Its meshes are searched in ``folder`` and ``package_dirs``; of a robot given by name, in those of its package.
     """
 
     source: str
@@ -63,7 +62,7 @@ def _elements(
 ) -> etree._Element | None:
     """The root of a document that was refused: the expanded one of a xacro file, or None if it is not XML or does not expand."""
     try:
-        whole = expanded(io_document.Inspected(text, source, folder), xacro_args, package_dirs)
+        whole = expanded(Document(text, source, folder), xacro_args, package_dirs)
         root = parse(whole.text, source)
     except (DescriptionError, InputError):
         return None
