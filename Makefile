@@ -87,6 +87,7 @@ hw2-zip:
 $(RUN)/python:
 	$(PYTHON) -m venv $(VENV)
 
+# Entry points, by which the demo adds its commands, count once the package is installed again: pyproject.toml is newer then.
 $(VENV)/.demo: pyproject.toml | $(RUN)/python
 	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable '.[viewer]'
 	touch $@

@@ -17,7 +17,8 @@ def _read(app, docname, source):  # noqa: ARG001 - Sphinx's signature
 
 
 def _sections(group, path):
-    for name, command in group.commands.items():
+    for name in group.list_commands(None):
+        command = group.commands[name]
         if hasattr(command, "commands"):
             yield from _sections(command, f"{path} {name}")
         else:
