@@ -27,7 +27,7 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
     Args:
         form: What the file is to be like.
         at: The time [s] that a single picture shows; when the box first touches unless given.
-        boxes: Player the twelve boxes that stand for the arm.
+        boxes: Show the twelve boxes that stand for the arm.
         tell: Called with the number of pictures done so far.
 
     Raises:

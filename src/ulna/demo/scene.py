@@ -13,7 +13,7 @@ from ulna.viewer.palette import MOVABLE
 
 
 class DemoScene:
-    """The scene. ``arm.stand`` and ``draw_report`` are all that changes from frame to frame.
+    """The scene. ``arm.move_to`` and ``draw_report`` make all changes from frame to frame.
 
     Args:
         server: The page.

@@ -41,7 +41,7 @@ class Extent:
 
 
 class Arm:
-    """A robot as nodes of the scene, below one name. ``stand`` and ``touch`` make all changes from frame to frame.
+    """A robot as nodes of the scene, below one name. ``move_to`` and ``mark_touching`` make all changes from frame to frame.
 
     Attributes:
         missing: The meshes that are not shown, each with the reason.

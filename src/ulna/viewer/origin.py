@@ -25,8 +25,8 @@ _starting = threading.Lock()
 def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bool:
     """Whether a request comes from a page that this server gave out, from one of ``others``, or from no page at all.
 
-    The page's address must be the one that was asked, and name this machine as the server was told to be named: a server that
-    listens everywhere cannot know its names.
+    The page's address must be that of the request, and name this machine as the server's ``host`` does: a server that listens
+    everywhere cannot know its names.
     """
     origins, asked = headers.get_all("Origin"), headers.get_all("Host")
     if not origins:  # a program, which no foreign page can be
