@@ -9,7 +9,7 @@ DOCS_VENV ?= .venv-docs
 CUDA_VENV ?= .venv-cuda
 ARGS ?=
 
-.PHONY: demo video lint test test-cuda test-ros1 test-ros2 bench docs hw2-zip clean
+.PHONY: demo video lint test test-without-demo test-cuda test-ros1 test-ros2 bench docs hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -45,6 +45,10 @@ $(CUDA_VENV)/.cuda: pyproject.toml
 	$(CUDA_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
 	$(CUDA_VENV)/bin/python -m pip install --quiet --editable . --group cuda
 	touch $@
+
+# All tests of the library in a copy without the demo, hw2 and their tests: the demo is a guest.
+test-without-demo: $(VENV)/.dev
+	$(RUN)/python tests/without_demo.py -n auto $(ARGS)
 
 # The peers, side by side with Ulna: writes benchmarks/results/. ARGS="--robot panda --n 10000" asks for less or more.
 bench: $(BENCH_VENV)/.bench
@@ -103,6 +107,7 @@ hw2-zip:
 $(RUN)/python:
 	$(PYTHON) -m venv $(VENV)
 
+# Entry points, by which the demo adds its commands, count once the package is installed again: pyproject.toml is newer then.
 $(VENV)/.demo: pyproject.toml | $(RUN)/python
 	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable '.[viewer]'
 	touch $@

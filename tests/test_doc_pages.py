@@ -18,7 +18,8 @@ from ulna.cli.app import app
 
 WITH_PYTHON = [page for page in PAGES if any(block.language == "python" for block in blocks(page))]
 LONG = ("demo", "view", "record", "bench", "warmup", "ros1", "ros2")  # have tests of their own; here their words are only parsed
-COMMANDS = sorted({(page, command) for page in PAGES for command in commands(page)})
+DELETED = {"demo", "ros1", "ros2"} - set(get_command(app).commands)  # where the demo is, none
+COMMANDS = sorted({(page, command) for page in PAGES for command in commands(page) if command.split()[1] not in DELETED})
 PARSED = sorted({command for _, command in COMMANDS if command.split()[1] in LONG})
 RUN = [(page, command) for page, command in COMMANDS if command not in PARSED]
 IN_THE_WAY = "ulna check panda --box"  # the box of the pages stands in the Panda, and the exit status says so

@@ -23,7 +23,8 @@ def reference():
 
 
 def _sections(group, context):
-    for name, command in group.commands.items():
+    for name in group.list_commands(context):
+        command = group.commands[name]
         own = command.context_class(command, info_name=name, parent=context)
         if hasattr(command, "commands"):
             yield from _sections(command, own)

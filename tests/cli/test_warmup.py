@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import ulna
 from ulna.engine.decorators import ENTRIES
-from ulna.viewer.film.record import make_form; from ulna.demo.film import record_demo
+from ulna.viewer.film.record import make_form, record_robot
 panda, world, mixed = ulna.load("panda"), ulna.World(), ulna.World()
 box = ulna.Box((0.1, 0.1, 0.1))
 world.add("crate", box, ulna.pose((0.4, 0, 0.4)))
@@ -52,7 +52,7 @@ panda.inverse_kinematics(target, panda.home, posture="mid_range", trace=True)
 panda.inverse_kinematics(targets, batch, max_step=0.5, held=["panda_joint1"])
 panda.inverse_kinematics(target, world=mixed, rank="clearance"), panda.inverse_kinematics(target, task="pointing", rank="nearest")
 panda.inverse_kinematics_all(target)
-record_demo(make_form(Path(sys.argv[1]), 0.1, (64, 36)))
+record_robot(make_form(Path(sys.argv[1]), 0.1, (64, 36)), panda, panda.home)
 told = {entry.py_func.__name__: {tuple(call) for call in calls.signatures} for entry, calls in ENTRIES.items()}
 met = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}
 print(json.dumps({

@@ -8,7 +8,6 @@ import pytest
 import naive
 import ulna
 from ulna.collision.allowed import AllowedCollisions, LinkPair
-from ulna.demo.scenario import make_trajectory
 from ulna.errors import InputError, UnknownNameError
 
 # Three cubes in a row on a rail of pegs: the hand slides over the middle one into the base.
@@ -65,10 +64,9 @@ def test_random_configurations_touch_as_often_as_the_boxes_of_the_assignment_do(
     assert low < only.in_collision(q).mean() < high
 
 
-def test_the_panda_is_free_at_home_and_across_the_demo(panda):
+def test_the_panda_is_free_at_home(panda):
     assert panda.in_collision(panda.home) is False
     assert not panda.check_collision(panda.home).pairs
-    assert not panda.in_collision(make_trajectory(panda).samples).any()
 
 
 def test_the_verdict_is_that_of_every_pair_of_links_that_is_not_allowed(panda, rng):

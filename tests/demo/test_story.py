@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ulna.demo.scenario import BOX, BOX_START, Demo
-from ulna.demo.script import VISITS, Story
+from ulna.demo.script import VISITS, Script
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +16,7 @@ def demo():
 
 @pytest.mark.parametrize("seconds", [1.0, 3.0, 9.0, 30.0, 60.0, 61.7])
 def test_however_long_it_is_the_light_turns_red_once_for_each_visit_and_green_between(demo, seconds):
-    moments = list(Story(demo, seconds).moments(1200 / seconds))
+    moments = list(Script(demo, seconds).moments(1200 / seconds))
     switches = [is_red for is_red, _ in groupby(moment.report.in_collision for moment in moments)]
     assert switches == [False, *[True, False] * len(VISITS)]
     touched = [
@@ -29,7 +29,7 @@ def test_however_long_it_is_the_light_turns_red_once_for_each_visit_and_green_be
 
 
 def test_the_box_comes_back_to_where_it_starts_and_never_jumps(demo):
-    story = Story(demo, 30.0)
+    story = Script(demo, 30.0)
     assert np.allclose(story.box_pose(0.0)[:3, 3], BOX_START)
     assert np.allclose(story.box_pose(0.0), story.box_pose(1.0), atol=1e-9)
     poses = np.array([story.box_pose(part) for part in np.linspace(0, 1, 3001)])
@@ -39,14 +39,14 @@ def test_the_box_comes_back_to_where_it_starts_and_never_jumps(demo):
 
 
 def test_the_box_stays_above_the_floor(demo):
-    story = Story(demo, 30.0)
+    story = Script(demo, 30.0)
     for part in np.linspace(0, 1, 500):
         T = story.box_pose(part)
         assert T[2, 3] - np.abs(T[2, :3]) @ BOX.half_extents > 0.0
 
 
 def test_the_moments_of_a_film_are_evenly_spaced_and_their_answers_those_of_the_checker(demo):
-    story = Story(demo, 3.0)
+    story = Script(demo, 3.0)
     moments = list(story.moments(10))
     assert len(moments) == 30
     for k in (0, 7, 29):

@@ -9,7 +9,7 @@ import ulna
 from ulna import DescriptionError, InputError
 from ulna.description.xacro import expand as xacro
 
-COURSE = Path(__file__).parents[2] / "hw2" / "franka_robot.urdf"
+COURSE = Path(__file__).parent / "data" / "franka_robot.urdf"
 MACRO = '<xacro:macro name="{0}" params="{1}"><link name="${{n}}"/></xacro:macro>'
 
 

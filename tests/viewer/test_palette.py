@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from ulna.collision.report import Report
-from ulna.demo import drawing as picture
-from ulna.viewer import html as words
-from ulna.viewer.obstacles import opacity
-from ulna.viewer.palette import GREEN, RED
+from ulna.viewer import html, palette
+from ulna.viewer.palette import GREEN, RED, obstacle_opacity
 from ulna.viewer.session.clearance import Clearance
 
 SIGHT = {
@@ -53,22 +51,25 @@ def test_the_light_is_told_apart(sight):
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_a_shape_of_the_robot_that_touches_is_told_from_one_that_is_free_by_its_lightness(sight):
-    free, touching = over_white(picture.FREE, picture.PALE), over_white(picture.TOUCHING, picture.STRONG)
+    free, touching = over_white(palette.FREE, palette.PALE), over_white(palette.TOUCHING, palette.STRONG)
     assert lab(free, sight)[0] - lab(touching, sight)[0] > CLEARLY
 
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_an_obstacle_that_touches_is_told_from_one_that_is_free_by_its_lightness(sight):
-    free, touching = over_white(picture.MOVABLE, opacity(red=False)), over_white(picture.TOUCHING, opacity(red=True))
+    free, touching = (
+        over_white(palette.MOVABLE, obstacle_opacity(touching=False)),
+        over_white(palette.TOUCHING, obstacle_opacity(touching=True)),
+    )
     assert lab(free, sight)[0] - lab(touching, sight)[0] > CLEARLY
 
 
 def test_the_verdict_is_a_word_and_a_shape_too():
     free = Clearance(Report(()))
     assert free.verdict == "free"
-    assert "border:" in words.marked("free", GREEN, filled=False)
-    assert "border:" not in words.marked("collision", RED, filled=True)
-    assert "collision" in words.marked("collision", RED)
+    assert "border:" in html.marked("free", GREEN, filled=False)
+    assert "border:" not in html.marked("collision", RED, filled=True)
+    assert "collision" in html.marked("collision", RED)
 
 
 def test_a_program_of_the_test_itself_sees_red_and_green_as_one_where_they_are():

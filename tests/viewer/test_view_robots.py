@@ -118,9 +118,9 @@ def test_what_a_link_holds_is_drawn_where_it_is_held_and_red_where_it_touches(pa
         assert set(arm.solids) | set(arm.held) == set(holding.collision_names)
         arm.show_solids(visible=False)  # as the page of `ulna view` has it at first
         assert cup.visible
-        arm.touch(["cup"])
+        arm.mark_touching(["cup"])
         assert cup.color == TOUCHING
-        arm.touch([])
+        arm.mark_touching([])
         assert cup.color == FREE
     finally:
         page.stop()

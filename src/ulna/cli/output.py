@@ -3,6 +3,7 @@
 import json
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import typer
 from rich import box
@@ -19,7 +20,7 @@ NAME_WIDTH = 12
 ASCII = str.maketrans("─●│├└", "-o|+`")
 
 
-def show(data: Data, table: Callable[[Data], Iterable[RenderableType]], *, as_json: bool) -> None:
+def show(data: Data, table: Callable[[Any], Iterable[RenderableType]], *, as_json: bool) -> None:
     """Print data as one line of JSON, or as the parts that ``table`` makes of it."""
     if as_json:
         write_json(data)

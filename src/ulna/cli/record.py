@@ -23,7 +23,7 @@ At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Which moment 
 RecordedRobot = Annotated[
     str | None, typer.Option(metavar="ROBOT", help="A robot, instead of the demo; the camera goes round it.")
 ]
-Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes that stand for the arm.")]
+Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes that collisions of the arm are checked with.")]
 _OPTIONS = {"path": "OUT", "seconds": "--seconds", "size": "--size", "rate": "--fps", "at": "--at"}
 _EXTRA = ("recording", "viewer", "trimesh", "av", "PIL")
 

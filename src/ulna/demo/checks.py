@@ -1,4 +1,4 @@
-"""The assignment's own checks, run on this machine: each a figure, the bound that it must keep, and a verdict."""
+"""Runs the assignment's own checks on this machine: a figure, its bound, and whether it passed. Used by ``ulna demo``."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -18,8 +18,8 @@ from ulna.robot import Robot, load
 N_CONFIGURATIONS = 1000
 N_TARGETS = 1000
 N_BOX_CONFIGURATIONS = 300  # twelve pairs each; the reference takes a third of a millisecond a pair
-DIFFERENCE_STEP = 1e-5  # rad: where rounding and the third derivative weigh the same
-CONTACT = 1e-9  # m: nearer to touching than this, two ways of rounding may disagree
+DIFFERENCE_STEP = 1e-5  # rad: at which the errors of rounding and of the third derivative are about equal
+CONTACT = 1e-9  # m: nearer to touching than this, rounding may decide
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Check:
 
 
 def run_checks(dh_rows: Sequence[Sequence[float]] = panda.DH_ROWS) -> Iterator[Check]:
-    """All checks of the Panda, one after the other. ``dh_rows`` is the table held against the URDF."""
+    """All checks of the Panda, one after the other. ``dh_rows`` is the table compared with the URDF, shape (9, 4)."""
     robot = load("panda")
     dh_robot = Robot.from_dh(dh_rows, joint_types=panda.DH_JOINT_TYPES)
     rng = np.random.default_rng(2)
@@ -81,7 +81,7 @@ def analytical_jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
 
 
 def levenberg_marquardt_round_trips(robot: Robot, dh_robot: Robot, rng: np.random.Generator) -> Check:
-    """Random reachable targets, solved one call each, and judged by the other forward kinematics."""
+    """Random reachable targets, solved one call each, and checked by the forward kinematics of the DH table."""
     targets = robot.forward_kinematics(rng.uniform(robot.lower, robot.upper, (N_TARGETS, robot.n_dof)))
     robot.inverse_kinematics(targets[0])
     start = time.perf_counter()
@@ -107,9 +107,9 @@ def jacobian_transpose_round_trip(robot: Robot, dh_robot: Robot) -> Check:
 
 
 def boxes_against_reference(robot: Robot, q: NDArray, rng: np.random.Generator) -> Check:
-    """All twelve pairs at each configuration, by kernel and by reference, with the movable box beside one of the arm's.
+    """All twelve pairs at each configuration, by kernel and by reference, with the movable box near one of the arm's.
 
-    Every tenth time the box is small and stands inside one of the arm's: that is a collision too.
+    Every tenth time the box is small and inside one of the arm's: that is a collision too.
     """
     shapes = [body.shape for link in robot.description.links for body in link.collisions]
     poses = robot.collision_poses(q)
@@ -137,21 +137,21 @@ def closed_trajectory(robot: Robot) -> Check:
 
 
 def slow_gap(T_a: NDArray, a: Box, T_b: NDArray, b: Box) -> float:
-    """The widest gap between the shadows of two boxes over the fifteen axes [m], from their corners: slow and plain.
+    """The widest gap between the projections of two boxes over the fifteen axes [m], from their corners: slow and plain.
 
-    Written apart from the kernel: nothing of the boxes' symmetry is used, all axes are unit vectors, parallel edges give none.
+    Written apart from the kernel: the boxes' symmetry is not used, all axes are unit vectors, parallel edges give none.
     """
     signs = np.array(list(product((-1, 1), repeat=3)))
     corners_a, corners_b = (signs * s.half_extents @ T[:3, :3].T + T[:3, 3] for s, T in ((a, T_a), (b, T_b)))
     crosses = [np.cross(u, v) for u in T_a[:3, :3].T for v in T_b[:3, :3].T]
     axes = [*T_a[:3, :3].T, *T_b[:3, :3].T, *(c / np.linalg.norm(c) for c in crosses if np.linalg.norm(c) > CONTACT)]
-    shadows_a, shadows_b = corners_a @ np.transpose(axes), corners_b @ np.transpose(axes)
-    gaps = np.maximum(shadows_a.min(axis=0) - shadows_b.max(axis=0), shadows_b.min(axis=0) - shadows_a.max(axis=0))
+    spans_a, spans_b = corners_a @ np.transpose(axes), corners_b @ np.transpose(axes)
+    gaps = np.maximum(spans_a.min(axis=0) - spans_b.max(axis=0), spans_b.min(axis=0) - spans_a.max(axis=0))
     return float(gaps.max())
 
 
 def _neighbours(function: Callable[[NDArray], NDArray], q: NDArray) -> Iterator[tuple[NDArray, NDArray]]:
-    """The function a small step ahead and behind, entry by entry of q."""
+    """The values of a function a small step ahead and behind, for each entry of q."""
     for j in range(q.shape[-1]):
         step = np.zeros(q.shape[-1])
         step[j] = DIFFERENCE_STEP
@@ -159,7 +159,7 @@ def _neighbours(function: Callable[[NDArray], NDArray], q: NDArray) -> Iterator[
 
 
 def _reached(robot: Robot, q: NDArray, targets: NDArray, tolerance: float) -> NDArray[np.bool_]:
-    """Whether the robot at q stands within the tolerance of the targets: distance [m] and angle [rad]."""
+    """Whether the poses at q, shape (n, n_dof), are within the tolerance of the targets: distance [m] and angle [rad]."""
     off = inverse(targets) @ robot.forward_kinematics(q)
     sine = np.linalg.norm(off[..., [2, 0, 1], [1, 2, 0]] - off[..., [1, 2, 0], [2, 0, 1]], axis=-1) / 2
     trace = np.trace(off[..., :3, :3], axis1=-2, axis2=-1)

@@ -6,7 +6,7 @@ from math import atan, tan
 
 from ulna.demo.drawing import WORD_POSITION_IN_BASE, light, movable_box
 from ulna.demo.scenario import Demo
-from ulna.demo.script import Moment, Story
+from ulna.demo.script import Moment, Script
 from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.viewer.film.camera import Camera
@@ -37,7 +37,7 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
     if at is not None and not form.is_still:
         raise InputError("at", f"is for a single picture, a .png; {form.path.name} shows the whole story")
     demo = Demo()
-    story = Story(demo, form.seconds)
+    story = Script(demo, form.seconds)
     at = 0.1 * form.seconds if at is None else at
     if not 0.0 <= at <= form.seconds:
         raise InputError("at", f"{at:g} s is not between 0 and {form.seconds:g} s")

@@ -1,4 +1,4 @@
-"""The demo's loop and widgets: plays the trajectory, answers the handles, and serves the page on this machine."""
+"""Serves the demo's page: plays the trajectory, follows the handles and the sliders. Used by ``ulna demo``."""
 
 import time
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.report import Report
-from ulna.demo.player import Show
+from ulna.demo.player import Player
 from ulna.demo.record_button import RecordButton
 from ulna.demo.scenario import BOX_START, Demo, light_color
 from ulna.demo.scene import DemoScene
@@ -49,7 +49,7 @@ class DemoApp:
         self.demo = demo
         self.page = Page(host, port)
         self.server, self.url = self.page.server, self.page.url
-        self.show = Show(demo, self)
+        self.player = Player(demo, self)
         self._loop, self._last = Loop("ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND), time.perf_counter()
         with self.page.ending_if_it_fails():
             self._build()
@@ -58,7 +58,7 @@ class DemoApp:
     def _build(self) -> None:
         self.scene = DemoScene(self.server, self.demo, self._loop.wake)
         self._add_widgets()
-        self.show.stand(self.show.q)
+        self.player.move_to(self.player.q)
 
     def wait(self) -> None:
         """Wait for Ctrl-C."""
@@ -72,20 +72,20 @@ class DemoApp:
 
     def set_configuration(self, q: NDArray[np.float64]) -> None:
         """Stand still at q."""
-        with self.show.lock, self.server.atomic():
+        with self.player.lock, self.server.atomic():
             self.playing.value = False
-            self.show.stand(q)
+            self.player.move_to(q)
             self._show_joints()
 
     def put_box(self, T_base_box: ArrayLike) -> None:
         """Put the box at a pose, shape (4, 4), unless somebody holds it."""
-        with self.show.lock:
+        with self.player.lock:
             self.scene.handles.put(np.asarray(T_base_box))
-            self.show.drag(self.scene.handles.pose)
+            self.player.drag(self.scene.handles.pose)
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
         """Put the arm at q."""
-        self.scene.arm.stand(q)
+        self.scene.arm.move_to(q)
 
     def draw_report(self, report: Report) -> None:
         """Colour the light and the boxes, and say it in words."""
@@ -103,7 +103,7 @@ class DemoApp:
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
         self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
         gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self.put_box(pose(BOX_START)))
-        self.recording = RecordButton(self.server, self.show, lambda: self.show_boxes.value)
+        self.recording = RecordButton(self.server, self.player, lambda: self.show_boxes.value)
         self.joints = JointSliders(gui, self.demo.robot, self._loop.wake)
 
     # ---- what moves ---------------------------------------------------------------------------------------------------
@@ -111,18 +111,18 @@ class DemoApp:
     def _frame(self) -> None:
         now = time.perf_counter()
         seconds, self._last = now - self._last, now
-        with self.show.lock, self.server.atomic():
+        with self.player.lock, self.server.atomic():
             if self.scene.handles.take():
-                self.show.drag(self.scene.handles.pose)
-            q = self.show.q.copy()
+                self.player.drag(self.scene.handles.pose)
+            q = self.player.q.copy()
             if self.joints.take(q):  # a person's hand stops the trajectory
                 self.set_configuration(q)
             elif self.playing.value and self.speed.value > 0.0:
-                self.show.advance(seconds * self.speed.value)
+                self.player.advance(seconds * self.speed.value)
             self.recording.take(now)
 
     def _show_joints(self) -> None:
         """Set the sliders to where the arm stands. Not while it moves: that would take a number out of the hands that type it."""
-        with self.show.lock:
+        with self.player.lock:
             if not self.playing.value:
-                self.joints.show(self.show.q)
+                self.joints.show(self.player.q)

@@ -1,4 +1,4 @@
-"""The demo as it runs on a screen: where the arm stands, and what a drag of the box does."""
+"""Plays the demo on a screen: moves the arm along its trajectory, and the box as it is dragged. Used by the page, ROS nodes."""
 
 import threading
 import time
@@ -12,22 +12,22 @@ from ulna.demo.scenario import Demo
 
 
 class Screen(Protocol):
-    """What draws: the page in a browser, or a node that tells RViz."""
+    """What draws the demo: the page, or a ROS node."""
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
-        """The arm stands at q, shape (n_dof,)."""
+        """Draw the arm at q, shape (n_dof,)."""
 
     def draw_report(self, report: Report) -> None:
-        """The light, its word, and the boxes that touch."""
+        """Draw the light, its word, and the boxes that touch."""
 
 
-class Show:
+class Player:
     """One demo on one screen. Every method may be called from any thread.
 
     Attributes:
-        q: Where the arm stands, shape (n_dof,).
+        q: Joint positions of the arm [rad], shape (n_dof,).
         time: How much of the trajectory was played [s].
-        answer_time: From the last drag to the end of drawing its answer [s].
+        answer_time: From the last drag to the end of drawing its result [s].
         lock: Held while drawing; hold it to do two things as one.
     """
 
@@ -37,26 +37,26 @@ class Show:
         self.time = self.answer_time = 0.0
         self.lock = threading.RLock()
 
-    def stand(self, q: NDArray[np.float64]) -> None:
-        """Put the arm at q."""
+    def move_to(self, q: NDArray[np.float64]) -> None:
+        """Move the arm to q, shape (n_dof,)."""
         with self.lock:
             self.q = q
             self.screen.draw_arm(q)
-            self._answer()
+            self._draw_report()
 
     def advance(self, seconds: float) -> None:
-        """Play the trajectory on."""
+        """Play the trajectory for some seconds more."""
         with self.lock:
             self.time += seconds
-            self.stand(self.demo.trajectory.at(self.time))
+            self.move_to(self.demo.trajectory.at(self.time))
 
     def drag(self, T_base_box: ArrayLike) -> None:
-        """Put the box at a pose, shape (4, 4), and answer at once."""
+        """Move the box to a pose, shape (4, 4), and draw what it touches at once."""
         start = time.perf_counter()
         with self.lock:
             self.demo.move_box(T_base_box)
-            self._answer()
+            self._draw_report()
             self.answer_time = time.perf_counter() - start
 
-    def _answer(self) -> None:
+    def _draw_report(self) -> None:
         self.screen.draw_report(self.demo.check(self.q))

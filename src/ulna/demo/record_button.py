@@ -1,7 +1,7 @@
-"""The page's Record button: what its reader sees, from one press to the next, as a video to download.
+"""Records what a person sees of the demo's page, from one press of a button to the next, as a video. Used by ``page``.
 
-While it records only numbers are kept: where everything is, and from where it is seen. The video is painted afterwards, by this
-machine's processor (``viewer.record``): so no frame is lost to a slow browser, and the page stays as quick as it was.
+While it records, only poses are kept: of the arm, the box and the camera. The video is rendered afterwards, by this machine's
+processor (``viewer.film``), so that no frame is lost to a slow browser, and the page stays fast.
 """
 
 import threading
@@ -15,7 +15,7 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.demo.film import demo_picture, record_pictures
-from ulna.demo.player import Show
+from ulna.demo.player import Player
 from ulna.demo.scenario import BOX_NAME
 from ulna.demo.script import Moment
 from ulna.viewer.film.camera import Camera
@@ -28,16 +28,16 @@ _RECORD, _STOP, _MAKING = "Record", "Stop recording", "Making the video"
 
 
 class RecordButton:
-    """A button that begins and ends a recording of one reader's view.
+    """A button that starts and ends a recording of the view in one tab.
 
     Args:
         server: The page, to which the button is added.
-        show: What is recorded.
+        player: What is recorded.
         boxes_shown: Whether the arm's boxes are shown now.
     """
 
-    def __init__(self, server: viser.ViserServer, show: Show, boxes_shown: Callable[[], bool]) -> None:
-        self.server, self.show, self._boxes_shown = server, show, boxes_shown
+    def __init__(self, server: viser.ViserServer, player: Player, boxes_shown: Callable[[], bool]) -> None:
+        self.server, self.player, self._boxes_shown = server, player, boxes_shown
         self.button = server.gui.add_button(_RECORD, hint=f"A video of what you see, to download; at most {LONGEST_S:g} s")
         self.button.on_click(lambda event: self._pressed(event.client))
         server.on_client_disconnect(self._left)
@@ -47,26 +47,26 @@ class RecordButton:
         self._closed = False
 
     def take(self, now: float) -> None:
-        """Keep what is shown at a time [s], if it is recorded; called in the show's loop with its lock held."""
+        """Keep what is shown at a time [s], if it is recorded; called in the page's loop with the player's lock held."""
         client = self._client
         if client is None:
             return
         if self._shots and now - self._shots[0][0] > LONGEST_S:
             self._finish(client)
             return
-        show, camera = self.show, client.camera
-        moment = Moment(show.q, show.demo.world.pose(BOX_NAME), show.demo.check(show.q))
+        player, camera = self.player, client.camera
+        moment = Moment(player.q, player.demo.world.pose(BOX_NAME), player.demo.check(player.q))
         seen = Camera(_three(camera.position), _three(camera.look_at), float(camera.fov))
-        self._shots.append((now, demo_picture(show.demo.robot, moment, seen, boxes=self._boxes_shown())))
+        self._shots.append((now, demo_picture(player.demo.robot, moment, seen, boxes=self._boxes_shown())))
 
     def close(self) -> None:
-        """Give up what is being made."""
+        """Abandon a video that is being made."""
         self._client, self._closed = None, True
         if self._maker is not None:
             self._maker.join(timeout=STOP_WITHIN_S)
 
     def _pressed(self, client: viser.ClientHandle | None) -> None:
-        with self.show.lock:
+        with self.player.lock:
             if self._client is not None:
                 self._finish(client or self._client)
             elif client is not None and self.button.label == _RECORD:
@@ -74,14 +74,14 @@ class RecordButton:
                 self.button.label = _STOP
 
     def _left(self, client: viser.ClientHandle) -> None:
-        """Nobody waits for a recording whose reader has closed the page."""
-        with self.show.lock:
+        """Drop the recording of a tab that was closed."""
+        with self.player.lock:
             if self._client is not None and self._client.client_id == client.client_id:
                 self._client, self._shots = None, []
                 self.button.label = _RECORD
 
     def _finish(self, client: viser.ClientHandle) -> None:
-        """Stop recording, and make the video for a reader, beside the show."""
+        """Stop recording, and make the video in a thread of its own."""
         self._client = None
         shots, self._shots = self._shots, []
         if not shots:
@@ -97,12 +97,12 @@ class RecordButton:
                 path = Path(folder) / "ulna-demo.mp4"
                 pictures = evenly_spaced(shots, RATE)
                 form = Form(path, len(pictures) / RATE, _size(client.camera.aspect), RATE)
-                record_pictures(form, self.show.demo.robot, pictures, self._tell)
+                record_pictures(form, self.player.demo.robot, pictures, self._tell)
                 if client.client_id in self.server.get_clients():
                     client.send_file_download(path.name, path.read_bytes())
         except _GivenUpError:
             pass
-        except Exception as error:  # noqa: BLE001 - the reader waits for an answer, whatever it is
+        except Exception as error:  # noqa: BLE001 - whatever it is, it is shown in the tab
             traceback.print_exc()
             client.add_notification("The video was not made", str(error) or type(error).__name__, color="red")
         finally:
@@ -120,7 +120,7 @@ class _GivenUpError(Exception):
 
 
 def evenly_spaced(shots: list[tuple[float, Picture]], rate: float) -> list[Picture]:
-    """What was shown last at even times, so many a second, from the first shot to the last."""
+    """The latest shot at evenly spaced times, ``rate`` a second, from the first shot to the last."""
     times = np.array([time for time, _ in shots]) - shots[0][0]
     at = np.arange(np.floor(times[-1] * rate) + 1) / rate
     return [shots[k][1] for k in np.searchsorted(times, at + 1e-9, side="right") - 1]
@@ -132,5 +132,5 @@ def _three(vector: NDArray) -> tuple[float, float, float]:
 
 
 def _size(aspect: float) -> tuple[int, int]:
-    """Of a video as wide as the reader's page, within reason."""
+    """The size of a video [pixels] with about the aspect of the page."""
     return 2 * round(min(max(aspect, 0.5), 2.4) * HEIGHT / 2), HEIGHT

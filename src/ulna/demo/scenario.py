@@ -1,6 +1,6 @@
-"""The assignment's demo without a screen: the arm repeats a trajectory, a box can be moved, a light says whether they touch.
+"""The assignment's demo without a screen: the arm repeats a trajectory, a box can be moved, a light is red if they touch.
 
-Every screen (the browser, RViz) draws this. Facts and figures: the assignment, sections 5 and its demo.
+Used by the page, the ROS nodes and the film. The figures are the assignment's (section 5 and its demo).
 """
 
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class TrajectoryError(UlnaError, RuntimeError):
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A closed path: samples of q at RATE_HZ, shape (n + 1, n_dof), the last where the first is, to the search's tolerance."""
+    """A closed path: samples of q at RATE_HZ, shape (n + 1, n_dof); the last is the first, to the tolerance of the search."""
 
     samples: NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class Trajectory:
 def make_trajectory(robot: Robot) -> Trajectory:
     """The trajectory: each sample by inverse kinematics from the sample before, with the home posture.
 
-    Without the posture the last sample would be 0.1 rad from home, for the arm is redundant, and twitch in every cycle.
+    Without the posture the last sample would be 0.1 rad from home, for the arm is redundant, and it would jump in every cycle.
 
     Raises:
         TrajectoryError: A sample was not reached.
@@ -99,7 +99,7 @@ class Demo:
         self.world.move(BOX_NAME, T_base_box)
 
     def check(self, q: ArrayLike) -> Report:
-        """What the movable box touches while the arm stands at q; ``str(report)`` is the word beside the light."""
+        """What the movable box touches while the arm is at q, shape (n_dof,); ``str(report)`` is the word beside the light."""
         return self.robot.check_collision(q, self.world, self_collision=False)
 
 

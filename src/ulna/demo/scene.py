@@ -1,4 +1,4 @@
-"""Draws the demo: the arm, its boxes, the movable box with its handles, the light with its word."""
+"""Draws the demo on a page: the arm, its boxes, the movable box with its handles, the light with its word. Used by ``page``."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ from ulna.viewer.palette import MOVABLE
 
 
 class DemoScene:
-    """The scene. ``arm.stand`` and ``draw_report`` are all that changes from frame to frame.
+    """The scene. ``arm.move_to`` and ``draw_report`` make all changes from frame to frame.
 
     Args:
         server: The page.
@@ -44,4 +44,4 @@ class DemoScene:
         if self.word.text != str(report):
             self.light.color = light_color(report)
             self.word.text = str(report)
-            self.arm.touch(report.touching)
+            self.arm.mark_touching(report.touching)

@@ -1,7 +1,7 @@
-"""The demo as a film: where the arm and the box are at each moment of it, and what the light says.
+"""Says where the arm and the box are at each moment of the demo's film, and what touches. Used by ``film``.
 
 The box goes round the arm once and visits it at six places, from the hand to the base: it comes near, touches, slides along and
-leaves again. The places move with the arm, so that the story is the same however long it takes.
+leaves again. The places move with the arm, so that the script is the same however long it takes.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ NEAR, DEEP = 0.12, -0.035  # [m] from the arm: where the box comes from, and how
 
 @dataclass(frozen=True)
 class Visit:
-    """One of the arm's boxes, from which side it is visited, and how the box slides along it [m]: in the base's axes."""
+    """One of the arm's boxes, the direction from which it is visited, and how the box slides along it [m]: in the base's axes."""
 
     box: str
     side: tuple[float, float, float]
@@ -44,8 +44,8 @@ class Moment:
     """The demo at one time.
 
     Attributes:
-        q: Where the arm stands, shape (n_dof,).
-        T_base_box: Where the box is, shape (4, 4).
+        q: Joint positions of the arm [rad], shape (n_dof,).
+        T_base_box: The pose of the box, shape (4, 4).
         report: What it touches.
     """
 
@@ -54,7 +54,7 @@ class Moment:
     report: Report
 
 
-class Story:
+class Script:
     """The demo's film of a given length."""
 
     def __init__(self, demo: Demo, seconds: float) -> None:
@@ -62,18 +62,18 @@ class Story:
         self._knots = self._make_knots()
 
     def moment(self, time: float) -> Moment:
-        """The demo at a time [s]: the arm repeats its trajectory as fast as ever, the box is on its way."""
+        """The demo at a time [s]: the arm repeats its trajectory in real time, the box is on its way."""
         q, T = self.demo.trajectory.at(time), self.box_pose(time / self.seconds)
         self.demo.move_box(T)
         return Moment(q, T, self.demo.check(q))
 
     def moments(self, rate: float) -> Iterator[Moment]:
-        """All of it, so many moments a second."""
+        """All moments of it, ``rate`` a second."""
         for k in range(max(round(self.seconds * rate), 1)):
             yield self.moment(k / rate)
 
     def box_pose(self, part: float) -> NDArray[np.float64]:
-        """T_base_box when a part of the story, 0 to 1, is told; at 1 the box is where it began."""
+        """T_base_box, shape (4, 4), at a part of the time, 0 to 1; at 1 the box is where it began."""
         T = self._turned(part)
         T[:3, 3] = _on_curve(self._knots, part)
         return T
@@ -89,7 +89,7 @@ class Story:
         return np.array(knots)
 
     def _beside(self, visit: Visit, distance: float, part: float) -> NDArray[np.float64]:
-        """The centre of the box where it is so far from the one it visits, along the side from which it comes."""
+        """The centre of the box at a distance [m] from the one that it visits, along the direction from which it comes."""
         q = self.demo.trajectory.at(part * self.seconds)
         (visited,) = (solid for solid in standing_boxes(self.demo.robot, q) if solid.name == visit.box)
         side = np.array(visit.side) / np.linalg.norm(visit.side)
@@ -98,7 +98,7 @@ class Story:
 
     @staticmethod
     def _turned(part: float) -> NDArray[np.float64]:
-        """How the box is turned when a part of the story is told, at the origin: once about z, and it nods."""
+        """The orientation of the box at a part of the time, as a pose at the origin: one turn about z, and it nods."""
         return pose((0, 0, 0), (0.35 * sin(6 * pi * part), 0.0, 2 * pi * part))
 
 

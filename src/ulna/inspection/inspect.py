@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from ulna.errors import DescriptionError
-from ulna.inspection.document import Document, read_document
 from ulna.inspection.elements import element_findings
 from ulna.inspection.inertia import inertia_findings
+from ulna.inspection.inspected import Inspected, read_inspected
 from ulna.inspection.joints import joint_findings
 from ulna.inspection.meshes import mesh_findings
 from ulna.inspection.names import name_findings
@@ -42,7 +42,7 @@ def inspect(
         note document: no link has a collision shape
     """
     package_dirs = tuple(package_dirs) if isinstance(package_dirs, Iterator) else package_dirs  # it is gone through twice
-    document = read_document(source, xacro_args or {}, package_dirs)
+    document = read_inspected(source, xacro_args or {}, package_dirs)
     robot, root = document.robot, document.root
     reach = None if robot is None else reach_of(robot)
     found = list(_findings(document, reach))
@@ -60,7 +60,7 @@ def inspect(
     )
 
 
-def _findings(document: Document, reach: float | None) -> Iterator[Finding]:
+def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
     error, root = document.error, document.root
     line = error.line if isinstance(error, DescriptionError) else None
     if error is not None:

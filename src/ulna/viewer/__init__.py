@@ -1,1 +1,4 @@
-"""Pages and pictures: ``view`` shows any robot, ``app`` the demo, ``record`` paints. The only importer of viser and trimesh."""
+"""Shows any robot: ``view`` on a page, ``session`` without the page, ``film`` as pictures. Used by the command line, the demo.
+
+With the demo's page the only importer of viser.
+"""

@@ -1,4 +1,4 @@
-"""A robot in the scene of the page: what its links look like, what they collide as and hold, their frames and their names."""
+"""Draws a robot in the scene: visuals, collision shapes, held objects, frames and names of links. Used by ``view``, the demo."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from ulna.description.robot_description import Body
 from ulna.description.shapes import Mesh
 from ulna.errors import FileError
 from ulna.robot import Robot
+from ulna.viewer.nodes import add_shape, add_triangles
 from ulna.viewer.palette import FREE, PALE, STRONG, TOUCHING
-from ulna.viewer.solids import add_solid, add_triangles
 from ulna.viewer.visuals import link_visuals, read_mesh
 
 _STILL = 1e-6  # [m or 1] a link that moved by less is not sent again
@@ -24,30 +24,30 @@ _STILL = 1e-6  # [m or 1] a link that moved by less is not sent again
 
 @dataclass(frozen=True, eq=False)
 class Extent:
-    """The room that a robot takes at home: its lowest and highest corner in the base frame [m], shape (3,) each."""
+    """The AABB of a robot at home: its lowest and highest corner in the base frame [m], shape (3,) each."""
 
     low: NDArray[np.float64]
     high: NDArray[np.float64]
 
     @property
     def centre(self) -> NDArray[np.float64]:
-        """Its middle."""
+        """Its centre [m], shape (3,)."""
         return (self.low + self.high) / 2
 
     @property
     def radius(self) -> float:
-        """Half its diagonal, and never nothing."""
+        """Half its diagonal, at least 0.05 [m]."""
         return max(float(np.linalg.norm(self.high - self.low)) / 2, 0.05)
 
 
 class Arm:
-    """A robot's nodes below one name. ``stand`` and ``touch`` are all that changes from frame to frame.
+    """A robot as nodes of the scene, below one name. ``move_to`` and ``mark_touching`` make all changes from frame to frame.
 
     Attributes:
         missing: The meshes that are not shown, each with the reason.
         solids: The collision shapes by their names in reports.
-        held: What its links hold, by name; seen with the looks.
-        extent: The room it takes at home.
+        held: The objects attached to its links, by name; shown with the visuals.
+        extent: Its AABB at home.
     """
 
     def __init__(self, server: viser.ViserServer, robot: Robot, root: str = "/robot") -> None:
@@ -68,17 +68,17 @@ class Arm:
         ]
         self.names = [
             self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor="bottom-center")
-            for k, name in _names_of_places(robot)
+            for k, name in _names_by_origin(robot)
         ]
         self.solids = self._add_solids(number)
         self.held = {
-            held.name: add_solid(self._scene, f"{root}/{number[held.link]}/held{k}", held.shape, FREE, STRONG, held.T_link_object)
+            held.name: add_shape(self._scene, f"{root}/{number[held.link]}/held{k}", held.shape, FREE, STRONG, held.T_link_object)
             for k, held in enumerate(robot.attached)
         }
         self._touching: tuple[str, ...] = ()
 
-    def stand(self, q: NDArray[np.float64]) -> None:
-        """Put every link where it stands at q."""
+    def move_to(self, q: NDArray[np.float64]) -> None:
+        """Move every link to its pose at q, shape (n_dof,)."""
         places = self.robot.link_poses(q)
         moved = np.flatnonzero(np.abs(places - self._places).max(axis=(1, 2)) > _STILL)
         turns = quaternion_from_matrix(places)
@@ -86,8 +86,8 @@ class Arm:
             self.frames[k].position, self.frames[k].wxyz = places[k, :3, 3], turns[k]
         self._places[moved] = places[moved]
 
-    def touch(self, names: Collection[str]) -> None:
-        """Show the collision shapes of these names strong and red, the others pale; what is held is always strong."""
+    def mark_touching(self, names: Collection[str]) -> None:
+        """Show the collision shapes of these names strong and red, the others pale; held objects are always strong."""
         for name, node in (self.solids | self.held).items():
             if (name in self._touching) != (name in names):
                 node.color = TOUCHING if name in names else FREE
@@ -95,7 +95,7 @@ class Arm:
         self._touching = tuple(names)
 
     def show_looks(self, *, visible: bool) -> None:
-        """Show or hide the visuals, and what the links hold."""
+        """Show or hide the visuals, and the held objects."""
         for node in (*self.looks, *self.held.values()):
             node.visible = visible
 
@@ -115,14 +115,14 @@ class Arm:
             node.visible = visible
 
     def _add_solids(self, number: dict[str, int]) -> dict[str, Any]:
-        """The collision shapes, pale. Meshes that cannot be had are told of in ``missing``."""
+        """The collision shapes, pale. Meshes that cannot be read are added to ``missing``."""
         files, found = MeshFiles(self.robot.description), {}
         bodies = [(link.name, body) for link in self.robot.description.links for body in link.collisions]
         look = {"cast_shadow": False, "receive_shadow": False}
         for n, ((link, body), name) in enumerate(zip(bodies, self._solid_names(bodies), strict=True)):
             place = f"{self._root}/{number[link]}/solid{n}"
             if not isinstance(body.shape, Mesh):
-                found[name] = add_solid(self._scene, place, body.shape, FREE, PALE, body.pose, **look)
+                found[name] = add_shape(self._scene, place, body.shape, FREE, PALE, body.pose, **look)
                 continue
             try:
                 mesh = read_mesh(body.shape, files).apply_transform(body.pose).to_mesh()
@@ -133,14 +133,14 @@ class Arm:
         return found
 
     def _solid_names(self, bodies: list[tuple[str, Body]]) -> list[str]:
-        """Their names in reports, where these can be made; else numbered ones."""
+        """Their names in reports; numbered ones for a robot with meshes, which has no reports."""
         if any(isinstance(body.shape, Mesh) for _, body in bodies) or not bodies:
             return [f"{link}/{body.name} ({n})" for n, (link, body) in enumerate(bodies)]
         return list(self.robot.collision_names[: len(bodies)])
 
 
-def _names_of_places(robot: Robot) -> list[tuple[int, str]]:
-    """The first link at each place, and the names of all whose origins stay together: they would hide each other."""
+def _names_by_origin(robot: Robot) -> list[tuple[int, str]]:
+    """The first link at each origin, and the names of all links whose origins coincide: their labels would overlap."""
     places = np.hstack([robot.link_poses(q)[:, :3, 3] for q in (robot.home, np.clip(robot.home + 0.1, robot.lower, robot.upper))])
     together: dict[bytes, list[int]] = {}
     for k, place in enumerate(places.round(6) + 0.0):
@@ -149,7 +149,7 @@ def _names_of_places(robot: Robot) -> list[tuple[int, str]]:
 
 
 def _extent(robot: Robot, scenes: dict[str, Any]) -> Extent:
-    """From what is shown, and where links are."""
+    """Of the visuals and the origins of the links."""
     places = dict(zip(robot.link_names, robot.link_poses(robot.home), strict=True))
     points = [T[:3, 3] for T in places.values()]
     for name, scene in scenes.items():

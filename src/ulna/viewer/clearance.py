@@ -1,21 +1,19 @@
-"""How near the robot is to anything: a line between the two nearest points with its length, and the verdict in words."""
+"""Shows how near the robot is to obstacles: words in the panel, and a line between the nearest points. Used by ``view``."""
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from ulna.viewer.html import marked, plain
-from ulna.viewer.palette import GREEN, INK, RED
+from ulna.viewer.palette import GREEN, INK, RED, UNKNOWN
 from ulna.viewer.session.clearance import Clearance
-
-_UNKNOWN = (150, 150, 150)
 
 
 class ClearancePanel:
-    """The verdict at the top of the panel, and the line in the scene."""
+    """The words at the top of the panel, and the line in the scene."""
 
     def __init__(self, server: viser.ViserServer, size: float) -> None:
-        self.verdict = server.gui.add_html(marked("checking ...", _UNKNOWN, filled=False))
+        self.verdict = server.gui.add_html(marked("checking ...", UNKNOWN, filled=False))
         self.nearest = server.gui.add_html(plain("The first check of a kind of shapes on a machine takes up to half a minute."))
         point = np.zeros(3)
         self.line = server.scene.add_cylinder("/nearest/line", 0.004 * size, 1.0, INK, visible=False, cast_shadow=False)
@@ -26,8 +24,8 @@ class ClearancePanel:
         self.label = server.scene.add_label("/nearest/label", "", visible=False, anchor="bottom-center", font_screen_scale=1.2)
 
     def show(self, clearance: Clearance) -> None:
-        """Say what touches and what is nearest."""
-        color = {"free": GREEN, "collision": RED}.get(clearance.verdict, _UNKNOWN)
+        """Show what touches and what is nearest."""
+        color = {"free": GREEN, "collision": RED}.get(clearance.verdict, UNKNOWN)
         pair = clearance.nearest
         words = clearance.refusal if pair is None else f"{clearance.distance}: {pair.name_a} and {pair.name_b}"
         for element, content in (
@@ -49,7 +47,7 @@ class ClearancePanel:
 
 
 def _turn_z_onto(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The unit quaternion that turns z to a direction by the shortest way: half way from no turn to twice that turn."""
+    """The unit quaternion (w, x, y, z) of the shortest rotation of z to a direction: halfway between none and twice it."""
     length = float(np.linalg.norm(direction))
     x, y, z = direction / length if length > 0.0 else (0.0, 0.0, 1.0)
     turn = np.array([1.0 + z, -y, x, 0.0]) if z > -1.0 + 1e-9 else np.array([0.0, 1.0, 0.0, 0.0])

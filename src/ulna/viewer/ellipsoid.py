@@ -1,4 +1,4 @@
-"""The manipulability ellipsoid in the scene, and the singular values in the panel."""
+"""Shows the manipulability ellipsoid in the scene and the singular values in the panel. Used by ``view``."""
 
 import numpy as np
 import viser
@@ -9,24 +9,26 @@ from ulna.viewer.session.ellipsoid import mobility
 from ulna.viewer.session.session import Session
 
 COLOR = (124, 92, 200)
-_SECONDS = 0.25  # a half axis is as long as the link would go in this time [s]
+_SECONDS = 0.25  # the half axes are the distances that the link moves in this time [s]
 _THINNEST = 1e-3  # [m] so that a flat ellipsoid is seen as a disc
 
 
 class EllipsoidPanel:
-    """An option, off at first."""
+    """A checkbox, off at first, the ellipsoid and the numbers."""
 
     def __init__(self, server: viser.ViserServer, session: Session) -> None:
         self._session = session
         self.node = server.scene.add_icosphere("/ellipsoid", 1.0, COLOR, opacity=0.35, visible=False, cast_shadow=False)
         self.on = server.gui.add_checkbox(
-            "Manipulability", initial_value=False, hint="The ellipsoid of the hand's velocities, a quarter of a second long"
+            "Manipulability",
+            initial_value=False,
+            hint="How fast the hand can move in each direction: half axes are a quarter second of motion at unit joint speed",
         )
         self.numbers = server.gui.add_html("", visible=False)
         self.on.on_update(lambda _: self.show())
 
     def show(self) -> None:
-        """Draw it where the hand is, if it is wanted."""
+        """Draw it at the hand, if it is switched on."""
         self.node.visible = self.numbers.visible = self.on.value
         if not self.on.value:
             return

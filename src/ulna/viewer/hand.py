@@ -1,4 +1,4 @@
-"""The hand in the scene: its handles, a mark that is red while it cannot follow, and what the panel says of it."""
+"""Shows the hand: handles, a mark that is red while it cannot follow, and words in the panel. Used by ``view``."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Handles that a person drags, in any tab: they are not pulled out of the hand that holds them."""
+"""Handles that a person drags, in any tab; while held, only that person moves them. Used by the hand, obstacles, the demo."""
 
 from collections.abc import Callable
 from typing import Any

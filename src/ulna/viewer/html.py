@@ -1,31 +1,31 @@
-"""What the panel says, as HTML: verdicts with a mark that is told by its shape and lightness too, and tables of numbers."""
+"""Writes the HTML of the panel: words with a coloured mark, lists, the tree, tables of numbers. Used by the page's parts."""
 
 import html
 from collections.abc import Iterable
 
 from ulna.description.robot_description import JointType
 from ulna.robot import Robot
+from ulna.viewer.palette import Color
 from ulna.viewer.session.ellipsoid import Mobility
 from ulna.viewer.session.tree_text import outline
 
-Color = tuple[int, int, int]
 _STYLE = "padding:0.35em 0.75em;line-height:1.35"
 
 
 def marked(words: str, color: Color, *, filled: bool = True) -> str:
-    """A disc of a colour, or a ring, and words; screen readers hear it when it changes."""
+    """A disc of a colour, or a ring if not filled, and words; screen readers read it when it changes."""
     look = f"background:rgb{color}" if filled else f"border:0.22em solid rgb{color};box-sizing:border-box"
     disc = f"display:inline-block;width:0.9em;height:0.9em;border-radius:50%;vertical-align:-0.08em;{look}"
     return f'<div role="status" style="{_STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
 
 
 def plain(words: str) -> str:
-    """Words, small."""
+    """Small words."""
     return f'<div style="{_STYLE};font-size:0.85em">{html.escape(words)}</div>'
 
 
 def listed(lines: Iterable[str]) -> str:
-    """Lines, small, one below the other."""
+    """A list of small lines."""
     rows = "".join(f'<li style="margin-bottom:0.3em">{html.escape(line)}</li>' for line in lines)
     return f'<ul style="{_STYLE};font-size:0.8em;margin:0;padding-left:1.6em;overflow-wrap:anywhere">{rows}</ul>'
 

@@ -1,4 +1,4 @@
-"""The joints in the panel: a slider for each entry of q, one that cannot be moved for each joint that follows another."""
+"""Shows the joints: a slider for each entry of q, and a disabled one for each mimic joint. Used by ``view`` and the demo."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""What moves a page: a thread that makes a frame when something has happened, or a while has gone by."""
+"""Runs a page: a thread that makes a frame when something has happened, or after a while. Used by ``view`` and the demo."""
 
 import threading
 import traceback

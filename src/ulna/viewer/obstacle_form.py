@@ -1,29 +1,27 @@
-"""The form of the chosen obstacle: its name, its sizes, its place."""
+"""Shows and edits the chosen obstacle: its name, its sizes, its pose. Used by ``obstacles``."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ulna.collision.world import World
 from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.errors import UlnaError
 
-if TYPE_CHECKING:
-    from ulna.viewer.obstacles import Obstacles
-
 _NONE: str = "none"
-_DIGITS = 4  # behind the point: tenths of millimetres
-Known = dict[str, tuple[Obstacle, "NDArray[Any]"]]
+_DIGITS = 4  # decimals: tenths of millimetres
+Known = dict[str, tuple[Obstacle, NDArray[Any]]]
+Change = Callable[[str, Obstacle, NDArray[Any], str], object]
 
 
 class Edit(NamedTuple):
-    """What a person has typed last into a field: which, of what obstacle, what, and who."""
+    """The last value typed into a field, the name of its obstacle, and the tab in which it was typed."""
 
     field: Any
     name: str
@@ -32,10 +30,18 @@ class Edit(NamedTuple):
 
 
 class ObstacleForm:
-    """The fields of one obstacle; those that it has not are hidden. What is typed waits for ``take``, and is not written over."""
+    """The fields of one obstacle; those that its shape has not are hidden. Typed values are kept for ``take``, not overwritten.
 
-    def __init__(self, gui: viser.GuiApi, obstacles: Obstacles) -> None:
-        self._obstacles, self._next, self._changed = obstacles, "", False
+    Args:
+        gui: The panel, to which the fields are added.
+        world: The obstacles.
+        change: Called with an obstacle's name, and the shape, the pose and the name that it is to have.
+        moved: Called when there is something to do for ``take``.
+    """
+
+    def __init__(self, gui: viser.GuiApi, world: World, change: Change, moved: Callable[[], None]) -> None:
+        self._world, self._change, self._moved = world, change, moved
+        self._next, self._changed = "", False
         self._edits: dict[int, Edit] = {}
         zero = (0.0, 0.0, 0.0)
         self.choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
@@ -45,7 +51,7 @@ class ObstacleForm:
         self.extents = gui.add_vector3("Extents [m]", zero, min=zero, step=0.001, visible=False, hint="Edges along x, y, z")
         self.radius = gui.add_number("Radius [m]", 0.0, min=0.0, step=0.001, visible=False)
         self.length = gui.add_number("Length [m]", 0.0, min=0.0, step=0.001, visible=False)
-        self.xyz = gui.add_vector3("Position [m]", zero, step=0.001, visible=False, hint="Of its middle, in the base frame")
+        self.xyz = gui.add_vector3("Position [m]", zero, step=0.001, visible=False, hint="Of its centre, in the base frame")
         self.rpy = gui.add_vector3("Roll, pitch, yaw [rad]", zero, step=0.01, visible=False)
         self.choice.on_update(self._chosen)
         for field in (self.name, self.extents, self.radius, self.length, self.xyz, self.rpy):
@@ -53,23 +59,25 @@ class ObstacleForm:
 
     @property
     def chosen(self) -> str:
-        """The name that is chosen."""
+        """The name of the chosen obstacle."""
         return self._next or self.choice.value
 
     def choose(self, name: str) -> None:
-        """Choose an obstacle that the next ``show`` finds."""
+        """Choose an obstacle; the next ``show`` shows it."""
         self._next, self._changed = name, True
 
     def take(self) -> bool:
-        """Do what was typed since the last call, and tell whether another obstacle was chosen."""
+        """Apply what was typed since the last call. Returns whether another obstacle was chosen."""
         edits, self._edits = self._edits, {}
-        for edit in sorted(edits.values(), key=lambda edit: edit.field is self.name):  # last: the others know the old name
+        for edit in sorted(
+            edits.values(), key=lambda edit: edit.field is self.name
+        ):  # the name last: the other edits have the old one
             self._apply(edit)
         changed, self._changed = self._changed, False
         return changed
 
     def show(self, known: Known) -> None:
-        """Tell of the chosen obstacle as it is now."""
+        """Show the chosen obstacle as it is now."""
         options = (_NONE, *known)
         chosen = self.chosen if self.chosen in known else _NONE
         self._next = ""
@@ -110,16 +118,16 @@ class ObstacleForm:
     async def _chosen(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
             self._changed = True
-            self._obstacles.moved()
+            self._moved()
 
     async def _typed(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
             self._edits[id(event.target)] = Edit(event.target, self.chosen, event.target.value, event.client)
-            self._obstacles.moved()
+            self._moved()
 
     def _apply(self, edit: Edit) -> None:
-        """The obstacle becomes what one field says; the rest of it stays as it is."""
-        known = {name: (shape, T) for name, shape, T in self._obstacles.world.items()}
+        """Change an obstacle as one field says."""
+        known = {name: (shape, T) for name, shape, T in self._world.items()}
         if edit.name not in known:
             return
         field, (shape, T) = edit.field, known[edit.name]
@@ -129,12 +137,12 @@ class ObstacleForm:
                 T[:3, 3] = _retyped(T[:3, 3], edit.value)
             elif field is self.rpy:
                 T[:3, :3] = pose(rpy=_retyped(rpy_from_matrix(T), edit.value))[:3, :3]
-            self._obstacles.change(edit.name, self._shape(shape, field, edit.value), T, name)
+            self._change(edit.name, self._shape(shape, field, edit.value), T, name)
         except UlnaError as error:
             edit.client.add_notification("That cannot be", str(error), color="red")
 
     def _shape(self, shape: Obstacle, field: Any, value: Any) -> Obstacle:
-        """The shape with one size changed; the same one if the field is of no size."""
+        """The shape with one size changed; unchanged if the field is not a size."""
         if field is self.extents and isinstance(shape, Box):
             return Box(value)
         if field is self.radius and isinstance(shape, Sphere | Cylinder | Capsule):
@@ -145,7 +153,7 @@ class ObstacleForm:
 
 
 def _retyped(exact: NDArray[Any], typed: tuple[float, ...]) -> NDArray[Any]:
-    """The numbers that a person has changed; for the others, of which the form has few digits, the exact ones."""
+    """The typed numbers that differ from what the form showed; the exact ones for the others, which the form rounds."""
     return np.where(np.equal(typed, _rounded(exact)), exact, typed)
 
 

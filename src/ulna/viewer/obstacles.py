@@ -1,4 +1,4 @@
-"""The obstacles in the scene: they are added, named, sized, dragged and deleted, and the scene is saved and loaded."""
+"""Shows the obstacles, and lets them be added, edited, dragged, deleted, saved and loaded. Used by ``view``."""
 
 import threading
 from collections.abc import Callable
@@ -15,9 +15,9 @@ from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder, Sphere
 from ulna.errors import UlnaError
 from ulna.viewer.handles import Handles
+from ulna.viewer.nodes import add_shape
 from ulna.viewer.obstacle_form import ObstacleForm
-from ulna.viewer.palette import MOVABLE, TOUCHING
-from ulna.viewer.solids import add_solid
+from ulna.viewer.palette import MOVABLE, TOUCHING, obstacle_opacity
 
 _EDGE = 0.15  # of a new obstacle, against the robot's size
 _NEW = {
@@ -28,13 +28,13 @@ _NEW = {
 
 
 class Obstacles:
-    """A world's objects as nodes, one of them chosen: it has the handles, and the form tells of it.
+    """A world's objects as nodes of the scene, one of them chosen: it has the handles, and the form shows it.
 
     Args:
         server: The page.
         world: What is shown. It may be changed elsewhere too; ``show`` follows.
-        place: Where a new obstacle stands, in the base frame [m].
-        size: The robot's [m].
+        place: The position of a new obstacle in the base frame [m], shape (3,).
+        size: The robot's size [m].
         moved: Called when there is something to do.
     """
 
@@ -49,7 +49,7 @@ class Obstacles:
         self.lock = threading.RLock()
         self.handles = Handles(server.scene, "/chosen", 0.25 * size, moved, visible=False)
         self.add_buttons = server.gui.add_button_group("Add", tuple(_NEW))
-        self.form = ObstacleForm(server.gui, self)
+        self.form = ObstacleForm(server.gui, world, self.change, moved)
         self.delete = server.gui.add_button("Delete", hint="Take the chosen obstacle away", visible=False)
         self.save = server.gui.add_button("Save scene", hint="Download the obstacles as a file that can be read and edited")
         self.load = server.gui.add_upload_button(
@@ -66,7 +66,7 @@ class Obstacles:
         return self.form.chosen if self.form.chosen in self.world.names else None
 
     def add(self, kind: str) -> None:
-        """A new obstacle, which becomes the chosen one."""
+        """Add an obstacle, and choose it."""
         with self.lock:
             number = next(n for n in range(1, len(self.world.names) + 2) if f"{kind.lower()} {n}" not in self.world.names)
             self.world.add(f"{kind.lower()} {number}", _NEW[kind](self._edge), pose(self._place))
@@ -74,14 +74,14 @@ class Obstacles:
         self.moved()
 
     def remove(self) -> None:
-        """Take the chosen obstacle away."""
+        """Delete the chosen obstacle."""
         with self.lock:
             if self.chosen is not None:
                 self.world.remove(self.chosen)
         self.moved()
 
     def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
-        """Give an obstacle another shape, place or name."""
+        """Give an obstacle another shape, pose or name."""
         with self.lock:
             if new_name == name:
                 self.world.reshape(name, shape)
@@ -102,10 +102,10 @@ class Obstacles:
         self.moved()
 
     def take(self) -> bool:
-        """Put the chosen obstacle where a person has dragged the handles, and tell whether another one was chosen."""
+        """Move the chosen obstacle to where its handles were dragged. Returns whether another one was chosen."""
         with self.lock:
             if self.form.take():
-                self.handles.take()  # of the one before
+                self.handles.take()  # a drag of the one before
                 return True
             if self.handles.take() and self.chosen is not None:
                 self.world.move(self.chosen, self.handles.pose)
@@ -130,13 +130,13 @@ class Obstacles:
         color = TOUCHING if red else MOVABLE
         if name not in self._drawn:
             self._count += 1
-            node = self.nodes[name] = add_solid(
-                self._server.scene, f"/obstacles/{self._count}", shape, color, opacity(red=red), T
+            node = self.nodes[name] = add_shape(
+                self._server.scene, f"/obstacles/{self._count}", shape, color, obstacle_opacity(touching=red), T
             )
             node.on_click(lambda _: self._pick(name))
         elif not np.array_equal(self._drawn[name][1], T):
             self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
-        self.nodes[name].color, self.nodes[name].opacity = color, opacity(red=red)
+        self.nodes[name].color, self.nodes[name].opacity = color, obstacle_opacity(touching=red)
         self._drawn[name] = (shape, T)
 
     def _pick(self, name: str) -> None:
@@ -154,8 +154,3 @@ class Obstacles:
         except UlnaError as error:
             if event.client is not None:
                 event.client.add_notification("The scene was not loaded", str(error), color="red")
-
-
-def opacity(*, red: bool) -> float:
-    """What touches is solid, what is free is seen through: the difference is not in the hue alone."""
-    return 1.0 if red else 0.6

@@ -1,4 +1,4 @@
-"""``ulna.view``: a robot on a page of this machine, beside the program that runs on."""
+"""Opens a page that shows a robot, beside the program that goes on: ``ulna.view``. Used by programs and ``ulna view``."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def view(
 
     Args:
         robot: The robot.
-        world: What stands around it: the page shows it and changes it; an empty one unless given.
-        q: Where the robot stands at first [rad or m], shape (n_dof,); home unless given.
+        world: The obstacles: the page shows and changes them; an empty world unless given.
+        q: The first joint positions [rad or m], shape (n_dof,); home unless given.
         host: The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.
         port: The TCP port; a free one unless given.
         open_browser: Open a page on this machine, if it has a browser.
@@ -41,7 +41,7 @@ def view(
         Jupyter.
 
     Raises:
-        InputError: The address cannot be listened on, or the robot, the world or q is none; then no page is opened.
+        InputError: The address cannot be listened on, or the robot, the world or q is not one; then no page is opened.
         MissingExtraError: The extra ``viewer`` is not installed.
 
     Example:
@@ -51,18 +51,18 @@ def view(
         ...     view.url
         'http://127.0.0.1:...'
     """
-    shown = needing_the_extra()(robot, world, q=q, host=host, port=port, origins=tuple(origins))
+    shown = _view_class()(robot, world, q=q, host=host, port=port, origins=tuple(origins))
     if open_browser:
         shown.page.open()
     return shown
 
 
-def needing_the_extra() -> type[View]:
-    """The viewer, which needs the extra.
+def _view_class() -> type[View]:
+    """The class of the page, which needs the extra ``viewer``.
 
     Raises:
         MissingExtraError: It is not installed.
     """
     with needs_extra("the view", "viewer", "viser", "trimesh"):
-        from ulna.viewer.view import View  # noqa: PLC0415 -- the one layer that needs the extra
+        from ulna.viewer.view import View  # noqa: PLC0415 -- needs the extra
     return View

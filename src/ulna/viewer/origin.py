@@ -1,7 +1,7 @@
-"""Who may talk to the page's server: the page itself, and no other page that happens to be open in the same browser.
+"""Refuses requests of foreign pages: of any page but the server's own that is open in the same browser. Used by ``page``.
 
-A browser lets any page open a websocket to 127.0.0.1, and tells the server in the header ``Origin`` which page asks. viser does
-not look at it. Source: RFC 6455, section 10.2; that a name may be made to lead here (DNS rebinding): CWE-350.
+A browser lets any page open a websocket to 127.0.0.1, and sends in the header ``Origin`` which page asks. viser does not check
+it. Source: RFC 6455, section 10.2; that a name may be made to lead here (DNS rebinding): CWE-350.
 """
 
 import contextlib
@@ -15,7 +15,7 @@ import websockets.asyncio.server
 from websockets.datastructures import Headers
 
 from ulna.errors import UlnaError
-from ulna.viewer.labels import asks_for_page, with_names
+from ulna.viewer.accessible_names import asks_for_page, with_names
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - no hosts, and where this machine finds itself
@@ -25,8 +25,8 @@ _starting = threading.Lock()
 def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bool:
     """Whether a request comes from a page that this server gave out, from one of ``others``, or from no page at all.
 
-    The page's address must be the one that was asked, and name this machine as the server was told to be named: a server that
-    listens everywhere cannot know its names.
+    The page's address must be that of the request, and name this machine as the server's ``host`` does: a server that listens
+    everywhere cannot know its names.
     """
     origins, asked = headers.get_all("Origin"), headers.get_all("Host")
     if not origins:  # a program, which no foreign page can be
@@ -42,9 +42,12 @@ def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bo
 
 @contextlib.contextmanager
 def refusing_foreign_pages(host: str, others: Collection[str] = ()) -> Iterator[None]:
-    """Within it a server of viser is started that answers 403 to foreign pages.
+    """A block in which a server of viser is started; it refuses foreign pages with status 403.
 
-    viser has no argument for it, so the call that it makes is given one. Where it makes that call no more, this is an error.
+    viser has no argument for it, so the call of websockets that it makes is replaced.
+
+    Raises:
+        UlnaError: viser has not made that call.
     """
     guarded = []
     with _starting:
@@ -64,7 +67,7 @@ def refusing_foreign_pages(host: str, others: Collection[str] = ()) -> Iterator[
 
 
 def _asking(process_request: Callable, host: str, others: Collection[str]) -> Callable:
-    """What answers a request: a refusal to a foreign page, to any other what viser answers."""
+    """The handler of requests: it refuses foreign pages, and leaves the others to viser."""
 
     def ask(connection: Any, request: Any) -> Any:
         if not is_own_page(request.headers, host, others):

@@ -1,4 +1,4 @@
-"""A page that is served on this machine: its server, its address, and how it ends."""
+"""Serves a page on this machine: its server, its address, and how it ends. Used by ``view`` and the demo."""
 
 import contextlib
 import errno

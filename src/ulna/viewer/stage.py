@@ -1,4 +1,4 @@
-"""The floor and the camera of a page, as large as what stands there."""
+"""Sets the floor and the camera of a page to the size of its robot. Used by ``view``."""
 
 import numpy as np
 import viser
@@ -6,7 +6,7 @@ import viser
 from ulna.viewer.arm import Extent
 
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
-_FROM = np.array([0.77, -0.72, 0.36])  # where the camera stands, seen from the robot
+_FROM = np.array([0.77, -0.72, 0.36])  # the direction of the camera, seen from the robot
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
 
 

@@ -1,4 +1,4 @@
-"""A robot on a page: moved by its joints and by its hand, among obstacles. It runs beside the program that opened it."""
+"""Shows a robot on a page, moved by its joints and its hand among obstacles, beside the program. Used by ``ulna.view``."""
 
 import html
 import time
@@ -19,7 +19,7 @@ from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.session.session import Session
 from ulna.viewer.stage import add_stage
-from ulna.viewer.visibility import LookPanel
+from ulna.viewer.visibility import VisibilityPanel
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between looks at a world that a program may have changed
@@ -57,7 +57,7 @@ class View:
     def _build(self) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
         self.arm = Arm(server, robot)
-        self.arm.stand(session.q)
+        self.arm.move_to(session.q)
         extent = self.arm.extent
         add_stage(server, extent)
         self.clearance = ClearancePanel(server, extent.radius)
@@ -77,7 +77,7 @@ class View:
             )
             self.itself.on_update(lambda _: self._set_itself())
         with tabs.add_tab("Look"):
-            self.look = LookPanel(server.gui, self.arm, solids=False)
+            self.look = VisibilityPanel(server.gui, self.arm, solids=False)
 
     @property
     def url(self) -> str:
@@ -160,8 +160,8 @@ class View:
     def _show(self) -> None:
         session, report = self.session, self.session.clearance.report
         hits = () if report is None else [pair for pair in report.pairs if pair.signed_distance <= 0.0]
-        self.arm.stand(session.q)
-        self.arm.touch(report.touching if report is not None else ())
+        self.arm.move_to(session.q)
+        self.arm.mark_touching(report.touching if report is not None else ())
         self.clearance.show(session.clearance)
         self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None})
         self.ellipsoid.show()

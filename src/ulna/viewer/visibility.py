@@ -1,4 +1,4 @@
-"""What of the robot is shown: its looks, its collision shapes, the frames of its links and their names; and its tree."""
+"""Chooses what is shown of the robot: visuals, collision shapes, frames, names; and shows its tree. Used by ``view``."""
 
 import viser
 
@@ -6,8 +6,8 @@ from ulna.viewer.arm import Arm
 from ulna.viewer.html import listed, tree_html
 
 
-class LookPanel:
-    """The toggles, the tree, and the meshes that are missing."""
+class VisibilityPanel:
+    """Checkboxes, the tree, and the missing meshes."""
 
     def __init__(self, gui: viser.GuiApi, arm: Arm, *, solids: bool) -> None:
         self.looks = gui.add_checkbox("Visuals", initial_value=True, hint="What the robot looks like")

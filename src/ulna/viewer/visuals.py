@@ -1,4 +1,4 @@
-"""What the links of a description look like as triangles: its meshes with their materials, its shapes, or the plain body."""
+"""Makes the triangles of links and shapes: meshes with their materials, shapes, or the plain body. Used by ``arm``, the film."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from ulna.description.robot_description import Body
 from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from ulna.errors import FileError
 from ulna.robot import Robot
-from ulna.viewer.body import SHELL, joined, painted, plain_body
+from ulna.viewer.plain_body import SHELL, joined, painted, plain_body
 
 
 @dataclass(frozen=True, eq=False)

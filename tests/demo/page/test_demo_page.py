@@ -48,7 +48,7 @@ def light_is(page, camera, color):
 
 def test_the_arm_is_seen_where_forward_kinematics_puts_it(app, page, still):
     page.get_by_role("checkbox", name="Boxes").uncheck()
-    wrist, hand = (app.demo.robot.forward_kinematics(app.show.q, link)[:3, 3] for link in ("panda_link6", "panda_link8"))
+    wrist, hand = (app.demo.robot.forward_kinematics(app.player.q, link)[:3, 3] for link in ("panda_link6", "panda_link8"))
 
     def arm_is_there(image):
         return all(np.count_nonzero(around(image, project(still, p), 10).max(axis=-1) < 245) > 200 for p in (wrist, hand))
@@ -75,9 +75,9 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     wait_for(lambda: light_is(page, still, "red"), "a red light")
     assert app.scene.handles.control.position[2] > BOX_START[2] + 0.1
     assert np.allclose(app.scene.handles.control.position[:2], BOX_START[:2], atol=1e-3)
-    assert app.show.answer_time > 0.0
+    assert app.player.answer_time > 0.0
     words = page.get_by_role("status").inner_text()
-    report = app.demo.check(app.show.q)
+    report = app.demo.check(app.player.q)
     assert words.strip() == f"collision: {', '.join(report.touching)}"
     assert "box 12" in report.touching
     assert app.scene.arm.solids["box 12"].color == (225, 45, 45)
@@ -93,15 +93,15 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
 
 def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
     page.get_by_role("checkbox", name="Play").check()
-    wait_for(lambda: not np.allclose(app.show.q, app.demo.robot.home, atol=0.01), "a moving arm")
+    wait_for(lambda: not np.allclose(app.player.q, app.demo.robot.home, atol=0.01), "a moving arm")
     box = page.get_by_role("textbox").nth(1)
     box.click()
     box.press("Control+a")
     box.press_sequentially("1.5", delay=150)  # as slowly as a person: the arm plays on meanwhile
     box.press("Enter")
-    wait_for(lambda: not app.playing.value and app.show.q[0] == pytest.approx(1.5), "joint 1 where the slider is")
+    wait_for(lambda: not app.playing.value and app.player.q[0] == pytest.approx(1.5), "joint 1 where the slider is")
     page.wait_for_timeout(1000)
-    assert app.show.q[0] == pytest.approx(1.5)
+    assert app.player.q[0] == pytest.approx(1.5)
     wait_for(lambda: not page.get_by_role("checkbox", name="Play").is_checked(), "the box Play unchecked")
 
 
@@ -129,13 +129,13 @@ def test_the_light_answers_where_the_handles_stand_and_no_earlier_place_of_their
     """Whatever the order in which a drag's events are handled."""
     handles = app.scene.handles
     for x in (0.3, 0.6, 0.45):
-        with app.show.lock:  # a frame is being made
+        with app.player.lock:  # a frame is being made
             for step in (0.0, 0.01):
                 handles.control.position = np.array([x + step, 0.0, 0.5])
                 event = handles._update(SimpleNamespace(phase="update", client_id=0))
                 asyncio.run_coroutine_threadsafe(event, app.server._event_loop).result(10)
         wait_for(lambda: not handles.moved_by_hand, "a frame")
-        with app.show.lock:
+        with app.player.lock:
             assert np.array_equal(app.demo.world.pose(BOX_NAME), handles.pose)
 
 

@@ -9,7 +9,7 @@ import pytest
 import ulna
 from processes import wait_for
 from ulna.demo import record_button
-from ulna.demo.player import Show
+from ulna.demo.player import Player
 from ulna.demo.record_button import LONGEST_S, RecordButton, evenly_spaced
 from ulna.demo.scenario import Demo
 
@@ -53,7 +53,7 @@ def server():
 
 @pytest.fixture
 def button(server, demo):
-    button = RecordButton(server, Show(demo, SCREEN), lambda: True)
+    button = RecordButton(server, Player(demo, SCREEN), lambda: True)
     yield button
     button.close()
 

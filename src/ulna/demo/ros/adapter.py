@@ -1,4 +1,4 @@
-"""The way into ``ros1`` and ``ros2``, which can only be imported where ROS is."""
+"""Imports ``ros1`` and ``ros2``, which need ROS, or says what is missing. Used by the commands and hw2."""
 
 import os
 import sys
@@ -7,13 +7,13 @@ from types import ModuleType
 
 from ulna.errors import UlnaError
 
-# What keeps ROS on this machine, and the variables by which a user has said otherwise.
+# The variable that keeps ROS on this machine, and those by which a user has chosen otherwise.
 _LOCAL = {1: ("ROS_IP", "127.0.0.1"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")}
 _SAID = {1: ("ROS_IP", "ROS_HOSTNAME"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS")}
 
 
 class MissingROSError(UlnaError, ImportError):
-    """A part of ROS that is not on this machine, or not seen by this Python."""
+    """A part of ROS that is not on this machine, or that this Python does not find."""
 
 
 def load_ros(version: int) -> ModuleType:
@@ -27,7 +27,7 @@ def load_ros(version: int) -> ModuleType:
         os.environ[name] = value
     try:
         return import_module(f"ulna.demo.ros.ros{version}")
-    except ImportError as error:  # a ROS that is there by half, as before its setup script, has modules that fail
+    except ImportError as error:  # an incomplete ROS, as before its setup script, has modules that fail
         if isinstance(error, UlnaError) or (error.name or "").startswith("ulna"):
             raise
         lacks = isinstance(error, ModuleNotFoundError)
@@ -41,7 +41,7 @@ def load_ros(version: int) -> ModuleType:
 
 
 def ros1_or_exit() -> ModuleType:
-    """``load_ros(1)`` for a script: without ROS the script ends with the sentence."""
+    """``load_ros(1)`` for a script: without ROS the script ends with the message."""
     try:
         return load_ros(1)
     except MissingROSError as error:

@@ -1,4 +1,4 @@
-"""Programs that this one starts beside itself, and ends with itself: those and no others."""
+"""Starts programs that end with this one. Used by ``ros1_demo``."""
 
 import signal
 import subprocess
@@ -20,7 +20,7 @@ class Ended(NamedTuple):
 
     @property
     def crashed(self) -> bool:
-        """Whether nobody wanted that."""
+        """Whether it was ended by a fault."""
         return -self.status in _CRASHES
 
     def __str__(self) -> str:
@@ -28,13 +28,13 @@ class Ended(NamedTuple):
 
 
 class Children(AbstractContextManager):
-    """The programs started, by their first word. They end, the last first, when the block does."""
+    """The programs started, by name. They are ended, the last first, when the block ends."""
 
     def __init__(self) -> None:
         self._running: dict[str, subprocess.Popen] = {}
 
     def start(self, name: str, *command: str, quiet: bool = False) -> None:
-        """Start one, its output thrown away, if ``quiet`` its complaints too. A terminal's Ctrl-C does not reach it, but us.
+        """Start one. Its output is discarded, with ``quiet`` its errors too. Ctrl-C of a terminal does not reach it.
 
         Raises:
             MissingROSError: There is no such program.
@@ -49,14 +49,14 @@ class Children(AbstractContextManager):
         self._running[name] = child
 
     def ended(self) -> Iterator[Ended]:
-        """Each that has ended by itself, once."""
+        """Those that have ended by themselves since the last call."""
         for name, child in list(self._running.items()):
             if child.poll() is not None:
                 del self._running[name]
                 yield Ended(name, child.returncode)
 
     def end(self, name: str) -> None:
-        """End one, with SIGTERM, and SIGKILL if it does not listen."""
+        """End one with SIGTERM, or with SIGKILL if it has not ended in time."""
         child = self._running.pop(name, None)
         if child is None:
             return

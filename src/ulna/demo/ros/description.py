@@ -1,4 +1,4 @@
-"""The text that RViz and robot_state_publisher read the arm from."""
+"""Makes the URDF that RViz and robot_state_publisher read. Used by ``ros1_demo`` and ``ros2``."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ from ulna.robot import Robot
 
 
 def robot_description(robot: Robot, warn: Callable[[str], object]) -> str:
-    """Expanded URDF whose meshes are ``file://`` addresses; without the meshes as it is, and ``warn`` is told."""
+    """URDF whose meshes are ``file://`` addresses; if meshes are missing, with their given addresses, and a warning."""
     try:
         return robot.to_urdf(mesh_paths="file")
     except FileError as error:

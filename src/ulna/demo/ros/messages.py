@@ -1,7 +1,7 @@
-"""The picture as messages for RViz. ROS 1 and ROS 2 name these classes and their fields alike, so this serves both."""
+"""Makes the messages for RViz. ROS 1 and ROS 2 name these classes and their fields alike. Used by ``ros1`` and ``ros2``."""
 
 # pyright: reportMissingImports=false
-# ROS comes with the system, not from the index: where it is not, there is nothing to check against.
+# ROS comes with the system, not from the index; without it there is nothing to check against.
 
 from collections.abc import Iterator
 
@@ -30,7 +30,7 @@ _AXES = {"x": (1.0, 0.0, 0.0, 1.0), "y": (0.0, 0.0, 1.0, 1.0), "z": (0.0, 1.0, 0
 
 
 def joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
-    """The joints' positions, the hand's fingers among them; the stamp is the sender's to set."""
+    """The positions of the joints and of the fingers; the sender sets the stamp."""
     positions = joint_positions(robot, q)
     return JointState(name=list(positions), position=list(positions.values()))
 
@@ -76,24 +76,24 @@ def pose_message(T: NDArray[np.float64]) -> Pose:
 
 
 def pose_of(message: Pose) -> NDArray[np.float64]:
-    """The pose that a message tells, shape (4, 4).
+    """The pose of a message, shape (4, 4).
 
     Raises:
-        InputError: It tells none: its quaternion is zero, or a number is not finite.
+        InputError: It is not a pose: its quaternion is zero, or a number is not finite.
     """
     p, r = message.position, message.orientation
     return pose((p.x, p.y, p.z), wxyz=(r.w, r.x, r.y, r.z))
 
 
 def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.float64]:
-    """T_base_box of what a person's hand tells, shape (4, 4).
+    """T_base_box of a drag, shape (4, 4).
 
     Raises:
-        InputError: It is no pose, or told in another frame than the base.
+        InputError: It is not a pose, or in another frame than the base.
     """
     frame = feedback.header.frame_id.removeprefix("/")
     if frame not in ("", base):
-        raise InputError("frame_id", f"the box is told in {frame!r}; {base!r} is expected")
+        raise InputError("frame_id", f"the pose of the box is in {frame!r}; {base!r} is expected")
     return pose_of(feedback.pose)
 
 

@@ -1,4 +1,4 @@
-"""The demo as nodes of ROS 1: the arm with its light, and the box. The only importer of rospy."""
+"""The demo as nodes of ROS 1: the arm with its light, and the box. Used by ``ros1_demo`` and hw2; only this imports rospy."""
 
 # pyright: reportMissingImports=false
 
@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerInit, Marker
 
 from ulna.collision.report import Report
-from ulna.demo.player import Show
+from ulna.demo.player import Player
 from ulna.demo.ros import messages
 from ulna.demo.scenario import BOX_NAME, BOX_START, RATE_HZ, Demo
 from ulna.description.pose import pose
@@ -34,7 +34,7 @@ class ArmAndLight:
 
     def __init__(self, demo: Demo) -> None:
         self.robot = demo.robot
-        self.show = Show(demo, self)
+        self.player = Player(demo, self)
         self._joints = rospy.Publisher("joint_states", JointState, queue_size=_QUEUE)
         self._markers = rospy.Publisher("visualization_marker", Marker, queue_size=_QUEUE)
         rospy.Subscriber(f"/{messages.SERVER}/feedback", InteractiveMarkerFeedback, self._hear, queue_size=1)
@@ -57,7 +57,7 @@ class ArmAndLight:
     def _hear(self, feedback: InteractiveMarkerFeedback) -> None:
         if feedback.marker_name == BOX_NAME:
             try:
-                self.show.drag(messages.feedback_pose(feedback, self.robot.base))
+                self.player.drag(messages.feedback_pose(feedback, self.robot.base))
             except InputError as error:
                 rospy.logwarn_throttle(1.0, f"a place of the box that is none, passed over: {error}")
 
@@ -121,7 +121,7 @@ def serve_box() -> None:
 
 def play(arm: ArmAndLight) -> None:
     """Play at the assignment's rate, in real time."""
-    beat(arm.show.advance)
+    beat(arm.player.advance)
 
 
 def beat(

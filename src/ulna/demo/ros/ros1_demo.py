@@ -1,4 +1,4 @@
-"""``ulna ros1 demo``: everything that the demo needs of ROS 1, started by one command and ended with it."""
+"""Starts everything that the demo needs of ROS 1, and ends it. Used by ``ulna ros1 demo``."""
 
 # pyright: reportMissingImports=false
 
@@ -62,7 +62,7 @@ def _told_to_end() -> threading.Event:
 
 
 def _step(arm: ArmAndLight, master: Children, beside: "Beside", seconds: float) -> None:
-    arm.show.advance(seconds)
+    arm.player.advance(seconds)
     for ended in beside.ended():
         rospy.logwarn(f"{ended}; {'another is started' if beside.begin_again(ended) else 'the demo goes on'}")
     for ended in master.ended():

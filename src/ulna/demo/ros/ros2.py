@@ -1,4 +1,4 @@
-"""The demo as one node of ROS 2: joints, tf, the arm's description, the light, the box and its handles. Only this knows rclpy."""
+"""The demo as one node of ROS 2: joints, tf, the description, the light, the box. Used by ``ulna ros2 demo``."""
 
 # pyright: reportMissingImports=false
 
@@ -18,7 +18,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerP
 from visualization_msgs.srv import GetInteractiveMarkers
 
 from ulna.collision.report import Report
-from ulna.demo.player import Show
+from ulna.demo.player import Player
 from ulna.demo.ros import messages
 from ulna.demo.ros.description import robot_description
 from ulna.demo.scenario import BOX_NAME, RATE_HZ, Demo
@@ -35,12 +35,12 @@ _QUEUE = 30  # messages
 
 
 class DemoNode(Node):
-    """Publishes the picture, offers the box's handles, and answers a drag."""
+    """Publishes the joints, the light and the boxes, offers the handles of the box, and follows a drag."""
 
     def __init__(self, demo: Demo) -> None:
         super().__init__("ulna_demo")
         self.demo = demo
-        self.show = Show(demo, self)
+        self.player = Player(demo, self)
         self._joints = self.create_publisher(JointState, "joint_states", _QUEUE)
         self._markers = self.create_publisher(MarkerArray, "visualization_marker_array", _QUEUE)
         self._tf = None
@@ -56,7 +56,7 @@ class DemoNode(Node):
         self.create_timer(1.0 / RATE_HZ, self._beat)
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
-        """Tell the joints' positions, and where each link stands."""
+        """Publish the joints' positions, and the pose of each link."""
         stamp = self.get_clock().now().to_msg()
         message = messages.joint_state(self.demo.robot, q)
         message.header.stamp = stamp
@@ -65,19 +65,19 @@ class DemoNode(Node):
             self._tf.publish(TFMessage(transforms=transforms(self.demo, q, stamp)))
 
     def draw_report(self, report: Report) -> None:
-        """Tell the light, its word and the boxes."""
+        """Publish the light, its word and the boxes."""
         self._markers.publish(MarkerArray(markers=list(messages.markers(self.demo.robot, report))))
 
     def _beat(self) -> None:
         now = time.monotonic()
-        self.show.advance(now - self._last)
+        self.player.advance(now - self._last)
         self._last = now
 
     def _put_box(self, feedback: InteractiveMarkerFeedback) -> None:
         try:
-            self.show.drag(messages.feedback_pose(feedback, self.demo.robot.base))
+            self.player.drag(messages.feedback_pose(feedback, self.demo.robot.base))
         except InputError as error:
-            self.get_logger().warning(f"a place of the box that is none, undone: {error}", throttle_duration_sec=1.0)
+            self.get_logger().warning(f"not a pose of the box, undone: {error}", throttle_duration_sec=1.0)
         self._handles.tell()
 
 
@@ -91,7 +91,7 @@ class Handles:
         node.create_subscription(InteractiveMarkerFeedback, f"{messages.SERVER}/feedback", self._hear, _QUEUE)
 
     def tell(self) -> None:
-        """Tell every screen where the box stands."""
+        """Publish the pose of the box."""
         box = messages.interactive_box(self._demo.robot, self._demo.world.pose(BOX_NAME))
         self._number += 1
         place = InteractiveMarkerPose(header=box.header, pose=box.pose, name=box.name)
@@ -108,7 +108,7 @@ class Handles:
 
 
 def transforms(demo: Demo, q: NDArray[np.float64], stamp) -> list[TransformStamped]:
-    """Where each link but the root stands in the base."""
+    """The pose of each link but the root in the base, at q, shape (n_dof,)."""
     robot = demo.robot
     found = []
     for name, T in zip(robot.link_names, robot.link_poses(q), strict=True):

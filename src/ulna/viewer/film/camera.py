@@ -1,4 +1,4 @@
-"""Where a picture is taken from, and what that makes of points: the maps that the raster's kernels take."""
+"""A pinhole camera, and its projection as the kernels of the raster take it. Used by ``painter`` and ``record``."""
 
 from dataclasses import dataclass
 from math import atan, cos, sin, tan
@@ -6,17 +6,17 @@ from math import atan, cos, sin, tan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_UPRIGHT = 1e-9  # the sine of the angle between its axis and z, below which a camera has no upright
+_UPRIGHT = 1e-9  # the sine of the angle between its axis and z, below which "up" is not defined
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera that stands upright.
+    """An upright camera.
 
     Attributes:
-        position: Where it is [m].
-        look_at: What is in the middle of the picture [m].
-        fov: The angle of sight from the lower edge to the upper [rad].
+        position: Its position in the base frame [m].
+        look_at: The point in the middle of the picture [m].
+        fov: The vertical field of view [rad].
     """
 
     position: tuple[float, float, float]
@@ -32,7 +32,7 @@ class Camera:
         return cls(tuple(position.tolist()), tuple(np.asarray(middle).tolist()))
 
     def rays(self, width: int, height: int) -> NDArray[np.float64]:
-        """Where it is, the direction through a raster's corner, and its gain by a sample, right and down: shape (4, 3)."""
+        """Its position, the direction through a raster's corner, and the steps of it to the right and down: shape (4, 3)."""
         right, down, forward = self._axes()
         sample = 2.0 * tan(self.fov / 2.0) / height
         corner = forward - right * (sample * width / 2.0) - down * (sample * height / 2.0)
@@ -46,7 +46,7 @@ class Camera:
         return np.column_stack([rows, -rows @ np.array(self.position)])
 
     def place(self, point: ArrayLike, width: int, height: int) -> tuple[float, float]:
-        """Where a point of the base is seen: x, y."""
+        """Where a point of the base frame [m] is seen [pixels]: x, y."""
         x, y, depth = self.view(width, height) @ np.append(np.asarray(point, dtype=np.float64), 1.0)
         return float(x / depth), float(y / depth)
 
@@ -62,7 +62,7 @@ class Camera:
 
 
 def sun_view(direction: ArrayLike, middle: ArrayLike, radius: float, texels: int) -> NDArray[np.float64]:
-    """The map of points to the raster of a sun that sees all within a radius [m] of a point, shape (3, 4).
+    """The map of points to the shadow map of a sun, which covers a radius [m] about a point, shape (3, 4).
 
     The third row is the height towards the sun [m], above zero within twice the radius of the point.
     """

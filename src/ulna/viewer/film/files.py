@@ -1,4 +1,4 @@
-"""Files that a film is written to, by the ending of their name: a video, a moving picture, a picture."""
+"""Writes a film into a file: .mp4, .gif or .png by the ending of its name. Used by ``record``."""
 
 from collections.abc import Callable
 from errno import EISDIR
@@ -16,11 +16,11 @@ from ulna.viewer.film.film import Film
 _QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
 _THREADS = 4  # of the encoder: what it writes depends on their number, which is therefore the same on every machine
 _COLORS = 255  # of a moving picture: the last of its 256 is kept for what does not change
-_LOOKED_AT = 30  # frames, to choose them
+_LOOKED_AT = 30  # frames, to choose the colours
 
 
 def write_film(path: Path, film: Film) -> None:
-    """Write a film where its path's ending says how. Until it is whole it lies beside, so that no half of it is left.
+    """Write a film in the format of its path's ending: first beside, then renamed, so that no incomplete file is left.
 
     Raises:
         FileError: It cannot be written there.
@@ -40,7 +40,7 @@ def write_film(path: Path, film: Film) -> None:
 
 
 def _write_mp4(path: Path, film: Film) -> None:
-    """A video as every browser plays it: H.264 in the colours of HD television."""
+    """A video that every browser plays: H.264 in the colours of HD television."""
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=film.rate, options={"crf": _QUALITY})
         stream.width, stream.height = film.size
@@ -54,7 +54,7 @@ def _write_mp4(path: Path, film: Film) -> None:
 
 
 def _write_gif(path: Path, film: Film) -> None:
-    """A moving picture that repeats for ever, in colours chosen once: what stands still is then the same in every frame."""
+    """A moving picture that repeats for ever, in colours chosen once: what does not move is then the same in every frame."""
     palette = _palette(np.concatenate(film.some(_LOOKED_AT)))
     frames = (Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE) for pixels in film.frames())
     ticks = np.diff(np.round(np.arange(len(film) + 1) * 100 / film.rate)) * 10  # the format counts hundredths of a second
@@ -62,7 +62,7 @@ def _write_gif(path: Path, film: Film) -> None:
 
 
 def _palette(pixels: NDArray[np.uint8]) -> Image.Image:
-    """Colours near all of those in a picture, also near those of few pixels: what is small and red is what is looked for."""
+    """Colours near those of a picture, those of few pixels too: a small red light matters."""
     six_bits = (pixels.reshape(-1, 3) >> 2).astype(np.int32)
     counts = np.bincount(six_bits @ np.array([1 << 12, 1 << 6, 1], np.int32), minlength=1 << 18)
     codes = np.flatnonzero(counts)

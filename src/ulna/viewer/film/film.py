@@ -1,4 +1,4 @@
-"""Pictures in a row, painted side by side in threads: the kernels let go of the interpreter's lock."""
+"""Paints the pictures of a film in threads, for the kernels release the interpreter's lock. Used by ``record`` and ``files``."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -21,11 +21,11 @@ class Film:
 
     Args:
         model: The robot, with the solids that the pictures show.
-        pictures: What is shown, one after the other.
+        pictures: The pictures, in their order.
         size: Width and height [pixels].
-        rate: How many pictures a second.
-        ground: Where the robot stands.
-        samples: Of a pixel, across and down.
+        rate: Pictures a second.
+        ground: The floor.
+        samples: Samples of a pixel, across and down.
         tell: Called with the number of pictures done so far.
     """
 
@@ -55,7 +55,7 @@ class Film:
             ahead: deque = deque()
             for k, picture in enumerate(self.pictures):
                 ahead.append(pool.submit(self._paint, picture))
-                if len(ahead) > 2 * self._n_threads:  # so many wait at most: a film is larger than memory
+                if len(ahead) > 2 * self._n_threads:  # at most so many are kept: a film is larger than memory
                     yield ahead.popleft().result()
                     self._tell(k + 1 - len(ahead))
             while ahead:

@@ -59,7 +59,7 @@ class Painter:
     Args:
         model: The robot, with the solids that its pictures show.
         size: Of the pictures: width and height [pixels].
-        ground: Where it stands.
+        ground: The floor.
         samples: How many samples a pixel has, across and down.
     """
 
@@ -121,7 +121,7 @@ class Painter:
         )
 
     def _lamp(self, picture: Picture, poses: NDArray) -> tuple[float, ...]:
-        """Where the lamp stands on the floor and its light, for ``kernels.render.illumination``."""
+        """The position of the lamp on the floor and its light, for ``kernels.render.illumination``."""
         for solid in picture.solids:
             if solid.glows:
                 x, y = (poses[self.model.links[solid.link]] @ solid.pose)[:2, 3]

@@ -1,4 +1,4 @@
-"""Boxes that are seen through, as panes for ``kernels.render.translucent``."""
+"""Makes panes of translucent boxes for ``kernels.render.translucent``: their visible sides. Used by ``painter``."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _SIDES = np.array(
     ],
     dtype=np.float64,
 )
-_SHADE = 0.25  # how much darker a side is that looks down
+_SHADE = 0.25  # how much darker a side is that faces down
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Panes:
 
 
 def make_panes(solids: Sequence[tuple[Solid[Box], NDArray[np.float64]]], eye: NDArray[np.float64]) -> Panes:
-    """The sides of boxes that are turned to the eye; each box comes with its T_base_box."""
+    """The sides of boxes that face the eye, shape (3,); each box comes with its T_base_box, shape (4, 4)."""
     quads, paints = [np.empty((0, 4, 3))], [np.empty((0, 4))]
     for solid, T in solids:
         corners = (_SIDES * solid.shape.half_extents) @ T[:3, :3].T + T[:3, 3]

@@ -17,7 +17,7 @@ from ulna.viewer.film.model import BoundingBall, Model
 from ulna.viewer.film.painter import Ground, Picture
 from ulna.viewer.solid import collision_boxes
 
-TURN_FROM = 0.75  # [rad] about z from x: where the camera stands that goes round a robot
+TURN_FROM = 0.75  # [rad] about z from x: where the camera starts to go round a robot
 LARGEST_SIZE, MOST_FRAMES = 4096, 20_000
 FINE_PIXELS = 1920 * 1080  # up to which a single picture has more samples a pixel
 Tell = Callable[[int], object]

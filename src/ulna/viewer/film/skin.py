@@ -1,4 +1,4 @@
-"""What moves in a picture as arrays for the raster: vertices, triangles, the normals of their corners, colours."""
+"""Makes arrays for the raster of meshes that move with frames: vertices, triangles, normals, colours. Used by ``model``."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
 
-CREASE = 0.75  # the cosine of the angle at which an edge is seen as one: 41 degrees
+CREASE = 0.75  # the cosine of the angle from which an edge is drawn sharp: 41 degrees
 _SAME_PLACE = 1e-6  # of a mesh's extent
 
 
@@ -34,7 +34,7 @@ class Skin:
 
 
 def linear(rgb: ArrayLike) -> NDArray[np.float64]:
-    """The light of a colour in 0..255: ``kernels.shade.encode`` turned round."""
+    """The linear light of a colour in 0..255: the inverse of ``encode`` in ``kernels.render.shading``."""
     return (np.asarray(rgb, dtype=np.float64) / 255.0) ** 2
 
 
@@ -56,7 +56,7 @@ def make_skin(scenes: Iterable[tuple[int, trimesh.Scene]]) -> Skin:
 def corner_normals(points: NDArray, triangles: NDArray) -> NDArray[np.float64]:
     """The normal at each corner of each triangle, shape (3 m, 3): smooth over flat edges, sharp at creases.
 
-    1. Each triangle's normal, as long as it is large.
+    1. Each triangle's normal, as long as twice its area.
     2. Corners at one place belong together, whatever the numbers of their vertices.
     3. A corner's normal is the sum of those at its place that are turned against its own by no more than a crease.
     """

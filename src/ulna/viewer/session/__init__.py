@@ -1,1 +1,1 @@
-"""What a person does with a robot on a page, without the page."""
+"""The state of a view, without a page: the robot, its hand, its joints, its clearance. Used by the page of ``viewer``."""

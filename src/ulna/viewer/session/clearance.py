@@ -1,4 +1,4 @@
-"""What a robot touches, and what it is nearest to: the verdict in words, and the pair of points between which a line is drawn."""
+"""Finds what a robot touches, and the nearest pair of it and the world. Used by ``session`` and the page."""
 
 from dataclasses import dataclass
 
@@ -14,12 +14,12 @@ _ROUNDING = 1e-5  # [m] by which the distance of one pair may differ when it is 
 
 @dataclass(frozen=True, eq=False)
 class Clearance:
-    """One answer about one configuration.
+    """What was found at one configuration.
 
     Attributes:
         report: What touches; None where the robot's shapes cannot be checked.
         nearest: The nearest, or deepest, pair of the robot and the world; None if the world is empty.
-        refusal: Why nothing is known.
+        refusal: Why nothing could be checked; empty if it was.
     """
 
     report: Report | None
@@ -45,7 +45,7 @@ class Clearance:
 
 
 def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True) -> Clearance:
-    """What touches at q, and the nearest pair; ``itself`` counts the robot's links against each other too."""
+    """What touches at q, shape (n_dof,), and the nearest pair; ``itself`` checks the robot's links against each other too."""
     try:
         report = robot.check_collision(q, world, itself)
         distance = robot.signed_distance(q, world, self_collision=False)

@@ -1,4 +1,4 @@
-"""How well a link can be moved: the ellipsoid of its velocities, and the singular values of its Jacobian."""
+"""Computes the manipulability ellipsoid of a link, and the singular values of its Jacobian. Used by the page."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Mobility:
-    """What a Jacobian says at one q.
+    """The manipulability of a link at one q.
 
     Attributes:
         T: The ellipsoid's frame in the base, shape (4, 4): at the link's origin, its x axis the longest.

@@ -1,4 +1,4 @@
-"""The hand of a robot, dragged: each frame the arm goes on from where it stands, or says why it cannot."""
+"""Moves an arm so that its hand follows a drag, frame by frame, or says why it cannot. Used by ``session``."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -17,19 +17,19 @@ MOST_A_FRAME = 0.25  # [rad or m] of any joint: at 60 frames a second faster tha
 _GLIDES, _DAMPING = 10, 0.03  # steps of differential inverse kinematics in a frame, and their damping
 _QUICK = 160  # steps of the search in a frame: a branch that goes on is found in a few
 _AT_REST = 1e-9  # of |displacement|^2 [m^2] + |rotation|^2 [rad^2]: less is no progress
-BASES = (JointType.PLANAR, JointType.FLOATING)  # a base stands while its hand is dragged
+BASES = (JointType.PLANAR, JointType.FLOATING)  # a moving base is held while its hand is dragged
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """One frame: where the arm stands now, and how it is with the target.
+    """The result of one frame.
 
     Attributes:
         q: Joint positions [rad or m], shape (n_dof,).
-        reached: Whether the link is where it shall be.
+        reached: Whether the link is at the target.
         moving: Whether another frame would bring it nearer.
-        reason: Why it is not reached, in the words of the search.
+        reason: Why the target is not reached; see ``IKResult.reason``.
     """
 
     q: Array
@@ -39,7 +39,7 @@ class Followed:
 
 
 class Hand:
-    """A link that is dragged. Planar and floating joints stand still meanwhile.
+    """A link that is dragged. Planar and floating joints are held.
 
     Args:
         robot: The robot.
@@ -60,9 +60,9 @@ class Hand:
         glides nearer by differential inverse kinematics, until nothing leads nearer.
 
         Args:
-            q: Where the arm stands [rad or m], shape (n_dof,).
+            q: Joint positions [rad or m], shape (n_dof,).
             T: The pose to reach, T_base_link, shape (4, 4).
-            world: What must not be hit, the robot itself too; nothing unless given.
+            world: Obstacles to avoid, the robot itself too; nothing is avoided unless given.
         """
         found = self._search(q, T, world, max_iterations=_QUICK)
         if found.success:
@@ -105,7 +105,7 @@ class Hand:
         return float(error @ error)
 
     def _may_go(self, q: Array, nearer: Array, world: World) -> bool:
-        """Whether a step ends free, or, where the arm stands in a collision already, less deep in it."""
+        """Whether a step ends free of collision, or less deep in one in which it began."""
         after = self.robot.signed_distance(nearer, world)
         return after > 0.0 or after > self.robot.signed_distance(q, world)
 
@@ -122,7 +122,7 @@ def rotation_vector(R: Array) -> Array:
 
 
 def palm(robot: Robot) -> str:
-    """The link that a person takes for the hand: the tip of the longest chain, or what carries its fingers."""
+    """The hand link: the tip of the longest chain, or the link that carries its fingers."""
     carriers = {joint.child: joint for joint in robot.description.joints}
     tip = max(robot.tree.leaves, key=lambda link: _count(link, carriers, robot))
     half = _count(tip, carriers, robot) / 2
@@ -146,6 +146,6 @@ def _count(link: str, carriers: dict[str, Joint], robot: Robot) -> int:
 
 
 def _unhurried(joint: Joint) -> Joint:
-    """Without a limit of speed, which some files give as 0; or with none at all where it shall stand still."""
+    """A joint without velocity limit, which some files give as 0; or with the limit 0 if it is held."""
     speed = 0.0 if joint.type in BASES else inf
     return replace(joint, limits=Limits(joint.limits.lower, joint.limits.upper, speed, joint.limits.effort))

@@ -1,4 +1,4 @@
-"""The joints as a person moves them: a range for each entry of q, in groups, with the joints that follow others."""
+"""Makes sliders of joints: a range for each entry of q, grouped by limbs, with mimic joints. Used by the page."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from ulna.description.structure import Drive, columns_of_q, drives_of, joints_fr
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
-_FREE = {"rad": pi, "m": 2.0}  # where there is no limit: a turn, and four metres
+_FREE = {"rad": pi, "m": 2.0}  # half the range of a joint without limits
 
 
 @dataclass(frozen=True)
 class Slide:
-    """One entry of q: where it stands in q, its name, its unit, and the range that a slider has."""
+    """One entry of q: its column, its name, its unit, and the range of its slider."""
 
     column: int
     name: str
@@ -26,7 +26,7 @@ class Slide:
     high: float
 
     def shown(self, q: NDArray[np.float64]) -> float:
-        """Its value where a slider can show it: whole turns aside, and within the range."""
+        """Its value as the slider shows it: without whole turns, and within the range."""
         value = float(q[self.column])
         if self.unit == "rad" and self.high - self.low >= 2 * pi and not self.low <= value <= self.high:
             value = (value + pi) % (2 * pi) - pi
@@ -43,7 +43,7 @@ class Follower:
     drive: Drive
 
     def position(self, q: NDArray[np.float64]) -> float:
-        """Where it stands [rad or m]."""
+        """Its position at q, shape (n_dof,) [rad or m]."""
         return self.drive.ratio * float(q[self.drive.column]) + self.drive.offset
 
     def __str__(self) -> str:
@@ -53,7 +53,7 @@ class Follower:
 
 @dataclass(frozen=True)
 class SlideGroup:
-    """What stands together in the panel: a limb of the robot."""
+    """Sliders in one folder of the panel: a limb of the robot."""
 
     name: str
     slides: tuple[Slide, ...]
@@ -109,7 +109,7 @@ def _range(robot: Robot, column: int, unit: str) -> tuple[float, float]:
 
 
 def _followers(robot: Robot) -> list[Follower]:
-    """The joints that follow an entry of q; a mimic of a fixed joint stands still."""
+    """The joints that follow an entry of q; a mimic of a fixed joint does not move."""
     joints = joints_from_root(robot.description)
     drives = drives_of(joints, columns_of_q(joints), robot.description.source)
     leaders = {place.start: name for name, place in zip(robot.joint_names, robot.joint_slices, strict=True)}

@@ -1,4 +1,4 @@
-"""One robot on one screen: where it stands, what its hand is pulled to, what stands around it; and what a frame makes of that."""
+"""The state of one view: q, the target of the hand, the world; and its change from frame to frame. Used by the page."""
 
 import threading
 from functools import cached_property
@@ -22,8 +22,8 @@ class Session:
 
     Attributes:
         robot: The robot; it does not change.
-        world: What stands around it; it may be changed by anyone, at any time.
-        target: Where the hand is pulled, T_base_link, shape (4, 4); None while nobody pulls.
+        world: The obstacles; they may be changed from any thread, at any time.
+        target: The pose that the hand is pulled to, T_base_link, shape (4, 4); None if it is not pulled.
         avoiding: Whether the pulled hand stays clear of the world and the robot itself.
         itself: Whether the verdict counts the robot's links against each other too.
         trouble: Why the hand is not where it is pulled; empty if it is, or while it is on its way.
@@ -56,7 +56,7 @@ class Session:
 
     @property
     def q(self) -> Array:
-        """Where the robot stands [rad or m], shape (n_dof,)."""
+        """Joint positions [rad or m], shape (n_dof,)."""
         with self.lock:
             return self._q.copy()
 
@@ -93,7 +93,7 @@ class Session:
             self.target, self._letting_go = as_one_pose(T_base_hand, "T_base_hand"), False
 
     def let_go(self) -> None:
-        """Nobody pulls any more: the hand ends its way, and rests."""
+        """End the pull: the hand goes on to its target, and rests."""
         with self.lock:
             self._letting_go = True
 

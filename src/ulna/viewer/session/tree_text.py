@@ -1,4 +1,4 @@
-"""The kinematic tree as lines of text: every link on its joint, indented by how deep it hangs."""
+"""Lists the kinematic tree depth first: every link with its joint and its depth. Used by the page."""
 
 from collections import defaultdict
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from ulna.robot import Robot
 
 
 class Branch(NamedTuple):
-    """A line of the tree: how deep it hangs, the link, and the joint that carries it (None for the root)."""
+    """A line of the tree: its depth, the link, and the joint that carries it (None for the root)."""
 
     depth: int
     link: str

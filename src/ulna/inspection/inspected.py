@@ -1,4 +1,4 @@
-"""A description as far as it can be read: the robot if it loads, and in any case the elements of its document."""
+"""Reads a description as far as it can be read: the robot if it loads, and the elements of its XML. Used by ``inspect``."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -6,8 +6,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from ulna.description import document as io_document
-from ulna.description.document import expanded, is_text
+from ulna.description.document import Document, expanded, is_text
 from ulna.description.xml import parse
 from ulna.errors import DescriptionError, InputError
 from ulna.robot import Robot, load
@@ -16,10 +15,10 @@ _ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``: other inpu
 
 
 @dataclass(frozen=True)
-class Document:
-    """``robot`` or the ``error`` that there is instead; ``root`` is None where there is not even XML.
+class Inspected:
+    """A description: ``robot``, or the ``error`` of loading it; ``root`` is None if it is not XML.
 
-    ``folder`` and ``package_dirs`` say where its meshes lie; for a robot given by name, those that its name stands for.
+    Its meshes are searched in ``folder`` and ``package_dirs``; of a robot given by name, in those of its package.
     """
 
     source: str
@@ -30,7 +29,7 @@ class Document:
     error: DescriptionError | InputError | None
 
 
-def read_document(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> Document:
+def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> Inspected:
     """The document behind a name, a path or a text; what ``ulna.load`` says of it is kept, not raised.
 
     Raises:
@@ -47,10 +46,10 @@ def read_document(source: str | Path, xacro_args: Mapping[str, object], package_
         does_not_expand = str(getattr(error, "message", "")).startswith("xacro:")
         folders = tuple(map(Path, package_dirs))
         root = None if does_not_expand else _elements(text, name, folder, xacro_args, folders)
-        return Document(name, folder, folders, root, None, error)
+        return Inspected(name, folder, folders, root, None, error)
     description = robot.description
     root = parse(description.text.encode(), description.source)
-    return Document(description.source, description.folder, description.package_dirs, root, robot, None)
+    return Inspected(description.source, description.folder, description.package_dirs, root, robot, None)
 
 
 def _path(source: str | Path) -> Path | None:
@@ -63,7 +62,7 @@ def _elements(
 ) -> etree._Element | None:
     """The root of a document that was refused: the expanded one of a xacro file, or None if it is not XML or does not expand."""
     try:
-        whole = expanded(io_document.Document(text, source, folder), xacro_args, package_dirs)
+        whole = expanded(Document(text, source, folder), xacro_args, package_dirs)
         root = parse(whole.text, source)
     except (DescriptionError, InputError):
         return None

@@ -1,4 +1,4 @@
-"""A plain body for a robot whose looks are not known, made from its kinematics: tubes from joint to joint, and housings."""
+"""Makes a plain body for a robot without visuals: tubes from joint to joint, and housings. Used by ``visuals``."""
 
 from collections.abc import Iterable, Iterator
 

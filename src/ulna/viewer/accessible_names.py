@@ -1,4 +1,4 @@
-"""Names for the controls of viser's page that have none in its document: what screen readers say of them.
+"""Gives the controls of viser's page the names that screen readers need. Used by ``origin``.
 
 viser writes a label beside each field, but ties it to the first control alone, or to none: not to sliders, their numbers, text
 fields, and the second and third number of a vector. A script in the page ties the others. Source: WCAG 2.2, criterion 4.1.2.
@@ -41,7 +41,7 @@ _SCRIPT = b"""<script>
 
 
 def with_names(response: Any) -> Any:
-    """The page with the script; any other answer as it is."""
+    """The response with the script, if it is the page; any other unchanged."""
     if response is None or response.status_code != http.HTTPStatus.OK:
         return response
     head, found, rest = response.body.partition(b"</head>")
@@ -52,7 +52,7 @@ def with_names(response: Any) -> Any:
 
 
 def asks_for_page(request: Any) -> bool:
-    """Whether a request asks for the page itself; then it is asked for in plain bytes."""
+    """Whether a request is for the page itself; then it is changed to ask for uncompressed text."""
     if request.path.partition("?")[0] not in ("/", "/index.html"):
         return False
     while "Accept-Encoding" in request.headers:

@@ -1,4 +1,4 @@
-"""How a shape of a collision query stands in the scene of the page: a node whose colour and opacity can be changed."""
+"""Adds shapes to the scene of a page, as nodes whose colour and opacity can be changed. Used by ``arm`` and ``obstacles``."""
 
 from typing import Any
 
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from ulna.description.clouds import Obstacle
 from ulna.description.pose import quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
+from ulna.viewer.palette import Color
 from ulna.viewer.visuals import triangles
 
-Color = tuple[int, int, int]
-_GROUND = (4.0, 4.0, 0.004)  # what is drawn of a half-space [m]
+_GROUND = (4.0, 4.0, 0.004)  # the box that is drawn of a half-space [m]
 
 
-def add_solid(
+def add_shape(
     scene: viser.SceneApi,
     name: str,
     shape: Obstacle,
@@ -24,7 +24,7 @@ def add_solid(
     T: NDArray[np.float64] | None = None,
     **look: Any,
 ) -> Any:
-    """Draw a shape at T_parent_shape."""
+    """Add a shape at T_parent_shape, shape (4, 4); ``look`` are further options of viser."""
     T = np.eye(4) if T is None else T
     look |= {"opacity": opacity, "position": T[:3, 3], "wxyz": quaternion_from_matrix(T)}
     match shape:
@@ -42,5 +42,5 @@ def add_solid(
 
 
 def add_triangles(scene: viser.SceneApi, name: str, mesh: Any, color: Color, **look: Any) -> viser.MeshHandle:
-    """Draw a mesh in one colour."""
+    """Add a mesh of trimesh in one colour."""
     return scene.add_mesh_simple(name, np.asarray(mesh.vertices), np.asarray(mesh.faces), color=color, flat_shading=True, **look)

@@ -1,0 +1,48 @@
+"""The demo's commands among the others."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+COMMANDS = [
+    *("info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf"),
+    *("view", "demo", "record", "bench", "warmup", "ros1", "ros2"),
+]
+SPOILT = """
+import ulna.description.names.panda as panda
+rows = [list(row) for row in panda.DH_ROWS]
+rows[4][1] += 1e-4
+panda.DH_ROWS = rows  # before ulna.demo.checks is imported, whose default it becomes
+from ulna.cli.app import app
+app(["demo", "--check"], prog_name="ulna")
+"""
+
+
+def test_help_lists_the_commands_of_the_demo_in_their_places(run):
+    assert re.findall(r"^│ (\w+)  ", run("--help").stdout, flags=re.MULTILINE) == COMMANDS
+
+
+@pytest.mark.parametrize("words", [["demo"], ["ros1"], ["ros2"], ["ros1", "demo"], ["ros2", "demo"]], ids=" ".join)
+def test_every_command_has_help(run, words):
+    result = run(*words, "--help")
+    assert result.exit_code == 0
+    assert f"Usage: ulna {' '.join(words)}" in result.stdout
+
+
+def test_a_spoilt_table_fails_in_the_real_command():
+    result = subprocess.run([sys.executable, "-c", SPOILT], capture_output=True, text=True, timeout=240, check=False)
+    assert (result.returncode, result.stderr) == (1, "")
+    assert "FAILED  forward kinematics, URDF against DH" in result.stdout
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
+def test_a_closed_pipe_is_quiet():
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "ulna", "demo", "--check"]
+    result = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=240, check=False)
+    os.close(writing)
+    assert (result.returncode, result.stderr) == (141, "")
