@@ -133,7 +133,7 @@ class Description:
     """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages.
 
     ``folder`` is where that file lies and ``package_dirs`` where its packages do, for whoever looks for its meshes.
-    ``semantic`` is its semantic description, whose names are all the robot's; empty where none was given.
+    ``srdf`` is its semantic description, whose names are all the robot's; empty where none was given.
     """
 
     name: str

@@ -71,7 +71,7 @@ class Srdf:
 
     ``warnings`` are sentences with file and line, one for each reference to a link, joint or group that is not there: files that
     are in use have many. Such a reference is passed over. ``unchecked_links`` are checked against no other but where
-    ``enabled_collisions`` says so (``disable_default_collisions`` and ``enable_collisions``); a robot's own ``semantic`` has those
+    ``enabled_collisions`` says so (``disable_default_collisions`` and ``enable_collisions``); a robot's own ``srdf`` has those
     pairs among its ``disabled_collisions``.
     """
 

@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.drivers import entry
 from ulna.engine.threads import LEAST_POSES, in_parts
+from ulna.kinematics.bound import Bound
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.kinematics.tree import Tree
@@ -71,6 +72,14 @@ class CompiledForward:
 
     def __repr__(self) -> str:
         return f"<CompiledForward {self._link!r}, {self._tree.n_dof} dof>"
+
+
+class ForwardByLink(Bound[str | None, CompiledForward]):
+    """Forward kinematics of one robot by link; None is the tip."""
+
+    def make(self, key: str | None) -> CompiledForward:
+        """Forward kinematics of a link."""
+        return CompiledForward(self._tree, self._tree.link_or_tip(key))
 
 
 def forward_kinematics(tree: Tree, q: ArrayLike, link: str, threads: int | None = None) -> Array:

@@ -10,6 +10,7 @@ from ulna.drivers import entry
 from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
+from ulna.kinematics.bound import Bound
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, refuse_out_of_range
@@ -78,6 +79,15 @@ class CompiledJacobian:
 
     def __repr__(self) -> str:
         return f"<CompiledJacobian {self._link!r} expressed in {self._expressed_in!r}, {self._tree.n_dof} dof>"
+
+
+class JacobianByLink(Bound[tuple[str | None, str], CompiledJacobian]):
+    """The geometric Jacobian of one robot by link and frame; the link None is the tip."""
+
+    def make(self, key: tuple[str | None, str]) -> CompiledJacobian:
+        """The Jacobian of a link in a frame."""
+        link, expressed_in = key
+        return CompiledJacobian(self._tree, self._tree.link_or_tip(link), expressed_in)
 
 
 def as_frame(expressed_in: str) -> int:

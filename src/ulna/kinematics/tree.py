@@ -25,7 +25,7 @@ from ulna.description.structure import (
     soft_bounds,
     velocity_limits_of_q,
 )
-from ulna.errors import UnknownNameError
+from ulna.errors import InputError, UnknownNameError
 from ulna.kernels.layout import BASE, COLUMN, FIXED, FRAME_WIDTH, KIND, PARENT, PRISMATIC, RATIO, REVOLUTE, TABLE_WIDTH
 
 X, Y, Z = np.eye(3)
@@ -49,6 +49,7 @@ class Tree:
     T_row_link.
     """
 
+    name: str
     root: str
     leaves: tuple[str, ...]
     link_names: tuple[str, ...]
@@ -84,6 +85,24 @@ class Tree:
     def bounds(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Lower and upper limits as a key."""
         return tuple(self.lower.tolist()), tuple(self.upper.tolist())
+
+    @property
+    def tip(self) -> str | None:
+        """The only link that carries no other, or None where there are several."""
+        return self.leaves[0] if len(self.leaves) == 1 else None
+
+    def link_or_tip(self, link: str | None) -> str:
+        """The link itself; for None the tip.
+
+        Raises:
+            InputError: There are several tips, so one has to be named.
+        """
+        if link is not None:
+            return link
+        if self.tip is None:
+            leaves = ", ".join(self.leaves[:12]) + (" ..." if len(self.leaves) > 12 else "")
+            raise InputError("link", f"{self.name!r} has several tips; name one of {leaves}, or any other link")
+        return self.tip
 
     def chain(self, link: str) -> NDArray[np.float64]:
         """The table of the joints from the base to a link, the link's own offset last; kept once made."""
@@ -147,6 +166,7 @@ def build_tree(description: Description) -> Tree:
     soft = np.clip(bounds_of_q(ordered, drives, soft_bounds)[0], lower, upper)
     velocity = velocity_limits_of_q(ordered)
     return Tree(
+        name=description.name,
         root=root,
         leaves=leaf_links(description),
         link_names=names,

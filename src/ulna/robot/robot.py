@@ -1,8 +1,14 @@
-"""The robot that a user holds: immutable, picklable, safe to share between threads. Its methods lead down into the layers."""
+"""Holds a robot and passes each call to the layer that computes it. Used by ``ulna.load`` and everything above.
+
+A ``Robot`` is composed of a description, its tree in flat arrays, functions bound to a link, and a collision checker. A method
+computes nothing itself: it calls one function of the folders below.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -10,27 +16,55 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.allowed import AllowedCollisions, as_allowed
 from ulna.collision.attached import Attached, attach, detach
+from ulna.collision.checker import Checker
+from ulna.collision.edge_report import EdgeReport
+from ulna.collision.world import World
 from ulna.description.arrays import as_floats
+from ulna.description.meshes.addresses import with_mesh_paths
 from ulna.description.meshes.hulls import with_hulls
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
+from ulna.description.semantic import EndEffector, Srdf
 from ulna.description.shapes import Solid
 from ulna.description.subtree import with_tool
+from ulna.description.urdf_writer import write_urdf
+from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
-from ulna.dh.table import DHTable
+from ulna.dh.table import PARALLEL, DHTable
 from ulna.errors import InputError
+from ulna.ik import search
+from ulna.ik.collision_filter import Obstacles
+from ulna.ik.differential import differential_ik
+from ulna.ik.result import IKResult
+from ulna.ik.single_target import SingleTarget, SingleTargetKey
+from ulna.ik.task import Task
+from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
+from ulna.kinematics.groups import JointGroup, configuration, joint_groups
+from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.tree import Tree, build_tree
-from ulna.robot.collisions import Collisions
-from ulna.robot.inverse import InverseKinematics
 
 Array = NDArray[np.float64]
+_MOST_KEPT = 64  # prepared searches
 
 
-class Robot(InverseKinematics, Collisions):
+class Robot:
     """A robot: its kinematic tree, forward and inverse kinematics, Jacobians and collision queries.
 
-    Made by ``ulna.load`` or ``Robot.from_dh``. Nothing of it can be changed; every array that it shows is read-only.
+    Made by ``ulna.load`` or ``Robot.from_dh``. Immutable, picklable, safe to share between threads; its arrays are read-only.
     """
+
+    description: Description
+    """Links and joints as the file gives them."""
+    tree: Tree
+    """The same in flat arrays, as the kernels read it."""
+    home: Array
+    """The configuration to start from [rad or m], shape (n_dof,)."""
+    attached: tuple[Attached, ...]
+    """What the robot carries."""
+    _forward: ForwardByLink
+    _jacobian: JacobianByLink
+    _checker: Checker
+    _single_targets: dict[SingleTargetKey, SingleTarget]
 
     def __init__(
         self,
@@ -43,7 +77,17 @@ class Robot(InverseKinematics, Collisions):
         tree = build_tree(description)
         start = np.clip(np.zeros(tree.n_dof) if home is None else _one_configuration(tree, home), tree.lower, tree.upper)
         start.setflags(write=False)
-        self.__dict__.update(description=description, tree=tree, home=start, attached=tuple(attached), _allowed=allowed)
+        carried = tuple(attached)
+        self.__dict__.update(
+            description=description,
+            tree=tree,
+            home=start,
+            attached=carried,
+            _forward=ForwardByLink(tree),
+            _jacobian=JacobianByLink(tree),
+            _checker=Checker(description, tree, carried, allowed),
+            _single_targets={},
+        )
 
     @classmethod
     def from_dh(
@@ -89,6 +133,582 @@ class Robot(InverseKinematics, Collisions):
                 name=name,
             )
         )
+
+    # ---- what it is ----------------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """The robot's name in its description."""
+        return self.description.name
+
+    @property
+    def n_dof(self) -> int:
+        """The number of entries of q: independent joints, mimics applied."""
+        return self.tree.n_dof
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The independent joints, in the order of q."""
+        return self.tree.joint_names
+
+    @property
+    def joint_slices(self) -> tuple[slice, ...]:
+        """Joint i owns ``q[joint_slices[i]]``: planar is x, y, theta; floating is x, y, z, roll, pitch, yaw."""
+        return self.tree.joint_slices
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """Every link, in the order of the description."""
+        return self.tree.link_names
+
+    @property
+    def base(self) -> str:
+        """The link in whose frame all poses are given."""
+        return self.tree.root
+
+    @property
+    def tip(self) -> str | None:
+        """The only link that carries no other, or None where there are several."""
+        return self.tree.tip
+
+    @property
+    def lower(self) -> Array:
+        """Lower limits [rad or m], shape (n_dof,); -inf where there is none."""
+        return self.tree.lower
+
+    @property
+    def upper(self) -> Array:
+        """Upper limits [rad or m], shape (n_dof,); inf where there is none."""
+        return self.tree.upper
+
+    @property
+    def soft_lower(self) -> Array:
+        """Lower soft limits [rad or m], shape (n_dof,): those of the safety controllers, ``lower`` where there is none."""
+        return self.tree.soft_lower
+
+    @property
+    def soft_upper(self) -> Array:
+        """Upper soft limits [rad or m], shape (n_dof,): those of the safety controllers, ``upper`` where there is none."""
+        return self.tree.soft_upper
+
+    @property
+    def velocity_limits(self) -> Array:
+        """Largest speeds [rad/s or m/s], shape (n_dof,); inf where none is given."""
+        return self.tree.velocity_limits
+
+    @property
+    def srdf(self) -> Srdf:
+        """The semantic description, its names checked against the robot; empty where none was given."""
+        return self.description.srdf
+
+    @cached_property
+    def groups(self) -> Mapping[str, JointGroup]:
+        """The groups of the semantic description, by name: ``robot.groups["arm"].joint_names``, ``columns``, ``link_names``."""
+        return MappingProxyType(joint_groups(self.description, self.tree))
+
+    @cached_property
+    def end_effectors(self) -> Mapping[str, EndEffector]:
+        """The end effectors of the semantic description, by name."""
+        return MappingProxyType({effector.name: effector for effector in self.srdf.end_effectors})
+
+    @cached_property
+    def named_configurations(self) -> Mapping[str, Array]:
+        """The states of the semantic description as q [rad or m], shape (n_dof,), by ``"group/state"``.
+
+        A state that does not name every joint is completed from ``home``.
+        """
+        return MappingProxyType({state.key: configuration(state, self.tree, self.home) for state in self.srdf.states})
+
+    def to_urdf(self, *, mesh_paths: str = "given") -> str:
+        """URDF text: the expanded text that was read, or one that is written for a robot made in another way.
+
+        Args:
+            mesh_paths: ``"given"``: meshes are named as they were; ``"file"``: by absolute ``file://`` addresses, as RViz needs.
+
+        Raises:
+            FileError: With ``"file"``: a mesh is not there; the message lists every path tried.
+        """
+        text = self.description.text or write_urdf(self.description)
+        return with_mesh_paths(mesh_paths, text, self.description.folder, self.description.package_dirs)
+
+    def dh(self, convention: str = "modified", link: str | None = None, *, tolerance: float = PARALLEL) -> DHTable:
+        """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
+
+        Args:
+            convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
+            link: The link's name; the tip unless given.
+            tolerance: Axes within this angle [rad] count as parallel, and parallel ones within this distance [m] as one. What
+                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``.
+
+        Returns:
+            A ``DHTable``: one row for each moving joint, and the poses of the base and the tip, to which fixed joints go.
+            ``print`` it; ``Robot.from_dh`` makes a robot of it.
+
+        Raises:
+            InputError: The chain has a planar or floating joint, or axes so nearly parallel that their common normal is out of
+                reach.
+
+        Example:
+            >>> import ulna
+            >>> ulna.load("panda").dh().rows[4]
+            array([-0.0825    ,  0.384     , -1.57079633,  0.        ])
+        """
+        return dh_table(self.description, self.tree, self.tree.link_or_tip(link), convention, tolerance)
+
+    # ---- where its links are, and how fast they move -------------------------------------------------------------------
+
+    def forward_kinematics(
+        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """The pose of a link.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            link: The link's name; the tip unless given.
+            out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            T_base_link, shape (..., 4, 4).
+        """
+        try:
+            forward = self._forward[link]
+        except TypeError:  # not hashable, so not the name of a link
+            forward = self._forward.of(link)
+        return forward(q, out, threads)
+
+    def compile_forward(self, link: str | None = None) -> CompiledForward:
+        """Forward kinematics of one link as a function ``fk(q, out=None, threads=None)`` for control loops: the same, sooner.
+
+        Args:
+            link: The link's name; the tip unless given.
+
+        Returns:
+            A function of q, shape (..., n_dof), that gives T_base_link, shape (..., 4, 4), and refuses what
+            ``forward_kinematics`` refuses. It may be pickled, and called from many threads at once.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> fk, T = panda.compile_forward("panda_link4"), np.empty((4, 4))
+            >>> fk(panda.home, out=T) is T
+            True
+        """
+        return self._forward.of(link)
+
+    def link_poses(self, q: ArrayLike, *, out: Array | None = None, threads: int | None = None) -> Array:
+        """The poses of all links, in the order of ``link_names``.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            T_base_link, shape (..., n_links, 4, 4).
+        """
+        return frame_poses(self.tree, self.tree.link_frames, q, out, threads)
+
+    def jacobian(
+        self,
+        q: ArrayLike,
+        link: str | None = None,
+        expressed_in: str = "base",
+        *,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """The geometric Jacobian: the link's velocity for a unit rate of each entry of q.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            link: The link's name; the tip unless given.
+            expressed_in: ``"base"``: velocity of the link's origin and angular velocity, in the axes of the base;
+                ``"link"``: the same in the axes of the link (body twist); ``"spatial"``: velocity of the point that passes
+                the base's origin, in the axes of the base.
+            out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
+        """
+        try:
+            jacobian = self._jacobian[link, expressed_in]
+        except TypeError:  # not hashable, so not the name of a link or of a frame
+            jacobian = self._jacobian.of((link, expressed_in))
+        return jacobian(q, out, threads)
+
+    def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
+        """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, sooner.
+
+        Args:
+            link: The link's name; the tip unless given.
+            expressed_in: ``"base"``, ``"link"`` or ``"spatial"``, as for ``jacobian``.
+
+        Returns:
+            A function of q, shape (..., n_dof), that gives J, shape (..., 6, n_dof), and refuses what ``jacobian``
+            refuses. It may be pickled, and called from many threads at once.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> jac = panda.compile_jacobian(expressed_in="link")
+            >>> bool((jac(panda.home) == panda.jacobian(panda.home, expressed_in="link")).all())
+            True
+        """
+        return self._jacobian.of((link, expressed_in))
+
+    def analytical_jacobian(
+        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            link: The link's name; the tip unless given.
+            out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            Shape (..., 6, n_dof), rows in m/s and rad/s; R = Rz(yaw) Ry(pitch) Rx(roll).
+
+        Raises:
+            SingularityError: |cos(pitch)| < 1e-6 somewhere; ``rows`` lists where.
+        """
+        return analytical_jacobian(self.tree, q, self.tree.link_or_tip(link), out, threads)
+
+    def manipulability(
+        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+    ) -> Any:
+        """How well a link can be moved in all directions: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            link: The link's name; the tip unless given.
+            out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints, and 0
+            for a link that none moves.
+        """
+        return manipulability(self.tree, q, self.tree.link_or_tip(link), out, threads)
+
+    # ---- which joint positions bring a link to a pose ------------------------------------------------------------------
+
+    def inverse_kinematics(
+        self,
+        T: ArrayLike,
+        q_seed: ArrayLike | None = None,
+        link: str | None = None,
+        method: str = "levenberg_marquardt",
+        seed: int = 0,
+        *,
+        task: Task | str = "pose",
+        world: World | None = None,
+        rank: str | None = None,
+        posture: ArrayLike | str | None = None,
+        held: Iterable[str] = (),
+        max_step: float | None = None,
+        position_tolerance: float = 1e-5,
+        rotation_tolerance: float = 1e-5,
+        max_iterations: int | None = None,
+        time_limit: float | None = None,
+        threads: int | None = None,
+        trace: bool = False,
+    ) -> IKResult:
+        """Joint positions that bring a link to a pose, within the joint limits.
+
+        Args:
+            T: The poses to reach, T_base_link, shape (..., 4, 4).
+            q_seed: Where to start [rad or m], shape (..., n_dof) or (n_dof,). If given, its branch is followed as long as it
+                leads to the target, and after that the solution nearest to it is taken; otherwise the search starts from
+                ``home`` and random configurations.
+            link: The link's name; the tip unless given.
+            method: ``"levenberg_marquardt"``: many searches at once, with restarts; or, from the seed alone and for teaching,
+                ``"jacobian_transpose"``, ``"pseudo_inverse"``, ``"damped_least_squares"``.
+            seed: Chooses the random configurations; without ``time_limit`` the result depends on nothing else.
+            task: ``"pose"``; ``"position"``: any orientation; ``"pointing"``: position and the direction of the link's z axis;
+                or an ``ulna.Task`` (another axis, slack by component).
+            world: Configurations that collide with it, or in which the robot touches itself, are rejected, and the search goes
+                on.
+            rank: Which of several solutions: ``"nearest"`` to the seed (largest joint change), ``"manipulability"``,
+                ``"clearance"`` from the world, ``"mid_range"`` of the joints. It chooses among what sixteen starts find.
+            posture: Of all solutions near the seed, the one nearest to this configuration, shape (n_dof,), or to
+                ``"mid_range"``. The pose comes first: where limits stand in the way or the steps run out, the posture is met
+                less well, or not.
+            held: Names of joints that stay at the seed.
+            max_step: The most that any entry of q may differ from ``q_seed`` [rad or m]: refused rather than passed.
+            position_tolerance: Largest distance that counts as reached [m].
+            rotation_tolerance: Largest angle that counts as reached [rad].
+            max_iterations: Steps from all starts together before giving up; 16 000 (800 starts), or 10 000 for the others.
+            time_limit: Seconds before giving up, looked at between rounds.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+                The result is the same bit for bit.
+            trace: For one target: keep errors, step and damping of every step (``result.trace``).
+
+        Returns:
+            An ``IKResult``: q, success, status, errors, iterations, and the reasons. A target that is not reached is a result
+            too.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> print(panda.inverse_kinematics(panda.forward_kinematics(panda.home) + 0.0).status)
+            solved
+        """
+        plain = world is rank is posture is max_step is max_iterations is time_limit is threads is None and not trace
+        plain = plain and type(position_tolerance) is type(rotation_tolerance) is float and type(seed) is int
+        plain = plain and type(task) is str and type(held) is tuple and not held and (link is None or type(link) is str)
+        if plain and task == "pose" and method == "levenberg_marquardt":
+            key = link, position_tolerance, rotation_tolerance, seed
+            quick = self._single_targets.get(key) or self._single_target(key)
+            result = quick.solve(T, q_seed)
+            if result is not None:
+                return result
+        return search.inverse_kinematics(
+            self.tree,
+            T,
+            self.tree.link_or_tip(link),
+            self.home,
+            q_seed=q_seed,
+            method=method,
+            seed=seed,
+            task=task,
+            rank=rank,
+            posture=posture,
+            held=held,
+            max_step=max_step,
+            tolerances=(position_tolerance, rotation_tolerance),
+            max_iterations=max_iterations,
+            time_limit=time_limit,
+            threads=threads,
+            trace=trace,
+            obstacles=None if world is None else Obstacles(self, world, threads),
+            quick=lambda key: self._single_targets.get(key) or self._single_target(key),
+        )
+
+    def inverse_kinematics_all(
+        self,
+        T: ArrayLike,
+        q_seed: ArrayLike | None = None,
+        link: str | None = None,
+        seed: int = 0,
+        *,
+        task: Task | str = "pose",
+        position_tolerance: float = 1e-5,
+        rotation_tolerance: float = 1e-5,
+        n_spread: int = 16,
+    ) -> Array:
+        """The distinct joint positions that bring a link to a pose, within the joint limits.
+
+        Args:
+            T: The pose to reach, T_base_link, shape (4, 4).
+            q_seed: The solutions come nearest to this first [rad or m], shape (n_dof,); ``home`` unless given.
+            link: The link's name; the tip unless given.
+            seed: Chooses the random starts; the result depends on nothing else.
+            task: What of the pose has to be met; see ``inverse_kinematics``.
+            position_tolerance: Largest distance that counts as reached [m].
+            rotation_tolerance: Largest angle that counts as reached [rad].
+            n_spread: How many, well apart, are taken from a continuum of solutions.
+
+        Returns:
+            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task asks components, every branch
+            that the search met, each once, whole turns aside; for others a spread set.
+
+        Example:
+            >>> import ulna
+            >>> planar = ulna.Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
+            >>> elbows = planar.inverse_kinematics_all(planar.forward_kinematics([0.3, 0.5]), task="position")
+            >>> len(elbows)
+            2
+        """
+        return search.inverse_kinematics_all(
+            self.tree,
+            T,
+            self.tree.link_or_tip(link),
+            self.home,
+            q_seed=q_seed,
+            seed=seed,
+            task=task,
+            tolerances=(position_tolerance, rotation_tolerance),
+            n_spread=n_spread,
+        )
+
+    def differential_ik(
+        self,
+        q: ArrayLike,
+        twist: ArrayLike,
+        dt: float,
+        link: str | None = None,
+        expressed_in: str = "base",
+        *,
+        damping: float = 0.01,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """The joint velocities that give a link a twist for one step, as well as velocity and position limits allow.
+
+        They minimise |J qd - twist|^2 + damping^2 |qd|^2 within the limits: the only minimum, near singularities too, where the
+        damping keeps them short.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            twist: v [m/s] and w [rad/s] of the link, shape (..., 6).
+            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits.
+            link: The link's name; the tip unless given.
+            expressed_in: The frame of the twist; see ``jacobian``.
+            damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
+                the smallest singular value of J; no joint moves faster than |twist| / (2 damping).
+            out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            qd [rad/s or m/s], shape (..., n_dof).
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> qd = panda.differential_ik(panda.home, [0.1, 0, 0, 0, 0, 0], dt=0.001)
+            >>> float((panda.jacobian(panda.home) @ qd)[0].round(3))
+            0.1
+        """
+        link = self.tree.link_or_tip(link)
+        return differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out, threads)
+
+    # ---- what it touches -----------------------------------------------------------------------------------------------
+
+    def in_collision(
+        self,
+        q: ArrayLike,
+        world: World | None = None,
+        self_collision: bool = True,
+        *,
+        out: NDArray[np.bool_] | None = None,
+        threads: int | None = None,
+    ) -> bool | NDArray[np.bool_]:
+        """Whether any of the robot's shapes touches, overlaps, contains or lies within an object of the world, or another link.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            world: The objects; none unless given.
+            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
+            out: Written to and returned if given: a bool array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            A bool for one q, else shape (...,).
+
+        Raises:
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+        """
+        return self._checker.in_collision(q, world, self_collision, out, threads)
+
+    def check_collision(
+        self,
+        q: ArrayLike,
+        world: World | None = None,
+        self_collision: bool = True,
+        *,
+        max_distance: float = 0.0,
+        threads: int | None = None,
+    ) -> Any:
+        """Which of the robot's shapes overlap which objects, or each other, how deep and where.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            world: The objects; none unless given.
+            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
+            max_distance: Tell of pairs too that are apart, but no farther than this [m]; ``np.inf`` tells of all.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            A ``Report`` for one q, else an array of them, shape (...,).
+        """
+        return self._checker.check_collision(q, world, self_collision, max_distance, threads)
+
+    def signed_distance(
+        self,
+        q: ArrayLike,
+        world: World | None = None,
+        self_collision: bool = True,
+        *,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Any:
+        """The least distance of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            world: The objects; none unless given.
+            self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
+            out: Written to and returned if given: a float64 array of the result's shape.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            A number for one q, else shape (...,); infinite where there is nothing to measure to.
+        """
+        return self._checker.signed_distance(q, world, self_collision, out, threads)
+
+    def distance_gradient(
+        self,
+        q: ArrayLike,
+        world: World | None = None,
+        self_collision: bool = True,
+        *,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """The derivative of ``signed_distance`` by q [m/rad or m/m], shape (..., n_dof).
+
+        Where two pairs are equally near, or a pair has several nearest points, it is the derivative of one of them; zero where
+        there is nothing to measure to. The arguments are those of ``signed_distance``.
+        """
+        return self._checker.distance_gradient(q, world, self_collision, out, threads)
+
+    def edge_in_collision(
+        self,
+        q_a: ArrayLike,
+        q_b: ArrayLike,
+        world: World | None = None,
+        self_collision: bool = True,
+        *,
+        resolution: float = 1e-4,
+        threads: int | None = None,
+    ) -> EdgeReport:
+        """Whether anything touches anywhere on the straight line from one configuration to another: free means free everywhere.
+
+        Args:
+            q_a: Joint positions at the start [rad or m], shape (..., n_dof).
+            q_b: Joint positions at the end, of a shape that goes with the other. Joints move evenly; none takes a shorter way.
+            world: The objects; none unless given.
+            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
+            resolution: A clearance below this [m] may count as a contact; none above does.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            An ``EdgeReport``: in_collision, and how far on the way all is free.
+        """
+        return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution, threads)
+
+    @property
+    def allowed_collisions(self) -> AllowedCollisions:
+        """The pairs of links that may touch, each with its reason: found from joints and samples unless the user gave others."""
+        return self._checker.allowed
+
+    def collision_poses(self, q: ArrayLike, *, out: Array | None = None, threads: int | None = None) -> Array:
+        """The poses of the robot's collision shapes, in the order of ``collision_names``: shape (..., n_shapes, 4, 4).
+
+        The arguments are those of ``link_poses``.
+        """
+        return frame_poses(self.tree, self._checker.bodies.table, q, out, threads)
+
+    @property
+    def collision_names(self) -> tuple[str, ...]:
+        """The names of the robot's collision shapes, attached objects last."""
+        return self._checker.bodies.names
+
+    # ---- the robot, changed --------------------------------------------------------------------------------------------
 
     def with_tool(self, T_flange_tool: ArrayLike, name: str = "tool") -> Robot:
         """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.
@@ -151,7 +771,7 @@ class Robot(InverseKinematics, Collisions):
             >>> robot.without_attached("cup").attached
             ()
         """
-        holder = self._the_tip if link is None else link
+        holder = self.tree.link_or_tip(link)
         new = Attached(name, shape, as_one_pose(T_link_object, "T_link_object"), holder, touch_links)  # type: ignore[arg-type]
         return self._changed(attached=attach(self.attached, new, self.link_names))
 
@@ -159,12 +779,31 @@ class Robot(InverseKinematics, Collisions):
         """The robot without an object that it held. ``world.add`` puts it down."""
         return self._changed(attached=detach(self.attached, name))
 
+    # ---- the parts it is made of ---------------------------------------------------------------------------------------
+
+    def _single_target(self, key: SingleTargetKey) -> SingleTarget:
+        """What stays the same from call to call of ``inverse_kinematics``, kept for the next."""
+        link, position, rotation, seed = key
+        if len(self._single_targets) >= _MOST_KEPT:
+            self._single_targets.clear()
+        prepared = SingleTarget(self.tree, self.tree.link_or_tip(link), self.home, (position, rotation), seed)
+        return self._single_targets.setdefault(key, prepared)
+
     def _changed(self, **changes: Any) -> Robot:
-        kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._allowed}
+        kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._checker.given}
         return Robot(**{**kept, **changes})
 
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a Robot cannot be changed: {name} = {value!r}")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a Robot cannot be changed: del {name}")
+
     def __reduce__(self):
-        return _restore, (self.description, self.home, self.attached, self._allowed)
+        return _restore, (self.description, self.home, self.attached, self._checker.given)
+
+    def __repr__(self) -> str:
+        return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
 
 
 def _one_configuration(tree: Tree, home: ArrayLike) -> Array:
