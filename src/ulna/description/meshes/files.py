@@ -4,8 +4,8 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from ulna.description.packages import places
+from ulna.description.readable import Readable
 from ulna.description.robot_description import Description
-from ulna.description.xacro.audit_hook import Fence
 from ulna.errors import FileError
 
 MESHES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
@@ -19,7 +19,7 @@ class MeshFiles:
 
     def __init__(self, description: Description) -> None:
         self.folder, self.package_dirs = description.folder, description.package_dirs
-        self.fence = Fence(self.folder, [str(folder) for folder in self.package_dirs])
+        self.readable = Readable(self.folder, [str(folder) for folder in self.package_dirs])
 
     def find(self, uri: str) -> Path:
         """The file behind ``package://``, ``file://`` or a path that is relative to the description.
@@ -39,7 +39,7 @@ class MeshFiles:
     def beside(self, mesh: Path, name: str) -> Path:
         """A file that a mesh names, as a texture: in the mesh's folder, or where the description may read."""
         path = mesh.parent / unquote(name)
-        if not (self.fence.admits(str(path)) or path.resolve().is_relative_to(mesh.parent.resolve())):
+        if not (self.readable.admits(str(path)) or path.resolve().is_relative_to(mesh.parent.resolve())):
             raise FileError(name, f"lies outside {mesh.parent}, whose {mesh.name} names it")
         return path
 
@@ -47,7 +47,7 @@ class MeshFiles:
         packages = places(uri, self.folder, self.package_dirs)
         if not packages:
             raise FileError(uri, "leads out of its package, so it is not read")
-        admitted = [path for path, package in packages.items() if package is not None or self.fence.admits(str(path))]
+        admitted = [path for path, package in packages.items() if package is not None or self.readable.admits(str(path))]
         found = [path for path in admitted if path.is_file()]
         given = places(uri, None, self.package_dirs)
         for path in found:
@@ -55,7 +55,7 @@ class MeshFiles:
             if package is None:
                 return path
             if path in given or (package / "package.xml").is_file():
-                self.fence.admit(package)  # for its textures
+                self.readable.admit(package)  # for its textures
                 return path
         raise FileError(uri, _refusal(packages, admitted, found))
 
