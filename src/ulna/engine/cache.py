@@ -9,11 +9,14 @@ import hashlib
 import os
 import sys
 import time
+import warnings
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+
+from ulna.engine.private_folder import SharedFolderError, make_private
 
 _UNUSED_FOLDER_DAYS = 30
 announces = True
@@ -31,17 +34,22 @@ def source_hash() -> str:
 
 @cache
 def cache_folder() -> Path | None:
-    """The folder of this version's machine code, or None where nothing can be written.
+    """The folder of this version's machine code, or None where nothing can be written, or other users could write.
 
     ``NUMBA_CACHE_DIR`` is honoured; otherwise it lies in the user's own cache folder. Folders of other versions that
     nobody has used for a month are removed.
+
+    Warns:
+        RuntimeWarning: Other users could have put code there, so that it is not used.
     """
     try:
         base = _base_folder()
-        folder = base / f"kernels-{source_hash()}"
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = make_private(base, f"kernels-{source_hash()}")
         os.utime(folder)
         _remove_unused(base)
+    except SharedFolderError as error:
+        warnings.warn(f"ulna: compiled code is not kept, nor read: {error}", RuntimeWarning, stacklevel=2)
+        return None
     except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
         return None
     return folder if os.access(folder, os.W_OK) else None
