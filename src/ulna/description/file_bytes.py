@@ -16,7 +16,7 @@ def file_bytes(path: str | Path, most: int) -> bytes:
     Raises:
         OSError: It cannot be opened or read, or is a pipe through which nothing comes for ``PIPE_PATIENCE_S`` seconds.
     """
-    with open(path, "rb", opener=_without_waiting) as file:  # noqa: PTH123 - Path.open takes no opener
+    with open(path, "rb", opener=_without_waiting) as file:
         if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
             return _pipe_bytes(file.fileno(), most)
         if hasattr(os, "O_NONBLOCK"):
@@ -30,7 +30,7 @@ def regular_file_bytes(path: str | Path, most: int) -> bytes:
     Raises:
         OSError: It cannot be opened or read, or is none.
     """
-    with open(path, "rb", opener=_without_waiting) as file:  # noqa: PTH123
+    with open(path, "rb", opener=_without_waiting) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(22, "not a regular file", str(path))
         return file.read(most + 1)

@@ -7,7 +7,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
+from ulna.description.file_bytes import regular_file_bytes
+
 _NAME = re.compile(r"<name>\s*(.*?)\s*</name>")
+_LONGEST = 1_000_000  # bytes of a package.xml that are read
 _LEVELS_ABOVE = 6  # folders above the description in which its package may lie
 
 
@@ -37,9 +40,10 @@ def _is_package(folder: Path, name: str) -> bool:
     if folder.name == name:
         return True
     try:
-        declared = _NAME.search((folder / "package.xml").read_text(encoding="utf-8", errors="replace"))
-    except OSError:
+        text = regular_file_bytes(folder / "package.xml", _LONGEST).decode(errors="replace")
+    except (OSError, ValueError):
         return False
+    declared = _NAME.search(text)
     return declared is not None and declared[1] == name
 
 

@@ -63,12 +63,24 @@ class Readable:
         given = set(package_folders(name, None, self.package_dirs))
         if not folders:
             raise OutsideError(f"$(find {name}): no such package in package_dirs, ROS_PACKAGE_PATH or the folders above the file")
+        reasons = []
         for folder in folders:
-            if folder in given or (_is_no_link(folder) and (folder / "package.xml").is_file()):
-                self.admit(folder)
+            reason = self.admit_package(folder, given=folder in given)
+            if not reason:
                 return str(folder)
-        why = "has no package.xml" if _is_no_link(folders[0]) else "is a link"
-        raise OutsideError(f"$(find {name}): {folders[0]} {why}; if it is the one, name its folder in package_dirs")
+            reasons.append(f"{folder} {reason}")
+        raise OutsideError(f"$(find {name}): {reasons[0]}; if it is the one, name its folder in package_dirs")
+
+    def admit_package(self, folder: Path, *, given: bool) -> str:
+        """Let a package be read, or why it is not: one that the user has not ``given`` may be any folder of that name."""
+        if self.admits(folder):
+            return ""
+        if not given and os.path.realpath(folder) != str(Path(os.path.realpath(folder.parent)) / folder.name):
+            return "is a link"
+        if not given and not (folder / "package.xml").is_file():
+            return "has no package.xml"
+        self.admit(folder)
+        return ""
 
     def read(self, path: str, most: int) -> bytes:
         """The bytes of a regular file, up to one more than ``most``.
@@ -100,10 +112,6 @@ class Readable:
 
 def _within(path: str, root: str) -> bool:
     return path == root or path.startswith(root.rstrip(os.sep) + os.sep)
-
-
-def _is_no_link(folder: Path) -> bool:
-    return os.path.realpath(folder) == str(Path(os.path.realpath(folder.parent)) / folder.name)
 
 
 def _installed_folders() -> Iterator[str]:

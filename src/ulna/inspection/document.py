@@ -8,7 +8,8 @@ from lxml import etree
 
 from ulna.description import document as io_document
 from ulna.description.document import expanded, is_text
-from ulna.description.xml import parse
+from ulna.description.file_bytes import file_bytes
+from ulna.description.xml import LONGEST, parse
 from ulna.errors import DescriptionError, InputError
 from ulna.robot import Robot, load
 
@@ -43,7 +44,7 @@ def read_document(source: str | Path, xacro_args: Mapping[str, object], package_
             raise
         path = _path(source)
         name = getattr(error, "source", "") or ("URDF text" if path is None else path.name)
-        folder, text = (None, str(source).encode()) if path is None else (path.parent, path.read_bytes())
+        folder, text = (None, str(source).encode()) if path is None else (path.parent, file_bytes(path, LONGEST))
         does_not_expand = str(getattr(error, "message", "")).startswith("xacro:")
         folders = tuple(map(Path, package_dirs))
         root = None if does_not_expand else _elements(text, name, folder, xacro_args, folders)

@@ -1,14 +1,25 @@
 """The files behind a description's meshes, as far as a description that a stranger wrote may lead to them."""
 
 from pathlib import Path
+from typing import Protocol
 from urllib.parse import unquote
 
 from ulna.description.packages import places
 from ulna.description.readable import Readable
-from ulna.description.robot_description import Description
 from ulna.errors import FileError
 
+_OUTSIDE = "lies outside the description's folder, its package and package_dirs, so it is not read"
 MESHES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
+
+
+class Located(Protocol):
+    """A description, or anything else that knows where its files lie."""
+
+    @property
+    def folder(self) -> Path | None: ...  # noqa: D102
+
+    @property
+    def package_dirs(self) -> tuple[Path, ...]: ...  # noqa: D102
 
 
 class MeshFiles:
@@ -17,7 +28,7 @@ class MeshFiles:
     Like a xacro document, a description may name ``file:///etc/passwd`` or climb with ``..``; what it names would be served.
     """
 
-    def __init__(self, description: Description) -> None:
+    def __init__(self, description: Located) -> None:
         self.folder, self.package_dirs = description.folder, description.package_dirs
         self.readable = Readable(self.folder, [str(folder) for folder in self.package_dirs])
 
@@ -50,19 +61,15 @@ class MeshFiles:
         admitted = [path for path, package in packages.items() if package is not None or self.readable.admits(str(path))]
         found = [path for path in admitted if path.is_file()]
         given = places(uri, None, self.package_dirs)
+        reasons = []
         for path in found:
             package = packages[path]
-            if package is None:
+            reason = "" if package is None else self.readable.admit_package(package, given=path in given)  # for its textures too
+            if not reason and self.readable.admits(path):
                 return path
-            if path in given or (package / "package.xml").is_file():
-                self.readable.admit(package)  # for its textures
-                return path
-        raise FileError(uri, _refusal(packages, admitted, found))
+            reasons.append(f"{package} {reason}; if it is the package, name its folder in package_dirs" if reason else _OUTSIDE)
+        raise FileError(uri, reasons[0] if reasons else _refusal(packages, admitted))
 
 
-def _refusal(packages: dict[Path, Path | None], admitted: list[Path], found: list[Path]) -> str:
-    if found:
-        return f"{packages[found[0]]} has no package.xml; if it is the package, name its folder in package_dirs"
-    if len(admitted) < len(packages):
-        return "lies outside the description's folder, its package and package_dirs, so it is not read"
-    return f"no such file; tried {'; '.join(map(str, admitted))}"
+def _refusal(packages: dict[Path, Path | None], admitted: list[Path]) -> str:
+    return _OUTSIDE if len(admitted) < len(packages) else f"no such file; tried {'; '.join(map(str, admitted))}"

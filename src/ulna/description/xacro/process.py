@@ -26,7 +26,7 @@ main()
 _KEPT = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "PYTHONHOME", "SYSTEMROOT")  # without which some Pythons do not start
 
 
-class _Died(Exception):
+class _DiedError(Exception):
     """The child ended, or said what it never says."""
 
 
@@ -41,7 +41,7 @@ def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, 
         try:
             left_out = _received(child)["left_out"]
             done = _served(child, {**request, "longest": LONGEST}, readable)
-        except (_Died, OSError, ValueError, KeyError, TypeError):
+        except (_DiedError, OSError, ValueError, KeyError, TypeError):
             child.kill()
             words = _last_words(child)
             if late.is_set():
@@ -60,8 +60,8 @@ def _child(memory: int, seconds: float, folder: Path | None) -> Iterator[tuple[s
     command.append(json.dumps({"memory": memory, "seconds": seconds}))
     environment = {name: os.environ[name] for name in _KEPT if name in os.environ}
     environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONUTF8": "1"}
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    child = subprocess.Popen(command, env=environment, cwd=folder, **pipes)  # noqa: S603 - this Python, our module
+    pipe = subprocess.PIPE
+    child = subprocess.Popen(command, env=environment, cwd=folder, stdin=pipe, stdout=pipe, stderr=pipe)  # noqa: S603 - our module
     late = threading.Event()
 
     def end() -> None:
@@ -95,7 +95,7 @@ def _found(message: dict[str, Any], readable: Readable) -> dict[str, Any]:
     """What there is to a question, or why not."""
     ((kind, name),) = message.items()
     if not isinstance(name, str):
-        raise _Died
+        raise _DiedError
     try:
         if kind == "read":
             return {"text": _text(name, readable)}
@@ -132,7 +132,7 @@ def _received(child: subprocess.Popen) -> dict[str, Any]:
     line = source.readline(_LONGEST_MESSAGE)
     message = json.loads(line) if line.endswith(b"\n") else None
     if not isinstance(message, dict):
-        raise _Died
+        raise _DiedError
     return message
 
 

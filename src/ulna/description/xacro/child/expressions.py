@@ -8,13 +8,13 @@ attribute of a Python object. All else is refused before anything is computed.
 import ast
 import operator
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any
 
 import xacro
 
 from ulna.description.xacro.child.functions import method_of, offered
 from ulna.description.xacro.child.refused import RefusedError
+from ulna.description.xacro.child.syntax import checked
 
 Lookup = Callable[[str], Any]
 """From a name to its value; a ``KeyError`` if it has none."""
@@ -46,9 +46,6 @@ _OPERATORS: dict[type, Callable] = {
     ast.In: lambda item, container: item in container,
     ast.NotIn: lambda item, container: item not in container,
 }
-_SILENT = (ast.Load, ast.And, ast.Or, ast.keyword)  # parts of other nodes
-_CALLED = {ast.ListComp: "a comprehension", ast.GeneratorExp: "a generator", ast.Lambda: "a lambda", ast.JoinedStr: "an f-string"}
-_LITERALS = (str, int, float, complex, type(None))  # bool is an int
 
 
 def evaluate(text: str, lookup: Lookup) -> Any:
@@ -59,29 +56,6 @@ def evaluate(text: str, lookup: Lookup) -> Any:
         SyntaxError, NameError, Exception: As Python raises them.
     """
     return _value(checked(text.strip()), lookup)
-
-
-@lru_cache(maxsize=4096)
-def checked(text: str) -> ast.expr:
-    """The syntax tree of an expression of which every part is known."""
-    tree = ast.parse(text, "<expression>", "eval").body
-    for node in ast.walk(tree):
-        if type(node) not in _RULES and type(node) not in _OPERATORS and not isinstance(node, _SILENT):
-            raise RefusedError(f"uses {_CALLED.get(type(node), type(node).__name__)}, which is not known in expressions: {text}")
-        _check_names(node)
-    return tree
-
-
-def _check_names(node: ast.AST) -> None:
-    """No name of Python's own. Python has turned look-alikes (NFKC) into plain letters by now."""
-    if isinstance(node, ast.Name) and node.id.startswith("__"):
-        raise RefusedError(f"uses the invalid name {node.id}")
-    if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
-        raise RefusedError(f"uses the invalid name {node.attr}")
-    if isinstance(node, ast.keyword) and (node.arg is None or node.arg.startswith("__")):
-        raise RefusedError(f"uses the invalid name {node.arg or '**'}")
-    if isinstance(node, ast.Constant) and not isinstance(node.value, _LITERALS):
-        raise RefusedError(f"uses {node.value!r}, which is neither a number nor a text")
 
 
 def _value(node: ast.AST, lookup: Lookup) -> Any:
@@ -117,10 +91,8 @@ def _comparison(node: ast.Compare, lookup: Lookup) -> Any:
 
 
 def _dictionary(node: ast.Dict, lookup: Lookup) -> dict:
-    if None in node.keys:
-        raise RefusedError("uses '**', which is not known in expressions")
-    keys = [key for key in node.keys if key is not None]
-    return {_value(key, lookup): _value(value, lookup) for key, value in zip(keys, node.values, strict=True)}
+    keys = [_value(key, lookup) for key in node.keys if key is not None]
+    return dict(zip(keys, [_value(value, lookup) for value in node.values], strict=True))
 
 
 def _entry(node: ast.Subscript, lookup: Lookup) -> Any:
@@ -161,16 +133,17 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
 
 
 def _callee(node: ast.expr, lookup: Lookup) -> Callable:
+    """The function of a name or of a namespace, or the method of a text, a dict, a list or a tuple."""
+    function = None
     if isinstance(node, ast.Name):
         function = _name(node, lookup)
     elif isinstance(node, ast.Attribute):
         of = _value(node.value, lookup)
-        function = _entry_by_name(of, node.attr) if type(of) is xacro.NameSpace else method_of(of, node.attr)
-        if type(of) is not xacro.NameSpace and function is not None:
-            return function
-    else:
-        raise RefusedError(f"calls {ast.unparse(node)}, which is no name")
-    if not offered(function):
+        method = method_of(of, node.attr)
+        if method is not None:
+            return method
+        function = _entry_by_name(of, node.attr) if type(of) is xacro.NameSpace else None
+    if function is None or not offered(function):
         raise RefusedError(f"calls {ast.unparse(node)}, which is no function that expressions have")
     return function
 

@@ -34,7 +34,7 @@ def main() -> None:
         done = {"error": "a macro calls itself without end"}
     except MemoryError:
         done = {"error": "out of memory"}
-    except Exception as error:  # xacro raises whatever the document's expressions raise
+    except Exception as error:  # noqa: BLE001 - xacro raises whatever the document's expressions raise
         done = {"error": _sentence(error)}
     parent.send(done)
 
@@ -71,5 +71,5 @@ def _load_what_is_imported_late() -> None:
     """What the expansion would import, before files end."""
     warnings.simplefilter("ignore")  # to show one, Python opens files
     yaml.safe_load("a: [1, 2.0, 2001-01-01, !!binary aa==]")
-    xml.dom.minidom.parseString("<a/>").toprettyxml()
+    xml.dom.minidom.parseString("<a/>").toprettyxml()  # noqa: S318 - our own
     unicodedata.normalize("NFKC", "a")  # names of other alphabets, and "\N{...}" in a text, need it
