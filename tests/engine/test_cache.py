@@ -243,7 +243,7 @@ print("planted")
 
 def test_what_another_user_planted_is_not_run(tmp_path):
     mark = tmp_path / "it ran"
-    planted = PLANTED.format(mark=str(mark), base=str(tmp_path / "cache"), version="{0}{1}".format(*sys.version_info))
+    planted = PLANTED.format(mark=str(mark), base=str(tmp_path / "cache"), version="".join(map(str, sys.version_info[:2])))
     assert run(planted) == ["planted"]
     said = run('import warnings; warnings.simplefilter("ignore")\n' + PLACE, NUMBA_CACHE_DIR=tmp_path / "cache")
     assert not mark.exists()

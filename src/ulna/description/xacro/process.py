@@ -99,13 +99,17 @@ def _found(message: dict[str, Any], readable: Readable) -> dict[str, Any]:
     try:
         if kind == "read":
             return {"text": _text(name, readable)}
-        return {"folder": readable.find(name)} if kind == "find" else {"files": readable.matching(name)}
+        if kind == "find":
+            return {"folder": readable.find(name)}
+        if kind == "matching":
+            return {"files": readable.matching(name)}
     except OutsideError as error:
         return {"refused": str(error)}
     except OSError as error:
         return {"failed": (error.errno or 5, error.strerror or str(error))}
     except ValueError:  # a zero byte, or half a character
         return {"refused": f"{name!a} is no name of a file"}
+    raise _DiedError
 
 
 def _text(path: str, readable: Readable) -> str:

@@ -40,12 +40,17 @@ class _Program(ctypes.Structure):
     _fields_ = (("length", ctypes.c_uint16), ("steps", ctypes.POINTER(_Step)))
 
 
+def known() -> bool:
+    """Whether this is Linux on a machine whose numbers are known here."""
+    return sys.platform.startswith("linux") and platform.machine() in _CALLS
+
+
 def give_up_calls() -> str:
     """Give up all system calls but those, in all threads; return why that could not be, nothing if it could."""
-    machine = platform.machine()
-    if not sys.platform.startswith("linux") or machine not in _CALLS:
+    if not known():
         return "this system has no seccomp, or its numbers are not known here"
     kernel = ctypes.CDLL(None, use_errno=True)
+    machine = platform.machine()
     program = _filter(machine)
     if kernel.prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0):
         return os.strerror(ctypes.get_errno())
