@@ -9,7 +9,7 @@ from urllib.parse import unquote
 
 from ulna.description.file_bytes import regular_file_bytes
 
-_NAME = re.compile(r"<name>\s*(.*?)\s*</name>")
+_NAME = re.compile(r"<name>([^<]*+)</name>")
 _LONGEST = 1_000_000  # bytes of a package.xml that are read
 _LEVELS_ABOVE = 6  # folders above the description in which its package may lie
 
@@ -44,7 +44,7 @@ def _is_package(folder: Path, name: str) -> bool:
     except (OSError, ValueError):
         return False
     declared = _NAME.search(text)
-    return declared is not None and declared[1] == name
+    return declared is not None and declared[1].strip() == name
 
 
 def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> dict[Path, Path | None]:

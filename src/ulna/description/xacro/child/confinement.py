@@ -1,13 +1,13 @@
 """What the process gives up before it sees a document, by the operating system: all files, processes, sockets, and much memory.
 
-====================  ==========================================  ======================================
-system                what holds                                  what is left out
-====================  ==========================================  ======================================
-Linux, x86_64, ARM    Landlock (kernel 5.13), seccomp, limits     nothing
-Linux, other          Landlock, limits                            seccomp
-macOS                 limits but that of memory                   Landlock, seccomp, the limit of memory
-Windows               nothing; the parent ends it in time         all
-====================  ==========================================  ======================================
+=============  =====================================  ========================================
+system         what holds                             what is left out
+=============  =====================================  ========================================
+Linux          Landlock (kernel 5.13), limits;        nothing on those two
+               on x86-64 and ARM seccomp
+macOS          limits but that of memory              Landlock, seccomp, the limit of memory
+Windows        nothing; the parent ends it in time    all
+=============  =====================================  ========================================
 """
 
 from ulna.description.xacro.child.landlock import give_up_files
