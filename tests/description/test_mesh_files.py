@@ -51,6 +51,18 @@ def test_a_mesh_elsewhere_is_refused_though_it_is_there(place, uri):
         files(place).find(uri.format(place=place))
 
 
+@pytest.mark.parametrize("uri", ["linked.stl", "linked/key.stl", "package://robot/linked.stl", "package://linked/key.stl"])
+def test_a_link_out_of_the_folders_is_not_followed(place, uri):
+    (place / "secret/package.xml").write_text("<package><name>hidden</name></package>")
+    for folder in (place / "robot", place / "robot/urdf"):
+        (folder / "linked.stl").symlink_to(place / "secret/key.stl")
+    for folder in (place, place / "robot/urdf"):
+        (folder / "linked").symlink_to(place / "secret")
+    with pytest.raises(FileError, match=r"lies outside|is a link; if it is the package"):
+        files(place).find(uri)
+    assert files(place, package_dirs=[place / "secret", place]).find(uri).is_file()
+
+
 @pytest.mark.parametrize("uri", ["file:///etc/passwd", "/etc/passwd", "../../../../../../../etc/passwd", "notes.txt"])
 def test_what_is_no_mesh_is_never_read(place, uri):
     with pytest.raises(FileError, match="not read as a mesh"):

@@ -10,6 +10,7 @@ import pytest
 
 import ulna
 from ulna import DescriptionError, UlnaError
+from ulna.description.xacro import expand as xacro
 from ulna.description.xml import LONGEST, MOST_ELEMENTS
 
 JOINT = '<joint name="j{0}" type="{2}"><parent link="l{0}"/><child link="l{1}"/>{3}</joint>'
@@ -121,3 +122,21 @@ def test_a_xacro_file_that_grows_beyond_measure_is_stopped(tmp_path):
     )
     with pytest.raises(DescriptionError, match=r"expands to 100 MB; up to 64 MB are read$"):
         ulna.load(tmp_path / "r.xacro")
+
+
+@pytest.mark.parametrize("default", ["a" * 1000 + "'", "'" * 1001, "${" * 1000])
+def test_the_default_of_a_macro_is_read_in_one_go(default, monkeypatch):
+    monkeypatch.setattr(xacro, "TIME_LIMIT_S", 2)  # in the process of its own, the package xacro tries again and again
+    macro = f'<xacro:macro name="m" params="p:={default}"><link name="a"/></xacro:macro>'
+    with pytest.raises(DescriptionError, match=r"only defines the macro 'm'; to call it|no end within 2 s|invalid|expression"):
+        ulna.load(f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{macro}</robot>')
+
+
+def test_a_package_xml_without_a_name_is_read_in_one_go(tmp_path):
+    (tmp_path / "package.xml").write_text("<name>" + " " * 900_000)
+    file = tmp_path / "r.xacro"
+    file.write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="$(find other)/x"/></robot>'
+    )
+    with pytest.raises(DescriptionError, match="no such package"):
+        ulna.load(file)

@@ -112,7 +112,7 @@ def test_a_file_that_only_declares_the_namespace_is_a_plain_urdf(tmp_path):
         ulna.load(file, xacro_args={"n": "b"})
 
 
-@pytest.mark.parametrize("endless", ["${9**9**9}", "${len([1 for i in range(10**12)])}"])
+@pytest.mark.parametrize("endless", ["${9**9**9}", "${python.sum(range(10**12))}"])
 def test_an_expression_without_end_is_stopped(monkeypatch, endless):
     monkeypatch.setattr(xacro, "TIME_LIMIT_S", 2)
     with pytest.raises(DescriptionError, match=r"^URDF text: xacro: no end within 2 s; expansion stopped$"):

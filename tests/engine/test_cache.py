@@ -180,6 +180,88 @@ def test_a_folder_that_cannot_be_removed_costs_no_other_its_cache(tmp_path, cach
     assert cache_folder().parent == tmp_path / "ulna"
 
 
+def test_the_folder_and_the_one_above_it_are_for_the_user_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    (tmp_path / "ulna").mkdir(mode=0o755)  # as earlier versions made it
+    folder = loaded(KERNELS).cache_folder()
+    assert [path.stat().st_mode & 0o777 for path in (folder, folder.parent)] == [0o700, 0o700]
+
+
+def shared_by_an_open_folder(base, name):
+    (base / "ulna" / name).mkdir(parents=True)
+    (base / "ulna" / name).chmod(0o777)
+
+
+def shared_by_a_link(base, name):
+    (base / "elsewhere").mkdir(mode=0o700)
+    (base / "ulna").mkdir()
+    (base / "ulna" / name).symlink_to(base / "elsewhere")
+
+
+def shared_by_a_folder_above(base, name):
+    base.chmod(0o777)
+
+
+def shared_by_an_owner(base, name):
+    (base / "ulna" / name).mkdir(parents=True, mode=0o700)
+    os.chown(base / "ulna", 65534, -1)
+
+
+def shared_by_the_owner_of_the_folder_itself(base, name):
+    (base / "ulna" / name).mkdir(parents=True, mode=0o700)
+    os.chown(base / "ulna" / name, 65534, -1)
+
+
+SHARED = {
+    shared_by_an_open_folder: r"is open to other users \(mode 0777; 0700 is needed\)",
+    shared_by_a_link: "is no folder",
+    shared_by_a_folder_above: r"lets other users exchange what lies in it \(mode 0777\)",
+    shared_by_an_owner: r"belongs to another user \(number 65534\)",
+    shared_by_the_owner_of_the_folder_itself: r"belongs to another user \(number 65534\)",
+}
+
+
+@pytest.mark.parametrize("shared", SHARED)
+def test_a_folder_in_which_another_user_could_have_put_code_is_not_used_and_that_is_said(tmp_path, monkeypatch, shared):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    cache = loaded(KERNELS)
+    if "owner" in shared.__name__ and os.geteuid():
+        pytest.skip("only root can give a folder away")
+    shared(tmp_path, f"kernels-{cache.source_hash()}")
+    with pytest.warns(RuntimeWarning, match=rf"^ulna: compiled code is not kept, nor read: .* {SHARED[shared]}"):
+        assert cache.cache_folder() is None
+
+
+def test_a_shared_folder_with_a_sticky_bit_holds_a_folder_of_each_user(tmp_path, monkeypatch):
+    tmp_path.chmod(0o1777)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert loaded(KERNELS).cache_folder().parent == tmp_path / "ulna"
+
+
+PLANTED = """
+import os, pickle
+from pathlib import Path
+from ulna.engine.cache import source_hash
+class Planted:
+    def __reduce__(self): return Path.touch, (Path({mark!r}),)
+folder = Path({base!r}) / "ulna" / f"kernels-{{source_hash()}}"
+folder.mkdir(parents=True)
+(folder / "chain.forward_one-ulna.kernels.chain.chain.py{version}.nbi").write_bytes(pickle.dumps(Planted()))
+folder.chmod(0o777)
+print("planted")
+"""
+
+
+def test_what_another_user_planted_is_not_run(tmp_path):
+    mark = tmp_path / "it ran"
+    planted = PLANTED.format(mark=str(mark), base=str(tmp_path / "cache"), version="".join(map(str, sys.version_info[:2])))
+    assert run(planted) == ["planted"]
+    said = run('import warnings; warnings.simplefilter("ignore")\n' + PLACE, NUMBA_CACHE_DIR=tmp_path / "cache")
+    assert not mark.exists()
+    assert said[0] == AT_ZERO
+    assert said[-1] == "None"
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_a_terminal_is_told_of_a_compilation_and_only_of_that(tmp_path):
     said = []

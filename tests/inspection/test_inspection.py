@@ -143,3 +143,17 @@ def test_whatever_a_document_has_become_it_is_inspected_and_loads_if_load_takes_
         assert not inspection.loads
     else:
         assert inspection.loads
+
+
+@pytest.mark.parametrize("by", ["file://{}/secret/key.stl", "../secret/key.stl", "linked.stl"])
+def test_a_mesh_outside_is_named_and_not_read(tmp_path, by):
+    secret, path = tmp_path / "secret" / "key.stl", tmp_path / "in" / "arm.urdf"
+    for folder in (secret.parent, path.parent):
+        folder.mkdir()
+    secret.write_text("solid s\nvertex 0 0 0\nvertex 120 30 60\nendsolid")
+    (path.parent / "linked.stl").symlink_to(secret)
+    path.write_text(re.sub("<(sphere|cylinder|box) [^>]*/>", f'<mesh filename="{by.format(tmp_path)}"/>', SOUND))
+    messages = {finding.message for finding in ulna.inspect(path).findings}
+    reason = "lies outside the description's folder, its package and package_dirs, so it is not read"
+    assert messages == {f"mesh {by.rpartition('/')[2]} cannot be read: {reason}"}
+    assert any("120 x 30 x 60" in finding.message for finding in ulna.inspect(path, package_dirs=[tmp_path]).findings)

@@ -38,7 +38,8 @@ def warmup(*, as_json: Json = False) -> None:
 
     folder = cache_folder()
     if folder is None:
-        raise FileError("cache folder", "it cannot be written, so nothing would be kept; NUMBA_CACHE_DIR names another")
+        reason = "it cannot be written, or is not for this user alone, so nothing would be kept"
+        raise FileError("cache folder", f"{reason}; NUMBA_CACHE_DIR names another")
     jobs, start = all_jobs(DRIVERS), time.perf_counter()
     compiled = with_progress(compile_all(jobs, side_by_side=default_threads() > 1), len(jobs), in_lines=not as_json)
     show(warmup_data(str(folder), time.perf_counter() - start, compiled), warmup_table, as_json=as_json)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ulna.description.file_bytes import file_bytes
 from ulna.description.xacro.expand import expand_xacro, is_xacro
 from ulna.description.xml import LONGEST, parse
 from ulna.errors import FileError, InputError
@@ -31,8 +32,7 @@ def open_document(argument: str, source: str | Path, kind: str) -> Document:
         return Document(_encoded(argument, source), f"{kind} text")
     path = Path(source)
     try:
-        with path.open("rb") as file:
-            return Document(file.read(LONGEST + 1), path.name, path.parent)  # one that is too long is refused when parsed
+        return Document(file_bytes(path, LONGEST), path.name, path.parent)  # one that is too long is refused when parsed
     except FileNotFoundError:
         raise FileError(str(path), "no such file") from None
     except (OSError, ValueError) as error:

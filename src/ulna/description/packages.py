@@ -7,7 +7,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
-_NAME = re.compile(r"<name>\s*(.*?)\s*</name>")
+from ulna.description.file_bytes import regular_file_bytes
+
+_NAME = re.compile(r"<name>([^<]*+)</name>")
+_LONGEST = 1_000_000  # bytes of a package.xml that are read
 _LEVELS_ABOVE = 6  # folders above the description in which its package may lie
 
 
@@ -37,10 +40,11 @@ def _is_package(folder: Path, name: str) -> bool:
     if folder.name == name:
         return True
     try:
-        declared = _NAME.search((folder / "package.xml").read_text(encoding="utf-8", errors="replace"))
-    except OSError:
+        text = regular_file_bytes(folder / "package.xml", _LONGEST).decode(errors="replace")
+    except (OSError, ValueError):
         return False
-    return declared is not None and declared[1] == name
+    declared = _NAME.search(text)
+    return declared is not None and declared[1].strip() == name
 
 
 def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> dict[Path, Path | None]:

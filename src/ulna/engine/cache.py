@@ -12,6 +12,7 @@ import os
 import platform
 import sys
 import time
+import warnings
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,7 @@ import numba
 import numpy as np
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 
+from ulna.engine.private_folder import SharedFolderError, make_private
 from ulna.engine.sources import sources_hash
 
 _UNUSED_DAYS = 30
@@ -41,17 +43,22 @@ def compiler_hash() -> str:
 
 @cache
 def cache_folder() -> Path | None:
-    """The folder of this compiler's machine code, or None where nothing can be written.
+    """The folder of this compiler's machine code, or None where nothing can be written, or other users could write.
 
     ``NUMBA_CACHE_DIR`` is honoured; otherwise it lies in the user's own cache folder. Files, and folders of other compilers, that
     nobody has used for a month are removed.
+
+    Warns:
+        RuntimeWarning: Other users could have put code there, so that it is not used.
     """
     try:
         base = _base_folder()
-        folder = base / f"kernels-{compiler_hash()}"
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = make_private(base, f"kernels-{compiler_hash()}")
         os.utime(folder)
         _remove_unused(folder)
+    except SharedFolderError as error:
+        warnings.warn(f"ulna: compiled code is not kept, nor read: {error}", RuntimeWarning, stacklevel=2)
+        return None
     except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
         return None
     return folder if os.access(folder, os.W_OK) else None

@@ -70,7 +70,7 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
         return
     own = [*element_findings(root), *name_findings(root), *joint_findings(root), *shape_findings(root), *inertia_findings(root)]
     yield from own if error is None else _without_what_was_told(own, line)
-    yield from mesh_findings(root, document.folder, document.package_dirs)
+    yield from mesh_findings(root, document)
     if document.robot is not None and reach is not None:
         yield from robot_findings(document.robot, reach)
 

@@ -7,15 +7,18 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 
+from ulna.description.meshes.files import Located, MeshFiles
 from ulna.description.meshes.points import READABLE, mesh_points
 from ulna.description.packages import resolve_uri
+from ulna.errors import FileError
 from ulna.inspection.elements import listed, numbers, of_robot
 from ulna.inspection.result import Finding, Severity
 from ulna.inspection.shapes import size_findings
 
 
-def mesh_findings(root: etree._Element, folder: Path | None, package_dirs: Sequence[Path]) -> Iterator[Finding]:
-    """What is wrong with the files of meshes, each looked at once."""
+def mesh_findings(root: etree._Element, described: Located) -> Iterator[Finding]:
+    """What is wrong with the files of meshes, each looked at once, as far as the description may lead to them."""
+    files, folder, package_dirs = MeshFiles(described), described.folder, described.package_dirs
     users: dict[tuple[str, tuple[float, ...]], list[etree._Element]] = defaultdict(list)
     for mesh in root.iterfind("link/*/geometry/mesh"):
         users[mesh.get("filename", ""), numbers(mesh, "scale") or (1.0, 1.0, 1.0)].append(mesh)
@@ -29,7 +32,7 @@ def mesh_findings(root: etree._Element, folder: Path | None, package_dirs: Seque
         if path is None:
             missing[_home(uri)].append((uri, meshes[0]))
         elif path.suffix.lower() in READABLE:
-            yield from _content_findings(path, scale, meshes[0])
+            yield from _content_findings(uri, files, scale, meshes[0])
         else:
             unread[path.suffix.lower()] += 1
     for home, some in missing.items():
@@ -38,15 +41,16 @@ def mesh_findings(root: etree._Element, folder: Path | None, package_dirs: Seque
         yield Finding(Severity.NOTE, "document", f"{count} meshes of kind {suffix!r} were found, but not read")
 
 
-def _content_findings(path: Path, scale: tuple[float, ...], mesh: etree._Element) -> Iterator[Finding]:
+def _content_findings(uri: str, files: MeshFiles, scale: tuple[float, ...], mesh: etree._Element) -> Iterator[Finding]:
+    name = _short(uri)
     try:
-        extents = np.ptp(mesh_points(path), axis=0).tolist()
+        extents = np.ptp(mesh_points(files.find(uri)), axis=0).tolist()
     except (OSError, ValueError, etree.XMLSyntaxError) as error:
-        message = f"mesh {path.name} cannot be read: {' '.join(str(error).split())[:100]}"
-        yield Finding(Severity.WARNING, of_robot(mesh), message, mesh.sourceline)
+        reason = error.message if isinstance(error, FileError) else " ".join(str(error).split())[:100]
+        yield Finding(Severity.WARNING, of_robot(mesh), f"mesh {name} cannot be read: {reason}", mesh.sourceline)
         return
     scaled = [abs(extent * factor) for extent, factor in zip(extents, scale, strict=True)]
-    yield from size_findings(f"mesh {path.name}", scaled, of_robot(mesh), mesh.sourceline)
+    yield from size_findings(f"mesh {name}", scaled, of_robot(mesh), mesh.sourceline)
 
 
 def _missing(home: str, some: list[tuple[str, etree._Element]], folder: Path | None, package_dirs: Sequence[Path]) -> Finding:

@@ -11,8 +11,8 @@ KeyT, FunctionT = TypeVar("KeyT", bound=Hashable), TypeVar("FunctionT")
 class Bound(dict[KeyT, FunctionT], Generic[KeyT, FunctionT]):
     """The bound functions of one robot, made when first asked for.
 
-    A dict, because a look-up in one is the quickest way from ``robot.forward_kinematics(q)`` to the function. Where two threads make
-    the same function at once, the first is kept.
+    A dict, because a look-up in one is the quickest way from ``robot.forward_kinematics(q)`` to the function. Where two threads
+    make the same function at once, the first is kept.
     """
 
     def __init__(self, tree: Tree) -> None:

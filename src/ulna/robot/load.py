@@ -25,7 +25,7 @@ def load(
         source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text. Or the
             name of a robot of the packages example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"ur5e"``), where
             they are installed; nothing is downloaded. A bundled name comes first, then a file, then these in their order.
-        xacro_args: Arguments of a xacro file, or of the one macro that it defines.
+        xacro_args: Arguments of a xacro file, or of the one macro that it defines; and what ``$(env NAME)`` stands for in it.
         package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie, or such packages themselves. A
             xacro file reads files in them, in its own folder and in its package, and nowhere else.
         base: The link to begin at; the root unless given.

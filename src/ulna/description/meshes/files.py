@@ -1,14 +1,25 @@
 """The files behind a description's meshes, as far as a description that a stranger wrote may lead to them."""
 
 from pathlib import Path
+from typing import Protocol
 from urllib.parse import unquote
 
 from ulna.description.packages import places
-from ulna.description.robot_description import Description
-from ulna.description.xacro.audit_hook import Fence
+from ulna.description.readable import Readable
 from ulna.errors import FileError
 
+_OUTSIDE = "lies outside the description's folder, its package and package_dirs, so it is not read"
 MESHES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
+
+
+class Located(Protocol):
+    """A description, or anything else that knows where its files lie."""
+
+    @property
+    def folder(self) -> Path | None: ...  # noqa: D102
+
+    @property
+    def package_dirs(self) -> tuple[Path, ...]: ...  # noqa: D102
 
 
 class MeshFiles:
@@ -17,9 +28,9 @@ class MeshFiles:
     Like a xacro document, a description may name ``file:///etc/passwd`` or climb with ``..``; what it names would be served.
     """
 
-    def __init__(self, description: Description) -> None:
+    def __init__(self, description: Located) -> None:
         self.folder, self.package_dirs = description.folder, description.package_dirs
-        self.fence = Fence(self.folder, [str(folder) for folder in self.package_dirs])
+        self.readable = Readable(self.folder, [str(folder) for folder in self.package_dirs])
 
     def find(self, uri: str) -> Path:
         """The file behind ``package://``, ``file://`` or a path that is relative to the description.
@@ -39,7 +50,7 @@ class MeshFiles:
     def beside(self, mesh: Path, name: str) -> Path:
         """A file that a mesh names, as a texture: in the mesh's folder, or where the description may read."""
         path = mesh.parent / unquote(name)
-        if not (self.fence.admits(str(path)) or path.resolve().is_relative_to(mesh.parent.resolve())):
+        if not (self.readable.admits(str(path)) or path.resolve().is_relative_to(mesh.parent.resolve())):
             raise FileError(name, f"lies outside {mesh.parent}, whose {mesh.name} names it")
         return path
 
@@ -47,22 +58,18 @@ class MeshFiles:
         packages = places(uri, self.folder, self.package_dirs)
         if not packages:
             raise FileError(uri, "leads out of its package, so it is not read")
-        admitted = [path for path, package in packages.items() if package is not None or self.fence.admits(str(path))]
+        admitted = [path for path, package in packages.items() if package is not None or self.readable.admits(str(path))]
         found = [path for path in admitted if path.is_file()]
         given = places(uri, None, self.package_dirs)
+        reasons = []
         for path in found:
             package = packages[path]
-            if package is None:
+            reason = "" if package is None else self.readable.admit_package(package, given=path in given)  # for its textures too
+            if not reason and self.readable.admits(path):
                 return path
-            if path in given or (package / "package.xml").is_file():
-                self.fence.admit(package)  # for its textures
-                return path
-        raise FileError(uri, _refusal(packages, admitted, found))
+            reasons.append(f"{package} {reason}; if it is the package, name its folder in package_dirs" if reason else _OUTSIDE)
+        raise FileError(uri, reasons[0] if reasons else _refusal(packages, admitted))
 
 
-def _refusal(packages: dict[Path, Path | None], admitted: list[Path], found: list[Path]) -> str:
-    if found:
-        return f"{packages[found[0]]} has no package.xml; if it is the package, name its folder in package_dirs"
-    if len(admitted) < len(packages):
-        return "lies outside the description's folder, its package and package_dirs, so it is not read"
-    return f"no such file; tried {'; '.join(map(str, admitted))}"
+def _refusal(packages: dict[Path, Path | None], admitted: list[Path]) -> str:
+    return _OUTSIDE if len(admitted) < len(packages) else f"no such file; tried {'; '.join(map(str, admitted))}"

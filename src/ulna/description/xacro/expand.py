@@ -1,14 +1,12 @@
-"""xacro in, URDF text out. A xacro file is a program, so it runs in a child process, with limits of time and memory."""
+"""xacro in, URDF text out. A xacro file is a program, so it runs in a child process that may only compute."""
 
-import json
-import os
-import subprocess
-import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from lxml import etree
 
+from ulna.description.readable import Readable
+from ulna.description.xacro.process import expanded_by_child
 from ulna.description.xacro.single_macro import NAMESPACES, call_the_macro, only_defines
 from ulna.description.xml import parse
 from ulna.errors import DescriptionError, InputError, did_you_mean
@@ -43,39 +41,17 @@ def expand_xacro(
         call_the_macro(root, source, arguments)
     request = {
         "text": etree.tostring(root, encoding="unicode"),
-        "file": source,
-        "folder": None if folder is None else str(folder.resolve()),
+        "file": None if folder is None else str(folder.resolve() / source),
         "arguments": arguments,
-        "package_dirs": [str(Path(p).resolve()) for p in package_dirs],
-        "memory": MEMORY_LIMIT_BYTES,
-        "seconds": TIME_LIMIT_S,
     }
-    answer = _asked(request, source)
+    readable = Readable(None if folder is None else folder.resolve(), [str(Path(p).resolve()) for p in package_dirs])
+    answer = expanded_by_child(request, readable, MEMORY_LIMIT_BYTES, TIME_LIMIT_S, source)
     declared = {e.get("name", "") for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).localname == "arg"}
     for name in arguments:
         if name not in declared and name not in answer["asked"]:
             known = sorted(declared | (set(answer["asked"]) - set(arguments)))
             raise InputError("xacro_args", f"{source} has no argument {name!r}{did_you_mean(name, known)}")
-    return answer["urdf"].encode()
-
-
-def _asked(request: dict, source: str) -> dict:
-    """The answer of the child process."""
-    command = [sys.executable, "-P", "-m", "ulna.description.xacro.child"]  # -P: nothing of the working folder is imported
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONUTF8": "1"}
     try:
-        child = subprocess.run(  # noqa: S603 - this Python, our own module
-            command, input=json.dumps(request).encode(), capture_output=True, env=environment, timeout=TIME_LIMIT_S, check=False
-        )
-    except subprocess.TimeoutExpired:
-        raise DescriptionError(f"xacro: no end within {TIME_LIMIT_S:g} s; expansion stopped", source) from None
-    try:
-        answer = json.loads(child.stdout)
-    except ValueError:
-        last = child.stderr.decode(errors="replace").strip().splitlines()[-1:] or [f"exit status {child.returncode}"]
-        raise DescriptionError(
-            f"xacro: the expansion died ({last[0]}); its limits are {TIME_LIMIT_S:g} s and 2 GiB", source
-        ) from None
-    if "error" in answer:
-        raise DescriptionError(f"xacro: {answer['error']}", source)
-    return answer
+        return answer["urdf"].encode()
+    except UnicodeEncodeError as error:
+        raise DescriptionError(f"xacro: expands to text that is not Unicode ({error.reason})", source) from None

@@ -1,10 +1,15 @@
 """A xacro document that only defines a macro, as the course's ``franka_robot.urdf`` does: it is expanded by calling it."""
 
+import re
+
 from lxml import etree
 
 from ulna.errors import DescriptionError, did_you_mean
 
 NAMESPACES = ("http://www.ros.org/wiki/xacro", "http://ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
+_WORD = r"""(?:'[^']*+'|"[^"]*+"|[^\s'"]++)++"""
+_DEFAULT = re.compile(rf"\s*([^\s:=]++)\s*+:?=\s*+(?:\^\|?)?(?:\$\{{[^}}]*+\}}|\$\([^)]*+\)|{_WORD}|)(?:\s++|$)(.*)", re.DOTALL)
+"""``name:=default``, as the package xacro reads it; but without trying again, which took it time without end."""
 
 
 def only_defines(root: etree._Element) -> bool:
@@ -39,11 +44,10 @@ def call_the_macro(root: etree._Element, source: str, arguments: dict[str, str])
 
 def _parameters(text: str) -> dict[str, bool]:
     """The parameters of a macro, and for each whether it has a default; blocks (``*name``) are left out."""
-    from xacro import parse_macro_arg
-
     has_default = {}
     while text.strip():
-        name, default, text = parse_macro_arg(text)
+        default = _DEFAULT.match(text)
+        name, text = (default[1], default[2]) if default else [*text.split(None, 1), ""][:2]
         if not name.startswith("*"):
             has_default[name] = default is not None
     return has_default

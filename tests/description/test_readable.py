@@ -1,5 +1,6 @@
 """What a xacro document may reach: the files of its folder, its package and ``package_dirs``; and nothing else on the machine."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -110,55 +111,63 @@ def test_the_folder_of_a_document_has_its_name_in_it(tmp_path):
     assert ulna.load(put(tmp_path / "r.xacro", link("$(dirname)/a.yaml"))).link_names == ("a",)
 
 
-# fmt: off
-REACHES = {
-    "builtins through eval": """$(eval open)""",
-    "attributes in a comprehension": """${[x.__class__ for x in [1]]}""",
-    "attributes in a lambda": """${(lambda x: x.__class__)(1)}""",
-    "attributes": """${().__class__}""",
-    "what xacro itself uses": """${xacro.load_yaml.__globals__}""",
-}
-# fmt: on
-
-
-@pytest.mark.parametrize("name", REACHES)
-def test_python_that_reaches_further_is_refused(tmp_path, name):
-    file = put(tmp_path / "r.xacro", f'<link name="{REACHES[name]}"/>')
-    with pytest.raises(DescriptionError, match=r"invalid name|not defined|double underscore"):
+@pytest.mark.parametrize("how", ["a file", "a folder", "a package above"])
+def test_a_link_is_read_where_it_leads_to(tmp_path, how):
+    put_yaml(tmp_path / "private" / "keys.yaml", "key")
+    (tmp_path / "private" / "package.xml").write_text("<package/>")
+    (tmp_path / "in").mkdir()
+    link_at, target, name = {
+        "a file": ("in/linked.yaml", "private/keys.yaml", "linked.yaml"),
+        "a folder": ("in/linked", "private", "linked/keys.yaml"),
+        "a package above": ("linked", "private", "$(find linked)/keys.yaml"),
+    }[how]
+    (tmp_path / link_at).symlink_to(tmp_path / target)
+    file = put(tmp_path / "in" / "r.xacro", link(name))
+    with pytest.raises(DescriptionError, match=r"lies outside the document's folder|linked is a link; if it is the one"):
         ulna.load(file)
+    assert ulna.load(file, package_dirs=[tmp_path / "private"]).link_names == ("key",)
 
 
-def test_behind_the_fence_python_itself_cannot_write_start_or_import(tmp_path):
-    """Were the words of xacro not enough: the audit hook alone, asked in a process of its own."""
-    code = """
-import sys; sys.path[:] = {path!r}
-from pathlib import Path
-from ulna.description.xacro.audit_hook import Fence, FenceError
-import os, subprocess, socket
-Fence(Path({folder!r}), []).close()
-def refused(f, *arguments):
-    try: f(*arguments)
-    except FenceError: return
-    raise SystemExit(f"not refused: {{f}} {{arguments}}")
-refused(open, {folder!r} + "/new", "w")
-refused(open, {folder!r} + "/old", "r+")
-refused(os.open, {folder!r} + "/new", os.O_CREAT)
-refused(open, "/etc/passwd")
-refused(os.listdir, "/etc")
-refused(os.system, "true")
-refused(os.remove, {folder!r} + "/old")
-refused(subprocess.Popen, ["true"])
-refused(socket.socket)
-refused(__import__, "this")
-print(open({folder!r} + "/old").read())
-"""
-    import subprocess
-    import sys
+def test_the_links_of_an_installed_package_are_followed(tmp_path, monkeypatch):
+    """``colcon build --symlink-install`` makes every file a link to its source."""
+    source = put_yaml(tmp_path / "src" / "arm" / "c.yaml", "found")
+    share = tmp_path / "install" / "share" / "arm"
+    share.mkdir(parents=True)
+    (share / "c.yaml").symlink_to(source)
+    file = put(tmp_path / "in" / "r.xacro", link("$(find arm)/c.yaml"))
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "install"))
+    assert ulna.load(file).link_names == ("found",)
+    with pytest.raises(DescriptionError, match="lies outside"):
+        ulna.load(put(file, link("$(find arm)/../arm/c.yaml")))
 
-    (tmp_path / "old").write_text("read")
-    source = code.format(path=sys.path, folder=str(tmp_path))
-    child = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=False)
-    assert (child.returncode, child.stdout, child.stderr) == (0, "read\n", "")
+
+@pytest.mark.parametrize("special", ["/dev/zero", "/dev/stdin", "a pipe", "a folder"])
+def test_what_is_no_regular_file_is_not_waited_for(tmp_path, special):
+    name = special
+    if special == "a pipe":
+        os.mkfifo(tmp_path / "p.yaml")
+        name = "p.yaml"
+    if special == "a folder":
+        name = "."
+    file = put(tmp_path / "r.xacro", link(name))
+    with pytest.raises(DescriptionError, match=r"not a regular file|Is a directory|lies outside"):
+        ulna.load(file, package_dirs=["/dev"])
+
+
+def test_an_optional_include_that_is_not_there_is_passed_over(tmp_path):
+    file = put(tmp_path / "r.xacro", '<xacro:include filename="gone.xacro" optional="true"/>', '<link name="${1}"/>')
+    assert ulna.load(file).link_names == ("1",)
+
+
+def test_an_environment_variable_is_not_read_but_may_be_given(tmp_path, monkeypatch):
+    monkeypatch.setenv("SIDE", "of the user")
+    file = put(tmp_path / "r.xacro", '<link name="$(env SIDE)"/>')
+    with pytest.raises(DescriptionError, match=r"\$\(env SIDE\): .* no environment variables; give SIDE in xacro_args$"):
+        ulna.load(file)
+    assert ulna.load(file, xacro_args={"SIDE": "left"}).link_names == ("left",)
+    file = put(tmp_path / "r.xacro", '<link name="$(optenv SIDE right)"/>')
+    assert ulna.load(file).link_names == ("right",)
+    assert ulna.load(file, xacro_args={"SIDE": "left"}).link_names == ("left",)
 
 
 ARGUMENTS = ['<xacro:arg name="prefix" default="a"/>', '<link name="$(arg prefix)"/>']

@@ -1,0 +1,54 @@
+"""The bytes of a file, without waiting for ever: a pipe that nothing writes to has an end too."""
+
+import os
+import select
+import stat
+import time
+from pathlib import Path
+
+PIPE_PATIENCE_S = 10.0
+_AT_ONCE = 1 << 20
+
+
+def file_bytes(path: str | Path, most: int) -> bytes:
+    """The bytes of a file, a device or a pipe, up to one more than ``most``.
+
+    Raises:
+        OSError: It cannot be opened or read, or is a pipe through which nothing comes for ``PIPE_PATIENCE_S`` seconds.
+    """
+    with open(path, "rb", opener=_without_waiting) as file:
+        if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+            return _pipe_bytes(file.fileno(), most)
+        if hasattr(os, "O_NONBLOCK"):
+            os.set_blocking(file.fileno(), True)
+        return file.read(most + 1)
+
+
+def regular_file_bytes(path: str | Path, most: int) -> bytes:
+    """The same of a regular file only, for a path that comes from a stranger.
+
+    Raises:
+        OSError: It cannot be opened or read, or is none.
+    """
+    with open(path, "rb", opener=_without_waiting) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise OSError(22, "not a regular file", str(path))
+        return file.read(most + 1)
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _pipe_bytes(pipe: int, most: int) -> bytes:
+    read = bytearray()
+    while len(read) <= most:
+        end = time.monotonic() + PIPE_PATIENCE_S
+        while not select.select([pipe], [], [], max(0.0, end - time.monotonic()))[0]:
+            if time.monotonic() >= end:
+                raise OSError(110, f"a pipe, and nothing came through it for {PIPE_PATIENCE_S:g} s")
+        chunk = os.read(pipe, _AT_ONCE)
+        if not chunk:
+            break
+        read += chunk
+    return bytes(read[: most + 1])

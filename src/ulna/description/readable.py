@@ -1,0 +1,122 @@
+"""Which files a description may read: those in its folder, its package, ``package_dirs``, and the packages that it finds."""
+
+import glob
+import os
+import re
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from ulna.description.file_bytes import regular_file_bytes
+from ulna.description.packages import package_folders
+
+_PACKAGE_LEVELS = 6  # above a document, in which its own package may begin
+_WILDCARD = re.compile(r"[*?[]")
+
+
+class OutsideError(Exception):
+    """A description names a file that it may not read, or a package that is not there."""
+
+
+class Readable:
+    """The folders that a description may read.
+
+    A link counts where it leads to, not where it lies. The links of an installed package are the exception: ``colcon build
+    --symlink-install`` and some installers of Python packages make every file a link.
+    """
+
+    def __init__(self, folder: Path | None, package_dirs: Iterable[str]) -> None:
+        self.folder, self.package_dirs = folder, list(package_dirs)
+        self._roots: set[str] = set()
+        self._linked_roots: set[str] = set()
+        for path in self.package_dirs:
+            self.admit(Path(path))
+        if folder is not None:
+            self.admit(folder)
+            above = [Path(os.path.realpath(folder)), *Path(os.path.realpath(folder)).parents][:_PACKAGE_LEVELS]
+            for package in [path for path in above if (path / "package.xml").is_file()][:1]:
+                self.admit(package)
+
+    def admit(self, folder: Path) -> None:
+        """Let a folder be read."""
+        self._roots.add(os.path.realpath(folder))
+        given = os.path.abspath(folder)  # noqa: PTH100 - links stay
+        if any(_within(given, installed) for installed in _installed_folders()):
+            self._linked_roots.add(given)
+
+    def admits(self, path: str | Path) -> bool:
+        """Whether a path leads into one of the folders."""
+        real, given = os.path.realpath(path), os.path.abspath(path)  # noqa: PTH100 - links stay
+        if any(_within(real, root) for root in self._roots):
+            return True
+        return ".." not in Path(path).parts and any(_within(given, root) for root in self._linked_roots)
+
+    def find(self, name: str) -> str:
+        """The folder of a package. One that is not in ``package_dirs`` or ROS's paths, but above, must have a ``package.xml``.
+
+        Raises:
+            OutsideError: There is none.
+        """
+        if not name or name.startswith(".") or "/" in name or "\\" in name:
+            raise OutsideError(f"$(find {name}): {name!r} is no package's name")
+        folders = [path for path in package_folders(name, self.folder, self.package_dirs) if path.is_dir()]
+        given = set(package_folders(name, None, self.package_dirs))
+        if not folders:
+            raise OutsideError(f"$(find {name}): no such package in package_dirs, ROS_PACKAGE_PATH or the folders above the file")
+        reasons = []
+        for folder in folders:
+            reason = self.admit_package(folder, given=folder in given)
+            if not reason:
+                return str(folder)
+            reasons.append(f"{folder} {reason}")
+        raise OutsideError(f"$(find {name}): {reasons[0]}; if it is the one, name its folder in package_dirs")
+
+    def admit_package(self, folder: Path, *, given: bool) -> str:
+        """Let a package be read, or why it is not: one that the user has not ``given`` may be any folder of that name."""
+        if self.admits(folder):
+            return ""
+        if not given and os.path.realpath(folder) != str(Path(os.path.realpath(folder.parent)) / folder.name):
+            return "is a link"
+        if not given and not (folder / "package.xml").is_file():
+            return "has no package.xml"
+        self.admit(folder)
+        return ""
+
+    def read(self, path: str, most: int) -> bytes:
+        """The bytes of a regular file, up to one more than ``most``.
+
+        Raises:
+            OutsideError: It lies outside.
+            OSError: It cannot be read.
+        """
+        self._check(path)
+        return regular_file_bytes(path, most)
+
+    def matching(self, pattern: str) -> list[str]:
+        """The files that a pattern such as ``parts/*.xacro`` names, as far as they may be read.
+
+        Raises:
+            OutsideError: Its folder lies outside.
+        """
+        parts = Path(pattern).parts
+        first = next((k for k, part in enumerate(parts) if _WILDCARD.search(part)), len(parts))
+        if ".." in parts[first:]:
+            raise OutsideError(f"reads {pattern}, in which '..' comes after a wildcard")
+        self._check(str(Path(*parts[:first])))
+        return [path for path in sorted(glob.glob(pattern)) if self.admits(path)]  # noqa: PTH207 - text in, text out, as xacro does
+
+    def _check(self, path: str) -> None:
+        if not self.admits(path):
+            raise OutsideError(f"reads {path}, which lies outside the document's folder, its package and package_dirs")
+
+
+def _within(path: str, root: str) -> bool:
+    return path == root or path.startswith(root.rstrip(os.sep) + os.sep)
+
+
+def _installed_folders() -> Iterator[str]:
+    """Where installed packages lie: ROS 2's, and the data packages beside this Python."""
+    for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
+        yield os.path.abspath(Path(prefix) / "share")  # noqa: PTH100 - links stay
+    for entry in filter(None, sys.path):
+        yield os.path.abspath(Path(entry) / "cmeel.prefix" / "share")  # noqa: PTH100

@@ -1,0 +1,48 @@
+"""The parent process, which alone opens files: one line of JSON asks it, one line is what it found."""
+
+import io
+import json
+import os
+from typing import Any, BinaryIO
+
+from ulna.description.xacro.child.refused import RefusedError
+
+
+class Parent:
+    """The two pipes to the parent process."""
+
+    def __init__(self, source: BinaryIO, sink: BinaryIO) -> None:
+        self._source, self._sink = source, sink
+
+    def receive(self) -> dict[str, Any]:
+        """The next message of the parent."""
+        return json.loads(self._source.readline())
+
+    def send(self, message: dict[str, Any]) -> None:
+        """A message to the parent."""
+        self._sink.write(json.dumps(message).encode() + b"\n")
+        self._sink.flush()
+
+    def open(self, path: str, mode: str = "r") -> io.StringIO:
+        """The text of a file, in place of the built-in ``open``."""
+        if not isinstance(path, str) or mode != "r":
+            raise RefusedError(f"opens {path!r} with {mode!r}; a description reads texts")
+        return io.StringIO(self._asked({"read": path})["text"], newline=None)
+
+    def find(self, package: str) -> str:
+        """The folder of a package."""
+        return self._asked({"find": package})["folder"]
+
+    def matching(self, pattern: str) -> list[str]:
+        """The files that a pattern names, in place of ``glob.glob``."""
+        return self._asked({"matching": pattern})["files"]
+
+    def _asked(self, question: dict[str, str]) -> dict[str, Any]:
+        self.send(question)
+        found = self.receive()
+        if "refused" in found:
+            raise RefusedError(found["refused"])
+        if "failed" in found:
+            number, words = found["failed"]
+            raise OSError(number, words, os.fspath(next(iter(question.values()))))
+        return found

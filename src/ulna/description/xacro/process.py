@@ -1,0 +1,157 @@
+"""The child process that expands a xacro document: started, served with the files that it may read, and ended in time."""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+import ulna.io
+from ulna.description.readable import OutsideError, Readable
+from ulna.description.xml import LONGEST
+from ulna.errors import DescriptionError
+
+_LONGEST_MESSAGE = 7 * LONGEST  # of the child: a text of that length, each letter written as \u0000
+_START = """
+import sys, types
+ulna = sys.modules["ulna"] = types.ModuleType("ulna")
+ulna.__path__ = [sys.argv[1]]
+from ulna.description.xacro.child.main import main
+main()
+"""  # the package without its face, which would load NumPy
+_KEPT = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "PYTHONHOME", "SYSTEMROOT")  # without which some Pythons do not start
+
+
+class _DiedError(Exception):
+    """The child ended, or said what it never says."""
+
+
+def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, seconds: float, source: str) -> dict[str, Any]:
+    """What the child makes of a request: ``urdf``, and the names ``asked`` for.
+
+    Raises:
+        DescriptionError: The document fails, runs too long or reaches outside.
+    """
+    with _child(memory, seconds, readable.folder) as (child, late):
+        left_out: dict[str, str] = {}
+        try:
+            left_out = _received(child)["left_out"]
+            done = _served(child, {**request, "longest": LONGEST}, readable)
+        except (_DiedError, OSError, ValueError, KeyError, TypeError):
+            child.kill()
+            words = _last_words(child)
+            if late.is_set():
+                raise DescriptionError(f"xacro: no end within {seconds:g} s; expansion stopped", source) from None
+            limits = _limits(memory, seconds, left_out)
+            raise DescriptionError(f"xacro: the expansion died ({words}); {limits}", source) from None
+    if "error" in done:
+        raise DescriptionError(f"xacro: {_printable(str(done['error']))}", source)
+    return done
+
+
+@contextmanager
+def _child(memory: int, seconds: float, folder: Path | None) -> Iterator[tuple[subprocess.Popen, threading.Event]]:
+    """A child process, and the event that its time is over. Its environment holds nothing of the user's."""
+    command = [sys.executable, "-P", "-c", _START, str(Path(ulna.description.__file__).parent.parent)]
+    command.append(json.dumps({"memory": memory, "seconds": seconds}))
+    environment = {name: os.environ[name] for name in _KEPT if name in os.environ}
+    environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONUTF8": "1"}
+    pipe = subprocess.PIPE
+    child = subprocess.Popen(command, env=environment, cwd=folder, stdin=pipe, stdout=pipe, stderr=pipe)  # noqa: S603 - our module
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        child.kill()
+
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield child, late
+    finally:
+        timer.cancel()
+        child.kill()
+        child.communicate()
+
+
+def _served(child: subprocess.Popen, request: dict[str, Any], readable: Readable) -> dict[str, Any]:
+    """The child's last message, after the request and all that it asks for."""
+    _send(child, request)
+    while True:
+        message = _received(child)
+        if isinstance(message.get("urdf"), str) and isinstance(message.get("asked"), list):
+            return message
+        if "error" in message:
+            return message
+        _send(child, _found(message, readable))
+
+
+def _found(message: dict[str, Any], readable: Readable) -> dict[str, Any]:
+    """What there is to a question, or why not."""
+    ((kind, name),) = message.items()
+    if not isinstance(name, str):
+        raise _DiedError
+    try:
+        if kind == "read":
+            return {"text": _text(name, readable)}
+        if kind == "find":
+            return {"folder": readable.find(name)}
+        if kind == "matching":
+            return {"files": readable.matching(name)}
+    except OutsideError as error:
+        return {"refused": str(error)}
+    except OSError as error:
+        return {"failed": (error.errno or 5, error.strerror or str(error))}
+    except ValueError:  # a zero byte, or half a character
+        return {"refused": f"{name!a} is no name of a file"}
+    raise _DiedError
+
+
+def _text(path: str, readable: Readable) -> str:
+    content = readable.read(path, LONGEST)
+    if len(content) > LONGEST:
+        raise OutsideError(f"reads {path}, which is longer than the {LONGEST / 1e6:.0f} MB that are read")
+    try:
+        text = content.decode()
+    except UnicodeDecodeError as error:
+        raise OutsideError(f"reads {path}, which is not UTF-8 ({error.reason})") from None
+    if "<!ENTITY" in text:
+        raise OutsideError(f"reads {path}, which declares XML entities; they are refused")
+    return text
+
+
+def _send(child: subprocess.Popen, message: dict[str, Any]) -> None:
+    sink: IO[bytes] = child.stdin  # pyright: ignore[reportAssignmentType]
+    sink.write(json.dumps(message).encode() + b"\n")
+    sink.flush()
+
+
+def _received(child: subprocess.Popen) -> dict[str, Any]:
+    source: IO[bytes] = child.stdout  # pyright: ignore[reportAssignmentType]
+    line = source.readline(_LONGEST_MESSAGE)
+    message = json.loads(line) if line.endswith(b"\n") else None
+    if not isinstance(message, dict):
+        raise _DiedError
+    return message
+
+
+def _last_words(child: subprocess.Popen) -> str:
+    _, errors = child.communicate()
+    lines = errors.decode(errors="replace").strip().splitlines()
+    return _printable(lines[-1]) if lines else f"exit status {child.returncode}"
+
+
+def _limits(memory: int, seconds: float, left_out: dict[str, str]) -> str:
+    said = f"its limits are {seconds:g} s" + ("" if "RLIMIT_AS" in left_out else f" and {memory >> 30} GiB")
+    could_not = ", ".join(f"{name} ({why})" for name, why in left_out.items())
+    return said + (f"; this system has not granted {could_not}" if could_not else "")
+
+
+def _printable(text: str) -> str:
+    """Text that a terminal shows and does not obey."""
+    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)

@@ -1,0 +1,54 @@
+"""A folder for machine code, which is run as it is found: nobody but its user may have put anything there."""
+
+import os
+import stat
+from pathlib import Path
+
+
+class SharedFolderError(OSError):
+    """Another user can write in a folder, or could have."""
+
+
+def make_private(base: Path, name: str) -> Path:
+    """The folder ``name`` in ``base``, made if need be, both for this user alone (mode 0700).
+
+    Raises:
+        SharedFolderError: One of them is another's, or others may write in it or exchange it for another.
+        OSError: One of them cannot be made.
+    """
+    base.parent.mkdir(parents=True, exist_ok=True)
+    folder = base / name
+    if not hasattr(os, "geteuid"):  # Windows: folders have access lists, which the user's own profile sets for the user alone
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+    for above in base.absolute().parents:
+        _check_above(above)
+    base.mkdir(mode=0o700, exist_ok=True)
+    if _status(base).st_uid == os.geteuid():
+        base.chmod(0o700)  # of earlier versions; what lies in it is looked at by itself
+    folder.mkdir(mode=0o700, exist_ok=True)
+    for one in (base, folder):
+        _check_own(one)
+    return folder
+
+
+def _status(folder: Path) -> os.stat_result:
+    status = folder.lstat()
+    if not stat.S_ISDIR(status.st_mode):
+        raise SharedFolderError(f"{folder} is no folder")
+    return status
+
+
+def _check_own(folder: Path) -> None:
+    status = _status(folder)
+    if status.st_uid != os.geteuid():
+        raise SharedFolderError(f"{folder} belongs to another user (number {status.st_uid})")
+    if stat.S_IMODE(status.st_mode) != 0o700:
+        raise SharedFolderError(f"{folder} is open to other users (mode {stat.S_IMODE(status.st_mode):04o}; 0700 is needed)")
+
+
+def _check_above(folder: Path) -> None:
+    """Where others may write, only the sticky bit keeps them from exchanging a folder, and it does not keep its owner."""
+    status = folder.stat()
+    if status.st_mode & stat.S_IWOTH and not (status.st_mode & stat.S_ISVTX and status.st_uid in (0, os.geteuid())):
+        raise SharedFolderError(f"{folder} lets other users exchange what lies in it (mode {stat.S_IMODE(status.st_mode):04o})")

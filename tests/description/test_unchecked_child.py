@@ -1,0 +1,63 @@
+"""Were the check of expressions no check at all: what a child that evaluates a document's Python as it is written still reaches.
+
+That it would reach all of that if it were not confined either is tested too.
+"""
+
+import textwrap
+from pathlib import Path
+
+import pytest
+
+import ulna
+from ulna import DescriptionError
+from ulna.description.xacro import process as xacro_process
+from ulna.description.xacro.child import landlock, seccomp
+
+CONFINED = pytest.mark.skipif(not (landlock.version() and seccomp.known()), reason="the system has not both")
+UNCHECKED = """
+import os, socket, subprocess
+from ulna.description.xacro.child import hooks, main as program
+names = {**vars(os), **vars(socket), **vars(subprocess), "open": open, "__import__": __import__}
+hooks.evaluate = lambda text, lookup: eval(text, {"__builtins__": names})
+program.add_audit_hook = lambda: None
+"""
+ESCAPES = {
+    "read": "open('/etc/hostname').read()",
+    "write": "open('MARK', 'w')",
+    "start": "Popen(['touch', 'MARK'])",
+    "run": "system('touch MARK')",
+    "connect": "socket()",
+    "import": "__import__('this')",
+}
+
+
+def unchecked(monkeypatch, and_then: str = "") -> None:
+    """A child that evaluates Python as it is written, without the audit hook."""
+    before, start = xacro_process._START.split("main()\n")[0], "main()\n"
+    monkeypatch.setattr(xacro_process, "_START", before + textwrap.dedent(UNCHECKED) + and_then + start)
+
+
+def expanded(name: str, place: Path) -> tuple:
+    expression = ESCAPES[name].replace("MARK", str(place / "mark"))
+    return ulna.load(
+        f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${{{expression}}}"/></robot>'
+    ).link_names
+
+
+@CONFINED
+@pytest.mark.parametrize("name", ESCAPES)
+def test_a_document_whose_python_is_evaluated_unchecked_still_reaches_nothing(name, tmp_path, monkeypatch):
+    unchecked(monkeypatch)
+    if name == "run":
+        assert expanded(name, tmp_path) in {("-1",), ("32512",)}  # by which system() says that there was no shell
+    else:
+        with pytest.raises(DescriptionError, match=r"not permitted|No module named|denied"):
+            expanded(name, tmp_path)
+    assert not (tmp_path / "mark").exists()
+
+
+@pytest.mark.parametrize("name", ["read", "write", "run", "connect", "import"])
+def test_unchecked_and_unconfined_it_would(name, tmp_path, monkeypatch):
+    unchecked(monkeypatch, "program.confine = lambda *_: {}\n")
+    assert len(expanded(name, tmp_path)) == 1
+    assert name not in ("write", "run") or (tmp_path / "mark").exists()

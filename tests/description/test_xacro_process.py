@@ -1,0 +1,58 @@
+"""The parent of the process that expands a document: whatever that says or does, the parent ends it and says what came."""
+
+import pytest
+
+import ulna
+from ulna import DescriptionError
+from ulna.description.xacro import expand as xacro
+from ulna.description.xacro import process as xacro_process
+
+DOCUMENT = (
+    '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${1}"/>' + "<!-- long -->" * 10_000 + "</robot>"
+)
+SAYS = "import sys\ndef say(text): print(text, flush=True)\n"
+READY = SAYS + "say('{\"left_out\": {}}')\nsys.stdin.readline()\n"
+DIED = r"^URDF text: xacro: the expansion died \({0}\); its limits are 20 s and 2 GiB$"
+PROGRAMS = {
+    "dies with words": ("raise SystemExit('no such module')", DIED.format("no such module")),
+    "dies in silence": ("import os; os._exit(3)", DIED.format("exit status .*")),
+    "says what is no JSON": (SAYS + "say('hello')", DIED.format(".*")),
+    "says a list": (SAYS + "say([1])", DIED.format(".*")),
+    "asks for a number": (READY + "say('{\"read\": 5}')", DIED.format(".*")),
+    "asks two things": (READY + 'say(\'{"read": "a", "find": "b"}\')', DIED.format(".*")),
+    "asks what is not known": (READY + 'say(\'{"write": "a"}\')\nsys.stdin.readline()', DIED.format(".*")),
+    "gives a number": (READY + 'say(\'{"urdf": 5, "asked": []}\')', DIED.format(".*")),
+    "goes on without end": (READY + "while True: sys.stdout.write('a' * 1000)", DIED.format(".*")),
+    "fails in colours": (READY + 'say(\'{"error": "\\\\u001b[31mred"}\')', r"xacro: \\x1b\[31mred$"),
+}
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_process_that_misbehaves_is_an_error(name, monkeypatch):
+    program, message = PROGRAMS[name]
+    monkeypatch.setattr(xacro_process, "_START", program)
+    monkeypatch.setattr(xacro_process, "_LONGEST_MESSAGE", 100_000)
+    with pytest.raises(DescriptionError, match=message):
+        ulna.load(DOCUMENT)
+
+
+def test_a_limit_that_the_system_has_not_granted_is_named_when_the_process_dies(monkeypatch):
+    monkeypatch.setattr(xacro_process, "_START", SAYS + 'say(\'{"left_out": {"RLIMIT_AS": "not here"}}\')')
+    with pytest.raises(DescriptionError, match=r"its limits are 20 s; this system has not granted RLIMIT_AS \(not here\)$"):
+        ulna.load(DOCUMENT)
+
+
+def test_a_process_that_says_nothing_is_ended(monkeypatch):
+    monkeypatch.setattr(xacro_process, "_START", "import time; time.sleep(1000)")
+    monkeypatch.setattr(xacro, "TIME_LIMIT_S", 0.5)
+    with pytest.raises(DescriptionError, match=r"no end within 0\.5 s; expansion stopped$"):
+        ulna.load(DOCUMENT)
+
+
+def test_a_process_sees_no_variable_of_the_user(monkeypatch):
+    monkeypatch.setenv("TOKEN", "canary")
+    names = "import json, os\n" + SAYS + "say('{\"left_out\": {}}')\nsay(json.dumps({'error': ' '.join(os.environ)}))"
+    monkeypatch.setattr(xacro_process, "_START", names)
+    with pytest.raises(DescriptionError, match="PYTHONPATH") as caught:
+        ulna.load(DOCUMENT)
+    assert "TOKEN" not in str(caught.value)
