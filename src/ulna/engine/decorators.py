@@ -5,7 +5,8 @@ machine code is kept on disk (``cache``). They say for which kinds of arguments 
 """
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from typing import Any
 
@@ -29,6 +30,39 @@ Signature = Sequence[Any]  # Numba's types of the arguments
 ENTRIES: dict[Any, tuple[Signature, ...]] = {}
 """Every entry, with all the kinds of arguments that it is called with: what there is to compile."""
 _lock = threading.Lock()
+_closed: set[Any] = set()  # the brief entries that are ready
+
+
+class NotCompiledError(RuntimeError):
+    """An entry was called that is not compiled yet, in a thread that may not compile now (``compiling_if``)."""
+
+
+class _Permission(threading.local):
+    """Whether this thread may compile."""
+
+    may: Callable[[], bool] = staticmethod(lambda: True)
+
+
+_permission = _Permission()
+
+
+@contextmanager
+def compiling_if(may: Callable[[], bool]) -> Iterator[None]:
+    """Within it this thread compiles an entry, or loads it from disk, only while ``may()`` is true.
+
+    Otherwise the call raises ``NotCompiledError`` at once: it does not wait for another thread that compiles either. Numba
+    compiles one entry at a time, for up to half a minute.
+    """
+    before, _permission.may = _permission.may, may
+    try:
+        yield
+    finally:
+        _permission.may = before
+
+
+def _refuse_unless_permitted(entry: Any) -> None:
+    if not _permission.may():
+        raise NotCompiledError(entry.py_func.__name__)
 
 
 def kernel(function):
@@ -82,11 +116,13 @@ def low_latency_entry(call: Signature) -> Callable[[Callable], Any]:
 
 def ready(brief: Any) -> Any:
     """A brief entry, compiled or loaded, and closed to arguments of other kinds."""
-    if not is_plain():
+    if not is_plain() and brief not in _closed:
+        _refuse_unless_permitted(brief)
         with _lock:
-            if not brief.signatures:
+            if brief not in _closed:
                 brief.compile(tuple(ENTRIES[brief][0]))
                 brief.disable_compile()
+                _closed.add(brief)
     return brief
 
 
@@ -94,8 +130,21 @@ def _entry(function: Callable, calls: tuple[Signature, ...], flags: dict[str, An
     dispatcher: Any = njit(**flags)(function)
     if not is_plain() and cache_folder() is not None:
         dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
+    if not is_plain():
+        _ask_before_compiling(dispatcher)
     ENTRIES[dispatcher] = calls
     return dispatcher
+
+
+def _ask_before_compiling(dispatcher: Any) -> None:
+    """Look whether this thread may compile, where Numba has found no machine code for a call and before it takes its lock."""
+    compile_for = dispatcher._compile_for_args  # noqa: SLF001 - the only place before the lock
+
+    def compile_if_permitted(*arguments: Any, **named: Any) -> Any:
+        _refuse_unless_permitted(dispatcher)
+        return compile_for(*arguments, **named)
+
+    dispatcher._compile_for_args = compile_if_permitted  # noqa: SLF001
 
 
 def is_plain() -> bool:
