@@ -115,6 +115,35 @@ def test_the_hand_is_dragged_and_the_arm_follows(view, page, camera):
     page.get_by_text("drag the handles to move the hand").wait_for()
 
 
+def outside(page):
+    page.mouse.move(-40, 300)
+    page.mouse.up()
+
+
+def cancelled(page):
+    page.evaluate(
+        "document.querySelector('canvas').dispatchEvent(new PointerEvent('pointercancel', {pointerId: 1, bubbles: true}))"
+    )
+
+
+def behind_another_window(page):
+    page.evaluate("dispatchEvent(new Event('blur'))")
+
+
+@pytest.mark.parametrize("end", [outside, cancelled, behind_another_window])
+def test_a_drag_ends_where_the_page_hears_of_no_button_let_go(view, page, camera, end):
+    tab(page, "Move")
+    T, size = view.session.hand_pose, view.hand.handles.control.scale
+    drag(page, view.hand.handles, arrow(camera, T, 2, size), (0, 60), "blue")
+    end(page)
+    wait_to_see(page, lambda: not view.hand.handles.held and view.session.target is None, "nobody who holds the hand")
+    rested = view.session.hand_pose
+    page.mouse.move(700, 500)  # with the button up, or not seen
+    page.wait_for_timeout(500)
+    assert np.array_equal(view.session.hand_pose, rested)
+    wait_to_see(page, lambda: np.allclose(view.hand.handles.pose, rested, atol=1e-4), "the handles at the hand")
+
+
 def test_out_of_reach_the_mark_is_red_and_the_page_says_why(view, page, camera):
     tab(page, "Move")
     T, size = view.session.hand_pose, view.hand.handles.control.scale
