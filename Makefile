@@ -17,11 +17,13 @@ demo: $(VENV)/.demo
 video: $(VENV)/.demo
 	$(RUN)/ulna record hw2/demo.mp4 $(ARGS)
 
-# Everything that CI runs: style, types, layers, tests; then the kernels again without the compiler, and for a plain CPU.
+# Everything that CI runs: style, types, layers, tests; then the kernels again without the compiler, and for a plain CPU. The kernels are
+# compiled first, once, not by each process of the tests. On two idle cores it takes a quarter of an hour, longer the first time.
 test: $(VENV)/.dev
 	$(RUN)/ruff check
 	$(RUN)/ruff format --check
 	$(RUN)/pyright --pythonpath $(RUN)/python
+	$(RUN)/ulna warmup
 	$(RUN)/python -m pytest -n auto $(ARGS)
 	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/kernels
 	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/kernels

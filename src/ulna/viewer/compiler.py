@@ -9,7 +9,8 @@ from typing import ParamSpec, TypeVar
 
 from ulna.engine.decorators import NotCompiledError, compiling_if
 
-_P, _R = ParamSpec("_P"), TypeVar("_R")
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 
 
 class Compiler:
