@@ -29,8 +29,10 @@ lint: $(VENV)/.dev
 	$(RUN)/check-jsonschema --builtin-schema vendor.readthedocs .readthedocs.yaml
 	$(RUN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 
-# Everything that CI runs: style, types, layers, tests; then the kernels again without the compiler, and for a plain CPU.
+# Everything that CI runs: style, types, layers, tests; then the kernels again without the compiler, and for a plain CPU. The kernels are
+# compiled first, once, not by each process of the tests. On two idle cores it takes a quarter of an hour, longer the first time.
 test: lint
+	$(RUN)/ulna warmup
 	$(RUN)/python -m pytest -n auto $(ARGS)
 	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/kernels
 	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/kernels

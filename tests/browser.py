@@ -6,6 +6,8 @@ import numpy as np
 from PIL import Image
 from playwright.sync_api import Page
 
+from processes import wait_for
+
 FLAGS = (
     "--no-sandbox",
     "--use-angle=swiftshader",
@@ -17,6 +19,19 @@ FLAGS = (
     "--no-first-run",
 )
 SIZE = (1280, 800)
+
+
+_TWO_FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+def wait_to_see(page: Page, condition, what: str):
+    """Wait until something holds on a page, and return it. Between two looks the page draws itself anew, however slowly."""
+
+    def pause():
+        page.evaluate(_TWO_FRAMES)
+        page.wait_for_timeout(100)
+
+    return wait_for(condition, what, pause=pause)
 
 
 def pixels(page: Page) -> np.ndarray:

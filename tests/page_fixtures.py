@@ -28,16 +28,26 @@ def browser_of():
             browser.close()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture
 def open_page(browser_of):
-    """Opens a page at an address, in a tab of its own; ``page.addresses`` has what it asked for."""
+    """Opens a page at an address, in a tab of its own; ``page.addresses`` has what it asked for.
+
+    A slow machine opens it slowly: it has no limit of time. When the test ends, its buttons are let go and it is closed.
+    """
+    opened = []
 
     def open_page(url, browser=0):
         page = browser_of(browser).new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        opened.append(page)
+        page.set_default_timeout(0)
         page.addresses = []
         page.on("request", lambda request: page.addresses.append(request.url))
         page.goto(url)
-        page.get_by_role("status").first.wait_for(timeout=60_000)
+        page.get_by_role("status").first.wait_for()
         return page
 
-    return open_page
+    yield open_page
+    for page in opened:
+        if not page.is_closed():
+            page.mouse.up()
+            page.close()

@@ -1,6 +1,7 @@
 """Programs that a test starts and ends, and waiting for what they do."""
 
 import contextlib
+import itertools
 import os
 import signal
 import socket
@@ -8,7 +9,8 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator
 
-PATIENCE_S = 60.0  # for a busy machine, and for a first use that compiles
+PATIENCE_S = 60.0  # with a program that is told to end: one that takes longer never does
+LOOKS = 600  # for what is waited for; a slow machine looks more slowly
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # of a shell's background job; what is started here would inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -16,19 +18,25 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # of a shell's background
 
 @contextlib.contextmanager
 def running(*command: str, end_with: signal.Signals = signal.SIGINT, **options) -> Iterator[subprocess.Popen]:
-    """A program beside the test, in a group of its own. It ends with the block, and nothing that it started outlives it."""
+    """A program beside the test, in a group of its own. It ends with the block, and nothing that it started outlives it.
+
+    One that does not end at the signal is killed, and the test has failed.
+    """
     program = subprocess.Popen(command, start_new_session=True, text=True, **options)
     try:
         yield program
     finally:
         program.send_signal(end_with)
+        killed = False
         try:
             program.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
+            killed = True
             program.kill()
             program.communicate()
         with contextlib.suppress(ProcessLookupError):
             os.killpg(program.pid, signal.SIGKILL)
+    assert not killed, f"{' '.join(command)}: did not end within {PATIENCE_S:g} s of {end_with.name}, and was killed"
 
 
 def free_port() -> int:
@@ -36,10 +44,22 @@ def free_port() -> int:
         return server.getsockname()[1]
 
 
-def wait_for(condition: Callable[[], object], what: str):
-    """Wait until something holds, and return it."""
-    end = time.monotonic() + PATIENCE_S
-    while not (found := condition()):
-        assert time.monotonic() < end, f"not seen within {PATIENCE_S:g} s: {what}"
-        time.sleep(0.1)
-    return found
+def wait_for(condition: Callable[[], object], what: str, looks: int | None = LOOKS, pause: Callable[[], object] | None = None):
+    """Wait until something holds, and return it.
+
+    Args:
+        condition: What is looked at.
+        what: In words.
+        looks: How often; None for what is compiled, which takes as long as it takes.
+        pause: Waits between two looks, for the machine's next step; a tenth of a second unless given.
+    """
+    for look in itertools.count(1):
+        if found := condition():
+            return found
+        assert looks is None or look < looks, f"not seen in {looks} looks: {what}"
+        (pause or _a_moment)()
+    return None
+
+
+def _a_moment() -> None:
+    time.sleep(0.1)

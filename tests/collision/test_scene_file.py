@@ -128,6 +128,15 @@ def test_two_objects_of_one_name_are_refused():
         world_from_json(json.dumps({"ulna_scene": 1, "objects": [entry, entry]}))
 
 
+def test_a_name_that_can_be_sent_to_no_file_and_no_page_is_refused(panda):
+    with pytest.raises(ulna.InputError, match=r"name: '\\ud800' has a character that cannot be written"):
+        ulna.World().add("\ud800", ulna.Sphere(0.1))
+    with pytest.raises(ulna.InputError, match="cannot be written"):
+        panda.with_attached("a\udfff", ulna.Sphere(0.1), ulna.pose())
+    with pytest.raises(ulna.UlnaError, match="cannot be written"):
+        world_from_json(scene(name="\ud800"))
+
+
 def test_files_that_cannot_be_read_or_written_are_named(tmp_path):
     with pytest.raises(FileError, match=r"none\.json"):
         load_world(tmp_path / "none.json")

@@ -183,7 +183,7 @@ def test_a_folder_that_cannot_be_removed_costs_no_other_its_cache(tmp_path, cach
 def test_the_folder_and_the_one_above_it_are_for_the_user_alone(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     (tmp_path / "ulna").mkdir(mode=0o755)  # as earlier versions made it
-    folder = loaded(KERNELS).cache_folder()
+    folder = cache.cache_folder.__wrapped__()
     assert [path.stat().st_mode & 0o777 for path in (folder, folder.parent)] == [0o700, 0o700]
 
 
@@ -224,27 +224,26 @@ SHARED = {
 @pytest.mark.parametrize("shared", SHARED)
 def test_a_folder_in_which_another_user_could_have_put_code_is_not_used_and_that_is_said(tmp_path, monkeypatch, shared):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    cache = loaded(KERNELS)
     if "owner" in shared.__name__ and os.geteuid():
         pytest.skip("only root can give a folder away")
-    shared(tmp_path, f"kernels-{cache.source_hash()}")
+    shared(tmp_path, f"kernels-{cache.compiler_hash()}")
     with pytest.warns(RuntimeWarning, match=rf"^ulna: compiled code is not kept, nor read: .* {SHARED[shared]}"):
-        assert cache.cache_folder() is None
+        assert cache.cache_folder.__wrapped__() is None
 
 
 def test_a_shared_folder_with_a_sticky_bit_holds_a_folder_of_each_user(tmp_path, monkeypatch):
     tmp_path.chmod(0o1777)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    assert loaded(KERNELS).cache_folder().parent == tmp_path / "ulna"
+    assert cache.cache_folder.__wrapped__().parent == tmp_path / "ulna"
 
 
 PLANTED = """
 import os, pickle
 from pathlib import Path
-from ulna.engine.cache import source_hash
+from ulna.engine.cache import compiler_hash
 class Planted:
     def __reduce__(self): return Path.touch, (Path({mark!r}),)
-folder = Path({base!r}) / "ulna" / f"kernels-{{source_hash()}}"
+folder = Path({base!r}) / "ulna" / f"kernels-{{compiler_hash()}}"
 folder.mkdir(parents=True)
 (folder / "chain.forward_one-ulna.kernels.chain.chain.py{version}.nbi").write_bytes(pickle.dumps(Planted()))
 folder.chmod(0o777)

@@ -2,6 +2,8 @@
 
 import threading
 
+import ulna
+from processes import wait_for
 from ulna.viewer.loop import Loop
 
 
@@ -31,3 +33,31 @@ def test_it_is_woken_before_its_pause_is_over():
     loop.stop(within=10)
     loop.wait()
     assert loop.ended
+
+
+def test_a_failure_that_lasts_is_logged_once_and_passed_on_until_it_is_over(capsys):
+    failing, seen = threading.Event(), []
+    failing.set()
+
+    def frame():
+        if failing.is_set():
+            raise ArithmeticError("again")
+
+    loop = Loop("test", frame, lambda: 1e-3, seen.append)
+    loop.start()
+    wait_for(lambda: len(seen) > 2, "three failures")
+    failing.clear()
+    wait_for(lambda: seen[-1] is None, "the end of them")
+    loop.stop(within=60)
+    assert {str(error) for error in seen[:-1]} == {"again"}
+    assert capsys.readouterr().err.count("ArithmeticError: again") == 1
+
+
+def test_a_frame_that_fails_is_shown_on_the_page(panda):
+    with ulna.view(panda) as view:
+        frame, view._frame = view._frame, lambda: 1 / 0
+        wait_for(lambda: "ZeroDivisionError" in view.notice.text, "the failure")
+        assert view.notice._element.visible
+        view._frame = frame
+        wait_for(lambda: view.notice.text == "", "no failure")
+        assert not view.notice._element.visible

@@ -14,7 +14,7 @@ from processes import wait_for
 from ulna.viewer.origin import is_own_page
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def view(panda):
     with ulna.view(panda) as view:
         yield view

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.names import refuse_no_name
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import frozen
 from ulna.description.shapes import HalfSpace, Solid
@@ -30,8 +31,7 @@ class Attached:
     touch_links: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str):
-            raise InputError("name", f"{self.name!r} is not text")
+        refuse_no_name(self.name)
         if isinstance(self.shape, HalfSpace) or not isinstance(self.shape, Solid):
             raise GeometryError(f"{self.name!r} is a {type(self.shape).__name__}, which nothing can hold and check")
         if isinstance(self.touch_links, str):

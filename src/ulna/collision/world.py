@@ -5,6 +5,7 @@ import threading
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.names import refuse_no_name
 from ulna.collision.objects import Objects, make_objects
 from ulna.description.clouds import Obstacle
 from ulna.description.pose import as_one_pose
@@ -44,8 +45,7 @@ class World:
             pose: T_base_object, shape (4, 4); the origin unless given.
         """
         _refuse_unsolid(name, shape)
-        if not isinstance(name, str):
-            raise InputError("name", f"{name!r} is not text")
+        refuse_no_name(name)
         T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
         with self._lock:
             if name in self._shapes:

@@ -14,6 +14,7 @@ from ulna.description.pose import pose
 from ulna.viewer.html import marked
 from ulna.viewer.joints import JointSliders
 from ulna.viewer.loop import Loop
+from ulna.viewer.notice import Notice
 from ulna.viewer.page import HOST, Page
 
 FRAMES_PER_SECOND = 30.0
@@ -50,7 +51,8 @@ class DemoApp:
         self.page = Page(host, port)
         self.server, self.url = self.page.server, self.page.url
         self.player = Player(demo, self)
-        self._loop, self._last = Loop("ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND), time.perf_counter()
+        self._loop = Loop("ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND, self._failed)
+        self._last = time.perf_counter()
         with self.page.ending_if_it_fails():
             self._build()
         self._loop.start()
@@ -97,6 +99,7 @@ class DemoApp:
     def _add_widgets(self) -> None:
         gui = self.server.gui
         self.verdict = gui.add_html("")
+        self.notice = Notice(gui)
         self.playing = gui.add_checkbox("Play", initial_value=True, hint="The arm repeats its trajectory")
         self.playing.on_update(lambda _: self._show_joints())
         self.speed = gui.add_slider("Speed", min=0.0, max=3.0, step=0.1, initial_value=1.0, hint="1 is real time")
@@ -120,6 +123,10 @@ class DemoApp:
             elif self.playing.value and self.speed.value > 0.0:
                 self.player.advance(seconds * self.speed.value)
             self.recording.take(now)
+
+    def _failed(self, error: Exception | None) -> None:
+        """Show on the page that a frame has failed, and why; None takes it back."""
+        self.notice.show_failure(error)
 
     def _show_joints(self) -> None:
         """Set the sliders to where the arm stands. Not while it moves: that would take a number out of the hands that type it."""

@@ -6,7 +6,8 @@
 """
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from typing import Any, NamedTuple
 
@@ -42,6 +43,39 @@ class Calls(NamedTuple):
 ENTRIES: dict[Any, Calls] = {}
 """Every entry of the drivers imported so far."""
 _lock = threading.Lock()
+_closed: set[Any] = set()  # entries of low latency that are compiled, and take no other signature
+
+
+class NotCompiledError(RuntimeError):
+    """An entry was called that is not compiled yet, in a thread that may not compile now (``compiling_if``)."""
+
+
+class _Permission(threading.local):
+    """Whether this thread may compile."""
+
+    may: Callable[[], bool] = staticmethod(lambda: True)
+
+
+_permission = _Permission()
+
+
+@contextmanager
+def compiling_if(may: Callable[[], bool]) -> Iterator[None]:
+    """Within it this thread compiles an entry, or loads it from disk, only while ``may()`` is true.
+
+    Otherwise the call raises ``NotCompiledError`` at once: it does not wait for another thread that compiles either. Numba
+    compiles one entry at a time, for up to half a minute.
+    """
+    before, _permission.may = _permission.may, may
+    try:
+        yield
+    finally:
+        _permission.may = before
+
+
+def _refuse_unless_permitted(entry: Any) -> None:
+    if not _permission.may():
+        raise NotCompiledError(entry.py_func.__name__)
 
 
 def kernel(function):
@@ -97,11 +131,13 @@ def low_latency_entry(signature: Signature) -> Callable[[Callable], Any]:
 
 def callable_entry(marked: Any) -> Any:
     """An entry as the drivers have it, ready to be called; one of low latency is compiled or loaded first."""
-    if ENTRIES[marked].low_latency and not is_plain():
+    if ENTRIES[marked].low_latency and not is_plain() and marked not in _closed:
+        _refuse_unless_permitted(marked)
         with _lock:
-            if not marked.signatures:
+            if marked not in _closed:
                 marked.compile(tuple(ENTRIES[marked].signatures[0]))
                 marked.disable_compile()
+                _closed.add(marked)
     return marked
 
 
@@ -119,8 +155,21 @@ def _entry(function: Callable, calls: Calls, flags: dict[str, Any]) -> Any:
     dispatcher = _compiled(function, **flags)
     if not is_plain() and cache_folder() is not None:
         dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
+    if not is_plain():
+        _ask_before_compiling(dispatcher)
     ENTRIES[dispatcher] = calls
     return dispatcher
+
+
+def _ask_before_compiling(dispatcher: Any) -> None:
+    """Test whether this thread may compile, where Numba has found no machine code for a call and before it takes its lock."""
+    compile_for = dispatcher._compile_for_args  # noqa: SLF001 - the only place before the lock
+
+    def compile_if_permitted(*arguments: Any, **named: Any) -> Any:
+        _refuse_unless_permitted(dispatcher)
+        return compile_for(*arguments, **named)
+
+    dispatcher._compile_for_args = compile_if_permitted  # noqa: SLF001
 
 
 def _checked(function: Callable, signature: Signature) -> Callable:

@@ -7,6 +7,8 @@ fields, and the second and third number of a vector. A script in the page ties t
 import http
 from typing import Any
 
+from ulna.viewer import drags
+
 _SCRIPT = b"""<script>
 (() => {
   const FIELDS = 'input:not([type=hidden]):not([type=file]), textarea, [role=slider]';
@@ -41,11 +43,11 @@ _SCRIPT = b"""<script>
 
 
 def with_names(response: Any) -> Any:
-    """The response with the script, if it is the page; any other unchanged."""
+    """The response with this script and that of ``drags``, if it is the page; any other unchanged."""
     if response is None or response.status_code != http.HTTPStatus.OK:
         return response
     head, found, rest = response.body.partition(b"</head>")
-    response.body = head + _SCRIPT + found + rest
+    response.body = head + _SCRIPT + drags.SCRIPT + found + rest
     del response.headers["Content-Length"]
     response.headers["Content-Length"] = str(len(response.body))
     return response

@@ -14,7 +14,7 @@ class ClearancePanel:
 
     def __init__(self, server: viser.ViserServer, size: float) -> None:
         self.verdict = server.gui.add_html(marked("checking ...", UNKNOWN, filled=False))
-        self.nearest = server.gui.add_html(plain("The first check of a kind of shapes on a machine takes up to half a minute."))
+        self.nearest = server.gui.add_html("")
         point = np.zeros(3)
         self.line = server.scene.add_cylinder("/nearest/line", 0.004 * size, 1.0, INK, visible=False, cast_shadow=False)
         self.ends = [

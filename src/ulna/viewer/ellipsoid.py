@@ -9,6 +9,7 @@ from ulna.viewer.session.ellipsoid import mobility
 from ulna.viewer.session.session import Session
 
 COLOR = (124, 92, 200)
+_NAME = "the manipulability"
 _SECONDS = 0.25  # the half axes are the distances that the link moves in this time [s]
 _THINNEST = 1e-3  # [m] so that a flat ellipsoid is seen as a disc
 
@@ -29,10 +30,12 @@ class EllipsoidPanel:
 
     def show(self) -> None:
         """Draw it at the hand, if it is switched on."""
-        self.node.visible = self.numbers.visible = self.on.value
-        if not self.on.value:
+        session, found = self._session, None
+        if self.on.value:
+            found = session.ask(_NAME, mobility, session.robot, session.q, session.link)
+        self.node.visible = self.numbers.visible = found is not None
+        if found is None:
             return
-        found = mobility(self._session.robot, self._session.q, self._session.link)
         self.node.position, self.node.wxyz = found.T[:3, 3], quaternion_from_matrix(found.T)
         x, y, z = np.maximum(_SECONDS * found.radii, _THINNEST).tolist()
         self.node.scale = (x, y, z)

@@ -40,9 +40,10 @@ class HandPanel:
 
     def take(self) -> None:
         """Pull the hand to where a person has dragged the handles, or let go of it."""
+        released = self.handles.take_release()  # looked at first: the last move comes before the end of a drag
         if self.handles.take():
             self._session.pull(self.handles.pose)
-        if self.handles.take_release():
+        if released:
             self._session.let_go()
 
     def show(self) -> None:
@@ -53,7 +54,13 @@ class HandPanel:
             self.handles.put(session.hand_pose)
         color = RED if trouble else GREEN if pulled else _RESTING
         words = trouble or (
-            "the hand is on its way" if session.moving else "the hand follows" if pulled else "drag the handles to move the hand"
+            "the hand waits for the compiler"
+            if session.waiting
+            else "the hand is on its way"
+            if session.moving
+            else "the hand follows"
+            if pulled
+            else "drag the handles to move the hand"
         )
         self.mark.color, self.reason.text, self.reason.visible = color, trouble.partition(":")[0], bool(trouble)
         self.status.content = marked(words, color, filled=bool(trouble))

@@ -48,6 +48,13 @@ class Handles:
         if not self._holders and not self.moved_by_hand:
             self.control.position, self.control.wxyz = T[:3, 3], quaternion_from_matrix(T)
 
+    def show(self, *, visible: bool) -> None:
+        """Show or hide it. Nobody holds what is hidden: the page tells of no end of such a drag."""
+        if not visible and self._holders:
+            self._holders.clear()
+            self._let_go = True
+        self.control.visible = visible
+
     async def _update(self, event: viser.TransformControlsEvent) -> None:
         if event.phase == "end":  # also when the tab is closed that holds it
             self._holders.discard(event.client_id)

@@ -9,25 +9,25 @@ from ulna.viewer.palette import Color
 from ulna.viewer.session.ellipsoid import Mobility
 from ulna.viewer.session.tree_text import outline
 
-_STYLE = "padding:0.35em 0.75em;line-height:1.35"
+STYLE = "padding:0.35em 0.75em;line-height:1.35"
 
 
 def marked(words: str, color: Color, *, filled: bool = True) -> str:
     """A disc of a colour, or a ring if not filled, and words; screen readers read it when it changes."""
     look = f"background:rgb{color}" if filled else f"border:0.22em solid rgb{color};box-sizing:border-box"
     disc = f"display:inline-block;width:0.9em;height:0.9em;border-radius:50%;vertical-align:-0.08em;{look}"
-    return f'<div role="status" style="{_STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
+    return f'<div role="status" style="{STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
 
 
 def plain(words: str) -> str:
     """Small words."""
-    return f'<div style="{_STYLE};font-size:0.85em">{html.escape(words)}</div>'
+    return f'<div style="{STYLE};font-size:0.85em">{html.escape(words)}</div>'
 
 
 def listed(lines: Iterable[str]) -> str:
     """A list of small lines."""
     rows = "".join(f'<li style="margin-bottom:0.3em">{html.escape(line)}</li>' for line in lines)
-    return f'<ul style="{_STYLE};font-size:0.8em;margin:0;padding-left:1.6em;overflow-wrap:anywhere">{rows}</ul>'
+    return f'<ul style="{STYLE};font-size:0.8em;margin:0;padding-left:1.6em;overflow-wrap:anywhere">{rows}</ul>'
 
 
 def tree_html(robot: Robot) -> str:
@@ -42,7 +42,7 @@ def tree_html(robot: Robot) -> str:
         + "</div>"
         for branch in outline(robot)
     ]
-    return f'<div style="{_STYLE};font-size:0.75em;white-space:nowrap;overflow-x:auto">{"".join(rows)}</div>'
+    return f'<div style="{STYLE};font-size:0.75em;white-space:nowrap;overflow-x:auto">{"".join(rows)}</div>'
 
 
 def mobility_html(mobility: Mobility) -> str:
@@ -54,7 +54,7 @@ def mobility_html(mobility: Mobility) -> str:
         f'<tr><th scope="row" style="text-align:left;padding-right:1em;font-weight:500">{name}</th><td>{value}</td></tr>'
         for name, value in rows
     )
-    return f'<table style="{_STYLE};font-size:0.8em;margin-left:0.75em;font-variant-numeric:tabular-nums">{cells}</table>'
+    return f'<table style="{STYLE};font-size:0.8em;margin-left:0.75em;font-variant-numeric:tabular-nums">{cells}</table>'
 
 
 def _kind(kind: JointType) -> str:

@@ -38,9 +38,9 @@ class JointSliders:
         """Set the sliders to where the robot stands; not those that a person has just moved."""
         for column, (slide, slider) in self.sliders.items():
             if column not in self._dirty:
-                slider.value = round(slide.shown(q), _DIGITS)
+                slider.value = _rounded_within(slide.shown(q), slide.low, slide.high)
         for follower, slider in self._followers:
-            slider.value = round(float(np.clip(follower.position(q), slider.min, slider.max)), _DIGITS)
+            slider.value = _rounded_within(follower.position(q), slider.min, slider.max)
 
     def _add_group(self, gui: viser.GuiApi, group: SlideGroup, home: NDArray[np.float64]) -> None:
         for slide in group.slides:
@@ -49,7 +49,7 @@ class JointSliders:
                 min=slide.low,
                 max=slide.high,
                 step=10.0**-_DIGITS,
-                initial_value=round(slide.shown(home), _DIGITS),
+                initial_value=_rounded_within(slide.shown(home), slide.low, slide.high),
                 hint=f"{slide.name}, {slide.low:.4g} to {slide.high:.4g} {slide.unit}",
             )
             slider.on_update(self._listener(slide.column))
@@ -60,12 +60,13 @@ class JointSliders:
     def _add_follower(self, gui: viser.GuiApi, follower: Follower, home: NDArray[np.float64]) -> None:
         slide = next(slide for slide, _ in self.sliders.values() if slide.column == follower.drive.column)
         ends = [follower.drive.ratio * bound + follower.drive.offset for bound in (slide.low, slide.high)]
+        low, high = min(ends), max(*ends, min(ends) + 10.0**-_DIGITS)
         slider = gui.add_slider(
             follower.name.removeprefix(self._prefix),
-            min=min(ends),
-            max=max(*ends, min(ends) + 10.0**-_DIGITS),
+            min=low,
+            max=high,
             step=10.0**-_DIGITS,
-            initial_value=round(follower.position(home), _DIGITS),
+            initial_value=_rounded_within(follower.position(home), low, high),
             disabled=True,
             hint=f"It follows: {follower} [{follower.unit}]",
         )
@@ -78,3 +79,8 @@ class JointSliders:
                 self._moved()
 
         return listen
+
+
+def _rounded_within(value: float, low: float, high: float) -> float:
+    """A value in the digits of a slider; at a limit the limit itself, as rounding may lead past it."""
+    return min(max(round(value, _DIGITS), low), high)

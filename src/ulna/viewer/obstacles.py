@@ -122,7 +122,8 @@ class Obstacles:
                 self._draw(name, shape, T, red=name in touching)
             self.form.show(known)
             _, T = known.get(self.form.chosen, (None, None))
-            self.delete.visible = self.handles.control.visible = T is not None
+            self.delete.visible = T is not None
+            self.handles.show(visible=T is not None)
             if T is not None:
                 self.handles.put(T)
 

@@ -11,19 +11,23 @@ from ulna.collision.world import World
 from ulna.robot import Robot
 from ulna.viewer.arm import Arm
 from ulna.viewer.clearance import ClearancePanel
+from ulna.viewer.compiler import Compiler
 from ulna.viewer.ellipsoid import EllipsoidPanel
 from ulna.viewer.hand import HandPanel
 from ulna.viewer.joints import JointSliders
 from ulna.viewer.loop import Loop
+from ulna.viewer.notice import Notice
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
+from ulna.viewer.rehearsal import rehearsals
 from ulna.viewer.session.session import Session
 from ulna.viewer.stage import add_stage
 from ulna.viewer.visibility import VisibilityPanel
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between looks at a world that a program may have changed
-_STOP_WITHIN_S = 60.0  # a frame that compiles is waited for: a program that ends meanwhile aborts
+_LOADING_S = 0.5  # what takes no longer was on disk already
+_STOP_WITHIN_S = 60.0  # what is being compiled is waited for
 
 
 class View:
@@ -45,14 +49,17 @@ class View:
         port: int = 0,
         origins: tuple[str, ...] = (),
     ) -> None:
-        self.session = Session(robot, world, q)
         self.answer_time = 0.0
         self._event_time: float | None = None
-        self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self.session.moving else IDLE_S)
+        self._rehearsed = False
+        self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self.session.moving else IDLE_S, self._failed)
+        self.compiler = Compiler(self._loop.wake)
+        self.session = Session(robot, world, q, self.compiler.ask)
         self.page = Page(host, port, title=f"Ulna: {robot.name}", origins=origins)
         with self.page.ending_if_it_fails():
             self._build()
         self._loop.start()
+        self.page.server.on_client_connect(self._rehearse)
 
     def _build(self) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
@@ -61,6 +68,7 @@ class View:
         extent = self.arm.extent
         add_stage(server, extent)
         self.clearance = ClearancePanel(server, extent.radius)
+        self.notice = Notice(server.gui)
         tabs = server.gui.add_tab_group()
         with tabs.add_tab("Move"):
             self.hand = HandPanel(server, session, extent.radius, self._happened) if robot.n_dof else None
@@ -78,11 +86,17 @@ class View:
             self.itself.on_update(lambda _: self._set_itself())
         with tabs.add_tab("Look"):
             self.look = VisibilityPanel(server.gui, self.arm, solids=False)
+        self._show()
 
     @property
     def url(self) -> str:
         """The address of the page."""
         return self.page.url
+
+    @property
+    def ready(self) -> bool:
+        """Whether all that the page may be asked is compiled: that begins when a person opens it, and the page says so."""
+        return self._rehearsed and not self.compiler.names
 
     @property
     def world(self) -> World:
@@ -103,15 +117,16 @@ class View:
         """End the page and everything that runs for it. A second call does nothing.
 
         Args:
-            within: How long to wait for the last frame [s]: one that compiles cannot be interrupted, and takes its time.
+            within: How long to wait for the last frame, and for what is being compiled [s]: that cannot be interrupted.
 
         Returns:
-            Whether the last frame has ended. If not, a program that ends now must do so by ``os._exit``.
+            Whether both have ended. If not, a program that ends now waits for them, or must end by ``os._exit``.
         """
         if not self._loop.stopping:
             self._loop.stop(within)
+            self.compiler.stop(within)
             self.page.stop()
-        return self._loop.ended
+        return self._loop.ended and self.compiler.ended
 
     def wait(self) -> None:
         """Wait until it is stopped, or for Ctrl-C."""
@@ -137,6 +152,15 @@ class View:
             self._event_time = time.perf_counter()
         self._loop.wake()
 
+    def _rehearse(self, _: object) -> None:
+        """Compile what the page may be asked, when the first person opens it."""
+        with self.session.lock:
+            if not self._rehearsed:
+                for name, job in rehearsals(self.session.robot, checked=not self.session.unchecked):
+                    self.compiler.prepare(name, job)
+                self._rehearsed = True
+        self._happened()
+
     def _timed_frame(self) -> None:
         since, self._event_time = self._event_time, None
         self._frame()
@@ -151,11 +175,17 @@ class View:
                 session.q = q
             if self.hand is not None:
                 self.hand.take()
+            news = self.compiler.take_news()
             chosen = self.obstacles.take()
-            if session.frame() or chosen:
+            if session.frame() or chosen or news:
                 self._show()
             elif self.hand is not None:
                 self.hand.show()
+            self.notice.show_compiling(self.compiler.names if self.compiler.busy_for > _LOADING_S else ())
+
+    def _failed(self, error: Exception | None) -> None:
+        """Show on the page that a frame has failed, and why; None takes it back."""
+        self.notice.show_failure(error)
 
     def _show(self) -> None:
         session, report = self.session, self.session.clearance.report

@@ -4,7 +4,6 @@
 
 import os
 import signal
-import threading
 import time
 from contextlib import ExitStack
 from functools import partial
@@ -18,7 +17,7 @@ import rospy
 from ulna.demo.ros.adapter import MissingROSError
 from ulna.demo.ros.children import Children, Ended
 from ulna.demo.ros.description import robot_description
-from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, beat
+from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, beat, node
 from ulna.demo.scenario import Demo
 
 _MASTER_WITHIN_S = 20.0
@@ -38,27 +37,13 @@ def run(*, rviz: bool = True) -> None:
     with ExitStack() as stack:
         master = stack.enter_context(Children())
         _have_master(master)
-        rospy.init_node("ulna_demo", disable_signals=True)
-        stack.callback(rospy.signal_shutdown, "the demo ends")
+        ended = stack.enter_context(node("ulna_demo"))
         config = str(stack.enter_context(as_file(files("ulna.demo.ros") / "demo.rviz"))) if rviz else None
         beside = stack.enter_context(Beside(demo, config))
         beside.meet_master()
         arm, _box = ArmAndLight(demo), MovableBox(demo.robot)
         print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - nothing else is seen without RViz
-        beat(partial(_step, arm, master, beside), beside.meet_master, _told_to_end().is_set)
-
-
-def _told_to_end() -> threading.Event:
-    """Set by SIGINT or SIGTERM: an exception amid rospy might leave a lock held. A second signal is raised all the same."""
-    told = threading.Event()
-
-    def tell(number: int, _frame: object) -> None:
-        signal.signal(number, signal.default_int_handler)
-        told.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, tell)
-    return told
+        beat(partial(_step, arm, master, beside), ended, beside.meet_master)
 
 
 def _step(arm: ArmAndLight, master: Children, beside: "Beside", seconds: float) -> None:

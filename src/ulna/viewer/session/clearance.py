@@ -17,9 +17,9 @@ class Clearance:
     """What was found at one configuration.
 
     Attributes:
-        report: What touches; None where the robot's shapes cannot be checked.
+        report: What touches; None where the robot's shapes cannot be checked, or are not checked yet.
         nearest: The nearest, or deepest, pair of the robot and the world; None if the world is empty.
-        refusal: Why nothing could be checked; empty if it was.
+        refusal: Why the shapes cannot be checked; empty if they are not checked yet.
     """
 
     report: Report | None
@@ -28,8 +28,10 @@ class Clearance:
 
     @property
     def verdict(self) -> str:
-        """``free``, ``collision`` or ``not checked``."""
-        return "not checked" if self.report is None else "collision" if self.report.in_collision else "free"
+        """``free``, ``collision``, ``not checked`` or ``checking ...``."""
+        if self.report is None:
+            return "not checked" if self.refusal else "checking ..."
+        return "collision" if self.report.in_collision else "free"
 
     @property
     def distance(self) -> str:
@@ -38,7 +40,7 @@ class Clearance:
 
     def __str__(self) -> str:
         if self.report is None:
-            return "not checked"
+            return self.verdict
         hits = [f"{pair.name_a} and {pair.name_b}" for pair in self.report.pairs if pair.signed_distance <= 0.0]
         more = f" and {len(hits) - 3} more" if len(hits) > 3 else ""
         return f"collision: {', '.join(hits[:3])}{more}" if hits else "free"

@@ -1,7 +1,9 @@
 """The state of one view: q, the target of the hand, the world; and its change from frame to frame. Used by the page."""
 
 import threading
+from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +17,23 @@ from ulna.viewer.session.clearance import Clearance, clearance
 from ulna.viewer.session.hand import Hand, palm
 
 Array = NDArray[np.float64]
+HAND, COLLISIONS = "the motion of the hand", "collisions and distances"  # what is asked in a frame
+
+
+def ask_at_once(_name: str, question: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+    """The answer to a question, however long its compilation takes."""
+    return question(*arguments, **options)
 
 
 class Session:
     """The state that every tab and every program sees. Each method may be called from any thread.
+
+    Args:
+        robot: The robot.
+        world: What stands around it; an empty one unless given.
+        q: Where it stands at first [rad or m], shape (n_dof,); home unless given.
+        ask: Asks the named questions of a frame; it may return None while their kernels are compiled elsewhere. Then the hand
+            waits, and the clearance is not known; the next frame asks again.
 
     Attributes:
         robot: The robot; it does not change.
@@ -28,28 +43,35 @@ class Session:
         itself: Whether the verdict counts the robot's links against each other too.
         trouble: Why the hand is not where it is pulled; empty if it is, or while it is on its way.
         clearance: What the robot touches, and what it is nearest to.
+        waiting: Whether the pulled hand waits for its kernels.
         lock: Held during a frame; hold it to do two things as one.
     """
 
-    def __init__(self, robot: Robot, world: World | None = None, q: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        world: World | None = None,
+        q: ArrayLike | None = None,
+        ask: Callable[..., Any] = ask_at_once,
+    ) -> None:
         if not isinstance(robot, Robot):
             raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected: ulna.load gives one")
         if world is not None and not isinstance(world, World):
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         self.robot, self.world = robot, World() if world is None else world
-        self.lock = threading.RLock()
+        self.lock, self.ask = threading.RLock(), ask
         self.avoiding, self.itself = False, not self.unchecked
         self.clearance = Clearance(None, refusal=self.unchecked)
         self.q = robot.home if q is None else q
         self._hand = Hand(robot, palm(robot)) if robot.n_dof else None
         self._seen: tuple | None = None
-        self._letting_go = False
+        self._letting_go = self.waiting = self._checked = False
 
     @cached_property
     def unchecked(self) -> str:
         """Why the robot's shapes cannot be checked for collisions; empty if they can."""
         try:
-            self.robot.allowed_collisions  # noqa: B018 - asked for its error
+            self.robot.collision_names  # noqa: B018 - asked for its error
         except GeometryError as error:
             return str(error)
         return ""
@@ -102,12 +124,9 @@ class Session:
         with self.lock:
             self._follow()
             seen = (self._q.tobytes(), self.world.objects(), self.itself, self.link, self.trouble, self.target is None)
-            if self._seen is not None and all(a is b or a == b for a, b in zip(seen, self._seen, strict=True)):
-                return False
+            changed = self._seen is None or not all(a is b or a == b for a, b in zip(seen, self._seen, strict=True))
             self._seen = seen
-            if not self.unchecked:
-                self.clearance = clearance(self.robot, self._q, self.world, itself=self.itself)
-            return True
+            return (changed or not self._checked) and (self._check() or changed)
 
     @property
     def moving(self) -> bool:
@@ -116,10 +135,24 @@ class Session:
 
     _on_the_way = False
 
+    def _check(self) -> bool:
+        """Find the clearance, and tell whether it is known now."""
+        found = Clearance(None, refusal=self.unchecked)
+        if not self.unchecked:
+            found = self.ask(COLLISIONS, clearance, self.robot, self._q.copy(), self.world, itself=self.itself)
+        self._checked = found is not None
+        self.clearance = found or Clearance(None)
+        return self._checked
+
     def _follow(self) -> None:
         if self.target is None or self._hand is None:
+            self.waiting = False
             return
-        followed = self._hand.follow(self._q, self.target, self.world if self.avoiding else None)
+        world = self.world if self.avoiding else None
+        followed = self.ask(COLLISIONS if self.avoiding else HAND, self._hand.follow, self._q.copy(), self.target.copy(), world)
+        self.waiting = followed is None
+        if followed is None:
+            return
         self._q, self.trouble, self._on_the_way = followed.q, followed.reason, followed.moving
         if self._letting_go and not followed.moving:
             self.target, self._letting_go = None, False

@@ -44,9 +44,9 @@ def rostopic(environment, *words):
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60).stdout
 
 
-def tell_box(environment, x, w):
+def tell_box(environment, x, w, name="box"):
     place = f"{{position: {{x: {x}, z: 0.1}}, orientation: {{w: {w}}}}}"
-    place = f"{{header: {{frame_id: panda_link0}}, marker_name: box, event_type: 1, pose: {place}}}"
+    place = f"{{header: {{frame_id: panda_link0}}, marker_name: {name}, event_type: 1, pose: {place}}}"
     rostopic(environment, "pub", "-1", "/basic_controls/feedback", FEEDBACK, place)
 
 
@@ -86,6 +86,11 @@ def test_a_zero_quaternion_is_passed_over_and_the_node_goes_on(node, another):
     tell_box(another, 2.0, 1.0)
     wait_for(lambda: word(another) == "free", "the word free")
     assert node.poll() is None
+
+
+def test_the_box_of_the_course_is_heard_by_its_own_name(node, another):
+    tell_box(another, 0.0, 1.0, name="simple_6dof")
+    wait_for(lambda: "collision" in word(another), "the word collision")
 
 
 def test_a_master_of_its_own_that_is_lost_is_started_again(node, another):

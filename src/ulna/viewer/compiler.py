@@ -1,0 +1,124 @@
+"""Kernels are compiled in a thread of their own: no frame of a page waits for the compiler, which takes up to half a minute."""
+
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from functools import partial
+from typing import ParamSpec, TypeVar
+
+from ulna.engine.decorators import NotCompiledError, compiling_if
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+class Compiler:
+    """Asks questions that may have to be compiled first. Every method may be called from any thread.
+
+    Args:
+        wake: Called when a job has ended: what could not be asked before may be asked again.
+    """
+
+    def __init__(self, wake: Callable[[], object]) -> None:
+        self._wake = wake
+        self._lock = threading.Lock()
+        self._jobs: dict[str, Callable[[], object]] = {}  # what waits, by name, in order
+        self._doing: str | None = None
+        self._failed: set[str] = set()
+        self._thread: threading.Thread | None = None
+        self._since: float | None = None  # when the first job began
+        self._stopping = self._news = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is compiled now, and what waits for it."""
+        with self._lock:
+            return (*filter(None, [self._doing]), *(name for name in self._jobs if name != self._doing))
+
+    @property
+    def busy_for(self) -> float:
+        """How long there has been something to do without a pause [s]."""
+        since = self._since
+        return 0.0 if since is None else time.monotonic() - since
+
+    def ask(self, name: str, question: Callable[_P, _R], *arguments: _P.args, **options: _P.kwargs) -> _R | None:
+        """The answer; None while a kernel that it needs is compiled.
+
+        Args:
+            name: Of the question, in words that a person reads. Questions of one name are asked one after the other.
+            question: It is asked again in the thread that compiles, so it changes nothing.
+            arguments: Its arguments.
+            options: Its arguments by name.
+        """
+        if name in self.names:
+            return None
+        if name not in self._failed:
+            try:
+                with compiling_if(lambda: False):
+                    return question(*arguments, **options)
+            except NotCompiledError:
+                self._add(name, partial(question, *arguments, **options), first=True)
+                return None
+        self._failed.discard(name)  # it failed in the other thread: who asks is told why
+        return question(*arguments, **options)
+
+    def prepare(self, name: str, job: Callable[[], object]) -> None:
+        """Compile what a job needs, when nothing else is to be compiled."""
+        self._add(name, job, first=False)
+
+    def take_news(self) -> bool:
+        """Whether a job has ended since the last call."""
+        news, self._news = self._news, False
+        return news
+
+    def stop(self, within: float) -> None:
+        """Compile nothing more, and wait for the entry that is being compiled, so many seconds at most."""
+        with self._lock:
+            self._stopping = True
+            self._jobs.clear()
+            thread = self._thread
+        if thread is not None:
+            thread.join(within)
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing is being compiled."""
+        thread = self._thread
+        return thread is None or not thread.is_alive()
+
+    def _add(self, name: str, job: Callable[[], object], *, first: bool) -> None:
+        with self._lock:
+            if self._stopping:
+                return
+            self._jobs = {name: job, **self._jobs} if first else {**self._jobs, name: job}
+            if self._thread is None:  # no daemon: a program that ends while one compiles would abort
+                self._since = time.monotonic()
+                self._thread = threading.Thread(target=self._run, name="ulna-compiler", daemon=False)
+                self._thread.start()
+
+    def _run(self) -> None:
+        while (job := self._next()) is not None:
+            try:
+                with compiling_if(self._may_go_on):
+                    job()
+            except NotCompiledError:
+                pass  # it is stopped
+            except Exception:  # noqa: BLE001 - it is logged here, and raised where it is asked next
+                traceback.print_exc()
+                self._failed.add(self._doing or "")
+            with self._lock:
+                self._doing, self._news = None, True
+            self._wake()
+
+    def _next(self) -> Callable[[], object] | None:
+        with self._lock:
+            if not self._jobs or not self._may_go_on():
+                self._jobs.clear()
+                self._thread = self._since = None
+                return None
+            self._doing = next(iter(self._jobs))
+            return self._jobs.pop(self._doing)
+
+    def _may_go_on(self) -> bool:
+        return not self._stopping and threading.main_thread().is_alive()

@@ -1,0 +1,26 @@
+"""A drag ends, whatever becomes of its pointer.
+
+viser's handles end a drag at ``pointerup`` alone. The browser sends none where it takes the pointer away (``pointercancel``: a
+gesture, a pen that is lost), and may send none while another window is in front; then the handles would follow a pointer with no
+button pressed. A script in the page sends the missing one. Source: W3C Pointer Events, section 4.1.3.
+"""
+
+SCRIPT = b"""<script>
+(() => {
+  const pressed = new Map();  // the last event of each pointer that was pressed on the scene
+  const end = (id) => {
+    const last = pressed.get(id);
+    if (!pressed.delete(id)) return;
+    const { pointerType, isPrimary, clientX, clientY } = last;
+    const about = { pointerId: id, pointerType, isPrimary, clientX, clientY, bubbles: true, cancelable: true };
+    last.target.dispatchEvent(new PointerEvent('pointerup', about));
+  };
+  const endAll = () => [...pressed.keys()].forEach(end);
+  addEventListener('pointerdown', (e) => { if (e.target instanceof HTMLCanvasElement) pressed.set(e.pointerId, e); }, true);
+  addEventListener('pointerup', (e) => pressed.delete(e.pointerId), true);
+  addEventListener('pointercancel', (e) => end(e.pointerId), true);
+  addEventListener('pointermove', (e) => { if (e.buttons === 0) end(e.pointerId); }, true);
+  addEventListener('blur', endAll);
+  document.addEventListener('visibilitychange', () => { if (document.hidden) endAll(); });
+})();
+</script>"""

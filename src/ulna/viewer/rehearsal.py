@@ -1,0 +1,42 @@
+"""What a page may be asked, asked once ahead: every question is compiled before a person asks it."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from ulna.collision.world import World
+from ulna.description.pose import pose
+from ulna.description.shapes import Sphere
+from ulna.robot import Robot
+from ulna.viewer.session.clearance import clearance
+from ulna.viewer.session.ellipsoid import mobility
+from ulna.viewer.session.hand import Hand, palm
+
+_FAR = 1e3  # [m] a place that no hand reaches: why it does not is a question too
+
+
+def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Each with a name in words, those that are needed first at the front.
+
+    Args:
+        robot: The robot of the page.
+        checked: Whether its shapes can be checked for collisions.
+    """
+    world = World()
+    world.add("ball", Sphere(1.0), pose((_FAR, 0.0, 0.0)))
+    if robot.n_dof:
+        yield "dragging the hand", lambda: _drag(robot, None)
+        yield "the singular values of the hand", lambda: mobility(robot, robot.home, palm(robot))
+    if checked:
+        yield "the distance of any shapes", lambda: clearance(robot, robot.home, world)
+    if checked and robot.n_dof:
+        yield "dragging the hand round obstacles", lambda: _drag(robot, world)
+
+
+def _drag(robot: Robot, world: World | None) -> None:
+    """To where the hand stands already, a little on, and where it cannot go."""
+    hand = Hand(robot, palm(robot))
+    for step in (0.0, 0.01, _FAR):
+        T = robot.forward_kinematics(robot.home, hand.link).copy()
+        T[:3, 3] += np.array((step, 0.0, 0.0))
+        hand.follow(robot.home, T, world)

@@ -1,0 +1,67 @@
+"""A node ends at Ctrl-C, whatever it does at that moment."""
+
+import subprocess
+import sys
+from contextlib import suppress
+
+import pytest
+
+pytest.importorskip("rospy", reason="no ROS 1 for this Python: docs/ros.md says how to install it")
+import rosgraph
+
+from processes import running, wait_for
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # rospy's
+# Ctrl-C amid publish(): the lock of the connection to a listener is held by the main thread itself.
+AMID_PUBLISH = """
+import os, signal, sys
+import numpy as np
+from ulna.demo.ros.adapter import load_ros
+ros1 = load_ros(1)
+from rospy.impl.tcpros_pubsub import QueuedConnection
+
+def write_data(self, data):
+    with self._lock:
+        print("signalled", flush=True)
+        os.kill(os.getpid(), signal.SIGINT)
+
+        QueuedConnection.write_data = lambda self, data: None  # a second signal would be another thing
+
+QueuedConnection.write_data = write_data
+"""
+NODES = {
+    "/joint_states": ("ros1.hold_arm(np.zeros(7))", "ros1.play_arm()"),
+    "/visualization_marker": (
+        """
+import ulna
+from ulna.demo.drawing import standing_boxes
+ros1.show_solids({"a": list(standing_boxes(ulna.load("panda"), np.zeros(7)))})
+""",
+    ),
+}
+
+
+def is_online(uri):
+    with suppress(OSError):
+        return rosgraph.Master("/test", uri).is_online()
+    return False
+
+
+@pytest.fixture
+def master(another):
+    """An environment with a master."""
+    port = another["ROS_MASTER_URI"].rsplit(":", 1)[1]
+    with running("rosmaster", "--core", "-p", port, env=another, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
+        wait_for(lambda: is_online(another["ROS_MASTER_URI"]), "a master")
+        yield another
+
+
+@pytest.mark.parametrize(("topic", "call"), [(topic, call) for topic, calls in NODES.items() for call in calls])
+def test_a_signal_amid_publish_ends_the_node(master, topic, call):
+    with running("rostopic", "echo", topic, env=master, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
+        command = [sys.executable, "-c", AMID_PUBLISH + call]
+        done = subprocess.run(command, env=master, capture_output=True, text=True, check=False, timeout=300)
+    assert done.stdout.startswith("signalled")
+    assert done.returncode == 0, done.stderr
