@@ -4,6 +4,7 @@ Processes of their own, with a cache folder of their own, run the library.
 """
 
 import os
+import pickle
 import pwd
 import shutil
 import subprocess
@@ -237,28 +238,26 @@ def test_a_shared_folder_with_a_sticky_bit_holds_a_folder_of_each_user(tmp_path,
     assert cache.cache_folder.__wrapped__().parent == tmp_path / "ulna"
 
 
-PLANTED = """
-import os, pickle
-from pathlib import Path
-from ulna.engine.cache import compiler_hash
 class Planted:
-    def __reduce__(self): return Path.touch, (Path({mark!r}),)
-folder = Path({base!r}) / "ulna" / f"kernels-{{compiler_hash()}}"
-folder.mkdir(parents=True)
-(folder / "chain.forward_one-ulna.kernels.chain.chain.py{version}.nbi").write_bytes(pickle.dumps(Planted()))
-folder.chmod(0o777)
-print("planted")
-"""
+    """What runs when it is unpickled: it makes a file."""
+
+    def __init__(self, mark):
+        self.mark = mark
+
+    def __reduce__(self):
+        return Path.touch, (self.mark,)
 
 
-def test_what_another_user_planted_is_not_run(tmp_path):
-    mark = tmp_path / "it ran"
-    planted = PLANTED.format(mark=str(mark), base=str(tmp_path / "cache"), version="".join(map(str, sys.version_info[:2])))
-    assert run(planted) == ["planted"]
-    said = run('import warnings; warnings.simplefilter("ignore")\n' + PLACE, NUMBA_CACHE_DIR=tmp_path / "cache")
-    assert not mark.exists()
+@pytest.mark.parametrize("mode", [0o777, 0o700], ids=["open to others", "the user's alone"])
+def test_what_another_user_planted_is_not_run(tmp_path, mode):
+    mark, base = tmp_path / "it ran", tmp_path / "cache"
+    folder = Path(run(NUMBA_CACHE_DIR=base)[-1])
+    for index in folder.glob("*.nbi"):
+        index.write_bytes(pickle.dumps(Planted(mark)))
+    folder.chmod(mode)
+    said = run('import warnings; warnings.simplefilter("ignore")\n' + PLACE, NUMBA_CACHE_DIR=base)
     assert said[0] == AT_ZERO
-    assert said[-1] == "None"
+    assert mark.exists() == (mode == 0o700)  # in the user's own folder it is read: so the plant is where the library looks
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")

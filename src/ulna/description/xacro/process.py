@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-import ulna.io
 from ulna.description.readable import OutsideError, Readable
 from ulna.description.xml import LONGEST
 from ulna.errors import DescriptionError
@@ -56,7 +55,7 @@ def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, 
 @contextmanager
 def _child(memory: int, seconds: float, folder: Path | None) -> Iterator[tuple[subprocess.Popen, threading.Event]]:
     """A child process, and the event that its time is over. Its environment holds nothing of the user's."""
-    command = [sys.executable, "-P", "-c", _START, str(Path(ulna.description.__file__).parent.parent)]
+    command = [sys.executable, "-P", "-c", _START, str(Path(__file__).parents[2])]
     command.append(json.dumps({"memory": memory, "seconds": seconds}))
     environment = {name: os.environ[name] for name in _KEPT if name in os.environ}
     environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONUTF8": "1"}
