@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 import ulna
+from page_fixtures import browser_of, open_page
 
+__all__ = ["browser_of", "open_page"]
 collect_ignore = ["fuzz_readers.py"]  # started by hand; needs atheris
 
 

@@ -1,26 +1,29 @@
-"""Headless Chromium for all pages: one, and another for a second tab, as only one tab of a browser is drawn."""
+"""Headless Chromium for all pages: one, and another for a second tab, as only one tab of a browser is drawn.
+
+Fixtures of ``conftest``: a process has one Playwright. It is imported when first used, for the ROS environments have none.
+"""
 
 import shutil
 
 import pytest
-from playwright.sync_api import sync_playwright
-
-from browser import FLAGS, SIZE
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 @pytest.fixture(scope="session")
 def browser_of():
     """Starts browser 0, 1, ... when it is first asked for."""
-    if CHROMIUM is None:
+    from playwright.sync_api import sync_playwright
+
+    from browser import FLAGS
+
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if chromium is None:
         pytest.skip("no Chromium on this machine: on Debian, apt-get install chromium")
     started = {}
     with sync_playwright() as playwright:
 
         def browser_of(number):
             if number not in started:
-                started[number] = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+                started[number] = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
             return started[number]
 
         yield browser_of
@@ -34,6 +37,8 @@ def open_page(browser_of):
 
     A slow machine opens it slowly: it has no limit of time. When the test ends, its buttons are let go and it is closed.
     """
+    from browser import SIZE
+
     opened = []
 
     def open_page(url, browser=0):

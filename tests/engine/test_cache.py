@@ -153,7 +153,7 @@ def test_a_user_without_a_home_has_no_cache_and_no_error(monkeypatch):
 def test_folders_and_files_that_nobody_used_for_a_month_are_removed(tmp_path, cache_folder):
     now, own = time.time(), f"kernels-{cache.compiler_hash()}"
     for name, days in (("kernels-old", 31), ("kernels-young", 29), ("other", 400), (own, 31)):
-        (tmp_path / "ulna" / name).mkdir(parents=True)
+        (tmp_path / "ulna" / name).mkdir(parents=True, mode=0o700)
         for file in ("a.nbc", "a.nbc.tmp.1"):
             (tmp_path / "ulna" / name / file).touch()
             os.utime(tmp_path / "ulna" / name / file, (now - days * 86400,) * 2)
