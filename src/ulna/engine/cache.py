@@ -21,6 +21,7 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
+from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 
 from ulna.engine.private_folder import SharedFolderError, make_private
@@ -36,7 +37,7 @@ announces = True
 def compiler_hash() -> str:
     """Hash of what makes machine code of any entry, in hexadecimal: the compiler's versions and settings, and our part in it."""
     versions = platform.python_version(), numba.__version__, llvmlite.__version__, np.__version__
-    settings = (str(getattr(numba.config, name, None)) for name in _SETTINGS)
+    settings = (str(getattr(config, name, None)) for name in _SETTINGS)
     ours = sources_hash(str(Path(__file__).with_name("decorators.py")))
     return hashlib.sha256("\0".join((*versions, *settings, ours)).encode()).hexdigest()[:16]
 
@@ -108,7 +109,7 @@ class _Locator(_CacheLocator):
     def get_source_stamp(self) -> Any:
         return None  # the files' names say all
 
-    def get_disambiguator(self):
+    def get_disambiguator(self) -> Any:
         return f"{self._function.__module__}-{sources_hash(self._function.__code__.co_filename)}"
 
     @classmethod
