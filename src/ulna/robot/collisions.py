@@ -67,6 +67,8 @@ class Collisions(Kinematics):
     ) -> Any:
         """The least distance of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
 
+        Zero where shapes touch: ``signed_distance(q) <= 0`` is what ``in_collision(q)`` says.
+
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             world: The objects; none unless given.
@@ -97,7 +99,9 @@ class Collisions(Kinematics):
         *,
         resolution: float = 1e-4,
     ) -> EdgeReport:
-        """Whether anything touches anywhere on the straight line from one configuration to another: free means free everywhere.
+        """Whether anything touches on the straight line from one configuration to another: free is free for all of the line.
+
+        That rests on lower bounds of distances, with their rounding, and not on samples (docs/edges.md).
 
         Args:
             q_a: Joint positions at the start [rad or m], shape (..., n_dof).

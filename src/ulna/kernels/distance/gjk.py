@@ -11,9 +11,9 @@ for sure, and the nearest is kept: no step goes back, whatever is degenerate, an
 it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross products, and
 a nearest point on a face along the face's normal instead of as a sum of its corners.
 
-The bound needs the direction of v to as many digits as the bodies are longer than their distance: a wire of a kilometre passes a
-box at micrometres. A sum of corners has the digits of the corners only, so v is made anew once its feature is known (``point_of``):
-along the normal of a face, from the two shortest edges; at a right angle to an edge.
+The bound needs the direction of v to as many digits as the bodies are longer than their distance: a wire of a kilometre passes
+a box at micrometres. A sum of corners has the digits of the corners only, so v is computed again once its feature is known
+(``point_of``): along the normal of a face, from the two shortest edges; at a right angle to an edge.
 """
 
 from ulna.engine.decorators import kernel
@@ -28,7 +28,7 @@ _FAR = 1e300
 # Squares of the sine of an angle. The normal of a triangle so thin has few digits, or none.
 _NEEDLE, _FLAT = 1e-6, 1e-20
 _EXACT = 1e-12  # of the bodies' size: bounds that near have met
-_TOUCHING = 1e-10  # of the bodies' size: cores this near to each other count as touching
+_TOUCHING = 1e-12  # of the bodies' size: cores this near to each other count as touching
 _NOISE = 2e-15  # of the bodies' size: the rounding of a point: less than this is no gain
 _SURE = 1e-14  # the rounding of a triple product, as a share of the product of the lengths
 
@@ -124,10 +124,10 @@ def advance(active, v, points, sources, shares, w, p, distance, noise, size):
 
 @kernel
 def point_of(w, k1, k2, x, y, n):
-    """The point of the triangle w, k1, k2, of normal n, where k1 and k2 have the shares x and y: with all digits of its direction.
+    """The point of the triangle w, k1, k2, of normal n, where k1 and k2 have the shares x and y; its direction has all digits.
 
-    Within the edge from w to k1 it lies at a right angle to it; within the triangle along its normal, which a needle has best from
-    its two shortest edges.
+    Within the edge from w to k1 it lies at a right angle to it; within the triangle along its normal. That of a needle is best
+    computed from its two shortest edges.
     """
     e, f = minus(k1, w), minus(k2, w)
     v = step(step(w, x, e), y, f)
