@@ -31,7 +31,7 @@ TYPES = {
         **_each("x y z p2 r2 theta limit distance damping rate share like reach size", NUMBER),
         **_each("radius_a radius_b half_a half_b height", NUMBER),
         **_each("i j k n_dof row lane number kind kind_a kind_b n_faces n_edges across down expressed_in", WHOLE),
-        **_each("n_alone n_unindexed", WHOLE),
+        **_each("n_unindexed", WHOLE),
         **_each("v w p q c d h g n t u", VECTOR),
         **_each("a b pose target end", POSE),
         **_each("e whole", TWIST),

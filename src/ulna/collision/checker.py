@@ -41,7 +41,7 @@ from ulna.kinematics.tree import Tree
 NO_OBJECTS = World().objects()
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
 NO_PAIRS.setflags(write=False)  # as those of a robot are: kernels are compiled for one kind
-LEAST_RESOLUTION = 1e-5  # [m] distances of cylinders are good to 1e-6
+LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 REPORTS = 256  # of a part: most of the time for a report is Python's
 FIRST_ROOM = 1024  # pairs; where there are more the search is made twice

@@ -10,7 +10,7 @@ from ulna.description.clouds import Obstacle
 from ulna.description.robot_description import frozen
 from ulna.description.shapes import HalfSpace
 from ulna.engine.width import WIDTH
-from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE
+from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, CONTACT, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE
 
 MOST_UNINDEXED = 64  # worlds of at most so many objects need no tree: meeting each with eight configurations at once is as fast
 _NOWHERE = 1e300  # bounds that nothing meets
@@ -68,9 +68,10 @@ def _rows(T: NDArray[np.float64], parts: Solids, first_vertex: int) -> NDArray[n
 
 
 def bounds(table: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The least and greatest x, y, z of each body of a table, shape (n, 3) each."""
-    T = table[:, :12].reshape(-1, 3, 4)
+    """The least and greatest x, y, z of each body of a table, with a margin for what touches it, shape (n, 3) each."""
+    T, size = table[:, :12].reshape(-1, 3, 4), table[:, HALF_EXTENTS : RADIUS + 1].sum(axis=1)
     reach = (np.abs(T[:, :, :3]) * table[:, None, HALF_EXTENTS : HALF_EXTENTS + 3]).sum(axis=2) + table[:, RADIUS, None]
+    reach += CONTACT * size[:, None]
     return T[:, :, 3] - reach, T[:, :, 3] + reach
 
 

@@ -9,20 +9,18 @@ from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, SCENES
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import EDGE_CONTACT, EDGE_FREE, EDGE_OUT_OF_RANGE
-from ulna.kernels.collision.continuous import clear_intervals, fastest_of, write_speeds
+from ulna.kernels.collision.continuous import INSTANT, clear_intervals, fastest_of, world_rounding, write_speeds
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.distance.epa import SCRATCH
 
 
 @entry(*((*scene, MATRIX, MATRIX, NUMBER, INDICES, NUMBERS) for scene in SCENES))
-def edges_each(joints, bodies, vertices, pairs, objects, points, nodes, n_alone, q_a, q_b, resolution, status, contact):
+def edges_each(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, q_a, q_b, resolution, status, contact):
     """Write to status, shape (n,), what the edge from each row of q_a to that of q_b is, and to contact how far it is free."""
-    n_dof, n_hung = q_a.shape[1], objects.shape[0] - n_alone
+    n_dof, n_indexed = q_a.shape[1], objects.shape[0] - n_unindexed
     q_rows, centre_row = np.zeros((max(1, n_dof), WIDTH)), np.empty((1, WIDTH))
     joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))
-    speeds = np.empty((bodies.shape[0], joints.shape[0] + 1))
-    stack, found = np.empty(STACK, np.int64), np.empty(n_hung, np.int64)
-    scratch = np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])
+    speeds = np.empty((bodies.shape[0], joints.shape[0] + 2))
+    stack, found, of_world = np.empty(STACK, np.int64), np.empty(n_indexed, np.int64), world_rounding(objects, nodes, n_unindexed)
     for e in range(q_a.shape[0]):
         contact[e] = 0.0
         if not (all_in_range(q_a[e]) and all_in_range(q_b[e])):
@@ -41,8 +39,8 @@ def edges_each(joints, bodies, vertices, pairs, objects, points, nodes, n_alone,
             place_bodies(joints, bodies, q_rows, joint_rows, body_rows)
             finest = fastest * step <= resolution
             clear = clear_intervals(
-                bodies, vertices, pairs, objects, points, nodes, n_alone, body_rows, speeds, 0.5 * step, finest,
-                load(q_rows, 0), stack, found, scratch,
+                bodies, vertices, pairs, objects, points, nodes, n_unindexed, body_rows, speeds, 0.5 * step + INSTANT,
+                of_world, finest, load(q_rows, 0), stack, found,
             )  # fmt: skip
             blocked = lane_bits(logical_not(clear > 0.0))
             n_clear = lowest_bit(blocked) if blocked != 0 else WIDTH

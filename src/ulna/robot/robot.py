@@ -638,6 +638,8 @@ class Robot:
     ) -> Any:
         """The least distance of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
 
+        Zero where shapes touch: ``signed_distance(q) <= 0`` is what ``in_collision(q)`` says.
+
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             world: The objects; none unless given.
@@ -676,7 +678,9 @@ class Robot:
         resolution: float = 1e-4,
         threads: int | None = None,
     ) -> EdgeReport:
-        """Whether anything touches anywhere on the straight line from one configuration to another: free means free everywhere.
+        """Whether anything touches on the straight line from one configuration to another: free is free for all of the line.
+
+        That rests on lower bounds of distances, with their rounding, and not on samples (docs/edges.md).
 
         Args:
             q_a: Joint positions at the start [rad or m], shape (..., n_dof).
@@ -739,8 +743,8 @@ class Robot:
     def with_convex_hulls(self) -> Robot:
         """The robot whose collision meshes are their convex hulls, which are checked exactly; what is seen stays as it is.
 
-        A hull is larger than a mesh with hollows, so it may touch where the mesh would not; it never misses. STL, OBJ and Collada
-        files are read, found as ``ulna.load`` was told. A query costs time for each vertex.
+        A hull is larger than a mesh with hollows, so it may touch where the mesh would not; it holds all of the mesh. STL, OBJ
+        and Collada files are read, found as by ``ulna.load``. The time of a query grows with the number of vertices.
 
         Raises:
             FileError: A mesh is not there, or cannot be read.

@@ -13,7 +13,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import lane_bits, lane_of, load, lowest_bit, sqrt, store, where
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.posed_pair import half_extents
-from ulna.kernels.layout import RADIUS
+from ulna.kernels.layout import CONTACT, RADIUS
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 
@@ -23,8 +23,9 @@ STACK = 8 * (DEPTH + 1)
 
 @kernel
 def bounds_of(bodies, k, a):
-    """The least and greatest x, y, z of body k, which is no half-space, at pose a."""
+    """The least and greatest x, y, z of body k, which is no half-space, at pose a, with a margin for what touches it."""
     h, radius = half_extents(bodies, k, a[0]), bodies[k, RADIUS]
+    radius = radius + CONTACT * (radius + h[0] + h[1] + h[2])
     x = abs(a[0]) * h[0] + abs(a[1]) * h[1] + abs(a[2]) * h[2] + radius
     y = abs(a[4]) * h[0] + abs(a[5]) * h[1] + abs(a[6]) * h[2] + radius
     z = abs(a[8]) * h[0] + abs(a[9]) * h[1] + abs(a[10]) * h[2] + radius

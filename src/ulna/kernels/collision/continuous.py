@@ -7,95 +7,121 @@ continuous collision detection for non-convex polyhedra, The Visual Computer 200
    rate times the greatest distance that the point can have from the joint's axis: the lengths of the links between, added up.
    Two bodies come no nearer to each other than by the sum over the joints that carry one of them only.
 2. If at the middle of an interval of t a pair is farther apart than its speed times half the interval's length, it is free in
-   all of the interval. Eight intervals in a row are looked at together, a lane each.
+   all of the interval. Eight intervals in a row are looked at together, a lane each. How far apart they are is judged by the gap
+   between their shadows along one direction (``placed.rows_gap``): no more than the distance, whatever a search for it misses.
 3. Advance over those at the front of which all pairs are free. If all eight were, try intervals eight times as long from there;
    if not, cut the first that was not into eight. If nothing moves farther in an interval than the resolution, it is a contact.
+
+What rounding can do is added to how far a pair comes nearer: to each body a share of all lengths between it and the base, and the
+rounding of each angle on a straight line in q times the arm that it turns.
 
 The arguments are those of ``overlap``.
 """
 
-import numpy as np
-
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import any_lane, lane_of, splat, where
+from ulna.engine.lanes import any_lane, lane_of, splat, sqrt, where
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import bounds_of, objects_within
 from ulna.kernels.collision.posed_pair import ball_distance, rows_gap
-from ulna.kernels.layout import COLUMN, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO, REACH
+from ulna.kernels.layout import COLUMN, HALF_SPACE, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO, REACH, SHAPE
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
-_ROUNDING = 1e-9  # [m] distances are no more certain than this
+_ROUNDING = 1e-12  # of the lengths between a body and the base: more than poses and gaps lose to it
+_ANGLE = 2e-15  # of an angle: more than the line in q, a mimic's ratio and the reduction of many turns lose to rounding
+INSTANT = 1e-15  # of t: neighbouring intervals may leave out so much between them
 _CROWD = 256  # objects near a body in eight intervals: rather than to meet so many the intervals are cut first
 
 
 @kernel
 def write_speeds(joints, bodies, q_a, q_b, speeds):
-    """Write to speeds, shape (n_bodies, n_joints + 1), how fast each joint can move a point of each body; last the sum."""
+    """Write to speeds, shape (n_bodies, n_joints + 2), how fast each joint can move a point of each body; then the sum.
+
+    And last how far rounding may put a point of it [m].
+    """
     n = joints.shape[0]
     for k in range(bodies.shape[0]):
-        for i in range(n + 1):
+        for i in range(n + 2):
             speeds[k, i] = 0.0
         length, i = bodies[k, REACH] + offset_length(bodies, k), int(bodies[k, JOINT])
         while i >= 0:
             column, ratio, offset = int(joints[i, COLUMN]), joints[i, RATIO], joints[i, OFFSET]
-            rate = abs(ratio * (q_b[column] - q_a[column]))
+            rate, largest = abs(ratio * (q_b[column] - q_a[column])), max(abs(q_a[column]), abs(q_b[column]))
             if int(joints[i, KIND]) == PRISMATIC:
-                length += max(abs(ratio * q_a[column] + offset), abs(ratio * q_b[column] + offset))
+                length += abs(ratio) * largest + abs(offset)
             else:
                 rate *= length
+                speeds[k, n + 1] += _ANGLE * (abs(ratio) * largest + abs(offset)) * length
             speeds[k, i] = rate
             speeds[k, n] += rate
             length += offset_length(joints, i)
             i = int(joints[i, PARENT])
+        speeds[k, n + 1] += _ROUNDING * length
 
 
 @kernel
 def offset_length(table, i):
     """How far the frame of a row stands from the frame that it is given in."""
-    return np.sqrt(table[i, 3] * table[i, 3] + table[i, 7] * table[i, 7] + table[i, 11] * table[i, 11])
+    return sqrt(table[i, 3] * table[i, 3] + table[i, 7] * table[i, 7] + table[i, 11] * table[i, 11])
 
 
 @kernel
 def pair_speed(speeds, a, b):
     """How fast two bodies of the robot can come nearer to each other: joints that carry both change nothing."""
     total = 0.0
-    for i in range(speeds.shape[1] - 1):
+    for i in range(speeds.shape[1] - 2):
         if speeds[a, i] == 0.0 or speeds[b, i] == 0.0:
             total += speeds[a, i] + speeds[b, i]
     return total
 
 
 @kernel
-def still_clear(clear, bodies, vertices, k, a, others, points, j, b, reach, scratch):
-    """``clear`` (1.0 or 0.0 a lane) where two bodies are farther apart than a reach [m] too."""
+def world_rounding(objects, nodes, n_unindexed):
+    """How far rounding may put a point of any object [m]: from the single objects, and the bounds at the root of the tree."""
+    largest = 0.0
+    for w in range(n_unindexed):
+        length = offset_length(objects, w)
+        largest = max(largest, length if int(objects[w, SHAPE]) == HALF_SPACE else length + objects[w, REACH])
+    if objects.shape[0] > n_unindexed:
+        for child in range(WIDTH):
+            if nodes[0, child] <= nodes[3, child]:  # else there is none
+                for axis in range(3):
+                    largest = max(largest, 4.0 * max(abs(nodes[axis, child]), abs(nodes[3 + axis, child])))
+    return _ROUNDING * largest
+
+
+@kernel
+def still_clear(clear, bodies, vertices, k, a, others, points, j, b, way, rounding):
+    """``clear`` (1.0 or 0.0 a lane) where two bodies are farther apart than a way and its rounding [m] too."""
+    reach = way * (1.0 + _ROUNDING) + rounding
     if not any_lane((ball_distance(bodies, k, a, others, j, b) <= reach) & (clear > 0.0)):
         return clear
-    return where(rows_gap(bodies, vertices, k, a, others, points, j, b, scratch) > reach, clear, 0.0)
+    return where(rows_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding) > reach, clear, 0.0)
 
 
 @kernel
 def clear_intervals(
-    bodies, vertices, pairs, objects, points, nodes, n_alone, body_rows, speeds, half, finest, like, stack, found, scratch
+    bodies, vertices, pairs, objects, points, nodes, n_unindexed, body_rows, speeds, half, of_world, finest, like, stack, found
 ):
     """1.0 in the lanes in whose interval, of half length ``half``, all is free; 0.0 in the others."""
-    clear, n_joints, n_hung = splat(1.0, like), speeds.shape[1] - 1, objects.shape[0] - n_alone
+    clear, n_joints, n_indexed = splat(1.0, like), speeds.shape[1] - 2, objects.shape[0] - n_unindexed
     for p in range(pairs.shape[0]):
         i, j = pairs[p, 0], pairs[p, 1]
-        reach = pair_speed(speeds, i, j) * half + _ROUNDING
+        way, rounding = pair_speed(speeds, i, j) * half, speeds[i, n_joints + 1] + speeds[j, n_joints + 1]
         a, b = load_pose(body_rows, i), load_pose(body_rows, j)
-        clear = still_clear(clear, bodies, vertices, i, a, bodies, vertices, j, b, reach, scratch)
+        clear = still_clear(clear, bodies, vertices, i, a, bodies, vertices, j, b, way, rounding)
     for k in range(bodies.shape[0]):
-        reach, a, n_found = speeds[k, n_joints] * half + _ROUNDING, load_pose(body_rows, k), 0
-        if n_hung > 0:
-            n_found = objects_within(nodes, n_hung, bounds_of_all(bodies, k, a, reach), stack, found)
+        way, rounding = speeds[k, n_joints] * half, speeds[k, n_joints + 1] + of_world
+        a, n_found = load_pose(body_rows, k), 0
+        if n_indexed > 0:
+            reach = way * (1.0 + _ROUNDING) + rounding
+            n_found = objects_within(nodes, n_indexed, bounds_of_all(bodies, k, a, reach), stack, found)
             if n_found > _CROWD and not finest:
                 return splat(0.0, like)
-        for i in range(n_alone + n_found):
-            w = i if i < n_alone else n_alone + found[i - n_alone]
-            clear = still_clear(
-                clear, bodies, vertices, k, a, objects, points, w, constant_pose(objects, w, like), reach, scratch
-            )
+        for i in range(n_unindexed + n_found):
+            w = i if i < n_unindexed else n_unindexed + found[i - n_unindexed]
+            b = constant_pose(objects, w, like)
+            clear = still_clear(clear, bodies, vertices, k, a, objects, points, w, b, way, rounding)
         if not any_lane(clear > 0.0):
             return clear
     return clear
@@ -117,7 +143,7 @@ def fastest_of(speeds, pairs):
     """The greatest speed at which any pair can come nearer."""
     fastest = 0.0
     for k in range(speeds.shape[0]):
-        fastest = max(fastest, speeds[k, speeds.shape[1] - 1])
+        fastest = max(fastest, speeds[k, speeds.shape[1] - 2])
     for p in range(pairs.shape[0]):
         fastest = max(fastest, pair_speed(speeds, pairs[p, 0], pairs[p, 1]))
     return fastest

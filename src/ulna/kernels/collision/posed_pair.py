@@ -8,13 +8,13 @@ from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, splat, sqrt
 from ulna.kernels.chain.tree import frame_pose, tree_poses
 from ulna.kernels.distance.box_distance import box_pair
-from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
-from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
-from ulna.kernels.layout import BOX, HALF_EXTENTS, REACH, SHAPE
+from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
+from ulna.kernels.distance.pairs import body_of, pair_distance, pair_gap, pair_overlap
+from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, REACH, SHAPE
 from ulna.kernels.spatial.se3 import store_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
-_SEARCH_ERROR = 2e-6  # [m] a distance that was searched for may be too long by half of this, where parallel faces are a tie
+_BALLS = 1.0 + 4.0 * CONTACT  # so much larger than the balls that hold two bodies, for those that touch are no farther apart
 
 
 @kernel
@@ -53,26 +53,26 @@ def rows_answer(bodies, vertices, i, a, others, points, j, b, scratch):
 
 
 @kernel
-def rows_gap(bodies, vertices, i, a, others, points, j, b, scratch):
-    """Less than the distance of two bodies [m] for sure: of boxes the widest of fifteen gaps, of others less by its error."""
+def rows_gap(bodies, vertices, i, a, others, points, j, b, reach, rounding):
+    """No more than the distance of two bodies [m], but for a rounding [m]; above a reach [m] no matter by how much."""
     if vertices is None or points is None:
-        return widest_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))[0]
+        return certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), rounding)
     if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
-        return widest_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))[0]
-    return rows_answer(bodies, vertices, i, a, others, points, j, b, scratch)[0] - _SEARCH_ERROR
+        return certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), rounding)
+    return pair_gap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), reach, rounding)
 
 
 @kernel
 def ball_distance(bodies, i, a, others, j, b):
     """The signed distance of the balls that hold two rows, at poses a and b: that of the bodies is no less."""
     d = minus(origin(a), origin(b))
-    return sqrt(dot(d, d)) - (bodies[i, REACH] + others[j, REACH])
+    return sqrt(dot(d, d)) - _BALLS * (bodies[i, REACH] + others[j, REACH])
 
 
 @kernel
 def balls_meet(bodies, i, a, others, j, b):
     """True where the balls that hold two rows, at poses a and b, share a point: elsewhere the bodies cannot."""
-    reach = bodies[i, REACH] + others[j, REACH]
+    reach = _BALLS * (bodies[i, REACH] + others[j, REACH])
     d = minus(origin(a), origin(b))
     return dot(d, d) <= reach * reach
 

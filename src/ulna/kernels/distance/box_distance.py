@@ -7,7 +7,8 @@ is the least over 25 pairs of points: each of the 16 corners with the point of t
 the 9 pairs of edge directions one pair of edges. Every candidate is a pair of points of the boxes: none can be too near.
 
 Boxes that overlap are first moved apart along the axis of least overlap (``box_sat``); there they touch, and the same search
-finds where. Extents of zero are extents like any other.
+finds where. Boxes that touch (``CONTACT``) have the distance zero, and the normal of that axis: a difference of points so near
+has no digits. Extents of zero are extents like any other.
 """
 
 import numpy as np
@@ -15,10 +16,9 @@ import numpy as np
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, splat, sqrt, where
 from ulna.kernels.distance.box_sat import boxes_overlap, columns, relative_pose, seen_from_a, turned_back, widest_gap
-from ulna.kernels.spatial.elementary import clamp, maximum
+from ulna.kernels.spatial.elementary import clamp, maximum, minimum
 from ulna.kernels.spatial.vectors import axis, chosen, cross, dot, minus, origin, place, plus, step, times, turn, turn_into
 
-_NEAR = 1e-10  # of the boxes' size: nearer than this the normal is that of the axis, for a difference of points has no digits
 # A tilt [rad] that decides which edge is outermost where two are level, as in boxes with parallel faces; the same tilt for
 # all edges, so that the decisions belong to one and the same pose. It decides only which points are compared.
 _TILT = 0.6e-12, -0.36e-12, 0.71e-12
@@ -27,36 +27,31 @@ _TILT = 0.6e-12, -0.36e-12, 0.71e-12
 @kernel
 def box_pair(a, h, b, g):
     """The signed distance of two boxes [m], and in the frame in which the poses are given p_a, p_b and the normal from a to b."""
-    shift, gap, direction, near = way_out(a, h, b, g)
+    gap, direction, near = way_out(a, h, b, g)
     r, t = relative_pose(a, b)
     n = turn_into(a, direction)
-    square, p, q = nearest_points(r, step(t, shift, n), h, g)
+    square, p, q = nearest_points(r, step(t, where(near, -gap, 0.0), n), h, g)
     # A clamp makes a number of what is none: so whether all are numbers is asked before.
     numbers = dot(t, t) + dot(r[0], r[0]) + dot(r[1], r[1]) + dot(r[2], r[2]) >= 0.0
     distance = where(numbers, sqrt(square), np.nan)
     normal = chosen(near, n, times(minus(q, p), 1.0 / where(near, 1.0, distance)))
-    return where(gap > 0.0, distance, gap), place(a, p), place(a, step(q, -shift, n)), turn(a, normal)
+    signed = where(near, minimum(gap, 0.0), distance)
+    return signed, place(a, p), place(a, chosen(near, step(p, signed, n), q)), turn(a, normal)
 
 
 @kernel
 def way_out(a, h, b, g):
-    """How far b must go to touch a only [m], the gap, its axis from a to b, and where the boxes are near enough to need them.
+    """The widest gap [m], its axis from a to b, and where the boxes overlap or touch. Elsewhere nothing and no axis.
 
-    Elsewhere nothing, a gap of 1 and no axis: most pairs are far apart, and the test without square roots says so.
+    Most pairs are far apart, and the test without square roots says so.
     """
-    margin = _NEAR * (h[0] + h[1] + h[2] + g[0] + g[1] + g[2])
-    near = boxes_overlap(a, (h[0] + margin, h[1] + margin, h[2] + margin), b, g)
+    near = boxes_overlap(a, h, b, g)
     zero = splat(0.0, a[0])
     if not any_lane(near):
-        return zero, zero + 1.0, (zero, zero, zero), near
+        return zero, (zero, zero, zero), near
     gap, index = widest_gap(a, h, b, g)
     n = axis_from(a, b, index)
-    return (
-        where(near & (gap < 0.0), -gap, 0.0),
-        where(near, gap, 1.0),
-        chosen(near, n, (zero, zero, zero)),
-        near,
-    )
+    return where(near, gap, 0.0), chosen(near, n, (zero, zero, zero)), near
 
 
 @kernel

@@ -3,11 +3,12 @@
 Source: Gottschalk, Lin and Manocha, OBBTree (SIGGRAPH 1996), section 5; the layout follows Ericson, Real-Time Collision
 Detection (2005), section 4.4.1. Two convex bodies are apart exactly if some axis separates their shadows; for boxes the
 three face normals of each and the nine cross products of their edges suffice. A gap is the distance between the shadows,
-negative by how far they overlap. Boxes that just touch (gap zero) count as overlapping, within rounding (1e-8 of their size).
+negative by how far they overlap. Boxes that touch count as overlapping: those that are no farther apart than ``CONTACT`` says.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import splat, sqrt, where
+from ulna.kernels.layout import CONTACT
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.vectors import dot
 
@@ -15,6 +16,7 @@ from ulna.kernels.spatial.vectors import dot
 # direction, and the face normals already separate as well as that axis would, to 1e-8 of the boxes' size.
 _PARALLEL = 1e-16  # the square of the sine of that angle
 _NEVER = -1e300
+_ROUNDING = 2e-15  # of the boxes' size: of a gap that is still times the length of its axis
 
 
 @kernel
@@ -121,12 +123,15 @@ def widest_of_edges(edges):
 def boxes_overlap(a, h, b, g):
     """True where the box at pose a with half extents h and the box at pose b with half extents g share a point.
 
-    No division and no square root: the sign of a gap does not need the length of its axis.
+    No division and no square root: the sign of a gap does not need the length of its axis. A product of edges that are nearly
+    parallel is short, and what rounding makes of its gap proves nothing.
     """
-    f, e0, e1, e2 = all_gaps(a, h, b, g)
+    size = h[0] + h[1] + h[2] + g[0] + g[1] + g[2]
+    margin = CONTACT * size
+    f, e0, e1, e2 = all_gaps(a, (h[0] + margin, h[1] + margin, h[2] + margin), b, g)
     faces = maximum(maximum(maximum(f[0], f[1]), maximum(f[2], f[3])), maximum(f[4], f[5]))
     edges = maximum(maximum(widest_of_edges(e0), widest_of_edges(e1)), widest_of_edges(e2))
-    return maximum(faces, edges) <= 0.0
+    return maximum(faces, edges - _ROUNDING * size) <= 0.0
 
 
 @kernel
@@ -148,6 +153,20 @@ def widest_gap(a, h, b, g):
     for k in range(3):
         widest, axis = keep_wider(widest, axis, true_gap(e2[0][k], e2[1][k]), 12 + k)
     return widest, axis
+
+
+@kernel
+def certain_gap(a, h, b, g, rounding):
+    """No more than the distance of two boxes [m]: the widest gap over the fifteen axes, each less by its rounding.
+
+    rounding [m] is that of a gap along a unit vector. Divided by the length of a short axis it grows.
+    """
+    f, e0, e1, e2 = all_gaps(a, h, b, g)
+    widest = maximum(maximum(maximum(f[0], f[1]), maximum(f[2], f[3])), maximum(f[4], f[5])) - rounding
+    for k in range(3):
+        of_0, of_1 = true_gap(e0[0][k] - rounding, e0[1][k]), true_gap(e1[0][k] - rounding, e1[1][k])
+        widest = maximum(maximum(widest, of_0), maximum(of_1, true_gap(e2[0][k] - rounding, e2[1][k])))
+    return widest
 
 
 @kernel

@@ -11,8 +11,9 @@ Penetration Depth Computation on 3D Game Objects, GDC 2001).
 5. At the end the surface's nearest point, which may lie on another face about as low, must fulfil 3 as well: it is a sum of
    corners, and the sums of the points p and q that belong to these are the witness points.
 
-For polytopes this ends with the exact depth after finitely many steps; for cylinders the bounds close in on it. Should the
-points not suffice, as where all ways out across an axis are equally long, the least upper bound that is found is the answer.
+For polytopes this ends with the exact depth after finitely many steps, unless they need more than MAX_POINTS points, as round
+hulls of many thousand vertices may. For cylinders the bounds close in on it; should the points not suffice, as where all ways out
+across an axis are equally long, the least upper bound that is found is taken. No result is less than the depth.
 A set without volume (of two flat cores in one plane) has depth zero along its own normal.
 """
 
@@ -46,6 +47,7 @@ _EXACT = 1e-10  # of the bodies' size: bounds that near have met; faces much sma
 _TOUCHING = 1e-9  # of the bodies' size: a surface point so near to the origin gives no direction
 _CLEARANCE = 1e-3  # of the bodies' size
 _ROUNDS = 8
+_CURVED = 160  # points of a polytope within a curved set, whose faces have no end
 _DIRECTIONS, _SECTIONS, _GOLDEN = 64, 40, 0.6180339887498949
 _LEVEL = 1e-13  # of the bodies' size: a point no higher than this above a face does not see it
 
@@ -99,7 +101,8 @@ def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, 
     if flat:
         return 0.0, meeting, normal
     n_points, n_faces, depth = 4, 4, 1e300
-    while n_points < MAX_POINTS:
+    most = _CURVED if (kind_a == CYLINDER) | (kind_b == CYLINDER) else MAX_POINTS
+    while n_points < most:
         face = lowest_face(faces, n_faces)
         n = (faces[face, 3], faces[face, 4], faces[face, 5])
         height = farthest(body, n, points, n_points)

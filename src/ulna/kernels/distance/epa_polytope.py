@@ -9,7 +9,8 @@ from ulna.engine.lanes import sqrt
 from ulna.kernels.distance.gjk import difference
 from ulna.kernels.spatial.vectors import cross, dot, minus, step, times
 
-MAX_POINTS, MAX_FACES, MAX_EDGES = 160, 320, 320
+MAX_POINTS, MAX_FACES = 4096, 8192
+MAX_EDGES = 3 * MAX_FACES // 2  # of all faces together, so there is always room
 POINT_WIDTH, FACE_WIDTH = 6, 7
 _TETRAHEDRON = (0, 1, 2), (1, 0, 3), (2, 1, 3), (0, 2, 3)
 _FLAT = 1e-13  # of the bodies' size: a set so thin has no volume

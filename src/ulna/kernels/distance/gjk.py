@@ -10,6 +10,10 @@ for w lies deeper than all points seen: on one of three edges or three triangles
 for sure, and the nearest is kept: no step goes back, whatever is degenerate, and all lanes take the same path. What is robust in
 it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross products, and
 a nearest point on a face along the face's normal instead of as a sum of its corners.
+
+The bound needs the direction of v to as many digits as the bodies are longer than their distance: a wire of a kilometre passes
+a box at micrometres. A sum of corners has the digits of the corners only, so v is computed again once its feature is known
+(``point_of``): along the normal of a face, from the two shortest edges; at a right angle to an edge.
 """
 
 from ulna.engine.decorators import kernel
@@ -19,12 +23,14 @@ from ulna.kernels.distance.support import support
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.vectors import chosen, cross, dot, minus, place, step, times, turn
 
-STEPS = 64
+STEPS = 128
 _FAR = 1e300
-# The square of the sine of an angle: a triangle so thin has a normal of few digits, and of none at the square of it.
-_NEEDLE = 1e-10
+# Squares of the sine of an angle. The normal of a triangle so thin has few digits, or none.
+_NEEDLE, _FLAT = 1e-6, 1e-20
 _EXACT = 1e-12  # of the bodies' size: bounds that near have met
-_TOUCHING = 1e-10  # of the bodies' size: cores this near to each other count as touching
+_TOUCHING = 1e-12  # of the bodies' size: cores this near to each other count as touching
+_NOISE = 2e-15  # of the bodies' size: the rounding of a point: less than this is no gain
+_SURE = 1e-14  # the rounding of a triple product, as a share of the product of the lengths
 
 
 @kernel
@@ -42,26 +48,26 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
     size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
     w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-t[0], -t[1], -t[2]))
     zero = splat(0.0, t[0])
-    no_mask = zero > 1.0
     points, sources, shares = (w, w, w), (p, p, p), (zero + 1.0, zero, zero)
-    v, below, inside, active = w, zero, no_mask, zero < 1.0
+    v, below, noise, inside, active = w, zero - _FAR, _NOISE * size, zero > 1.0, zero < 1.0
     for _ in range(STEPS):
-        square = dot(v, v)
-        distance = sqrt(square)
+        distance = sqrt(dot(v, v))
         touching = distance <= _TOUCHING * size
+        inside = inside | (active & touching)
+        active = active & logical_not(touching)
         w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v)
         bound = dot(v, w) / where(touching, 1.0, distance)
+        gained = bound > below + noise
         below = where(active & (bound > below), bound, below)
-        done = touching | (distance - below <= _EXACT * size)
+        done = distance - below <= _EXACT * size
         done = done | ((reach >= 0.0) & ((below > reach) | (distance <= reach)))
-        inside = inside | (active & touching)
         active = active & logical_not(done)
         if not any_lane(active):
             break
-        v, points, sources, shares, better, within = advance(active, v, points, sources, shares, w, p)
+        v, points, sources, shares, new, within = advance(active, v, points, sources, shares, w, p, distance, noise, size)
         within = within & active & (below <= _EXACT * size)
         inside = inside | within
-        active = active & better & logical_not(within)
+        active = active & (new | gained) & logical_not(within)
     inside = inside | (below <= 0.0)  # nothing certain keeps them apart: the depth will tell
     distance = where(inside, 0.0, sqrt(dot(v, v)))
     n = times(v, -1.0 / where(inside, 1.0, distance))
@@ -84,13 +90,13 @@ def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
 
 
 @kernel
-def advance(active, v, points, sources, shares, w, p):
-    """The simplex with w, in the active lanes.
+def advance(active, v, points, sources, shares, w, p, distance, noise, size):
+    """The simplex with w, in the active lanes, unless v would be farther out than rounding explains: there all stays.
 
-    v, its three points with the points of A and the shares that make it up; where v is nearer than it was, for elsewhere it
-    stays; and where the tetrahedron holds the origin.
+    v, its three points with the points of A and the shares that make it up; where w is new, deeper than the three points; and
+    where the tetrahedron holds the origin. v may stay as far out as it was, for its direction may be the better.
 
-    A candidate is (|v|^2, v, share of the first point, share of the second): the first and second besides w.
+    A candidate is (|v|^2, share of the first point, share of the second): the first and second besides w.
     """
     e0, e1, e2 = minus(points[0], w), minus(points[1], w), minus(points[2], w)
     n0, n1, n2 = cross(e0, e1), cross(e1, e2), cross(e2, e0)
@@ -98,20 +104,45 @@ def advance(active, v, points, sources, shares, w, p):
     best1 = nearer(edge_candidate(w, e1), face_candidate(w, e1, e2, n1))
     best2 = nearer(edge_candidate(w, e2), face_candidate(w, e2, e0, n2))
     second, third = best1[0] < best0[0], best2[0] < minimum(best0[0], best1[0])
-    square, nearest, x, y = nearer(nearer(best0, best1), best2)
+    _, x, y = nearer(nearer(best0, best1), best2)
     k1 = chosen(third, points[2], chosen(second, points[1], points[0]))
     k2 = chosen(third, points[0], chosen(second, points[2], points[1]))
     s1 = chosen(third, sources[2], chosen(second, sources[1], sources[0]))
     s2 = chosen(third, sources[0], chosen(second, sources[2], sources[1]))
-    better = active & (square < dot(v, v))
+    nearest = point_of(w, k1, k2, x, y, chosen(third, n2, chosen(second, n1, n0)))
+    level = active & (dot(nearest, nearest) <= (distance + noise) * (distance + noise))
+    deeper = minimum(minimum(dot(v, e0), dot(v, e1)), dot(v, e2)) > noise * distance
     return (
-        chosen(better, nearest, v),
-        chosen_three(better, (w, k1, k2), points),
-        chosen_three(better, (p, s1, s2), sources),
-        chosen(better, (1.0 - x - y, x, y), shares),
-        better,
-        holds_origin(w, e0, e1, e2, n0, n1, n2),
+        chosen(level, nearest, v),
+        chosen_three(level, (w, k1, k2), points),
+        chosen_three(level, (p, s1, s2), sources),
+        chosen(level, (1.0 - x - y, x, y), shares),
+        level & deeper,
+        holds_origin(w, e0, e1, e2, n0, n1, n2, size),
     )
+
+
+@kernel
+def point_of(w, k1, k2, x, y, n):
+    """The point of the triangle w, k1, k2, of normal n, where k1 and k2 have the shares x and y; its direction has all digits.
+
+    Within the edge from w to k1 it lies at a right angle to it; within the triangle along its normal. That of a needle is best
+    computed from its two shortest edges.
+    """
+    e, f = minus(k1, w), minus(k2, w)
+    v = step(step(w, x, e), y, f)
+    on_edge, on_face = (y <= 0.0) & (x > 0.0) & (x < 1.0), (x > 0.0) & (y > 0.0)
+    square, of_e, of_f = dot(n, n), dot(e, e), dot(f, f)
+    needle = on_face & (square < _NEEDLE * of_e * of_f)
+    if any_lane(needle):
+        g = minus(k2, k1)
+        of_g = dot(g, g)
+        without_e, without_g = (of_e >= of_f) & (of_e >= of_g), (of_g > of_e) & (of_g >= of_f)
+        n = chosen(needle, cross(chosen(without_e, f, e), chosen(without_g, f, g)), n)
+        square = dot(n, n)
+    on_face = on_face & (square > 0.0)
+    share = where(on_face, dot(n, w), -dot(v, e)) / where(on_face, square, where(on_edge, of_e, 1.0))
+    return chosen(on_face, times(n, share), step(v, where(on_edge, share, 0.0), e))
 
 
 @kernel
@@ -124,12 +155,7 @@ def chosen_three(mask, a, b):
 def nearer(best, other):
     """The nearer of two candidates."""
     mask = other[0] < best[0]
-    return (
-        where(mask, other[0], best[0]),
-        chosen(mask, other[1], best[1]),
-        where(mask, other[2], best[2]),
-        where(mask, other[3], best[3]),
-    )
+    return where(mask, other[0], best[0]), where(mask, other[1], best[1]), where(mask, other[2], best[2])
 
 
 @kernel
@@ -138,30 +164,25 @@ def edge_candidate(w, e):
     length = dot(e, e)
     x = minimum(maximum(-dot(w, e) / where(length > 0.0, length, 1.0), 0.0), 1.0)
     v = step(w, x, e)
-    return dot(v, v), v, x, 0.0 * x
+    return dot(v, v), x, 0.0 * x
 
 
 @kernel
 def face_candidate(w, e, f, n):
-    """The nearest point of the triangle w, w + e, w + f with the normal n = e x f, or nothing near if that is not within it.
-
-    A sum of corners has the digits of the corners, however near it is to the origin; a multiple of the normal has all digits of
-    its direction, but where the triangle is a needle its normal has few.
-    """
-    square, size = dot(n, n), dot(e, e) * dot(f, f)
-    usable = square > _NEEDLE * _NEEDLE * size
+    """The nearest point of the triangle w, w + e, w + f with the normal n = e x f, or nothing near if that is not within it."""
+    square = dot(n, n)
+    usable = square > _FLAT * (dot(e, e) * dot(f, f))
     scale = 1.0 / where(usable, square, 1.0)
     x, y = dot(cross(f, w), n) * scale, dot(cross(w, e), n) * scale
     within = usable & (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
-    v = chosen(square > _NEEDLE * size, times(n, dot(n, w) * scale), step(step(w, x, e), y, f))
-    return where(within, dot(v, v), _FAR), v, x, y
+    v = step(step(w, x, e), y, f)
+    return where(within, dot(v, v), _FAR), x, y
 
 
 @kernel
-def holds_origin(w, e0, e1, e2, n0, n1, n2):
-    """Where the tetrahedron of w, w + e0, w + e1, w + e2 has a volume and holds the origin."""
+def holds_origin(w, e0, e1, e2, n0, n1, n2, size):
+    """Where the tetrahedron of w, w + e0, w + e1, w + e2 holds the origin, by more than rounding at each face."""
     volume = dot(n0, e2)
     x, y, z = dot(n1, w) * volume, dot(n2, w) * volume, dot(n0, w) * volume
-    size = dot(e0, e0) * dot(e1, e1) * dot(e2, e2)
-    square = volume * volume
-    return (square > 1e-24 * size) & (x <= 0.0) & (y <= 0.0) & (z <= 0.0) & (x + y + z >= -square)
+    rounding = _SURE * size * maximum(maximum(dot(e0, e0), dot(e1, e1)), dot(e2, e2)) * abs(volume)
+    return (x < -rounding) & (y < -rounding) & (z < -rounding) & (x + y + z + volume * volume > rounding)

@@ -7,20 +7,25 @@ and size are numbers, so that lanes can be eight configurations, or eight bodies
 An answer is (signed distance [m], witness_a, witness_b, normal): three numbers each, in the frame in which the poses are given.
 The normal is a unit vector from a to b, and witness_b - witness_a = signed distance * normal.
 
+Bodies that touch count as overlapping: those of which it is not certain that they are farther apart than ``CONTACT`` of their
+sizes. Their distance is then zero, so that the sign of the distance and the verdict agree.
+
 The scratch is an entry's: three arrays of the shapes that ``depth.SCRATCH`` names.
 """
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, splat, where
 from ulna.kernels.distance.box_distance import box_pair
-from ulna.kernels.distance.box_sat import boxes_overlap
+from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
 from ulna.kernels.distance.epa import deepened
-from ulna.kernels.distance.gjk import nearest_cores
+from ulna.kernels.distance.gjk import nearest_cores, reach_of
 from ulna.kernels.distance.half_space import core_half_space
+from ulna.kernels.distance.support import support
 from ulna.kernels.distance.swept_segments import point_box, point_cylinder, segment_segment, swept
 from ulna.kernels.layout import (
     BOX,
     CAPSULE,
+    CONTACT,
     CYLINDER,
     FIRST_VERTEX,
     HALF_EXTENTS,
@@ -31,7 +36,8 @@ from ulna.kernels.layout import (
     SHAPE,
     SPHERE,
 )
-from ulna.kernels.spatial.vectors import times
+from ulna.kernels.spatial.elementary import maximum
+from ulna.kernels.spatial.vectors import chosen, dot, minus, place, times, turn_into
 
 
 @kernel
@@ -53,10 +59,15 @@ def pair_distance(a, b, scratch):
     kind_a, pose_a, size_a, vertices_a = first
     kind_b, pose_b, size_b, vertices_b = second
     if is_searched(kind_a, kind_b):
-        core = convex_distance(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second), vertices_b, scratch)
+        below, core = convex_distance(
+            kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second), vertices_b, scratch
+        )  # fmt: skip
     else:
         core = closed_core(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second))
+        below = core[0]
     distance, p, q, n = swept(core, size_a[3], size_b[3])
+    touching = (below <= contact_reach(first, second)) & (distance > 0.0)
+    distance, q = where(touching, 0.0, distance), chosen(touching, p, q)
     if ordered:
         return distance, p, q, n
     return distance, q, p, times(n, -1.0)
@@ -84,13 +95,13 @@ def closed_core(kind_a, a, h, vertices_a, kind_b, b, g):
 
 @kernel
 def convex_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
-    """The answer by search: of the distance, and where the cores overlap of the depth."""
+    """The least distance that is certain, and the answer by search: of the distance, and where the cores overlap of the depth."""
     no_reach = splat(-1.0, a[0])
-    _, distance, p, q, n, inside = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, no_reach)
+    below, distance, p, q, n, inside = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, no_reach)
     answer = distance, p, q, n
     if any_lane(inside):
         answer = deepened(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, answer, where(inside, 1.0, 0.0), scratch)
-    return answer
+    return below, answer
 
 
 @kernel
@@ -105,10 +116,42 @@ def pair_overlap(a, b):
     first, second = (a, b) if a[0] <= b[0] else (b, a)
     if first[0] == BOX and second[0] == BOX:
         return boxes_overlap(first[1], box_of(first), second[1], box_of(second))
-    reach = first[2][3] + second[2][3]
+    reach = contact_reach(first, second)
     if is_searched(first[0], second[0]):
         return cores_within(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second), second[3], reach)
     return closed_core(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second))[0] <= reach
+
+
+@kernel
+def contact_reach(a, b):
+    """How far apart the cores of two bodies that touch may be [m]: the radii of their balls, and ``CONTACT`` of their sizes."""
+    radii = a[2][3] + b[2][3]
+    return radii + CONTACT * (radii + reach_of(a[2]) + reach_of(b[2]))
+
+
+@routine
+def pair_gap(a, b, reach, rounding):
+    """No more than the distance of two bodies [m], but for a rounding: certain, whatever a search for the distance misses.
+
+    Where it is more than a reach [m], no matter by how much. It is the gap between the shadows of the bodies along a direction:
+    none has a wider one than their distance, and the better the direction, the less is lost.
+    """
+    first, second = (a, b) if a[0] <= b[0] else (b, a)
+    kind_a, pose_a, size_a, vertices_a = first
+    kind_b, pose_b, size_b, vertices_b = second
+    radii = size_a[3] + size_b[3]
+    if is_searched(kind_a, kind_b):
+        box_a, box_b = box_of(first), box_of(second)
+        return nearest_cores(kind_a, pose_a, box_a, vertices_a, kind_b, pose_b, box_b, vertices_b, reach + radii)[0] - radii
+    distance, _, _, n = closed_core(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second))
+    if kind_b == HALF_SPACE:
+        return distance - radii
+    p = place(pose_a, support(kind_a, box_of(first), vertices_a, turn_into(pose_a, n)))
+    q = place(pose_b, support(kind_b, box_of(second), vertices_b, times(turn_into(pose_b, n), -1.0)))
+    gap = dot(n, minus(q, p)) - radii
+    if kind_b == BOX and kind_a == CAPSULE:
+        return maximum(gap, certain_gap(pose_a, box_of(first), pose_b, box_of(second), rounding) - radii)
+    return gap
 
 
 @routine
