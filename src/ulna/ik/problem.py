@@ -25,7 +25,7 @@ class Problem:
     """A search for each of ``targets`` (n, 4, 4), of batch shape ``batch``.
 
     ``chain`` ends in the task's frame, ``targets`` are of that frame; seeds (n or 1, n_dof); bounds (n or 1, 4, n_dof) as in
-    ``ik.bounds``; posture (n_dof,), read if the kernels' ``settings`` say so.
+    ``ik.bounds``, narrowed or not; posture (n_dof,), read if the kernels' ``settings`` say so.
     """
 
     tree: Tree
@@ -37,6 +37,7 @@ class Problem:
     seeds: Array
     seeded: bool
     bounds: Array
+    is_narrowed: bool
     posture: Array
     settings: Array
     tolerances: tuple[float, float]
@@ -80,6 +81,7 @@ def make_problem(
     if max_step is not None and q_seed is None:
         raise InputError("max_step", "bounds the way from q_seed, so q_seed is needed too")
     step = np.inf if max_step is None else positive("max_step", max_step)
+    columns = _columns(tree, held)
     chain, targets = _in_task_frame(tree.chain(link), targets.reshape(-1, 4, 4), task.turn)
     return Problem(
         tree=tree,
@@ -90,7 +92,8 @@ def make_problem(
         task=task,
         seeds=np.clip(seeds, tree.lower, tree.upper),
         seeded=q_seed is not None,
-        bounds=bounds_of(tree, seeds, _columns(tree, held), step),
+        bounds=bounds_of(tree, seeds, columns, step),
+        is_narrowed=bool(columns) or np.isfinite(step),
         max_step=step,
         posture=home.copy() if posture is None else _posture(tree, posture),
         settings=settings,

@@ -6,7 +6,7 @@ batch, nor on how the batch is cut for the threads.
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +68,8 @@ class Search:
     open: NDArray[np.bool_]
     rejected: dict[int, tuple[Array, Array]]
     """Of the configurations that solve a target and have no price (they collide) one each, with its information."""
+    origins: dict[int, Array] = field(default_factory=dict)
+    """Where the answers that no start of a round led to were searched from, by the target's number."""
 
     @classmethod
     def of(cls, problem: Problem) -> "Search":
@@ -83,6 +85,24 @@ class Search:
         size = max(1, _JOBS_AT_ONCE // part.count)  # what they answer would fill the memory otherwise
         for piece in (order[begin : begin + size] for begin in range(0, len(order), size)):
             self.keep(piece, *jobs(self.problem, piece, part), part, price)
+
+    def run_from(self, order: NDArray[np.int64], origins: Array, steps: int, price: Cost | None) -> None:
+        """Search on for some open targets (m,) from configurations of their own (m, k, n_dof), and keep what solves them.
+
+        They are brought within the bounds first. An answer has the number of its origin as that of its start.
+        """
+        m, k, n_dof = origins.shape
+        each = np.repeat(order, k)
+        own = self.problem.bounds[np.minimum(each, len(self.problem.bounds) - 1)]
+        seeds = np.clip(origins.reshape(-1, n_dof), own[:, 0], own[:, 1])
+        problem = replace(self.problem, targets=self.problem.targets[each], seeds=seeds, bounds=own)
+        part = Restart(0, 1, steps, from_seed=True)
+        q, info = (rows.reshape(m, k, -1) for rows in jobs(problem, np.arange(m * k), part))
+        info[:, :, layout.START] = np.arange(k)
+        info[info[:, :, layout.STATUS] != layout.SOLVED, layout.MISSED] = np.inf
+        self.keep(order, q, info, part, price)
+        for row in np.flatnonzero(~self.open[order]):
+            self.origins[int(order[row])] = seeds[row * k + int(self.info[order[row], layout.START])]
 
     def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart, price: Cost | None) -> None:
         """Keep what is better than before for some targets, and close those that are solved."""

@@ -128,7 +128,7 @@ class IKResult:
 
     @property
     def iterations(self) -> int | NDArray[np.int64]:
-        """Steps taken from the start that led to ``q``."""
+        """Steps taken from the start that led to ``q``; of what was found beyond the limits, since it was brought within."""
         steps = self.info[:, layout.ITERATIONS].astype(np.int64)
         return steps.reshape(self._batch) if self._batch else int(steps[0])
 
