@@ -12,7 +12,7 @@ from ulna.ik.reach import Reach, reach_of
 from ulna.ik.restarts import Cost, Restart, Search, jobs
 from ulna.ik.result import CODES, Status
 from ulna.kernels.ik import search_layout as layout
-from ulna.kernels.layout import COLUMN, FIXED, KIND, RATIO, REVOLUTE
+from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, RATIO, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.kinematics.tree import Tree
 
@@ -39,7 +39,7 @@ def close_unreachable(search: Search, reasons: Reasons) -> None:
         return
     order = np.flatnonzero(search.open)
     excess = reach.excess(_link_targets(problem, order), position_only=problem.task.kind != layout.WHOLE_POSE)
-    turned = problem.tolerances[1] if problem.task.kind == layout.WHOLE_POSE else 0.0
+    turned = problem.tolerances[1] + LARGEST_DEFECT if problem.task.kind == layout.WHOLE_POSE else 0.0
     beyond = excess > slack + problem.tolerances[0] + turned * np.linalg.norm(reach.end_point)
     for i, value in zip(order[beyond], excess[beyond], strict=True):
         reasons.reach_excess[int(i)] = float(value - slack)
