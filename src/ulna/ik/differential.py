@@ -10,6 +10,7 @@ from ulna.drivers.differential_ik import differential_batch, differential_one
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
 from ulna.ik.problem import positive, refuse_immovable
+from ulna.kernels.ik.velocity_bounds import work_size
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
@@ -39,7 +40,7 @@ def differential_ik(
     lam, dt = positive("damping", damping) ** 2, positive("dt", dt)
     if q.ndim == twist.ndim == 1:
         out = as_out(out, q.shape, q, twist)
-        size = 16 * tree.n_dof + 27
+        size = work_size(tree.n_dof)
         if len(_work.numbers) < size:
             _work.numbers = np.empty(size)
         good = differential_one(chain, frame, tree.limits, tree.velocity_limits, lam, dt, q, twist, _work.numbers, out)

@@ -6,6 +6,8 @@ entry that stands beyond a limit is led back at no more than its velocity limit.
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, store
+from ulna.kernels.ik.damped_step import N_SYSTEM
+from ulna.kernels.ik.singular_values import N_TURNED
 from ulna.kernels.spatial.elementary import maximum, minimum
 
 
@@ -18,3 +20,8 @@ def velocity_bounds(limits, velocity_limits, dt, q_rows, bound_rows):
         fast = splat(velocity_limits[j], q)
         store(bound_rows, j, minimum(maximum((limits[0, j] - q) / dt, -fast), fast))
         store(bound_rows, n_dof + j, minimum(maximum((limits[1, j] - q) / dt, -fast), fast))
+
+
+def work_size(n_dof):
+    """How many numbers ``differential_one`` needs to work on."""
+    return 16 * n_dof + N_SYSTEM + N_TURNED
