@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.bounds import limit_bounds
-from ulna.ik.explain import turning_columns
 from ulna.ik.problem import STEPS, Problem
 from ulna.ik.restarts import Restart, jobs
+from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.jacobian import geometric_jacobian
 
@@ -83,13 +83,8 @@ def _let_free(problem: Problem) -> Problem:
 
 def _turned_within_limits(problem: Problem, q: Array) -> Array:
     """q with whole turns added where a joint can make them: within the limits, as near to the seed as that allows."""
-    tree, turn = problem.tree, 2 * np.pi
-    seed = problem.seeds[0]
-    near = q - turn * np.rint((q - seed) / turn)
-    with np.errstate(invalid="ignore"):
-        near = near + turn * np.ceil(np.maximum(tree.lower - near, 0.0) / turn)
-        near = near - turn * np.ceil(np.maximum(near - tree.upper, 0.0) / turn)
-    return np.where(_whole_turns(problem), near, q)
+    tree = problem.tree
+    return nearest_turns(q, problem.seeds[0], tree.lower, tree.upper, _whole_turns(problem))
 
 
 def _differences(problem: Problem, a: Array, b: Array) -> Array:

@@ -11,8 +11,9 @@ from ulna.ik.problem import DEFAULT_BUDGET, STEPS, Problem
 from ulna.ik.reach import Reach, reach_of
 from ulna.ik.restarts import Cost, Restart, Search, jobs
 from ulna.ik.result import CODES, Status
+from ulna.ik.turns import TURN, turning_columns
 from ulna.kernels.ik import search_layout as layout
-from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, RATIO, REVOLUTE
+from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.kinematics.tree import Tree
 
@@ -147,16 +148,7 @@ def _turned_towards(problem: Problem, q: Array, lower: Array, upper: Array) -> A
     turning = turning_columns(problem.chain, problem.tree.n_dof)
     with np.errstate(invalid="ignore"):
         middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
-    return np.where(turning, q - 2 * np.pi * np.rint((q - middle) / (2 * np.pi)), q)
-
-
-def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
-    """The entries of q that drive revolute joints at ratio 1 or -1 alone: a whole turn of one changes nothing."""
-    turning = np.ones(n_dof, dtype=bool)
-    for row in chain:
-        if int(row[KIND]) != FIXED and (int(row[KIND]) != REVOLUTE or abs(row[RATIO]) != 1.0):
-            turning[int(row[COLUMN])] = False
-    return turning
+    return np.where(turning, q - TURN * np.rint((q - middle) / TURN), q)
 
 
 def settle_open(search: Search, price: Cost | None, *, out_of_time: bool) -> None:

@@ -46,6 +46,8 @@ class Problem:
     budget: int
     time_limit: float
     threads: int | None
+    nearest_to: Array | None = None
+    """Of what is equally good by whole turns the nearest to these (n or 1, n_dof) is wanted."""
 
 
 def make_problem(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ulna.drivers.multi_start import search_jobs
 from ulna.engine.threads import in_parts
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
+from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.ik.unit_samples import seed_sample, unit_samples
 from ulna.kernels.ik import search_layout as layout
 
@@ -95,7 +96,9 @@ class Search:
         each = np.repeat(order, k)
         own = self.problem.bounds[np.minimum(each, len(self.problem.bounds) - 1)]
         seeds = np.clip(origins.reshape(-1, n_dof), own[:, 0], own[:, 1])
-        problem = replace(self.problem, targets=self.problem.targets[each], seeds=seeds, bounds=own)
+        goal = self.problem.nearest_to
+        goal = None if goal is None else goal[np.minimum(each, len(goal) - 1)]
+        problem = replace(self.problem, targets=self.problem.targets[each], seeds=seeds, bounds=own, nearest_to=goal)
         part = Restart(0, 1, steps, from_seed=True)
         q, info = (rows.reshape(m, k, -1) for rows in jobs(problem, np.arange(m * k), part))
         info[:, :, layout.START] = np.arange(k)
@@ -162,4 +165,13 @@ def jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Arr
         return True
 
     in_parts(piece, len(order), max(1, _JOBS_A_THREAD // len(starts)), problem.threads)
-    return q, info
+    return _as_near_as_turns(problem, order, q), info
+
+
+def _as_near_as_turns(problem: Problem, order: NDArray[np.int64], q: Array) -> Array:
+    """q (m, n_starts, n_dof), by whole turns as near as can be to what the problem wants the nearest of, if anything."""
+    if problem.nearest_to is None:
+        return q
+    goal, bounds = problem.nearest_to, problem.bounds
+    goal, bounds = goal[np.minimum(order, len(goal) - 1)][:, None], bounds[np.minimum(order, len(bounds) - 1)][:, None]
+    return nearest_turns(q, goal, bounds[:, :, 0], bounds[:, :, 1], turning_columns(problem.chain, q.shape[-1]))

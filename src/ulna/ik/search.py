@@ -1,6 +1,7 @@
 """The search itself: the method by its name, the rounds below, the reasons behind what was not found, the result above."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -78,6 +79,8 @@ def _levenberg_marquardt(
     trace: bool,
 ) -> IKResult:
     price = cost_of(problem, rank, obstacles)
+    if rank == "nearest":
+        problem = replace(problem, nearest_to=problem.seeds)
     if _is_plain(problem, rank, obstacles):
         result = quick((problem.link, *problem.tolerances, problem.seed)).solve(T, q_seed)
         if result is not None:

@@ -25,7 +25,7 @@ def convergence(problem: Problem, info: Array, origin: Array | None = None) -> A
     rows = []
     for k in range(steps + 1):
         posture = bool(problem.settings[layout.WITH_POSTURE]) and start == 0 and origin is None
-        here = replace(problem, seeds=q[None])
+        here = replace(problem, seeds=q[None], nearest_to=None)
         _, before = jobs(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 0, from_seed=True, with_posture=posture))
         after, _ = jobs(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 1, from_seed=True, with_posture=posture))
         step = np.abs(after[0, 0] - q).max() if k < steps else 0.0
