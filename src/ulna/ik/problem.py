@@ -10,6 +10,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.bounds import bounds_of
+from ulna.ik.lengths import far_square
 from ulna.ik.task import Task
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.positions import as_positions, refuse_out_of_range, rows_of
@@ -77,7 +78,7 @@ def make_problem(
         positive("position_tolerance", tolerances[0]),
         positive("rotation_tolerance", tolerances[1]),
     )
-    settings[layout.STEPS], settings[layout.TASK] = STEPS, task.kind
+    settings[layout.STEPS], settings[layout.TASK], settings[layout.FAR] = STEPS, task.kind, far_square(tree, link)
     settings[layout.SLACK : layout.SLACK + 6] = task.slack
     settings[layout.WITH_POSTURE] = posture is not None
     if max_step is not None and q_seed is None:

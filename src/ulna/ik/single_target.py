@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.drivers.multi_start import search_one
 from ulna.ik.bounds import limit_bounds
+from ulna.ik.lengths import far_square
 from ulna.ik.problem import SEEDED_STEPS, STEPS, as_count, positive, refuse_immovable
 from ulna.ik.result import IKResult
 from ulna.ik.unit_samples import seed_sample, unit_samples
@@ -30,7 +31,7 @@ class SingleTarget:
         settings = np.zeros(layout.N_SETTINGS)
         settings[layout.POSITION_TOLERANCE] = positive("position_tolerance", tolerances[0])
         settings[layout.ROTATION_TOLERANCE] = positive("rotation_tolerance", tolerances[1])
-        settings[layout.FIRST_WINS], settings[layout.STEPS] = 1.0, STEPS
+        settings[layout.FIRST_WINS], settings[layout.STEPS], settings[layout.FAR] = 1.0, STEPS, far_square(tree, link)
         bounds, from_seed = limit_bounds(tree.bounds), seed_sample(tree.n_dof)
         random = unit_samples(tree, link, as_count("seed", seed), 0, _STARTS - 1)
         self._chain, self._home = tree.chain(link), home.copy()
