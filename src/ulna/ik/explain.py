@@ -12,6 +12,7 @@ from ulna.ik.reach import Reach, reach_of
 from ulna.ik.restarts import Cost, Restart, Search, jobs
 from ulna.ik.result import CODES, Status
 from ulna.ik.turns import TURN, turning_columns
+from ulna.ik.units import jacobian_in_unit, unit_of
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
@@ -170,8 +171,10 @@ def _is_singular(problem: Problem, i: int, q: Array, info: Array) -> bool:
     """Whether no joint, free of its limits, can lessen what is missing: J' e = 0, for an arm of six joints or more."""
     if problem.task.kind != layout.WHOLE_POSE:
         return False
-    J = geometric_jacobian(problem.tree, q, problem.link, "base")
+    unit = unit_of(problem.tree, problem.link)
+    J = jacobian_in_unit(problem, geometric_jacobian(problem.tree, q, problem.link, "base"), unit)
     R = problem.targets[i, :3, :3]
     e = np.concatenate([R @ info[layout.RESIDUAL : layout.RESIDUAL + 3], R @ info[layout.RESIDUAL + 3 : layout.RESIDUAL + 6]])
+    e[:3] /= unit
     moves = (np.abs(J).max(axis=0) > 0).sum() >= 6
     return bool(moves and np.linalg.norm(J.T @ e) < _SINGULAR * np.linalg.norm(e) * np.linalg.norm(J, 2))

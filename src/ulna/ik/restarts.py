@@ -16,6 +16,7 @@ from ulna.engine.threads import in_parts
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
 from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.ik.unit_samples import seed_sample, unit_samples
+from ulna.ik.units import in_metres, in_unit, too_far, unit_of
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
@@ -149,6 +150,20 @@ def search_with_restarts(
 
 def jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
     """The answers of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
+    unit = unit_of(problem.tree, problem.link)
+    if unit == 1.0:
+        q, info = _jobs(problem, order, part)
+    else:
+        q, info = np.empty((len(order), part.count, problem.tree.n_dof)), np.empty((len(order), part.count, layout.N_INFO))
+        far = too_far(problem, order, unit)
+        q[far], info[far] = _jobs(problem, order[far], part)
+        near_q, near_info = _jobs(in_unit(problem, unit), order[~far], part)
+        in_metres(problem, unit, near_q, near_info)
+        q[~far], info[~far] = near_q, near_info
+    return _as_near_as_turns(problem, order, q), info
+
+
+def _jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
     n_dof = problem.tree.n_dof
     starts = seed_sample(n_dof) if part.from_seed else np.empty((0, n_dof))
     if part.count > len(starts):
@@ -165,7 +180,7 @@ def jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Arr
         return True
 
     in_parts(piece, len(order), max(1, _JOBS_A_THREAD // len(starts)), problem.threads)
-    return _as_near_as_turns(problem, order, q), info
+    return q, info
 
 
 def _as_near_as_turns(problem: Problem, order: NDArray[np.int64], q: Array) -> Array:

@@ -52,7 +52,8 @@ class IKResult:
 
     For a batch every attribute is an array of its shape (...,), and ``q`` has one axis more; for one target plain values. Not
     finding a configuration is a result too: then ``success`` is False and ``q`` the best one met, within the limits: the one
-    with the least |displacement|^2 [m^2] + |rotation|^2 [rad^2] of what the task asks for.
+    with the least |displacement|^2 [m^2] + |rotation|^2 [rad^2] of what the task asks for (of arms of less than
+    1/32 m or more than 32 m in a unit of their own).
 
     ========================= ========================================================================================
     ``solved``                The errors that the task counts are within the tolerances.

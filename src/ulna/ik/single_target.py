@@ -10,6 +10,7 @@ from ulna.ik.lengths import far_square
 from ulna.ik.problem import SEEDED_STEPS, STEPS, as_count, positive, refuse_immovable
 from ulna.ik.result import IKResult
 from ulna.ik.unit_samples import seed_sample, unit_samples
+from ulna.ik.units import unit_of
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.tree import Tree
 
@@ -23,7 +24,7 @@ SingleTargetKey = tuple[str | None, float, float, int]  # link, tolerances [m, r
 class SingleTarget:
     """Searches for one pose of one link. ``solve`` may be called from many threads: nothing that it writes to is shared."""
 
-    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_tolerances")
+    __slots__ = ("_chain", "_fits", "_from_home", "_from_seed", "_home", "_n", "_tolerances")
 
     def __init__(self, tree: Tree, link: str, home: Array, tolerances: tuple[float, float], seed: int) -> None:
         refuse_immovable(tree)
@@ -34,6 +35,7 @@ class SingleTarget:
         settings[layout.FIRST_WINS], settings[layout.STEPS], settings[layout.FAR] = 1.0, STEPS, far_square(tree, link)
         bounds, from_seed = limit_bounds(tree.bounds), seed_sample(tree.n_dof)
         random = unit_samples(tree, link, as_count("seed", seed), 0, _STARTS - 1)
+        self._fits = unit_of(tree, link) == 1.0
         self._chain, self._home = tree.chain(link), home.copy()
         self._from_home = np.concatenate([settings, bounds.ravel(), home, from_seed.ravel(), random.ravel()])
         settings[layout.STEPS] = SEEDED_STEPS
@@ -42,7 +44,7 @@ class SingleTarget:
     def solve(self, T: ArrayLike, q_seed: ArrayLike | None = None) -> IKResult | None:
         """The result if it is a solution; None if this is not one target, or one that needs a longer search or is none."""
         T = as_floats("T", T)
-        if T.shape != _MATRIX:
+        if T.shape != _MATRIX or not self._fits:
             return None
         start, plan = self._home, self._from_home
         if q_seed is not None:
