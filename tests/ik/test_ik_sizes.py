@@ -71,3 +71,12 @@ def test_all_solutions_are_as_many_in_any_size(size):
     found = robot.inverse_kinematics_all(T, position_tolerance=1e-5 * size)
     assert len(found) == 8
     np.testing.assert_allclose(robot.forward_kinematics(found)[:, :3, 3], np.tile(T[:3, 3], (8, 1)), rtol=0, atol=1e-8 * size)
+
+
+@pytest.mark.parametrize("size", [2.0**-17, 2.0**12])
+def test_a_slide_with_limits_as_large_as_numbers_go_is_one_without(size):
+    rows = np.array([(0, 0.1, 0, 0), (0.2, 0, np.pi / 2, 0), (0.1, 0.3, 0.4, 0)]) * (size, size, 1, 1)
+    kinds, limits = ["prismatic", "revolute", "revolute"], [(-1.7e308, 1.7e308), (-2, 2), (-2, 2)]
+    robot = Robot.from_dh(rows, joint_types=kinds, limits=limits)
+    T = robot.forward_kinematics([3.0 * size, 0.4, -0.7])
+    assert robot.inverse_kinematics(T, position_tolerance=1e-6 * size).success

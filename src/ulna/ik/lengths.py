@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ulna.kernels.layout import COLUMN, KIND, PRISMATIC, RATIO
+from ulna.kernels.layout import COLUMN, KIND, LARGEST, PRISMATIC, RATIO
 from ulna.kinematics.tree import Tree
 
 _TIMES = 2.0  # the length of an arm: two points of its reach are no further apart
@@ -22,5 +22,6 @@ def far_square(tree: Tree, link: str) -> float:
     """For the setting FAR: the square of the distance [m^2] that only slides can bridge; 0 where none is as long as that."""
     far = max(_TIMES * arm_length(tree, link), _LEAST)
     slides = [row for row in tree.chain(link) if int(row[KIND]) == PRISMATIC]
-    ways = [abs(row[RATIO]) * (tree.upper[int(row[COLUMN])] / far - tree.lower[int(row[COLUMN])] / far) for row in slides]
-    return far * far if any(way > 1.0 for way in ways) else 0.0
+    lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
+    ways = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]
+    return far * far if any(way > far for way in ways) else 0.0

@@ -73,7 +73,7 @@ def make_problem(
     targets = _targets(T)
     batch = targets.shape[:-2]
     seeds = home.copy().reshape(1, -1) if q_seed is None else _seeds(tree, q_seed, batch)
-    settings = np.zeros(layout.N_SETTINGS)
+    chain, settings = tree.chain(link), np.zeros(layout.N_SETTINGS)
     settings[layout.POSITION_TOLERANCE], settings[layout.ROTATION_TOLERANCE] = (
         positive("position_tolerance", tolerances[0]),
         positive("rotation_tolerance", tolerances[1]),
@@ -85,7 +85,7 @@ def make_problem(
         raise InputError("max_step", "bounds the way from q_seed, so q_seed is needed too")
     step = np.inf if max_step is None else positive("max_step", max_step)
     columns = _columns(tree, held)
-    chain, targets = _in_task_frame(tree.chain(link), targets.reshape(-1, 4, 4), task.turn)
+    chain, targets = _in_task_frame(chain, targets.reshape(-1, 4, 4), task.turn)
     return Problem(
         tree=tree,
         chain=chain,

@@ -28,7 +28,7 @@ class SingleTarget:
 
     def __init__(self, tree: Tree, link: str, home: Array, tolerances: tuple[float, float], seed: int) -> None:
         refuse_immovable(tree)
-        self._n, self._tolerances = tree.n_dof, tolerances
+        self._chain, self._n, self._tolerances = tree.chain(link), tree.n_dof, tolerances
         settings = np.zeros(layout.N_SETTINGS)
         settings[layout.POSITION_TOLERANCE] = positive("position_tolerance", tolerances[0])
         settings[layout.ROTATION_TOLERANCE] = positive("rotation_tolerance", tolerances[1])
@@ -36,7 +36,7 @@ class SingleTarget:
         bounds, from_seed = limit_bounds(tree.bounds), seed_sample(tree.n_dof)
         random = unit_samples(tree, link, as_count("seed", seed), 0, _STARTS - 1)
         self._fits = unit_of(tree, link) == 1.0
-        self._chain, self._home = tree.chain(link), home.copy()
+        self._home = home.copy()
         self._from_home = np.concatenate([settings, bounds.ravel(), home, from_seed.ravel(), random.ravel()])
         settings[layout.STEPS] = SEEDED_STEPS
         self._from_seed = np.concatenate([settings, bounds.ravel(), home, from_seed.ravel()])

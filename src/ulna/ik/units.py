@@ -47,7 +47,8 @@ def in_unit(problem: Problem, unit: float) -> Problem:
     targets[:, :3, 3] /= unit
     settings[[layout.POSITION_TOLERANCE, *range(layout.SLACK, layout.SLACK + 3)]] /= unit
     settings[layout.FAR] /= unit * unit
-    changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
+    with np.errstate(over="ignore"):  # a limit of 1e308 is none
+        changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
     return replace(problem, chain=chain, targets=targets, settings=settings, **changed)
 
 

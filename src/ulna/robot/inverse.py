@@ -181,7 +181,7 @@ class InverseKinematics(Structure):
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             twist: v [m/s] and w [rad/s] of the link, shape (..., 6).
-            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits.
+            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits, to rounding.
             link: The link's name; the tip unless given.
             expressed_in: The frame of the twist; see ``jacobian``.
             damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
