@@ -12,8 +12,8 @@ import kernel_probes as probes
 import naive
 import zoo
 from ulna.kernels.distance.epa import SCRATCH
-from ulna.kernels.ik.damped_step import N_SYSTEM
 from ulna.kernels.ik.levenberg_marquardt import N_STATE
+from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.ik.search_layout import N_SETTINGS, POINTING, SLACK, TASK, WHOLE_POSE, WITH_POSTURE, WITH_SLACK
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL, N_VERTICES, SHAPE
 from ulna.kinematics.tree import build_tree

@@ -153,6 +153,12 @@ DEFECTS = {
     # ---- mimics
     "a mimic of an undefined joint": (16, "joint 'grip' mimics 'sholder', which is not defined; did you mean 'shoulder'?",
                                       'mimic joint="shoulder"', 'mimic joint="sholder"'),
+    "a mimic of a ratio beyond all use": (16,
+        "joint 'grip' follows at a ratio of 1.1e+06, off by 0: beyond 1e+06 angles lose their digits",
+                                          'multiplier="0.1"', 'multiplier="1.1e6"'),
+    "a mimic of an offset beyond all use": (16,
+        "joint 'grip' follows at a ratio of 0.1, off by -1e+300: beyond 1e+06 angles lose their digits",
+                                            'multiplier="0.1"', 'multiplier="0.1" offset="-1e300"'),
     "a mimic of itself": (16, "joints grip -> grip mimic each other in a circle", 'mimic joint="shoulder"', 'mimic joint="grip"'),
     "mimics in a circle": (16, "joints shoulder -> grip -> shoulder mimic each other in a circle",
                            '<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><mimic joint="grip"/>'),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
+import zoo
 from ulna import InputError, Robot
 from ulna.description.robot_description import Body
 from ulna.ik.collision_filter import Obstacles
@@ -165,3 +166,21 @@ def test_the_middle_of_the_range_is_a_posture(panda, targets):
     plain = panda.inverse_kinematics(targets[:50])
     assert by_name.success.all()
     assert (np.linalg.norm(by_name.q - middle, axis=1) < np.linalg.norm(plain.q - middle, axis=1) + 1e-6).mean() > 0.6
+
+
+@pytest.mark.parametrize("options", [{}, {"max_step": 4.0}], ids=str)
+def test_no_whole_turn_of_a_joint_brings_the_nearest_nearer(rng, options):
+    robot = ulna.Robot.from_dh(zoo.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 5 + [(-1.0, 12.0)])
+    q, seeds = rng.uniform(-3, 3, (60, 6)), rng.uniform(-1, 3, (60, 6))
+    T = robot.forward_kinematics(q)
+    result = robot.inverse_kinematics(T, seeds, rank="nearest", **options)
+    found = result.success
+    assert found.sum() > (10 if options else 55)
+    np.testing.assert_allclose(robot.forward_kinematics(result.q)[found], T[found], atol=1e-4)
+    for turn in (-2 * np.pi, 2 * np.pi):
+        turned = result.q + turn
+        within = (robot.lower <= turned) & (turned <= robot.upper)
+        nearer = np.abs(turned - seeds) < np.abs(result.q - seeds) - 1e-9
+        assert not (within & nearer)[found].any()
+    alone = robot.inverse_kinematics(T[3], seeds[3], rank="nearest", **options)
+    assert alone.q.tobytes() == result.q[3].tobytes()

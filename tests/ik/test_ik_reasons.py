@@ -76,6 +76,36 @@ def test_no_configuration_of_any_arm_breaks_the_certificate(rng):
             assert not result.reach_excess.any()
 
 
+@pytest.mark.parametrize("scale", [1e-6, 1e-3, 1.0, 1e4])
+@pytest.mark.parametrize("length", [1.0, 1e3, 1e9, 1e16, 1e60, 1e200, 1.7e308])
+def test_no_configuration_breaks_it_however_long_a_slide_may_become_or_however_small_the_arm(rng, scale, length):
+    """The bound subtracts lengths as long as the slide; its roundings are as large as they are."""
+    for _ in range(20):
+        kinds = [*rng.permutation(["revolute", "revolute", "revolute", rng.choice(["revolute", "prismatic"])]), "prismatic"]
+        slide = rng.choice([-1.0, 0.0]) * length, length
+        limits = [slide if kind == "prismatic" else (-2.5, 2.0) for kind in kinds]
+        rows = np.column_stack([scale * rng.uniform(-1, 1, (5, 2)), rng.uniform(-np.pi, np.pi, (5, 2))])
+        arm = Robot.from_dh(rows, joint_types=kinds, limits=limits).with_tool(
+            ulna.pose(scale * rng.normal(size=3), rng.normal(size=3))
+        )
+        q = rng.uniform(np.maximum(arm.lower, -scale * np.pi), np.minimum(arm.upper, scale * np.pi), (20, 5))
+        targets = arm.forward_kinematics(q)
+        for task in ("pose", "position", "pointing"):
+            result = arm.inverse_kinematics(targets, task=task, max_iterations=0, position_tolerance=1e-9 * scale)
+            assert not (result.status == "unreachable").any()
+
+
+def test_a_target_beyond_a_slide_that_ends_is_proved_for_any_size():
+    for scale in (1e-5, 1.0, 1e4):
+        rows = np.array([(0, 0, 0, 0), (1.0, 0, 0, 0), (0.5, 0, np.pi / 2, 0)]) * (scale, scale, 1, 1)
+        kinds, limits = ["revolute", "revolute", "prismatic"], [(-3, 3), (-3, 3), (0, scale)]
+        arm = Robot.from_dh(rows, joint_types=kinds, limits=limits)
+        result = arm.inverse_kinematics(ulna.pose((3.0 * scale, 0, 0)), task="position", position_tolerance=1e-9 * scale)
+        assert result.status == "unreachable"
+        assert result.reach_excess == pytest.approx(0.7928932188134525 * scale, rel=1e-9)
+        assert result.reach_excess <= (3.0 - 1.0 - np.hypot(0.5, 1.0)) * scale
+
+
 def test_no_configuration_of_the_zoo_breaks_it_either(rng):
     robot = ulna.Robot(zoo.every_joint())
     for link in ("fingertip", "hand", "rail", "propeller", "tray"):

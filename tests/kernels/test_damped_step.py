@@ -6,8 +6,8 @@ import pytest
 import kernel_probes as probes
 import naive
 from close import assert_close
-from ulna.kernels.ik.damped_step import N_SYSTEM
 from ulna.kernels.ik.levenberg_marquardt import CHANGE, LAMBDA, LEAST, N_STATE, P2, R2
+from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.ik.search_layout import N_SETTINGS, POSITION_TOLERANCE, ROTATION_TOLERANCE, WITH_POSTURE
 
 N = 16

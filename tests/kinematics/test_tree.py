@@ -73,6 +73,17 @@ def test_a_mimic_of_a_fixed_joint_moves_nothing_of_others(rng):
     assert_close(J, naive.jacobian(description, [0.7], "d"), atol=1e-10)
 
 
+@pytest.mark.parametrize("q", [1e6, -1e6, 999_000.123, 0.3])
+def test_the_fastest_mimic_turns_by_a_rotation_as_exact_as_the_angle_that_it_follows(q):
+    joint = "<joint name='{}' type='continuous'><parent link='{}'/><child link='{}'/>{}</joint>"
+    links = "".join(f"<link name='{name}'/>" for name in "abc")
+    follower = joint.format("k", "b", "c", "<mimic joint='j' multiplier='1e6' offset='1e6'/>")
+    robot = ulna.load(f"<robot name='m'>{links}{joint.format('j', 'a', 'b', '')}{follower}</robot>")
+    R = robot.forward_kinematics([q])[:3, :3]
+    assert_close(R @ R.T, np.eye(3), atol=1e-15)
+    assert R[1, 1] == pytest.approx(np.cos(q + 1e6 * q + 1e6), abs=1e-3)
+
+
 def test_mimics_are_no_entries_of_q_and_follow_through_each_other():
     robot = ulna.Robot(zoo.every_joint())
     assert robot.joint_names == ("shoulder", "table", "slide", "wheel", "float", "rotor joint")

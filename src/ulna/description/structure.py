@@ -8,6 +8,7 @@ import numpy as np
 
 from ulna.description.robot_description import N_POSITIONS, Description, Joint, JointType, Mimic
 from ulna.errors import DescriptionError, did_you_mean
+from ulna.kernels.layout import LARGEST
 
 _BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
 
@@ -108,6 +109,9 @@ def drives_of(joints: tuple[Joint, ...], columns: dict[str, slice], source: str)
         for follower in reversed(followers.values()):
             drive, mimic = drives[joint.name], follower.mimic or Mimic("")
             ratio, offset = mimic.multiplier * drive.ratio, mimic.multiplier * drive.offset + mimic.offset
+            if not (abs(ratio) <= LARGEST and abs(offset) <= LARGEST):
+                message = f"joint {follower.name!r} follows at a ratio of {ratio:g}, off by {offset:g}: beyond {LARGEST:g}"
+                raise DescriptionError(f"{message} angles lose their digits", source, follower.line)
             drives[follower.name], joint = Drive(drive.column, ratio, offset), follower
     return drives
 

@@ -8,7 +8,7 @@ from ulna.engine.signatures import CONSTANTS, MATRIX, NUMBER, NUMBERS, TABLE, WH
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.ik.bounded_least_squares import bounded_least_squares
-from ulna.kernels.ik.damped_step import N_SYSTEM
+from ulna.kernels.ik.scratch_layout import N_SYSTEM, N_TURNED
 from ulna.kernels.ik.velocity_bounds import velocity_bounds
 
 
@@ -16,15 +16,17 @@ from ulna.kernels.ik.velocity_bounds import velocity_bounds
 def differential_one(chain, expressed_in, limits, velocity_limits, damping, dt, q, twist, work, out):
     """Write the joint velocities to out, shape (n_dof,), for one q and one twist (6,). False if a number is out of range.
 
-    work: at least 27 + 16 n_dof numbers, so that nothing is allocated.
+    work: at least ``work_size(n_dof)`` numbers, so that nothing is allocated.
     """
     n = out.shape[0]
     jacobian_rows, free_rows, work = work[: 6 * n], work[6 * n : 12 * n], work[12 * n :]
     system_rows, held_rows, work = work[:N_SYSTEM], work[N_SYSTEM : N_SYSTEM + n], work[N_SYSTEM + n :]
-    goal_rows, bound_rows = work[:n], work[n : 3 * n]
+    goal_rows, bound_rows, turned_rows = work[:n], work[n : 3 * n], work[3 * n : 3 * n + N_TURNED]
     chain_jacobian(chain, q, expressed_in, jacobian_rows, 6, 1)
     velocity_bounds(limits, velocity_limits, dt, q, bound_rows)
-    bounded_least_squares(jacobian_rows, twist, damping, bound_rows, out, (held_rows, goal_rows, free_rows, system_rows))
+    bounded_least_squares(
+        jacobian_rows, twist, damping, bound_rows, out, (held_rows, goal_rows, free_rows, system_rows, turned_rows)
+    )
     return all_in_range(q) and all_in_range(twist)
 
 
@@ -36,6 +38,7 @@ def differential_batch(chain, expressed_in, limits, velocity_limits, damping, dt
     jacobian_rows, bound_rows = np.empty((6 * n_dof, WIDTH)), np.empty((2 * n_dof, WIDTH))
     scratch = (
         np.empty((n_dof, WIDTH)), np.empty((n_dof, WIDTH)), np.empty((6 * n_dof, WIDTH)), np.empty((N_SYSTEM, WIDTH)),
+        np.empty((N_TURNED, WIDTH)),
     )  # fmt: skip
     good = True
     for start in range(0, n, WIDTH):

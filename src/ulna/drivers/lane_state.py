@@ -4,7 +4,6 @@ import numpy as np
 
 from ulna.engine.decorators import kernel, routine, workspace
 from ulna.engine.width import WIDTH
-from ulna.kernels.ik.damped_step import N_SYSTEM
 from ulna.kernels.ik.levenberg_marquardt import (
     ALLOWED,
     CHANGE,
@@ -19,6 +18,7 @@ from ulna.kernels.ik.levenberg_marquardt import (
     RUNNING,
     TAKEN,
 )
+from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.ik.search_layout import (
     DAMPING,
     ITERATIONS,

@@ -19,8 +19,8 @@ SKIN = types.Tuple((MATRIX, MATRIX, NUMBERS, INDICES))
 # A robot's tables, which are read-only.
 CONSTANTS, TABLE = _array(types.float64, 1, constant=True), _array(types.float64, 2, constant=True)
 PAIRS = _array(types.int64, 2, constant=True)
-# The scene of ``overlap``: joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed. Where all shapes are boxes there are
-# no vertices and no points. Robot and world have the same types, so that the kernels of two bodies are compiled once.
+# The scene of ``overlap``: joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed. Where all shapes are boxes
+# there are no vertices and no points. Robot and world have the same types, so that the kernels of two bodies are compiled once.
 BOXES = TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE
 SHAPES = TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE
 SCENES = BOXES, SHAPES

@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.bounds import limit_bounds
-from ulna.ik.explain import turning_columns
 from ulna.ik.problem import STEPS, Problem
 from ulna.ik.restarts import Restart, jobs
+from ulna.ik.turns import nearest_turns, turning_columns
+from ulna.ik.units import jacobian_in_unit, unit_of
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.jacobian import geometric_jacobian
 
 Array = NDArray[np.float64]
 DISTINCT = 1e-3  # rad or m
-EXACT = 1e-9  # m and rad
+EXACT = 1e-9  # rad, and of the unit of the search
 _FIRST, _MOST = 256, 16_384  # starts
 _MOST_BRANCHES = 256  # more than any arm of six joints has (16): what is found beyond is a continuum
 _ISOLATED = 1e-6  # of the largest singular value
@@ -35,8 +36,11 @@ def all_solutions(problem: Problem, n_spread: int) -> Array:
     no better, at the border of the reach, is left to the tolerance.
     """
     settings = problem.settings.copy()
-    for tolerance in (layout.POSITION_TOLERANCE, layout.ROTATION_TOLERANCE):
-        settings[tolerance] = min(settings[tolerance], EXACT)
+    for tolerance, exact in (
+        (layout.POSITION_TOLERANCE, EXACT * unit_of(problem.tree, problem.link)),
+        (layout.ROTATION_TOLERANCE, EXACT),
+    ):
+        settings[tolerance] = min(settings[tolerance], exact)
     found = _branches(replace(problem, settings=settings), n_spread)
     return found if len(found) else _branches(problem, n_spread)
 
@@ -83,13 +87,8 @@ def _let_free(problem: Problem) -> Problem:
 
 def _turned_within_limits(problem: Problem, q: Array) -> Array:
     """q with whole turns added where a joint can make them: within the limits, as near to the seed as that allows."""
-    tree, turn = problem.tree, 2 * np.pi
-    seed = problem.seeds[0]
-    near = q - turn * np.rint((q - seed) / turn)
-    with np.errstate(invalid="ignore"):
-        near = near + turn * np.ceil(np.maximum(tree.lower - near, 0.0) / turn)
-        near = near - turn * np.ceil(np.maximum(near - tree.upper, 0.0) / turn)
-    return np.where(_whole_turns(problem), near, q)
+    tree = problem.tree
+    return nearest_turns(q, problem.seeds[0], tree.lower, tree.upper, _whole_turns(problem))
 
 
 def _differences(problem: Problem, a: Array, b: Array) -> Array:
@@ -118,7 +117,9 @@ def _is_continuum(problem: Problem, found: Array) -> bool:
         return True
     if not len(found):
         return False
-    J = geometric_jacobian(problem.tree, found, problem.link, "base")[..., moving]
+    J = jacobian_in_unit(
+        problem, geometric_jacobian(problem.tree, found, problem.link, "base"), unit_of(problem.tree, problem.link)
+    )[..., moving]
     values = np.linalg.svd(J, compute_uv=False)
     return bool((values[:, len(moving) - 1] < _ISOLATED * values[:, 0]).all())
 

@@ -11,8 +11,10 @@ from ulna.ik.problem import DEFAULT_BUDGET, STEPS, Problem
 from ulna.ik.reach import Reach, reach_of
 from ulna.ik.restarts import Cost, Restart, Search, jobs
 from ulna.ik.result import CODES, Status
+from ulna.ik.turns import TURN, turning_columns
+from ulna.ik.units import jacobian_in_unit, unit_of
 from ulna.kernels.ik import search_layout as layout
-from ulna.kernels.layout import COLUMN, FIXED, KIND, RATIO, REVOLUTE
+from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.kinematics.tree import Tree
 
@@ -39,7 +41,7 @@ def close_unreachable(search: Search, reasons: Reasons) -> None:
         return
     order = np.flatnonzero(search.open)
     excess = reach.excess(_link_targets(problem, order), position_only=problem.task.kind != layout.WHOLE_POSE)
-    turned = problem.tolerances[1] if problem.task.kind == layout.WHOLE_POSE else 0.0
+    turned = problem.tolerances[1] + LARGEST_DEFECT if problem.task.kind == layout.WHOLE_POSE else 0.0
     beyond = excess > slack + problem.tolerances[0] + turned * np.linalg.norm(reach.end_point)
     for i, value in zip(order[beyond], excess[beyond], strict=True):
         reasons.reach_excess[int(i)] = float(value - slack)
@@ -70,38 +72,47 @@ def _link_targets(problem: Problem, order: NDArray[np.int64] | list[int]) -> Arr
     return targets
 
 
-def explain_open(search: Search, reasons: Reasons, *, out_of_time: bool) -> None:
-    """Give every target that is still open the status that says why."""
+def explain_open(search: Search, reasons: Reasons, price: Cost | None, *, out_of_time: bool) -> None:
+    """Give every target that is still open the status that says why, or the solution that the search for a reason finds."""
     problem = search.problem
     close_unreachable(search, reasons)
+    open_ = _close_collided(search)
+    if out_of_time or problem.budget < DEFAULT_BUDGET:
+        _set(search, open_, Status.BUDGET_SPENT)
+        return
+    if len(open_) and problem.is_narrowed:
+        narrowed = Status.HELD_JOINTS if np.isinf(problem.max_step) else Status.BEYOND_MAX_STEP
+        open_ = _blame(search, reasons, price, open_, limit_bounds(problem.tree.bounds), narrowed)
+    if len(open_):
+        open_ = _blame(search, reasons, price, open_, _without_limits(problem), Status.JOINT_LIMITS)
+    for i in open_:
+        if _is_singular(problem, i, search.q[i], search.info[i]):
+            _set(search, np.array([i]), Status.SINGULAR)
+
+
+def _close_collided(search: Search) -> NDArray[np.int64]:
+    """Close the targets of which all solutions found collide; the numbers of those that stay open."""
     open_ = np.flatnonzero(search.open)
     collided = np.isin(open_, list(search.rejected))
     for i in open_[collided]:
         search.q[i], search.info[i] = search.rejected[int(i)]
     _set(search, open_[collided], Status.IN_COLLISION)
-    open_ = open_[~collided]
-    if out_of_time or problem.budget < DEFAULT_BUDGET:
-        _set(search, open_, Status.BUDGET_SPENT)
-        return
-    plain = limit_bounds(problem.tree.bounds)
-    if len(open_) and not np.array_equal(np.broadcast_to(plain, problem.bounds.shape), problem.bounds):
-        narrowed = Status.HELD_JOINTS if np.isinf(problem.max_step) else Status.BEYOND_MAX_STEP
-        solved = _blame(search, reasons, open_, plain, narrowed)
-        open_ = open_[~solved]
-    if len(open_):
-        solved = _blame(search, reasons, open_, _without_limits(problem), Status.JOINT_LIMITS)
-        open_ = open_[~solved]
-    for i in open_:
-        if _is_singular(problem, i, search.q[i], search.info[i]):
-            _set(search, np.array([i]), Status.SINGULAR)
+    search.open[open_[collided]] = False
+    return open_[~collided]
 
 
 def _set(search: Search, targets: NDArray[np.int64], status: Status) -> None:
     search.info[targets, layout.STATUS] = CODES[status]
 
 
-def _blame(search: Search, reasons: Reasons, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.bool_]:
-    """Search within other bounds; where that solves, tell by how much the problem's own are passed: by the least of those met."""
+def _blame(
+    search: Search, reasons: Reasons, price: Cost | None, order: NDArray[np.int64], bounds: Array, status: Status
+) -> NDArray[np.int64]:
+    """Search within other bounds; where that solves, tell by how much the problem's own are passed: by the least of those found.
+
+    What is found may lie within the problem's own bounds, or close to a solution that does: before the bounds are blamed the
+    search goes on within them from there. Returns the numbers of the targets that nothing explains.
+    """
     problem = replace(search.problem, bounds=bounds)
     q, info = jobs(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
     own = search.problem.bounds[np.minimum(order, len(search.problem.bounds) - 1)][:, None]
@@ -110,10 +121,14 @@ def _blame(search: Search, reasons: Reasons, order: NDArray[np.int64], bounds: A
     excess = np.maximum(np.maximum(own[:, :, 0] - q, q - own[:, :, 1]), 0.0)
     cost = np.where(info[:, :, layout.STATUS] == layout.SOLVED, excess.max(axis=-1), np.inf)
     solved = np.isfinite(cost.min(axis=1))
-    for row in np.flatnonzero(solved):
+    if solved.any():
+        search.run_from(order[solved], q[solved], STEPS, price)
+        _close_collided(search)
+    for row in np.flatnonzero(search.open[order] & solved & (cost.min(axis=1) > 0.0)):
         reasons.limit_excess[int(order[row])] = excess[row, cost[row].argmin()]
-    _set(search, order[solved], status)
-    return solved
+        _set(search, order[row : row + 1], status)
+        search.open[order[row]] = False
+    return order[search.open[order]]
 
 
 def _without_limits(problem: Problem) -> Array:
@@ -134,16 +149,7 @@ def _turned_towards(problem: Problem, q: Array, lower: Array, upper: Array) -> A
     turning = turning_columns(problem.chain, problem.tree.n_dof)
     with np.errstate(invalid="ignore"):
         middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
-    return np.where(turning, q - 2 * np.pi * np.rint((q - middle) / (2 * np.pi)), q)
-
-
-def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
-    """The entries of q that drive revolute joints at ratio 1 or -1 alone: a whole turn of one changes nothing."""
-    turning = np.ones(n_dof, dtype=bool)
-    for row in chain:
-        if int(row[KIND]) != FIXED and (int(row[KIND]) != REVOLUTE or abs(row[RATIO]) != 1.0):
-            turning[int(row[COLUMN])] = False
-    return turning
+    return np.where(turning, q - TURN * np.rint((q - middle) / TURN), q)
 
 
 def settle_open(search: Search, price: Cost | None, *, out_of_time: bool) -> None:
@@ -165,8 +171,10 @@ def _is_singular(problem: Problem, i: int, q: Array, info: Array) -> bool:
     """Whether no joint, free of its limits, can lessen what is missing: J' e = 0, for an arm of six joints or more."""
     if problem.task.kind != layout.WHOLE_POSE:
         return False
-    J = geometric_jacobian(problem.tree, q, problem.link, "base")
+    unit = unit_of(problem.tree, problem.link)
+    J = jacobian_in_unit(problem, geometric_jacobian(problem.tree, q, problem.link, "base"), unit)
     R = problem.targets[i, :3, :3]
     e = np.concatenate([R @ info[layout.RESIDUAL : layout.RESIDUAL + 3], R @ info[layout.RESIDUAL + 3 : layout.RESIDUAL + 6]])
+    e[:3] /= unit
     moves = (np.abs(J).max(axis=0) > 0).sum() >= 6
     return bool(moves and np.linalg.norm(J.T @ e) < _SINGULAR * np.linalg.norm(e) * np.linalg.norm(J, 2))

@@ -10,6 +10,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.bounds import bounds_of
+from ulna.ik.lengths import far_square
 from ulna.ik.task import Task
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.positions import as_positions, refuse_out_of_range, rows_of
@@ -25,7 +26,7 @@ class Problem:
     """A search for each of ``targets`` (n, 4, 4), of batch shape ``batch``.
 
     ``chain`` ends in the task's frame, ``targets`` are of that frame; seeds (n or 1, n_dof); bounds (n or 1, 4, n_dof) as in
-    ``ik.bounds``; posture (n_dof,), read if the kernels' ``settings`` say so.
+    ``ik.bounds``, narrowed or not; posture (n_dof,), read if the kernels' ``settings`` say so.
     """
 
     tree: Tree
@@ -37,6 +38,7 @@ class Problem:
     seeds: Array
     seeded: bool
     bounds: Array
+    is_narrowed: bool
     posture: Array
     settings: Array
     tolerances: tuple[float, float]
@@ -45,6 +47,8 @@ class Problem:
     budget: int
     time_limit: float
     threads: int | None
+    nearest_to: Array | None = None
+    """Of what is equally good by whole turns the nearest to these (n or 1, n_dof) is wanted."""
 
 
 def make_problem(
@@ -69,18 +73,19 @@ def make_problem(
     targets = _targets(T)
     batch = targets.shape[:-2]
     seeds = home.copy().reshape(1, -1) if q_seed is None else _seeds(tree, q_seed, batch)
-    settings = np.zeros(layout.N_SETTINGS)
+    chain, settings = tree.chain(link), np.zeros(layout.N_SETTINGS)
     settings[layout.POSITION_TOLERANCE], settings[layout.ROTATION_TOLERANCE] = (
         positive("position_tolerance", tolerances[0]),
         positive("rotation_tolerance", tolerances[1]),
     )
-    settings[layout.STEPS], settings[layout.TASK] = STEPS, task.kind
+    settings[layout.STEPS], settings[layout.TASK], settings[layout.FAR] = STEPS, task.kind, far_square(tree, link)
     settings[layout.SLACK : layout.SLACK + 6] = task.slack
     settings[layout.WITH_POSTURE] = posture is not None
     if max_step is not None and q_seed is None:
         raise InputError("max_step", "bounds the way from q_seed, so q_seed is needed too")
     step = np.inf if max_step is None else positive("max_step", max_step)
-    chain, targets = _in_task_frame(tree.chain(link), targets.reshape(-1, 4, 4), task.turn)
+    columns = _columns(tree, held)
+    chain, targets = _in_task_frame(chain, targets.reshape(-1, 4, 4), task.turn)
     return Problem(
         tree=tree,
         chain=chain,
@@ -90,7 +95,8 @@ def make_problem(
         task=task,
         seeds=np.clip(seeds, tree.lower, tree.upper),
         seeded=q_seed is not None,
-        bounds=bounds_of(tree, seeds, _columns(tree, held), step),
+        bounds=bounds_of(tree, seeds, columns, step),
+        is_narrowed=bool(columns) or np.isfinite(step),
         max_step=step,
         posture=home.copy() if posture is None else _posture(tree, posture),
         settings=settings,

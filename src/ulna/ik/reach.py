@@ -7,6 +7,8 @@
    where the way over its axis is shortest (the axis unfolded, as a ray at a mirror).
 3. The first point stands still in the base. The last stands still in the end's frame, so a target pose tells where it must be;
    if only the position is asked for, one more segment leads from it to the end's origin.
+4. Every sum and difference is off by some roundings of the largest length in it, so what is less than ROUNDING of all lengths
+   together proves nothing.
 """
 
 from dataclasses import dataclass
@@ -20,13 +22,15 @@ from ulna.kinematics.tree import row_pose
 Array = NDArray[np.float64]
 _SWEEPS = 60
 _ROUNDING = 1e-9
+_ENDLESS = 1e100  # m: what ends beyond has no square
 
 
 @dataclass(frozen=True, eq=False)
 class Reach:
     """The point ``end_point`` of the end's frame stays at least ``least`` and at most ``most`` [m] from ``base_point``.
 
-    The origin of the end's frame stays at most ``most_of_origin`` and at least ``least_of_origin`` from it.
+    The origin of the end's frame stays at most ``most_of_origin`` and at least ``least_of_origin`` from it. ``lengths``: of all
+    that these were computed from, together.
     """
 
     base_point: Array
@@ -35,6 +39,7 @@ class Reach:
     most: float
     least_of_origin: float
     most_of_origin: float
+    lengths: float
 
     def distance(self, targets: Array, *, position_only: bool) -> tuple[Array, float, float]:
         """How far the point would be from ``base_point`` at each target (n, 4, 4) [m], and the least and most it can be."""
@@ -48,7 +53,7 @@ class Reach:
         """By how much each target (n, 4, 4) lies beyond the reach, or within its hole [m]; 0 where neither is proved."""
         distance, least, most = self.distance(targets, position_only=position_only)
         beyond = np.maximum(distance - most, least - distance)
-        return np.where(beyond > _ROUNDING * (1.0 + distance), beyond, 0.0)
+        return np.where(beyond > _ROUNDING * (self.lengths + np.linalg.norm(targets[:, :3, 3], axis=-1)), beyond, 0.0)
 
 
 def reach_of(chain: Array, lower: Array, upper: Array) -> Reach | None:
@@ -69,7 +74,8 @@ def reach_of(chain: Array, lower: Array, upper: Array) -> Reach | None:
     end_point = -(end.turn.T @ (end.middle - s[-1] * np.array([0.0, 0.0, 1.0])))
     tail = (float(np.linalg.norm(end_point)) - end.spread, float(np.linalg.norm(end_point)) + end.spread)
     least_of_origin, most_of_origin = _range([*segments, (0.0, base.spread), (max(0.0, tail[0]), tail[1])])
-    return Reach(base_point, end_point, least, most, least_of_origin, most_of_origin)
+    lengths = sum(float(np.linalg.norm(link.corners, axis=1).max()) for link in links) + float(np.abs(s).sum())
+    return Reach(base_point, end_point, least, most, least_of_origin, most_of_origin, lengths)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +139,7 @@ def _links(chain: Array, lower: Array, upper: Array) -> list[_Link] | None:
         if int(row[KIND]) == PRISMATIC:
             column = int(row[COLUMN])
             ends = np.array([lower[column], upper[column]]) * row[RATIO] + row[OFFSET]
-            if not np.isfinite(ends).all():
+            if not (np.abs(ends) < _ENDLESS).all():
                 return None
             slides.append(np.outer(ends, T[:3, 2]))
         elif int(row[KIND]) == REVOLUTE:

@@ -6,7 +6,7 @@ batch, nor on how the batch is cut for the threads.
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
+from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.ik.unit_samples import seed_sample, unit_samples
+from ulna.ik.units import in_metres, in_unit, too_far, unit_of
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
@@ -68,6 +70,8 @@ class Search:
     open: NDArray[np.bool_]
     rejected: dict[int, tuple[Array, Array]]
     """Of the configurations that solve a target and have no price (they collide) one each, with its information."""
+    origins: dict[int, Array] = field(default_factory=dict)
+    """Where the answers that no start of a round led to were searched from, by the target's number."""
 
     @classmethod
     def of(cls, problem: Problem) -> "Search":
@@ -83,6 +87,26 @@ class Search:
         size = max(1, _JOBS_AT_ONCE // part.count)  # what they answer would fill the memory otherwise
         for piece in (order[begin : begin + size] for begin in range(0, len(order), size)):
             self.keep(piece, *jobs(self.problem, piece, part), part, price)
+
+    def run_from(self, order: NDArray[np.int64], origins: Array, steps: int, price: Cost | None) -> None:
+        """Search on for some open targets (m,) from configurations of their own (m, k, n_dof), and keep what solves them.
+
+        They are brought within the bounds first. An answer has the number of its origin as that of its start.
+        """
+        m, k, n_dof = origins.shape
+        each = np.repeat(order, k)
+        own = self.problem.bounds[np.minimum(each, len(self.problem.bounds) - 1)]
+        seeds = np.clip(origins.reshape(-1, n_dof), own[:, 0], own[:, 1])
+        goal = self.problem.nearest_to
+        goal = None if goal is None else goal[np.minimum(each, len(goal) - 1)]
+        problem = replace(self.problem, targets=self.problem.targets[each], seeds=seeds, bounds=own, nearest_to=goal)
+        part = Restart(0, 1, steps, from_seed=True)
+        q, info = (rows.reshape(m, k, -1) for rows in jobs(problem, np.arange(m * k), part))
+        info[:, :, layout.START] = np.arange(k)
+        info[info[:, :, layout.STATUS] != layout.SOLVED, layout.MISSED] = np.inf
+        self.keep(order, q, info, part, price)
+        for row in np.flatnonzero(~self.open[order]):
+            self.origins[int(order[row])] = seeds[row * k + int(self.info[order[row], layout.START])]
 
     def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart, price: Cost | None) -> None:
         """Keep what is better than before for some targets, and close those that are solved."""
@@ -126,6 +150,20 @@ def search_with_restarts(
 
 def jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
     """The answers of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
+    unit = unit_of(problem.tree, problem.link)
+    if unit == 1.0:
+        q, info = _jobs(problem, order, part)
+    else:
+        q, info = np.empty((len(order), part.count, problem.tree.n_dof)), np.empty((len(order), part.count, layout.N_INFO))
+        far = too_far(problem, order, unit)
+        q[far], info[far] = _jobs(problem, order[far], part)
+        near_q, near_info = _jobs(in_unit(problem, unit), order[~far], part)
+        in_metres(problem, unit, near_q, near_info)
+        q[~far], info[~far] = near_q, near_info
+    return _as_near_as_turns(problem, order, q), info
+
+
+def _jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
     n_dof = problem.tree.n_dof
     starts = seed_sample(n_dof) if part.from_seed else np.empty((0, n_dof))
     if part.count > len(starts):
@@ -145,3 +183,12 @@ def jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Arr
 
     in_parts(piece, len(order), max(1, _JOBS_A_THREAD // len(starts)), problem.threads)
     return q, info
+
+
+def _as_near_as_turns(problem: Problem, order: NDArray[np.int64], q: Array) -> Array:
+    """q (m, n_starts, n_dof), by whole turns as near as can be to what the problem wants the nearest of, if anything."""
+    if problem.nearest_to is None:
+        return q
+    goal, bounds = problem.nearest_to, problem.bounds
+    goal, bounds = goal[np.minimum(order, len(goal) - 1)][:, None], bounds[np.minimum(order, len(bounds) - 1)][:, None]
+    return nearest_turns(q, goal, bounds[:, :, 0], bounds[:, :, 1], turning_columns(problem.chain, q.shape[-1]))

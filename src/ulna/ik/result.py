@@ -40,9 +40,9 @@ CODES = {
     Status.BUDGET_SPENT: 15,
 }
 _NARROWED = {
-    Status.JOINT_LIMITS: "only beyond the limits",
-    Status.BEYOND_MAX_STEP: "only beyond max_step",
-    Status.HELD_JOINTS: "only if what is held moved",
+    Status.JOINT_LIMITS: "found only beyond the limits",
+    Status.BEYOND_MAX_STEP: "found only beyond max_step",
+    Status.HELD_JOINTS: "found only if what is held moved",
 }
 _OF_CODE = {float(code): status for status, code in CODES.items()}
 
@@ -52,16 +52,17 @@ class IKResult:
 
     For a batch every attribute is an array of its shape (...,), and ``q`` has one axis more; for one target plain values. Not
     finding a configuration is a result too: then ``success`` is False and ``q`` the best one met, within the limits: the one
-    with the least |displacement|^2 [m^2] + |rotation|^2 [rad^2] of what the task asks for.
+    with the least |displacement|^2 [m^2] + |rotation|^2 [rad^2] of what the task asks for (of arms of less than
+    1/32 m or more than 32 m in a unit of their own).
 
     ========================= ========================================================================================
     ``solved``                The errors that the task counts are within the tolerances.
     ``unreachable``           A certificate: the target lies outside the arm's reach, by at least ``reach_excess``.
-    ``joint limits``          Solved if the limits were ignored; ``limit_excess`` tells which joints, by how much.
-    ``beyond max_step``       Solved only by a larger step than ``max_step``; ``limit_excess`` tells by how much.
-    ``held joints``           Solved only if the joints that are held moved; ``limit_excess`` tells by how much.
+    ``joint limits``          Solutions found, all beyond the limits; ``limit_excess`` tells which joints, by how much.
+    ``beyond max_step``       Solutions found, all beyond ``max_step``; ``limit_excess`` tells by how much.
+    ``held joints``           Solutions found, all with joints moved that are held; ``limit_excess`` tells by how much.
     ``in collision``          Every configuration found collides; ``collisions`` names the pairs.
-    ``singular``              The arm cannot move at all in the direction that is missing, whatever its limits.
+    ``singular``              No joint lessens what is missing to first order, limits aside: |J' e| < 0.001 |J| |e|.
     ``stationary``            Steepest descent came to rest short of the target.
     ``budget spent``          ``max_iterations`` or ``time_limit`` ran out before the search had tried what it tries by default.
     ``not found``             None of these: the best pose met is told.
@@ -128,7 +129,7 @@ class IKResult:
 
     @property
     def iterations(self) -> int | NDArray[np.int64]:
-        """Steps taken from the start that led to ``q``."""
+        """Steps taken from the start that led to ``q``; of what was found beyond the limits, since it was brought within."""
         steps = self.info[:, layout.ITERATIONS].astype(np.int64)
         return steps.reshape(self._batch) if self._batch else int(steps[0])
 

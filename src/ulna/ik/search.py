@@ -1,13 +1,13 @@
 """The search itself: the method by its name, the rounds below, the reasons behind what was not found, the result above."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError, did_you_mean
 from ulna.ik.all_solutions import all_solutions
-from ulna.ik.bounds import limit_bounds
 from ulna.ik.collision_filter import Obstacles
 from ulna.ik.explain import Reasons, close_unreachable, explain_open, reach_in_words, settle_open
 from ulna.ik.problem import DEFAULT_BUDGET, Problem, as_count, make_problem, refuse_what_is_no_pose
@@ -79,6 +79,8 @@ def _levenberg_marquardt(
     trace: bool,
 ) -> IKResult:
     price = cost_of(problem, rank, obstacles)
+    if rank == "nearest":
+        problem = replace(problem, nearest_to=problem.seeds)
     if _is_plain(problem, rank, obstacles):
         result = quick((problem.link, *problem.tolerances, problem.seed)).solve(T, q_seed)
         if result is not None:
@@ -94,7 +96,7 @@ def _levenberg_marquardt(
         hit = np.flatnonzero(search.info[:, layout.STATUS] == CODES[Status.IN_COLLISION])
         notes["collisions"] = {int(i): obstacles.pairs(search.q[i]) for i in hit}
     if trace:
-        notes["trace"] = convergence(problem, search.info[0])
+        notes["trace"] = convergence(problem, search.info[0], search.origins.get(0))
     return _as_result(problem, search.q, search.info, notes, T)
 
 
@@ -124,7 +126,7 @@ def inverse_kinematics_all(
 def _is_plain(problem: Problem, rank: str | None, obstacles: Obstacles | None) -> bool:
     """Whether this is one target without special wishes, which takes the short way whatever form the arguments have."""
     asked = problem.batch or problem.task.kind != layout.WHOLE_POSE or problem.settings[layout.WITH_POSTURE]
-    narrowed = problem.bounds is not limit_bounds(problem.tree.bounds) or problem.budget < LEAST_BUDGET
+    narrowed = problem.is_narrowed or problem.budget < LEAST_BUDGET
     return not (asked or narrowed or rank is not None or obstacles is not None or problem.time_limit == 0.0)
 
 
@@ -135,7 +137,7 @@ def _search(problem: Problem, price: Cost | None, many: int, *, seed_alone: bool
     )
     if not (search.info[:, layout.STATUS] == layout.SOLVED).all():
         settle_open(search, price, out_of_time=out_of_time)
-        explain_open(search, reasons, out_of_time=out_of_time)
+        explain_open(search, reasons, price, out_of_time=out_of_time)
     return search, reasons
 
 

@@ -13,17 +13,19 @@ from ulna.kernels.ik import search_layout as layout
 Array = NDArray[np.float64]
 
 
-def convergence(problem: Problem, info: Array) -> Array:
+def convergence(problem: Problem, info: Array, origin: Array | None = None) -> Array:
     """A row a step towards the answer with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
+
+    origin: where the answer was searched from, (n_dof,), if by no start of a round.
 
     No step depends on those before it but for where they led, so taking them one at a time leads the same way.
     """
     start, steps = int(info[layout.START]), int(info[layout.ITERATIONS])
-    q = _start(problem, start)
+    q = _start(problem, start) if origin is None else origin
     rows = []
     for k in range(steps + 1):
-        posture = bool(problem.settings[layout.WITH_POSTURE]) and start == 0
-        here = replace(problem, seeds=q[None])
+        posture = bool(problem.settings[layout.WITH_POSTURE]) and start == 0 and origin is None
+        here = replace(problem, seeds=q[None], nearest_to=None)
         _, before = jobs(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 0, from_seed=True, with_posture=posture))
         after, _ = jobs(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 1, from_seed=True, with_posture=posture))
         step = np.abs(after[0, 0] - q).max() if k < steps else 0.0

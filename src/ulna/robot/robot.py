@@ -555,11 +555,12 @@ class Robot:
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             twist: v [m/s] and w [rad/s] of the link, shape (..., 6).
-            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits.
+            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits, to rounding.
             link: The link's name; the tip unless given.
             expressed_in: The frame of the twist; see ``jacobian``.
             damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
-                the smallest singular value of J; no joint moves faster than |twist| / (2 damping).
+                the smallest singular value of J; no joint moves faster than |twist| / (2 damping). A damping below 1e-4 |J| takes
+                some times longer; singular values below 1e-14 |J| are within the rounding of J, and count as 0.
             out: Written to and returned if given: a float64 array of the result's shape.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 

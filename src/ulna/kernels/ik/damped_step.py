@@ -9,8 +9,6 @@ from ulna.engine.lanes import load, sqrt, store, where
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.so3 import rotation_between
 
-N_SYSTEM = 27  # rows of scratch: the lower triangle of a 6x6 matrix, then a vector of six
-
 
 @kernel
 def pose_error(pose, target):

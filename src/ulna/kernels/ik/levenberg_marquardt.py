@@ -9,7 +9,8 @@ then the upper bounds (2 n_dof); the state, as numbered below.
 3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), kept within
    its bounds (``damped_step``). Further steps of a lane that has ended are ignored: its result is in the rows of the
    step before. A CALM search adds |e| to lambda: where the target is out of reach, the curvature of the arm, which J lacks,
-   is about as large, and without it the steps would overshoot for ever.
+   is about as large, and without it the steps would overshoot for ever. |e|^2 counts no distance beyond FAR: a slide is linear
+   however far it moves, so its steps need no damping, which would slow a long way down to a standstill.
 4. With a posture, the part of (posture - q) that lies in the null space of J is added to each step, and a lane is solved only
    when that part is used up (Liegeois 1977): dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first:
    a lane whose steps are used up at the pose has solved it.
@@ -30,9 +31,9 @@ from ulna.kernels.ik.damped_step import (
     solve_damped,
     within_bounds,
 )
-from ulna.kernels.ik.search_layout import CALM, POSITION_TOLERANCE, ROTATION_TOLERANCE, TASK, WHOLE_POSE, WITH_POSTURE
+from ulna.kernels.ik.search_layout import CALM, FAR, POSITION_TOLERANCE, ROTATION_TOLERANCE, TASK, WHOLE_POSE, WITH_POSTURE
 from ulna.kernels.ik.task import task_error
-from ulna.kernels.spatial.elementary import maximum
+from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
 
 # Rows of the state. ENDED: RUNNING or how it ended; LEAST: the square of the error at the step before, if that was within the
@@ -63,6 +64,8 @@ def advance(chain, posture, settings, rows, scratch):
     p2, r2 = error_squares(e)
     check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows)
     block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
+    if settings[FAR] != 0.0:
+        p2 = minimum(p2, settings[FAR])
     damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * settings[CALM] + _LEAST_DAMPING
     store(state_rows, LAMBDA, damping)
     if settings[WITH_POSTURE] != 0.0:

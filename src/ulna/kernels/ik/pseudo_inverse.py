@@ -16,14 +16,14 @@ from ulna.engine.lanes import load, splat, sqrt, store, where
 from ulna.kernels.spatial.elementary import maximum
 
 CUTOFF = 1e-4
-_SWEEPS = 8  # of all fifteen pairs; six are usual
+SWEEPS = 8  # of all fifteen pairs; six are usual
 _SQUARE = 1e-30  # of the product of two rows' squares: below it they count as square to each other
 
 
 @routine
 def pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows):
     """Write J^+ e; both J and the six error rows are spoilt."""
-    for _ in range(_SWEEPS):
+    for _ in range(SWEEPS):
         for p in range(5):
             for r in range(p + 1, 6):
                 make_square(jacobian_rows, n_dof, error_rows, p, r)
@@ -43,16 +43,22 @@ def pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows):
 @kernel
 def make_square(jacobian_rows, n_dof, error_rows, p, r):
     """Turn rows p and r of [J | e] by the angle that makes those of J square to each other."""
+    cosine, sine = squaring_angle(jacobian_rows, n_dof, p, r)
+    turn_rows(error_rows, p, r, cosine, sine)
+    for j in range(n_dof):
+        turn_rows(jacobian_rows, 6 * j + p, 6 * j + r, cosine, sine)
+
+
+@kernel
+def squaring_angle(jacobian_rows, n_dof, p, r):
+    """Cosine and sine of the angle that makes rows p and r of J square to each other."""
     a, b, c = dot_rows(jacobian_rows, n_dof, p, p), dot_rows(jacobian_rows, n_dof, r, r), dot_rows(jacobian_rows, n_dof, p, r)
     needed = c * c > _SQUARE * a * b
     zeta = (b - a) / (2.0 * where(needed, c, 1.0))
     t = where(zeta >= 0.0, 1.0, -1.0) / (abs(zeta) + sqrt(1.0 + zeta * zeta))
     t = where(needed, t, 0.0)
     cosine = 1.0 / sqrt(1.0 + t * t)
-    sine = cosine * t
-    turn_rows(error_rows, p, r, cosine, sine)
-    for j in range(n_dof):
-        turn_rows(jacobian_rows, 6 * j + p, 6 * j + r, cosine, sine)
+    return cosine, cosine * t
 
 
 @kernel

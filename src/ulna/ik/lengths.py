@@ -1,0 +1,27 @@
+"""How large a robot is, for what a search has to measure in relation to it."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from ulna.kernels.layout import COLUMN, KIND, LARGEST, PRISMATIC, RATIO
+from ulna.kinematics.tree import Tree
+
+_TIMES = 2.0  # the length of an arm: two points of its reach are no further apart
+_LEAST = 1e-6  # m
+
+
+@lru_cache(maxsize=64)
+def arm_length(tree: Tree, link: str) -> float:
+    """The lengths of all parts of the chain to a link together [m], slides at 0."""
+    return float(np.linalg.norm(tree.chain(link)[:, [3, 7, 11]], axis=1).sum())
+
+
+@lru_cache(maxsize=64)
+def far_square(tree: Tree, link: str) -> float:
+    """For the setting FAR: the square of the distance [m^2] that only slides can bridge; 0 where none is as long as that."""
+    far = max(_TIMES * arm_length(tree, link), _LEAST)
+    slides = [row for row in tree.chain(link) if int(row[KIND]) == PRISMATIC]
+    lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
+    ways = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]
+    return far * far if any(way > far for way in ways) else 0.0

@@ -1,0 +1,69 @@
+"""The search for a robot that is far from a metre long, in a unit of its own.
+
+The errors of a pose are lengths and angles in one sum, and so are dampings and thresholds: right for arms of a metre or so. The
+units are powers of two, so that nothing is rounded on the way there and back.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.lengths import arm_length
+from ulna.ik.problem import Problem
+from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.layout import COLUMN, KIND, LARGEST, OFFSET, PRISMATIC, RATIO, REVOLUTE
+from ulna.kinematics.tree import Tree
+
+Array = NDArray[np.float64]
+_USUAL = 32.0  # m, and a part of one: between them the unit is the metre
+
+
+def unit_of(tree: Tree, link: str) -> float:
+    """The unit of a search [m]."""
+    length = arm_length(tree, link)
+    return 1.0 if length == 0.0 or 1 / _USUAL <= length <= _USUAL else float(2.0 ** np.rint(np.log2(length)))
+
+
+def too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
+    """Which targets (m,) have numbers beyond what kernels take, if they are measured in a unit: out of reach, at any rate."""
+    seeds = problem.seeds[np.minimum(order, len(problem.seeds) - 1)] / _slide_units(problem, unit)
+    far = (np.abs(problem.targets[order, :3, 3]) > LARGEST * unit).any(axis=1)
+    return np.logical_or(far, (np.abs(seeds) > LARGEST).any(axis=1))
+
+
+def in_unit(problem: Problem, unit: float) -> Problem:
+    """The same problem with all lengths in a unit."""
+    slides, chain, targets, settings = (
+        _slide_units(problem, unit),
+        problem.chain.copy(),
+        problem.targets.copy(),
+        problem.settings.copy(),
+    )
+    for row in chain:
+        row[[3, 7, 11]] /= unit
+        if int(row[KIND]) == PRISMATIC:
+            row[RATIO], row[OFFSET] = row[RATIO] * (slides[int(row[COLUMN])] / unit), row[OFFSET] / unit
+    targets[:, :3, 3] /= unit
+    settings[[layout.POSITION_TOLERANCE, *range(layout.SLACK, layout.SLACK + 3)]] /= unit
+    settings[layout.FAR] /= unit * unit
+    with np.errstate(over="ignore"):  # a limit of 1e308 is none
+        changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
+    return replace(problem, chain=chain, targets=targets, settings=settings, **changed)
+
+
+def in_metres(problem: Problem, unit: float, q: Array, info: Array) -> None:
+    """Bring what a search in a unit has found back, in its place: q (..., n_dof), info (..., N_INFO) but for what was missed."""
+    q *= _slide_units(problem, unit)
+    info[..., [layout.POSITION_ERROR, *range(layout.RESIDUAL, layout.RESIDUAL + 3)]] *= unit
+
+
+def jacobian_in_unit(problem: Problem, J: Array, unit: float) -> Array:
+    """A Jacobian (..., 6, n_dof) with all lengths in a unit."""
+    return J * _slide_units(problem, unit) / np.array([unit, unit, unit, 1.0, 1.0, 1.0])[:, None]
+
+
+def _slide_units(problem: Problem, unit: float) -> Array:
+    """The unit of each entry of q: those that drive slides alone are lengths."""
+    kinds = [{int(row[KIND]) for row in problem.chain if int(row[COLUMN]) == j} for j in range(problem.tree.n_dof)]
+    return np.array([unit if PRISMATIC in of and REVOLUTE not in of else 1.0 for of in kinds])
