@@ -5,7 +5,8 @@ from typing import Generic, TypeVar
 
 from ulna.kinematics.tree import Tree
 
-KeyT, FunctionT = TypeVar("KeyT", bound=Hashable), TypeVar("FunctionT")
+KeyT = TypeVar("KeyT", bound=Hashable)
+FunctionT = TypeVar("FunctionT")
 
 
 class Bound(dict[KeyT, FunctionT], Generic[KeyT, FunctionT]):
