@@ -6,6 +6,7 @@ import numpy as np
 from PIL import Image
 from playwright.sync_api import Page
 
+from colors import count
 from processes import wait_for
 
 FLAGS = (
@@ -52,3 +53,26 @@ def around(image: np.ndarray, centre, half: int) -> np.ndarray:
     """The square of pixels about a point."""
     x, y = (round(v) for v in centre)
     return image[y - half : y + half, x - half : x + half]
+
+
+def drag(page, handles, start, way, color, steps=12):
+    """Drag the head of an arrow, once it is seen where it should be, until the server has heard of the last step."""
+    wait_to_see(page, lambda: count(around(pixels(page), start, 8), color) > 20, f"a {color} arrow")
+    page.mouse.move(*start)
+    page.mouse.down()
+    for k in range(1, steps + 1):
+        page.mouse.move(start[0] + way[0] * k / steps, start[1] + way[1] * k / steps)
+        page.wait_for_timeout(30)
+    wait_to_see(page, lambda: handles.held, "handles that are held")
+    places = [None]
+
+    def rests():
+        places.append(handles.pose)
+        return places[-2] is not None and np.array_equal(places[-1], places[-2])
+
+    wait_to_see(page, rests, "the last step of the drag")
+
+
+def arrow(camera, T, axis, size):
+    """Where the head of an arrow of some handles is seen."""
+    return project(camera, T[:3, 3] + 0.95 * size * T[:3, axis])

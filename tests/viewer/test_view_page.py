@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
-from browser import around, pixels, project, wait_to_see
+from browser import around, arrow, drag, pixels, project, wait_to_see
 from colors import count
 from processes import wait_for
 from ulna.viewer.ellipsoid import COLOR
@@ -39,29 +39,6 @@ def camera(view, page):
 
 def tab(page, name):
     page.get_by_role("tab", name=name).click()
-
-
-def drag(page, handles, start, way, color, steps=12):
-    """Drag the head of an arrow, once it is seen where it should be, until the server has heard of the last step."""
-    wait_to_see(page, lambda: count(around(pixels(page), start, 8), color) > 20, f"a {color} arrow")
-    page.mouse.move(*start)
-    page.mouse.down()
-    for k in range(1, steps + 1):
-        page.mouse.move(start[0] + way[0] * k / steps, start[1] + way[1] * k / steps)
-        page.wait_for_timeout(30)
-    wait_to_see(page, lambda: handles.held, "handles that are held")
-    places = [None]
-
-    def rests():
-        places.append(handles.pose)
-        return places[-2] is not None and np.array_equal(places[-1], places[-2])
-
-    wait_to_see(page, rests, "the last step of the drag")
-
-
-def arrow(camera, T, axis, size):
-    """Where the head of an arrow of some handles is seen."""
-    return project(camera, T[:3, 3] + 0.95 * size * T[:3, axis])
 
 
 def test_the_parts_of_the_robot_are_shown_and_hidden(view, page, camera, panda):

@@ -9,7 +9,7 @@ from websockets.datastructures import Headers
 from websockets.sync.client import connect
 
 import ulna
-from browser import project
+from browser import arrow, drag
 from processes import wait_for
 from ulna.viewer.origin import is_own_page
 
@@ -85,6 +85,7 @@ def number(page, name):
 def test_two_tabs_see_one_robot_and_do_not_fight(view, panda, open_page, monkeypatch):
     first, second = open_page(view.url), open_page(view.url, browser=1)
     wait_for(lambda: len(view.page.server.get_clients()) == 2, "two tabs")
+    wait_for(lambda: view.ready and not view.notice.text, "a page that is ready", looks=None)
     type_number(first, "joint2", "-0.5")
     wait_for(lambda: number(second, "joint2") == "-0.5" and view.q[1] == pytest.approx(-0.5), "the number in both tabs")
     type_number(second, "joint2", "-0.25")
@@ -99,14 +100,7 @@ def test_two_tabs_see_one_robot_and_do_not_fight(view, panda, open_page, monkeyp
     camera = next(iter(view.page.server.get_clients().values())).camera
     T, size = view.session.hand_pose, view.hand.handles.control.scale
     wait_for(lambda: np.allclose(view.hand.handles.pose, T), "the handles at the hand")
-    start = project(camera, T[:3, 3] + 0.95 * size * T[:3, 2])
-    first.wait_for_timeout(500)
-    first.mouse.move(*start)
-    first.mouse.down()
-    for k in range(1, 9):
-        first.mouse.move(start[0], start[1] + 6 * k)
-        first.wait_for_timeout(40)
-    wait_for(lambda: view.hand.handles.held, "a hand that is held")
+    drag(first, view.hand.handles, arrow(camera, T, 2, size), (0, 48), "blue")
     wait_for(lambda: not view.session.moving and view.session.hand_pose[2, 3] < T[2, 3] - 0.02, "the arm after it")
     shown = round(float(view.q[3]), 3)
     wait_for(lambda: number(second, "joint4") == f"{shown:g}", "the drag in the other tab")

@@ -89,7 +89,7 @@ class Compiler:
 
     def _add(self, name: str, job: Callable[[], object], *, first: bool) -> None:
         with self._lock:
-            if self._stopping:
+            if not self._may_go_on():
                 return
             self._jobs = {name: job, **self._jobs} if first else {**self._jobs, name: job}
             if self._thread is None:  # no daemon: a program that ends while one compiles would abort
