@@ -69,7 +69,7 @@ def test_an_edge_on_which_two_bodies_share_a_point_is_never_called_free(rng, kin
         found = robot.edge_in_collision(a, b, world, self_collision=False, resolution=1e-5)
         assert found.in_collision.all()
         approached += np.count_nonzero(found.free_until > 0)
-    assert approached > 20, "most begin apart"
+    assert approached > 10, "most begin apart"
 
 
 @pytest.mark.parametrize("pair", solids.PAIRS, ids="-".join)

@@ -119,8 +119,8 @@ class Robot(InverseKinematics, Collisions):
     def with_convex_hulls(self) -> Robot:
         """The robot whose collision meshes are their convex hulls, which are checked exactly; what is seen stays as it is.
 
-        A hull is larger than a mesh with hollows, so it may touch where the mesh would not; it holds all of the mesh. STL, OBJ and
-        Collada files are read, found as ``ulna.load`` was told. A query costs time for each vertex.
+        A hull is larger than a mesh with hollows, so it may touch where the mesh would not; it holds all of the mesh. STL, OBJ
+        and Collada files are read, found as ``ulna.load`` was told. A query costs time for each vertex.
 
         Raises:
             FileError: A mesh is not there, or cannot be read.
