@@ -25,8 +25,10 @@ def mover(shape, T, turns=False):
             follows, limit = '<mimic joint="a" multiplier="-3" offset="0.5"/>', ""
         text += f'<link name="of_{name}"/><joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="of_{name}"/>'
         text, parent = f'{text}<axis xyz="{axis}"/>{limit}{follows}</joint>', f"of_{name}"
-    away = '<collision><origin xyz="-1 0 0"/><geometry><sphere radius="0"/></geometry></collision>'  # a robot has a shape
-    text = text.replace('<link name="base"/>', f'<link name="base">{away}</link>')
+    middle = shape.vertices.mean(axis=0) if isinstance(shape, ulna.ConvexMesh) else np.zeros(3)
+    place = " ".join(map(repr, (T[:3, :3] @ middle + T[:3, 3]).tolist()))
+    point = f'<collision><origin xyz="{place}"/><geometry><sphere radius="0"/></geometry></collision>'  # its own
+    text = text.replace(f'<link name="{parent}"/>', f'<link name="{parent}">{point}</link>')
     return ulna.load(text + "</robot>").with_attached("held", shape, T, link=parent)
 
 
@@ -79,14 +81,14 @@ def grazing_edges(rng, kind, obstacle, n):
     robot, world = mover(shape, T_held, turns), ulna.World()
     world.add("target", target, T_object)
     q = np.array([_touching(rng, shape, target, T_object, T_held, turns) for _ in range(n)])
-    way = q[:, 1] * 10 ** rng.uniform(-7, -1, (n, 1)) + 10 ** rng.uniform(-8, -3, (n, 1)) * rng.normal(size=(n, 6)) * np.repeat(
-        [rng.random() < 0.5, 1.0], 3)  # fmt: skip
+    noise = 10 ** rng.uniform(-9, -3, (n, 1)) * rng.normal(size=(n, 6)) * np.repeat([1.0, rng.random() < 0.5], 3)
+    way = q[:, 1] + noise
     beyond = (rng.random((n, 1)) < 0.5) * 10 ** rng.uniform(-3, 0, (n, 1))
     return robot, world, q[:, 0] + way, q[:, 0] - beyond * way
 
 
 def _touching(rng, shape, target, T_object, T_held, turns):
-    """q at which a point of the shape lies within the target, and the direction of q that leads out."""
+    """q at which a point of the shape lies within the target, and a way in q that leads out of it."""
     surface, normal, middle = surface_point(rng, target)
     inside = surface + 10 ** rng.uniform(-3, -0.3) * (middle - surface)
     angles = rng.uniform(-3, 3, 3) + 2 * np.pi * rng.integers(-1, 2, 3) * 10.0 ** rng.integers(0, 3)
@@ -100,4 +102,6 @@ def _touching(rng, shape, target, T_object, T_held, turns):
     out = T_object[:3, :3] @ normal
     deepest = solids.farthest(shape, T, -out)
     place = T_object[:3, :3] @ inside + T_object[:3, 3] - deepest
-    return np.array([[*place, *angles], [*out, 0, 0, 0]])
+    depth = np.linalg.norm(surface - inside)
+    way = 10 ** rng.uniform(-7, -1) if rng.random() < 0.5 else depth * (1 + 10 ** rng.uniform(-3, 2))
+    return np.array([[*place, *angles], [*way * out, 0, 0, 0]])
