@@ -5,7 +5,6 @@ from: that is decided in ``Entries.find`` alone. Until an entry is asked for, no
 """
 
 import importlib
-import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -49,6 +48,8 @@ class Entries:
 
     def names(self) -> list[str]:
         """The names of all entries. Imports all modules of the package, and so the compiler."""
+        import pkgutil  # noqa: PLC0415 - `import ulna` need not wait for it
+
         from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - it loads the compiler
 
         for module in pkgutil.iter_modules(importlib.import_module(self.package).__path__):

@@ -4,15 +4,20 @@ The parts begin at multiples of the number of lanes, so that no block of lanes i
 whatever its block: the result is bit for bit that of one call.
 """
 
+from __future__ import annotations
+
 import os
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cache
+from typing import TYPE_CHECKING
 
 from ulna.engine.processors import n_processors
 from ulna.engine.width import WIDTH
 from ulna.errors import InputError
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
 
 LEAST_ROWS = 1024  # of a part, where a row takes about a microsecond
 LEAST_POSES = 16 * LEAST_ROWS  # of a part, where a row takes some twenty nanoseconds; a thread takes tens of microseconds to wake
@@ -42,6 +47,8 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
     n_parts = min(4 * threads, n // least)
     if n_parts < 2 or threads < 2:
         return run(slice(0, n))
+    from concurrent.futures import wait  # noqa: PLC0415 - `import ulna` need not wait for it
+
     step = -(-n // n_parts // WIDTH) * WIDTH
     waiting = deque(slice(start, min(start + step, n)) for start in range(0, n, step))
     helpers: list[Future[bool]] = []
@@ -112,6 +119,8 @@ def _pool_size() -> int:
 @cache
 def _pool() -> ThreadPoolExecutor:
     """The only pool: whatever number of threads calls ask for, it starts no more than were needed at once."""
+    from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415 - `import ulna` need not wait for it
+
     return ThreadPoolExecutor(_pool_size(), thread_name_prefix="ulna")
 
 
