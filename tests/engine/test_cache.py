@@ -252,8 +252,8 @@ class Planted:
 def test_what_another_user_planted_is_not_run(tmp_path, mode):
     mark, base = tmp_path / "it ran", tmp_path / "cache"
     folder = Path(run(NUMBA_CACHE_DIR=base)[-1])
-    for index in folder.glob("*.nbi"):
-        index.write_bytes(pickle.dumps(Planted(mark)))
+    for kept in folder.glob("*.nbc"):
+        kept.write_bytes(pickle.dumps(Planted(mark)))
     folder.chmod(mode)
     said = run('import warnings; warnings.simplefilter("ignore")\n' + PLACE, NUMBA_CACHE_DIR=base)
     assert said[0] == AT_ZERO
