@@ -20,6 +20,7 @@ LANES = {"WIDTH", "lane_count"}
 TABLES = {"bodies", "chain", "joints", "objects", "out", "pairs", "posture", "shadows", "speeds", "velocity_limits", "vertices"}
 LANE_LOOPS = {
     "collision/continuous.py bounds_of_all": "one box around a body in eight intervals of one edge: a minimum over the lanes",
+    "collision/continuous.py world_rounding": "the largest coordinate of the bounds of the eight children of the BVH's root",
     "distance/epa.py deepened": "EPA grows one polytope: it runs for one lane at a time, in the few lanes whose cores overlap",
 }
 

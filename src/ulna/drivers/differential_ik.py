@@ -16,7 +16,7 @@ from ulna.kernels.ik.velocity_bounds import velocity_bounds
 def differential_one(chain, expressed_in, limits, velocity_limits, damping, dt, q, twist, work, out):
     """Write the joint velocities to out, shape (n_dof,), for one q and one twist (6,). False if a number is out of range.
 
-    work: at least ``work_size(n_dof)`` numbers, so that nothing is allocated.
+    work: at least N_PER_JOINT n_dof + N_SYSTEM + N_TURNED numbers (``kernels.ik.scratch_layout``), so that nothing is allocated.
     """
     n = out.shape[0]
     jacobian_rows, free_rows, work = work[: 6 * n], work[6 * n : 12 * n], work[12 * n :]

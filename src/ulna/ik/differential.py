@@ -10,7 +10,7 @@ from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
 from ulna.ik.problem import positive, refuse_immovable
-from ulna.kernels.ik.scratch_layout import work_size
+from ulna.kernels.ik.scratch_layout import N_PER_JOINT, N_SYSTEM, N_TURNED
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
@@ -48,7 +48,7 @@ def differential_ik(
     lam, dt = positive("damping", damping) ** 2, positive("dt", dt)
     if q.ndim == twist.ndim == 1:
         out = as_out(out, q.shape, q, twist)
-        size = work_size(tree.n_dof)
+        size = N_PER_JOINT * tree.n_dof + N_SYSTEM + N_TURNED
         if len(_work.numbers) < size:
             _work.numbers = np.empty(size)
         one = entry("differential_ik.differential_one")

@@ -110,7 +110,9 @@ def test_a_busy_port_is_one_line(run, monkeypatch):
 @pytest.mark.parametrize("package", ["viser", "trimesh"])
 def test_without_the_viewer_extra_it_says_what_to_install(run, monkeypatch, package):
     monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
-    for name in [name for name in sys.modules if name.startswith("ulna.viewer")]:
+    for name in [
+        name for name in sys.modules if name.startswith(("ulna.viewer", "ulna.demo.page", "ulna.demo.scene", "ulna.demo.film"))
+    ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
     result = run("demo")
