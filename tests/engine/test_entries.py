@@ -49,3 +49,10 @@ CALLERS = ["kinematics.forward", "kinematics.jacobian", "collision.checker", "ik
 def test_a_module_that_calls_entries_loads_no_compiler(module):
     code = f"import sys, ulna.{module}; print('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+
+
+def test_a_kernel_can_be_written_where_there_is_no_file():
+    source = "from ulna.engine.decorators import kernel\n@kernel\ndef twice(x):\n    return 2.0 * x\n"
+    names = {}
+    exec(compile(source, "<stdin>", "exec"), names)  # noqa: S102 - as an interpreter does
+    assert names["twice"](1.5) == 3.0

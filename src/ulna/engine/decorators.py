@@ -7,7 +7,7 @@
 
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import wraps
 from typing import Any, NamedTuple
 
@@ -147,7 +147,8 @@ def is_plain() -> bool:
 
 
 def _compiled(function: Callable, **flags: Any) -> Any:
-    text_of(function.__code__.co_filename)  # read now, so that the cache's key is that of the text which was loaded
+    with suppress(OSError):  # a kernel typed into an interpreter or a notebook has no file, and no entry is kept for it
+        text_of(function.__code__.co_filename)  # read now, so that the cache's key is that of the text which was loaded
     return njit(**flags)(function)
 
 
