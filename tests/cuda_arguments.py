@@ -18,7 +18,7 @@ CORES = types.Tuple((WHOLE, VECTOR, TABLE, WHOLE, VECTOR, TABLE, THREE_VECTORS, 
 DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points and normal
 CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
 POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
-CANDIDATE = types.Tuple((NUMBER, VECTOR, NUMBER, NUMBER))  # of GJK: |v|^2, v and two weights
+CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 
 
@@ -28,14 +28,14 @@ def _each(names: str, numba_type) -> dict:
 
 TYPES = {
     "": {
-        **_each("x y z p2 r2 theta limit distance damping rate share like reach size", NUMBER),
+        **_each("x y z p2 r2 theta limit distance damping rate share like reach size rounding way noise of_world", NUMBER),
         **_each("radius_a radius_b half_a half_b height", NUMBER),
         **_each("i j k n_dof row lane number kind kind_a kind_b n_faces n_edges across down expressed_in", WHOLE),
         **_each("n_unindexed", WHOLE),
         **_each("v w p q c d h g n t u", VECTOR),
         **_each("a b pose target end", POSE),
-        **_each("e whole", TWIST),
-        **_each("mask active", TRUTH),
+        **_each("e whole rest residual", TWIST),
+        **_each("mask active by_values", TRUTH),
         **_each("r", THREE_VECTORS),
         **_each("chain table joints frames limits bodies others objects vertices vertices_a vertices_b", TABLE),
         **_each("matrix nodes faces edges", MATRIX),
@@ -62,9 +62,11 @@ TYPES = {
     "distance.epa_polytope.remove_seen": {"w": WHOLE},
     "distance.epa_polytope.unit_cross": {**_each("a b", VECTOR)},
     "distance.gjk": {**_each("points sources", THREE_VECTORS), "shares": VECTOR, **_each("e e0 e1 e2 f n0 n1 n2", VECTOR)},
+    "distance.gjk.point_of": {**_each("k1 k2", VECTOR)},
     "distance.gjk.chosen_three": {**_each("a b", THREE_VECTORS)},
     "distance.gjk.nearer": {"best": CANDIDATE, "other": CANDIDATE},
-    **{f"distance.pairs.{name}": {"a": BODY, "b": BODY} for name in ("pair_distance", "pair_overlap")},
+    **{f"distance.pairs.pair_{name}": {"a": BODY, "b": BODY} for name in ("distance", "overlap", "gap")},
+    "distance.pairs.contact_reach": {"a": BODY, "b": BODY},
     "distance.pairs.box_of": {"body": BODY},
     "distance.swept_segments": {"core": DISTANCE, "otherwise": VECTOR, "outwards": VECTOR},
     "collision": {
@@ -81,8 +83,9 @@ TYPES = {
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "ik": {"slack": NUMBER, "dt": NUMBER, **_each("p r", WHOLE), **_each("cosine sine running", NUMBER), "settled": TRUTH},
-    "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 4)},
-    "ik.damped_step.add_column": {"v": TWIST},
+    "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
+    "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
+    **{f"ik.{name}": {"v": TWIST} for name in ("damped_step.add_column", "singular_values.add_turned")},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "ik.pseudo_inverse.turn_rows": {"rows": NUMBERS},
 }  # fmt: skip

@@ -16,24 +16,8 @@ def ptx():
     with pytest.MonkeyPatch.context() as patch:
         # A kernel that calls others asks a device for its capability, although the capability is given.
         patch.setattr("numba.cuda.dispatcher.get_current_device", lambda: SimpleNamespace(compute_capability=CAPABILITY))
-        _lower_rint()
         yield partial(_compile, cuda)
 
 
 def _compile(cuda, function, types) -> str:
     return cuda.compile_ptx(function, types, device=True, cc=CAPABILITY)[0]
-
-
-def _lower_rint():
-    """``rint`` by libdevice: NVVM has no llvm.rint. To be dropped once ``engine`` lowers it so."""
-    from llvmlite import ir
-    from numba import types
-    from numba.cuda import cudaimpl
-    from numba.cuda.cgutils import get_or_insert_function
-
-    from ulna.engine.lanes import rint
-
-    @cudaimpl.lower(rint, types.float64)
-    def lower(context, builder, sig, args):
-        double = ir.DoubleType()
-        return builder.call(get_or_insert_function(builder.module, ir.FunctionType(double, [double]), "__nv_rint"), args)

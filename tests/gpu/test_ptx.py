@@ -19,10 +19,6 @@ from cuda_arguments import argument_types, place_of
 
 COMPILED = "chain", "collision", "distance", "ik", "spatial"
 LEFT_OUT = {"render": "films are drawn by the CPU"}
-NOT_YET = {
-    "collision.continuous.offset_length": "np.sqrt, which numba-cuda lacks: it must call sqrt of engine.lanes",
-    "collision.continuous.write_speeds": "calls offset_length",
-}
 SHAPES_ALONE = {"collision.posed_pair.others_overlap"}  # not called where all bodies are boxes
 
 
@@ -40,14 +36,6 @@ KERNELS = {place: kernel for place, kernel in kernels().items() if place.split("
 OF_BOXES = {p: k for p, k in KERNELS.items() if p.startswith("collision.") and "vertices" in inspect.signature(k).parameters}
 
 
-def marked(places):
-    """The places, those that do not compile yet with the reason; should one compile, that is a failure."""
-    return [
-        pytest.param(p, marks=pytest.mark.xfail(reason=NOT_YET[p], raises=KeyError) if p in NOT_YET else ())
-        for p in sorted(places)
-    ]
-
-
 def check(text, kernel):
     assert ".target sm_90" in text
     assert ".visible .func" in text
@@ -60,15 +48,14 @@ def test_every_folder_of_kernels_is_compiled_or_left_out_by_name():
     folders = {m.name for m in pkgutil.iter_modules(ulna.kernels.__path__) if m.ispkg}
     assert folders == {*COMPILED, *LEFT_OUT}
     assert {place.split(".")[0] for place in KERNELS} == set(COMPILED)
-    assert set(NOT_YET) <= set(KERNELS)
 
 
-@pytest.mark.parametrize("place", marked(KERNELS))
+@pytest.mark.parametrize("place", sorted(KERNELS))
 def test_a_kernel_compiles_to_ptx(place, ptx):
     check(ptx(KERNELS[place], argument_types(KERNELS[place])), KERNELS[place])
 
 
-@pytest.mark.parametrize("place", marked(set(OF_BOXES) - SHAPES_ALONE))
+@pytest.mark.parametrize("place", sorted(set(OF_BOXES) - SHAPES_ALONE))
 def test_a_kernel_of_boxes_compiles_to_ptx(place, ptx):
     check(ptx(OF_BOXES[place], argument_types(OF_BOXES[place], vertices=types.none, points=types.none)), OF_BOXES[place])
 
