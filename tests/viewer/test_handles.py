@@ -1,12 +1,12 @@
 """Handles that are dragged: what a frame sees of events that came between two frames."""
 
-import asyncio
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import ulna
+from coroutines import run_coroutine
 from ulna.viewer.handles import Handles
 
 
@@ -21,7 +21,7 @@ class Scene:
         self.listener = listener
 
     def happens(self, phase, client=0):
-        asyncio.run(self.listener(SimpleNamespace(phase=phase, client_id=client)))
+        run_coroutine(self.listener(SimpleNamespace(phase=phase, client_id=client)))
 
 
 @pytest.fixture

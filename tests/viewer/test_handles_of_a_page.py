@@ -1,12 +1,12 @@
 """Handles that are let go, without a browser: no end of a drag is lost, in whatever order frames and events come."""
 
-import asyncio
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import ulna
+from coroutines import run_coroutine
 from ulna.viewer.hand import HandPanel
 from ulna.viewer.handles import Handles
 from ulna.viewer.page import Page
@@ -21,7 +21,7 @@ def server():
 
 
 def tell(handles, phase, client=1):
-    asyncio.run(handles._update(SimpleNamespace(phase=phase, client_id=client)))
+    run_coroutine(handles._update(SimpleNamespace(phase=phase, client_id=client)))
 
 
 def test_the_end_of_a_drag_that_comes_amid_a_frame_is_not_lost(server, panda):
