@@ -28,7 +28,7 @@ def regular_file_bytes(path: str | Path, most: int) -> bytes:
     """The same of a regular file only, for a path that comes from a stranger.
 
     Raises:
-        OSError: It cannot be opened or read, or is none.
+        OSError: It cannot be opened or read, or is not a file.
     """
     with open(path, "rb", opener=_without_waiting) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):

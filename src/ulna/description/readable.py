@@ -55,7 +55,7 @@ class Readable:
         """The folder of a package. One that is not in ``package_dirs`` or ROS's paths, but above, must have a ``package.xml``.
 
         Raises:
-            OutsideError: There is none.
+            OutsideError: No readable file is there.
         """
         if not name or name.startswith(".") or "/" in name or "\\" in name:
             raise OutsideError(f"$(find {name}): {name!r} is no package's name")

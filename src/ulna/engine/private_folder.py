@@ -25,7 +25,7 @@ def make_private(base: Path, name: str) -> Path:
         _check_above(above)
     base.mkdir(mode=0o700, exist_ok=True)
     if _status(base).st_uid == os.geteuid():
-        base.chmod(0o700)  # of earlier versions; what lies in it is looked at by itself
+        base.chmod(0o700)  # as earlier versions made it; the folder in it is checked separately
     folder.mkdir(mode=0o700, exist_ok=True)
     for one in (base, folder):
         _check_own(one)
