@@ -9,7 +9,7 @@ import ulna
 import zoo
 from ulna import InputError, Robot
 from ulna.description.robot_description import Body
-from ulna.ik.collision_filter import Obstacles
+from ulna.ik.collision_filter import CollisionFilter
 
 N = 200
 
@@ -143,7 +143,7 @@ def test_only_what_solves_its_target_is_looked_at(panda, world, targets, monkeyp
     with pytest.raises(InputError, match=r"^T: has an entry that is not finite"):
         panda.inverse_kinematics(np.full((4, 4), np.nan), world=world)
     asked = []
-    monkeypatch.setattr(Obstacles, "collides", lambda self, q: asked.append(q) or self.robot.in_collision(q, self.world))
+    monkeypatch.setattr(CollisionFilter, "collides", lambda self, q: asked.append(q) or panda.in_collision(q, self.world))
     result = panda.inverse_kinematics(targets[:20], world=world)
     known = panda.forward_kinematics(np.concatenate(asked))
     apart = np.abs(known[:, None] - targets[None, :20]).max(axis=(2, 3)).min(axis=1)

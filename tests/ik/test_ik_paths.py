@@ -95,11 +95,13 @@ def test_a_budget_of_steps_is_used_up_by_the_seeds_own_start(panda, method, budg
 @pytest.mark.parametrize("budget", [0, 1, 19, 20, 21, 59, 60, 61, 79, 80, 200])
 def test_the_steps_of_all_starts_together_are_within_the_budget(panda, monkeypatch, budget):
     """Told by what the search asks of its kernel: starts times steps."""
-    from ulna.ik import restarts as rounds
+    from ulna.ik import restarts
 
-    asked, jobs = [], rounds.jobs
+    asked, run_starts = [], restarts.run_starts
     monkeypatch.setattr(
-        rounds, "jobs", lambda problem, order, part: asked.append(part.count * part.steps) or jobs(problem, order, part)
+        restarts,
+        "run_starts",
+        lambda problem, order, part: asked.append(part.count * part.steps) or run_starts(problem, order, part),
     )
     T = shifted(panda.forward_kinematics(panda.home), HUNDREDTH)
     for options in ({}, {"q_seed": panda.home}, {"rank": "mid_range"}, {"posture": panda.home}):

@@ -14,7 +14,7 @@ from ulna.engine.lanes import any_lane, load
 from ulna.engine.signatures import INDICES, MATRICES, MATRIX, NUMBERS, TABLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
-from ulna.kernels.ik.search_layout import FIRST_WINS, N_SETTINGS, NOT_A_POSE, STATUS, STEPS, WITH_POSTURE
+from ulna.kernels.ik.search_layout import FIRST_WINS, N_SETTINGS, NOT_A_POSE, SOLVED, STATUS, STEPS, WITH_POSTURE
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 
@@ -36,7 +36,7 @@ def search_one(chain, plan, target, seed, q_out, info):
     """The same for one target (4, 4) and one seed (n_dof,), with few arguments: each costs a call some 50 ns.
 
     plan: the settings, the bounds (4 n_dof numbers), the posture and the samples, one after the other; q_out: (1, n_dof); info:
-    (1, N_INFO).
+    (1, N_INFO). Returns whether it is solved.
     """
     n_dof, order = q_out.shape[1], np.zeros(1, dtype=np.int64)
     settings, rest = plan[:N_SETTINGS], plan[N_SETTINGS:]
@@ -45,6 +45,7 @@ def search_one(chain, plan, target, seed, q_out, info):
         chain, target.reshape((1, 4, 4)), order, seed.reshape((1, n_dof)), bounds.reshape((1, 4, n_dof)),
         samples.reshape((samples.shape[0] // n_dof, n_dof)), posture, settings, q_out, info,
     )  # fmt: skip
+    return info[0, STATUS] == SOLVED
 
 
 @workspace

@@ -1,4 +1,4 @@
-"""All solutions for one pose: every branch of an arm whose solutions are isolated, or a spread set where they form a continuum.
+"""Finds all solutions for one pose: every branch, or a spread set of a continuum. Used by ``ik.inverse_kinematics``.
 
 1. Search from random starts, half of them with the joints that can turn all the way round let free (and then turned back
    into their limits by whole turns), which no limit stops on the way to a branch.
@@ -11,13 +11,17 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ulna.ik.bounds import limit_bounds
-from ulna.ik.problem import STEPS, Problem
-from ulna.ik.restarts import Restart, jobs
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_pose
+from ulna.errors import InputError
+from ulna.ik.options import as_count
+from ulna.ik.problem import Problem, make_problem
+from ulna.ik.query import STEPS, Query
+from ulna.ik.restarts import Restart, run_starts
 from ulna.ik.turns import nearest_turns, turning_columns
-from ulna.ik.units import jacobian_in_unit, unit_of
+from ulna.ik.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.jacobian import geometric_jacobian
 
@@ -29,24 +33,28 @@ _MOST_BRANCHES = 256  # more than any arm of six joints has (16): what is found 
 _ISOLATED = 1e-6  # of the largest singular value
 
 
-def all_solutions(problem: Problem, n_spread: int) -> Array:
-    """Distinct solutions for the problem's one target, nearest to the seed first: shape (n, n_dof).
+def all_solutions(query: Query, T: ArrayLike, q_seed: ArrayLike | None, n_spread: int) -> Array:
+    """Distinct solutions for one target, nearest to the seed first: shape (n, n_dof).
 
     They are met to EXACT: near a singularity the caller's tolerance would make a whole family of each. Only a target that is met
     no better, at the border of the reach, is left to the tolerance.
+
+    Raises:
+        InputError: T or the seed is a batch, T is no pose, or n_spread no count.
     """
+    problem, n_spread = make_problem(query, T, q_seed), as_count("n_spread", n_spread)
+    if problem.batch or len(problem.seeds) != 1:
+        raise InputError("T", f"shape {np.shape(T)}: all solutions are found for one target and one seed at a time")
+    as_pose(as_floats("T", T))
     settings = problem.settings.copy()
-    for tolerance, exact in (
-        (layout.POSITION_TOLERANCE, EXACT * unit_of(problem.tree, problem.link)),
-        (layout.ROTATION_TOLERANCE, EXACT),
-    ):
+    for tolerance, exact in ((layout.POSITION_TOLERANCE, EXACT * query.unit), (layout.ROTATION_TOLERANCE, EXACT)):
         settings[tolerance] = min(settings[tolerance], exact)
     found = _branches(replace(problem, settings=settings), n_spread)
     return found if len(found) else _branches(problem, n_spread)
 
 
 def _branches(problem: Problem, n_spread: int) -> Array:
-    found = np.empty((0, problem.tree.n_dof))
+    found = np.empty((0, problem.query.tree.n_dof))
     free, clamped = _let_free(problem), problem
     first, count = 0, _FIRST
     while first < _MOST:
@@ -64,21 +72,21 @@ def _branches(problem: Problem, n_spread: int) -> Array:
 
 def _solutions(problem: Problem, part: Restart) -> Array:
     """What the starts of a round find, within the limits."""
-    q, info = jobs(problem, np.zeros(1, dtype=np.int64), part)
+    q, info = run_starts(problem, np.zeros(1, dtype=np.int64), part)
     q = _turned_within_limits(problem, q[0, info[0, :, layout.STATUS] == layout.SOLVED])
-    tree = problem.tree
+    tree = problem.query.tree
     return q[((q >= tree.lower) & (q <= tree.upper)).all(axis=1)]
 
 
 def _whole_turns(problem: Problem) -> NDArray[np.bool_]:
     """The entries of q that may turn all the way round."""
-    tree = problem.tree
+    tree = problem.query.tree
     return turning_columns(problem.chain, tree.n_dof) & (tree.upper - tree.lower >= 2 * np.pi)
 
 
 def _let_free(problem: Problem) -> Problem:
     turning = _whole_turns(problem)
-    bounds = limit_bounds(problem.tree.bounds).copy()
+    bounds = problem.query.limits.copy()
     middle = (bounds[0, 2] + bounds[0, 3]) / 2
     bounds[0, 0, turning], bounds[0, 1, turning] = -np.inf, np.inf
     bounds[0, 2, turning], bounds[0, 3, turning] = middle[turning] - np.pi, middle[turning] + np.pi
@@ -87,7 +95,7 @@ def _let_free(problem: Problem) -> Problem:
 
 def _turned_within_limits(problem: Problem, q: Array) -> Array:
     """q with whole turns added where a joint can make them: within the limits, as near to the seed as that allows."""
-    tree = problem.tree
+    tree = problem.query.tree
     return nearest_turns(q, problem.seeds[0], tree.lower, tree.upper, _whole_turns(problem))
 
 
@@ -111,15 +119,14 @@ def _merge(problem: Problem, found: Array, more: Array) -> Array:
 
 def _is_continuum(problem: Problem, found: Array) -> bool:
     """Whether the solutions are not isolated: more joints than rows, or far more solutions than any arm has branches."""
-    moving = problem.tree.moving_columns(problem.link)
-    asked = int((np.asarray(problem.task.slack) == 0.0).sum())
+    query = problem.query
+    moving = query.tree.moving_columns(query.link)
+    asked = int((np.asarray(query.options.task.slack) == 0.0).sum())
     if len(moving) > asked or len(found) >= _MOST_BRANCHES:
         return True
     if not len(found):
         return False
-    J = jacobian_in_unit(
-        problem, geometric_jacobian(problem.tree, found, problem.link, "base"), unit_of(problem.tree, problem.link)
-    )[..., moving]
+    J = jacobian_in_unit(problem, geometric_jacobian(query.tree, found, query.link, "base"), query.unit)[..., moving]
     values = np.linalg.svd(J, compute_uv=False)
     return bool((values[:, len(moving) - 1] < _ISOLATED * values[:, 0]).all())
 

@@ -1,12 +1,14 @@
-"""What a search may not hit: the robot's own collision queries, as the search asks them."""
+"""Rejects configurations that collide. Used by ``ik.numeric`` and ``ik.ranking``."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ulna.collision.checker import Checker
 
 if TYPE_CHECKING:
     from ulna.collision.world import World
@@ -15,21 +17,22 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Obstacles:
-    """A world, and the robot (its ``in_collision``, ``signed_distance`` and ``check_collision``) that must stay clear of it."""
+class CollisionFilter:
+    """A robot's collision checker, and the world that the robot must stay clear of."""
 
-    robot: Any
+    checker: Checker
     world: World
     threads: int | None = None
 
     def collides(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, n_dof) collide, shape (n,)."""
-        return self.robot.in_collision(q, self.world, threads=self.threads)
+        return np.asarray(self.checker.in_collision(q, self.world, self_collision=True, threads=self.threads))
 
     def clearance(self, q: Array) -> Array:
-        """How far configurations (n, n_dof) are from the world [m], shape (n,): a robot is always near to itself."""
-        return self.robot.signed_distance(q, self.world, self_collision=False, threads=self.threads)
+        """How far configurations (n, n_dof) are from the world [m], shape (n,), the distances within the robot left out."""
+        return self.checker.signed_distance(q, self.world, self_collision=False, threads=self.threads)
 
     def pairs(self, q: Array) -> tuple[tuple[str, str], ...]:
         """The names of the pairs that collide at one configuration."""
-        return tuple((pair.name_a, pair.name_b) for pair in self.robot.check_collision(q, self.world).pairs)
+        report = self.checker.check_collision(q, self.world, self_collision=True, max_distance=0.0)
+        return tuple((pair.name_a, pair.name_b) for pair in report.pairs)

@@ -9,7 +9,8 @@ from ulna.description.arrays import as_floats
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
-from ulna.ik.problem import positive, refuse_immovable
+from ulna.ik.options import positive
+from ulna.ik.query import refuse_immovable
 from ulna.kernels.ik.scratch_layout import N_PER_JOINT, N_SYSTEM, N_TURNED
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.out import as_out

@@ -1,22 +1,20 @@
-"""Why a target was not reached: a certificate, the limits in the way, what was hit, or how the arm stands."""
+"""Finds why a target was not reached: out of reach, limits in the way, collision, or a singularity. Used by ``ik.numeric``."""
 
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.ik.bounds import limit_bounds
-from ulna.ik.problem import DEFAULT_BUDGET, STEPS, Problem
-from ulna.ik.reach import Reach, reach_of
-from ulna.ik.restarts import Cost, Restart, Search, jobs
+from ulna.ik.options import DEFAULT_BUDGET
+from ulna.ik.problem import Problem
+from ulna.ik.query import STEPS
+from ulna.ik.restarts import Restart, Search, run_starts
 from ulna.ik.result import CODES, Status
 from ulna.ik.turns import TURN, turning_columns
-from ulna.ik.units import jacobian_in_unit, unit_of
+from ulna.ik.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
-from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 _STARTS = 64  # tried without limits before the limits are not to blame
@@ -24,67 +22,53 @@ _SETTLED, _SETTLING_STEPS = 16, 100  # starts that are let come to rest where th
 _SINGULAR = 1e-3  # of the largest singular value times the error's size
 
 
-@dataclass(eq=False)
-class Reasons:
-    """Numbers behind the statuses, by the target's number."""
-
-    reach_excess: dict[int, float] = field(default_factory=dict)
-    limit_excess: dict[int, Array] = field(default_factory=dict)
-
-
-def close_unreachable(search: Search, reasons: Reasons) -> None:
+def close_unreachable(search: Search) -> None:
     """Give up the targets that are provably out of reach."""
-    problem = search.problem
-    reach = _reach(problem.tree, problem.link)
-    slack = np.linalg.norm(problem.task.slack[:3])
+    problem, options, reach = search.problem, search.problem.query.options, search.problem.query.reach
+    slack = np.linalg.norm(options.task.slack[:3])
     if reach is None or not np.isfinite(slack):
         return
-    order = np.flatnonzero(search.open)
-    excess = reach.excess(_link_targets(problem, order), position_only=problem.task.kind != layout.WHOLE_POSE)
-    turned = problem.tolerances[1] + LARGEST_DEFECT if problem.task.kind == layout.WHOLE_POSE else 0.0
-    beyond = excess > slack + problem.tolerances[0] + turned * np.linalg.norm(reach.end_point)
+    order, whole_pose = np.flatnonzero(search.open), options.task.kind == layout.WHOLE_POSE
+    excess = reach.excess(_link_targets(problem, order), position_only=not whole_pose)
+    turned = options.rotation_tolerance + LARGEST_DEFECT if whole_pose else 0.0
+    beyond = excess > slack + options.position_tolerance + turned * np.linalg.norm(reach.end_point)
     for i, value in zip(order[beyond], excess[beyond], strict=True):
-        reasons.reach_excess[int(i)] = float(value - slack)
+        search.reach_excess[int(i)] = float(value - slack)
     search.info[order[beyond], layout.STATUS] = CODES[Status.UNREACHABLE]
     search.open[order[beyond]] = False
 
 
-@lru_cache(maxsize=64)
-def _reach(tree: Tree, link: str) -> Reach | None:
-    return reach_of(tree.chain(link), tree.lower, tree.upper)
-
-
 def reach_in_words(problem: Problem, i: int) -> str:
     """What the certificate of unreachable target i says."""
-    reach = _reach(problem.tree, problem.link)
+    reach, whole_pose = problem.query.reach, problem.query.options.task.kind == layout.WHOLE_POSE
     if reach is None:
         return ""
-    distance, least, most = reach.distance(_link_targets(problem, [i]), position_only=problem.task.kind != layout.WHOLE_POSE)
-    what = "the link" if problem.task.kind != layout.WHOLE_POSE else "the last axis"
+    distance, least, most = reach.distance(_link_targets(problem, [i]), position_only=not whole_pose)
+    what = "the last axis" if whole_pose else "the link"
     return f"{what} would be {distance[0]:.4g} m from the first axis, and the arm spans {least:.4g} to {most:.4g} m"
 
 
 def _link_targets(problem: Problem, order: NDArray[np.int64] | list[int]) -> Array:
     """The targets of the link itself, not of the task's frame."""
-    targets, turn = problem.targets[order].copy(), problem.task.turn
-    if turn is not None:
-        targets[:, :3, :3] = targets[:, :3, :3] @ turn.T
+    targets, R = problem.targets[order].copy(), problem.query.task_axes
+    if R is not None:
+        targets[:, :3, :3] = targets[:, :3, :3] @ R.T
     return targets
 
 
-def explain_open(search: Search, reasons: Reasons, price: Cost | None, *, out_of_time: bool) -> None:
+def explain_open(search: Search, *, out_of_time: bool) -> None:
     """Give every target that is still open the status that says why, or the solution that the search for a reason finds."""
-    problem = search.problem
-    close_unreachable(search, reasons)
+    problem, options = search.problem, search.problem.query.options
+    close_unreachable(search)
     open_ = _close_collided(search)
-    if out_of_time or problem.budget < DEFAULT_BUDGET:
+    if out_of_time or options.budget < DEFAULT_BUDGET:
         _set(search, open_, Status.BUDGET_SPENT)
         return
     if len(open_) and problem.is_narrowed:
-        narrowed = Status.HELD_JOINTS if np.isinf(problem.max_step) else Status.BEYOND_MAX_STEP
-        open_ = _blame(search, reasons, price, open_, limit_bounds(problem.tree.bounds), narrowed)
+        narrowed = Status.HELD_JOINTS if options.max_step is None else Status.BEYOND_MAX_STEP
+        open_ = _search_beyond(search, open_, problem.query.limits, narrowed)
     if len(open_):
-        open_ = _blame(search, reasons, price, open_, _without_limits(problem), Status.JOINT_LIMITS)
+        open_ = _search_beyond(search, open_, _without_limits(problem), Status.JOINT_LIMITS)
     for i in open_:
         if _is_singular(problem, i, search.q[i], search.info[i]):
             _set(search, np.array([i]), Status.SINGULAR)
@@ -105,16 +89,14 @@ def _set(search: Search, targets: NDArray[np.int64], status: Status) -> None:
     search.info[targets, layout.STATUS] = CODES[status]
 
 
-def _blame(
-    search: Search, reasons: Reasons, price: Cost | None, order: NDArray[np.int64], bounds: Array, status: Status
-) -> NDArray[np.int64]:
-    """Search within other bounds; where that solves, tell by how much the problem's own are passed: by the least of those found.
+def _search_beyond(search: Search, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.int64]:
+    """Search within wider bounds; where that solves, note by how much the problem's own are passed: by the least of those found.
 
-    What is found may lie within the problem's own bounds, or close to a solution that does: before the bounds are blamed the
-    search goes on within them from there. Returns the numbers of the targets that nothing explains.
+    What is found may lie within the problem's own bounds, or close to a solution that does, so the search first goes on within
+    them from there. Returns the numbers of the targets that nothing explains.
     """
     problem = replace(search.problem, bounds=bounds)
-    q, info = jobs(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
+    q, info = run_starts(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
     own = search.problem.bounds[np.minimum(order, len(search.problem.bounds) - 1)][:, None]
     if status == Status.JOINT_LIMITS:
         q = _turned_towards(problem, q, own[:, :, 0], own[:, :, 1])
@@ -122,10 +104,10 @@ def _blame(
     cost = np.where(info[:, :, layout.STATUS] == layout.SOLVED, excess.max(axis=-1), np.inf)
     solved = np.isfinite(cost.min(axis=1))
     if solved.any():
-        search.run_from(order[solved], q[solved], STEPS, price)
+        search.run_from(order[solved], q[solved], STEPS)
         _close_collided(search)
     for row in np.flatnonzero(search.open[order] & solved & (cost.min(axis=1) > 0.0)):
-        reasons.limit_excess[int(order[row])] = excess[row, cost[row].argmin()]
+        search.limit_excess[int(order[row])] = excess[row, cost[row].argmin()]
         _set(search, order[row : row + 1], status)
         search.open[order[row]] = False
     return order[search.open[order]]
@@ -133,7 +115,7 @@ def _blame(
 
 def _without_limits(problem: Problem) -> Array:
     """Bounds that let every joint of the chain go anywhere; slides start within their length of their range."""
-    bounds = limit_bounds(problem.tree.bounds).copy()
+    bounds = problem.query.limits.copy()
     width = np.maximum(bounds[0, 3] - bounds[0, 2], 1e-3)
     for row in problem.chain:
         if int(row[KIND]) != FIXED:
@@ -146,35 +128,35 @@ def _without_limits(problem: Problem) -> Array:
 
 def _turned_towards(problem: Problem, q: Array, lower: Array, upper: Array) -> Array:
     """q with whole turns taken from the joints that only turn, so that each lies as near to its range as it can."""
-    turning = turning_columns(problem.chain, problem.tree.n_dof)
+    turning = turning_columns(problem.chain, problem.query.tree.n_dof)
     with np.errstate(invalid="ignore"):
         middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
     return np.where(turning, q - TURN * np.rint((q - middle) / TURN), q)
 
 
-def settle_open(search: Search, price: Cost | None, *, out_of_time: bool) -> None:
+def settle_open(search: Search, *, out_of_time: bool) -> None:
     """Let the best configurations of what is not solved come to rest: the best pose that can be met from there."""
     problem = search.problem
     rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
-    if out_of_time or problem.budget < DEFAULT_BUDGET or not len(rest):
+    if out_of_time or problem.query.options.budget < DEFAULT_BUDGET or not len(rest):
         return
     part, before = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True), search.info[rest]
-    q, info = jobs(replace(problem, seeds=search.q), rest, part)
+    q, info = run_starts(replace(problem, seeds=search.q), rest, part)
     for column in (layout.START, layout.ITERATIONS):  # of the search: what follows is no step towards the target
         info[:, :, column] = before[:, None, column]
-    search.keep(rest, q, info, part, price)
+    search.keep(rest, q, info, part)
     unsolved = search.info[rest, layout.STATUS] != layout.SOLVED
     search.info[rest[unsolved], layout.STATUS] = before[unsolved, layout.STATUS]
 
 
 def _is_singular(problem: Problem, i: int, q: Array, info: Array) -> bool:
     """Whether no joint, free of its limits, can lessen what is missing: J' e = 0, for an arm of six joints or more."""
-    if problem.task.kind != layout.WHOLE_POSE:
+    query = problem.query
+    if query.options.task.kind != layout.WHOLE_POSE:
         return False
-    unit = unit_of(problem.tree, problem.link)
-    J = jacobian_in_unit(problem, geometric_jacobian(problem.tree, q, problem.link, "base"), unit)
+    J = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "base"), query.unit)
     R = problem.targets[i, :3, :3]
     e = np.concatenate([R @ info[layout.RESIDUAL : layout.RESIDUAL + 3], R @ info[layout.RESIDUAL + 3 : layout.RESIDUAL + 6]])
-    e[:3] /= unit
+    e[:3] /= query.unit
     moves = (np.abs(J).max(axis=0) > 0).sum() >= 6
     return bool(moves and np.linalg.norm(J.T @ e) < _SINGULAR * np.linalg.norm(e) * np.linalg.norm(J, 2))

@@ -1,52 +1,46 @@
-"""Which of several solutions to take: the price of a configuration, by what the caller prefers and what may not be hit."""
+"""Computes the cost by which one of several solutions is taken. Used by ``ik.numeric``."""
 
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.errors import InputError, did_you_mean
-from ulna.ik.collision_filter import Obstacles
+from ulna.ik.collision_filter import CollisionFilter
 from ulna.ik.problem import Problem, mid_range
 from ulna.kinematics.jacobian import manipulability
+from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-RANKS = ("nearest", "manipulability", "clearance", "mid_range")
+Cost = Callable[[NDArray[np.int64], Array], Array]
+"""The costs (k,) of configurations (k, n_dof) that solve the targets of the numbers (k,); infinite: not acceptable."""
 
 
-def cost_of(
-    problem: Problem,
-    rank: str | None,
-    obstacles: Obstacles | None,
-) -> Callable[[NDArray[np.int64], Array], Array] | None:
-    """The price function of a search; None if the first solution is as good as any."""
-    if rank is None and not problem.seeded and obstacles is None:
+def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None:
+    """The cost function of a search; None if the first solution is as good as any."""
+    query, rank = problem.query, problem.query.options.rank
+    if rank is None and not problem.seeded and collisions is None:
         return None
-    if rank is not None and rank not in RANKS:
-        raise InputError("rank", f"{rank!r} is not a rank{did_you_mean(str(rank), RANKS)}")
-    if rank == "clearance" and obstacles is None:
-        raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
 
-    def price(order: NDArray[np.int64], q: Array) -> Array:
+    def cost_of_solutions(order: NDArray[np.int64], q: Array) -> Array:
         if rank == "manipulability":
-            cost = -manipulability(problem.tree, q, problem.link, threads=problem.threads)
+            cost = -manipulability(query.tree, q, query.link, threads=query.options.threads)
         elif rank == "mid_range":
-            cost = _from_mid_range(problem, q)
-        elif rank == "clearance" and obstacles is not None:
-            cost = -obstacles.clearance(q)
+            cost = _from_mid_range(query.tree, q)
+        elif rank == "clearance" and collisions is not None:
+            cost = -collisions.clearance(q)
         elif rank == "nearest" or problem.seeded:
             seeds = problem.seeds[np.minimum(order, len(problem.seeds) - 1)]
             cost = np.abs(q - seeds).max(axis=-1)
         else:
             cost = np.zeros(len(q))
-        return cost if obstacles is None else np.where(obstacles.collides(q), np.inf, cost)
+        return cost if collisions is None else np.where(collisions.collides(q), np.inf, cost)
 
-    return price
+    return cost_of_solutions
 
 
-def _from_mid_range(problem: Problem, q: Array) -> Array:
+def _from_mid_range(tree: Tree, q: Array) -> Array:
     """The mean square of the way from the middle of each range to its ends (Liegeois 1977); no limits do not count."""
-    half = (problem.tree.upper - problem.tree.lower) / 2
+    half = (tree.upper - tree.lower) / 2
     bounded = np.isfinite(half) & (half > 0)
-    share = (q - mid_range(problem.tree))[..., bounded] / half[bounded]
+    share = (q - mid_range(tree))[..., bounded] / half[bounded]
     return np.mean(share**2, axis=-1) if bounded.any() else np.zeros(len(q))

@@ -1,7 +1,7 @@
-"""The search in rounds: every target gets one start, those that are left get more and more, until the budget is spent.
+"""Searches from the seed and from random starts until every target is solved or the budget is spent. Used by ``ik.numeric``.
 
-The answer for a target depends on nothing but the target, its seed, its bounds and the random seed: not on what else is in the
-batch, nor on how the batch is cut for the threads.
+Every target gets one start; those that are left get more and more. The result for a target depends on nothing but the target, its
+seed, its bounds and the random seed: not on what else is in the batch, nor on how the batch is cut for the threads.
 """
 
 import time
@@ -13,17 +13,16 @@ from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
-from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
+from ulna.ik.problem import Problem
+from ulna.ik.query import SEEDED_STEPS, STEPS
+from ulna.ik.ranking import Cost
 from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.ik.unit_samples import seed_sample, unit_samples
-from ulna.ik.units import in_metres, in_unit, too_far, unit_of
+from ulna.ik.units import in_metres, in_unit, too_far
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
-# The price of every job that has solved its target, shape (k,); infinite: not acceptable. Called with the numbers of the targets
-# (k,) and the configurations (k, n_dof).
-Cost = Callable[[NDArray[np.int64], Array], Array]
-_JOBS_A_THREAD = 1024
+_JOBS_PER_THREAD = 1024
 _JOBS_AT_ONCE = 1 << 16
 _MOST_STARTS = 128  # of a target in one round
 
@@ -40,58 +39,72 @@ class Restart:
     calm: bool = False
 
 
-def restarts_of(problem: Problem, many: int, *, seed_alone: bool) -> Iterator[Restart]:
-    """The seed first, then ``many`` random starts a target, twice as many, and so on; the steps of all are within the budget.
+def restarts_of(problem: Problem, n_first: int, *, seed_alone: bool) -> Iterator[Restart]:
+    """The seed first, then ``n_first`` random starts a target, twice as many, and so on; the steps of all are within the budget.
 
-    Unless the seed goes alone, it is one of ``many`` in the first round.
+    Unless the seed goes alone, it is one of ``n_first`` in the first round.
     """
-    left, first = problem.budget, 0
+    budget = problem.query.options.budget
+    left, first = budget, 0
     if problem.settings[layout.WITH_POSTURE]:
         yield Restart(0, 1, min(SEEDED_STEPS, left), from_seed=True, with_posture=True)
         left -= SEEDED_STEPS
     steps = SEEDED_STEPS if problem.seeded else STEPS
-    if left > 0 or left == problem.budget:
-        count = 1 if seed_alone else max(1, min(many, left // steps))
+    if left > 0 or left == budget:
+        count = 1 if seed_alone else max(1, min(n_first, left // steps))
         yield Restart(0, count, min(steps, left), from_seed=True)
         left, first = left - count * steps, count - 1
     while left > 0:
-        count = min(many, max(1, left // STEPS))
+        count = min(n_first, max(1, left // STEPS))
         yield Restart(first, count, min(STEPS, left))
-        left, first, many = left - count * STEPS, first + count, min(2 * many, _MOST_STARTS)
+        left, first, n_first = left - count * STEPS, first + count, min(2 * n_first, _MOST_STARTS)
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The best answers so far: q (n, n_dof), info (n, N_INFO); a target is open until it is solved or given up."""
+    """The best results so far, and what is known about the targets without one; a target's number is its row.
+
+    Attributes:
+        problem: The targets.
+        cost: Which of several solutions is taken; None if the first is as good as any.
+        q: Shape (n, n_dof).
+        info: Shape (n, N_INFO).
+        open: Whether a target is neither solved nor given up, shape (n,).
+        rejected: Of the configurations that solve a target and collide one each, with its information.
+        origins: Where results that no start of a round led to were searched from.
+        reach_excess: By how much targets lie beyond the reach [m].
+        limit_excess: How far joints would have to go beyond their bounds [rad or m].
+    """
 
     problem: Problem
+    cost: Cost | None
     q: Array
     info: Array
     open: NDArray[np.bool_]
-    rejected: dict[int, tuple[Array, Array]]
-    """Of the configurations that solve a target and have no price (they collide) one each, with its information."""
+    rejected: dict[int, tuple[Array, Array]] = field(default_factory=dict)
     origins: dict[int, Array] = field(default_factory=dict)
-    """Where the answers that no start of a round led to were searched from, by the target's number."""
+    reach_excess: dict[int, float] = field(default_factory=dict)
+    limit_excess: dict[int, Array] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, problem: Problem) -> "Search":
+    def of(cls, problem: Problem, cost: Cost | None) -> "Search":
         """A search that has not begun."""
-        n, n_dof = len(problem.targets), problem.tree.n_dof
+        n, n_dof = len(problem.targets), problem.query.tree.n_dof
         info = np.zeros((n, layout.N_INFO))
         info[:, layout.STATUS], info[:, layout.MISSED] = layout.NOT_FOUND, np.inf
-        return cls(problem, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), {})
+        return cls(problem, cost, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool))
 
-    def run(self, part: Restart, price: Cost | None) -> None:
+    def run(self, part: Restart) -> None:
         """Give every open target the starts of a round, and keep what is better than before."""
         order = np.flatnonzero(self.open)
-        size = max(1, _JOBS_AT_ONCE // part.count)  # what they answer would fill the memory otherwise
+        size = max(1, _JOBS_AT_ONCE // part.count)  # the results of all would fill the memory otherwise
         for piece in (order[begin : begin + size] for begin in range(0, len(order), size)):
-            self.keep(piece, *jobs(self.problem, piece, part), part, price)
+            self.keep(piece, *run_starts(self.problem, piece, part), part)
 
-    def run_from(self, order: NDArray[np.int64], origins: Array, steps: int, price: Cost | None) -> None:
+    def run_from(self, order: NDArray[np.int64], origins: Array, steps: int) -> None:
         """Search on for some open targets (m,) from configurations of their own (m, k, n_dof), and keep what solves them.
 
-        They are brought within the bounds first. An answer has the number of its origin as that of its start.
+        They are brought within the bounds first. A result has the number of its origin as that of its start.
         """
         m, k, n_dof = origins.shape
         each = np.repeat(order, k)
@@ -101,18 +114,18 @@ class Search:
         goal = None if goal is None else goal[np.minimum(each, len(goal) - 1)]
         problem = replace(self.problem, targets=self.problem.targets[each], seeds=seeds, bounds=own, nearest_to=goal)
         part = Restart(0, 1, steps, from_seed=True)
-        q, info = (rows.reshape(m, k, -1) for rows in jobs(problem, np.arange(m * k), part))
+        q, info = (rows.reshape(m, k, -1) for rows in run_starts(problem, np.arange(m * k), part))
         info[:, :, layout.START] = np.arange(k)
         info[info[:, :, layout.STATUS] != layout.SOLVED, layout.MISSED] = np.inf
-        self.keep(order, q, info, part, price)
+        self.keep(order, q, info, part)
         for row in np.flatnonzero(~self.open[order]):
             self.origins[int(order[row])] = seeds[row * k + int(self.info[order[row], layout.START])]
 
-    def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart, price: Cost | None) -> None:
+    def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart) -> None:
         """Keep what is better than before for some targets, and close those that are solved."""
         solved = info[:, :, layout.STATUS] == layout.SOLVED
         costs = np.full(solved.shape, np.inf)
-        costs[solved] = 0.0 if price is None else price(order[solved.nonzero()[0]], q[solved])
+        costs[solved] = 0.0 if self.cost is None else self.cost(order[solved.nonzero()[0]], q[solved])
         self._note_rejected(order, q, info, solved & np.isinf(costs))
         chosen = np.where(np.isfinite(costs).any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
         row = np.arange(len(order))
@@ -129,49 +142,49 @@ class Search:
             self.rejected.setdefault(int(order[row]), (q[row, k].copy(), info[row, k].copy()))
 
 
-def search_with_restarts(
-    problem: Problem, price: Cost | None, many: int, give_up: Callable[[Search], None], *, seed_alone: bool
-) -> tuple[Search, bool]:
+def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search], None], *, seed_alone: bool) -> bool:
     """All rounds until no target is open, the budget is spent or time is up; True if time was up.
 
-    After the first random starts ``give_up`` closes targets that are hopeless.
+    The first random round has ``n_first`` starts for every target; after it ``give_up`` closes targets that are hopeless.
     """
-    search, end = Search.of(problem), time.monotonic() + problem.time_limit
-    for number, part in enumerate(restarts_of(problem, many, seed_alone=seed_alone)):
+    limit = search.problem.query.options.time_limit
+    end = np.inf if limit is None else time.monotonic() + limit
+    for number, part in enumerate(restarts_of(search.problem, n_first, seed_alone=seed_alone)):
         if number and time.monotonic() >= end:
-            return search, bool(search.open.any())
-        search.run(part, price)
+            return bool(search.open.any())
+        search.run(part)
         if number == 1 and search.open.any():
             give_up(search)
         if not search.open.any():
             break
-    return search, False
+    return False
 
 
-def jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
-    """The answers of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
-    unit = unit_of(problem.tree, problem.link)
+def run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
+    """The results of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
+    unit = problem.query.unit
     if unit == 1.0:
-        q, info = _jobs(problem, order, part)
+        q, info = _run_starts(problem, order, part)
     else:
-        q, info = np.empty((len(order), part.count, problem.tree.n_dof)), np.empty((len(order), part.count, layout.N_INFO))
+        n_dof = problem.query.tree.n_dof
+        q, info = np.empty((len(order), part.count, n_dof)), np.empty((len(order), part.count, layout.N_INFO))
         far = too_far(problem, order, unit)
-        q[far], info[far] = _jobs(problem, order[far], part)
-        near_q, near_info = _jobs(in_unit(problem, unit), order[~far], part)
+        q[far], info[far] = _run_starts(problem, order[far], part)
+        near_q, near_info = _run_starts(in_unit(problem, unit), order[~far], part)
         in_metres(problem, unit, near_q, near_info)
         q[~far], info[~far] = near_q, near_info
     return _as_near_as_turns(problem, order, q), info
 
 
-def _jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
-    n_dof = problem.tree.n_dof
+def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
+    query, options = problem.query, problem.query.options
+    n_dof = query.tree.n_dof
     starts = seed_sample(n_dof) if part.from_seed else np.empty((0, n_dof))
     if part.count > len(starts):
-        starts = np.vstack([starts, unit_samples(problem.tree, problem.link, problem.seed, part.first, part.count - len(starts))])
+        starts = np.vstack([starts, unit_samples(query.tree, query.link, options.seed, part.first, part.count - len(starts))])
     settings = problem.settings.copy()
     settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
-
     search_jobs = entry("multi_start.search_jobs")
 
     def piece(rows: slice) -> bool:
@@ -181,7 +194,7 @@ def _jobs(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Ar
         )  # fmt: skip
         return True
 
-    in_parts(piece, len(order), max(1, _JOBS_A_THREAD // len(starts)), problem.threads)
+    in_parts(piece, len(order), max(1, _JOBS_PER_THREAD // len(starts)), options.threads)
     return q, info
 
 

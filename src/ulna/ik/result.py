@@ -1,11 +1,13 @@
-"""What a search for a configuration found, or how near it came, and why it came no nearer."""
+"""Holds the configurations that a search found, their errors, and why a target was not reached. Used by every solver."""
 
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
@@ -69,28 +71,37 @@ class IKResult:
     ========================= ========================================================================================
     """
 
-    __slots__ = ("_batch", "_notes", "info", "q", "tolerances")
+    __slots__ = ("_batch", "explanation", "info", "q", "tolerances")
 
     q: Array
     """Joint positions [rad or m], shape (..., n_dof), always within the limits."""
     tolerances: tuple[float, float]
     """Those asked for [m, rad]."""
     info: Array
-    """What the kernels tell of each target (``kernels.ik.search_layout``), shape (n, N_INFO)."""
+    """The kernels' row for each target (``kernels.ik.search_layout``), shape (n, N_INFO)."""
+    explanation: Explanation
+    """What is known about the targets that were not reached."""
 
-    def __init__(self, q: Array, info: Array, batch: tuple[int, ...], tolerances: tuple[float, float], notes: dict | None = None):
+    def __init__(
+        self,
+        q: Array,
+        info: Array,
+        batch: tuple[int, ...],
+        tolerances: tuple[float, float],
+        explanation: Explanation = NOTHING_TO_EXPLAIN,
+    ) -> None:
         put = object.__setattr__
         put(self, "q", q)
         put(self, "info", info)
         put(self, "_batch", batch)
         put(self, "tolerances", tolerances)
-        put(self, "_notes", notes or {})
+        put(self, "explanation", explanation)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"an IKResult cannot be changed: {name} = {value!r}")
 
     def __reduce__(self):
-        return IKResult, (self.q, self.info, self._batch, self.tolerances, self._notes)
+        return IKResult, (self.q, self.info, self._batch, self.tolerances, self.explanation)
 
     @property
     def success(self) -> bool | NDArray[np.bool_]:
@@ -122,9 +133,9 @@ class IKResult:
     def residual(self) -> Array:
         """The pose error by component, shape (..., 6): x, y, z [m], rotation vector [rad], in the target's axes."""
         rows = self.info[:, layout.RESIDUAL : layout.RESIDUAL + 6]
-        turn = self._notes.get("turn")
-        if turn is not None:
-            rows = np.hstack([rows[:, :3] @ turn.T, rows[:, 3:] @ turn.T])
+        R = self.explanation.task_axes
+        if R is not None:
+            rows = np.hstack([rows[:, :3] @ R.T, rows[:, 3:] @ R.T])
         return rows.reshape(*self._batch, 6).copy()
 
     @property
@@ -142,23 +153,23 @@ class IKResult:
     @property
     def reach_excess(self) -> float | Array:
         """By how much the target, its orientation kept, lies beyond the arm's reach [m]; 0 where that is not proved."""
-        return self._note("reach_excess", ())
+        return self._by_target(self.explanation.reach_excess, ())
 
     @property
     def limit_excess(self) -> Array:
         """How far beyond its limit, or ``max_step``, each joint would have to go [rad or m], (..., n_dof); 0 unless told."""
-        return self._note("limit_excess", self.q.shape[-1:])
+        return self._by_target(self.explanation.limit_excess, self.q.shape[-1:])
 
     @property
     def collisions(self) -> tuple:
         """The pairs (name_a, name_b) that collide at the best configuration found; for a batch one tuple for each target."""
-        pairs = self._notes.get("collisions", {})
+        pairs = self.explanation.collisions
         return tuple(pairs.get(i, ()) for i in range(len(self.info))) if self._batch else pairs.get(0, ())
 
     @property
     def has_trace(self) -> bool:
         """Whether a trace was asked for."""
-        return "trace" in self._notes
+        return self.explanation.trace is not None
 
     @property
     def trace(self) -> Array:
@@ -166,14 +177,14 @@ class IKResult:
 
         Where the target is not solved it ends where the best start ended, before that was let come to rest.
         """
-        if not self.has_trace:
+        if self.explanation.trace is None:
             raise AttributeError("there is no trace: ask for one by inverse_kinematics(..., trace=True)")
-        return self._notes["trace"]
+        return self.explanation.trace
 
     @property
     def reason(self) -> str:
         """For one target: why it was not reached, as far as that is known, in words; else empty."""
-        return "" if self._batch or self.success else _reason(self, self._notes)
+        return "" if self._batch or self.success else _reason(self)
 
     def __str__(self) -> str:
         return many_as_text(self) if self._batch else one_as_text(self)
@@ -184,9 +195,9 @@ class IKResult:
     def _column(self, column: int) -> Any:
         return self.info[:, column].reshape(self._batch).copy() if self._batch else float(self.info[0, column])
 
-    def _note(self, name: str, shape: tuple[int, ...]) -> Any:
+    def _by_target(self, known: Mapping[int, Any], shape: tuple[int, ...]) -> Any:
         values = np.zeros((len(self.info), *shape))
-        for i, value in self._notes.get(name, {}).items():
+        for i, value in known.items():
             values[i] = value
         return values.reshape(*self._batch, *shape) if self._batch or shape else float(values[0])
 
@@ -200,12 +211,12 @@ def one_as_text(result: IKResult) -> str:
     return f"{result.status}: {result.reason + '; ' if result.reason else ''}the best is {off}"
 
 
-def _reason(result: IKResult, notes: dict) -> str:
-    status = Status(str(result.status))
+def _reason(result: IKResult) -> str:
+    status, known = Status(str(result.status)), result.explanation
     if status == Status.UNREACHABLE:
-        return f"{notes['bound']}, {result.reach_excess:.3g} m are missing"
+        return f"{known.reach}, {result.reach_excess:.3g} m are missing"
     if status in _NARROWED:
-        beyond = [f"{name} by {x:.3g}" for name, x in zip(notes["entries"], result.limit_excess, strict=True) if x > 0]
+        beyond = [f"{name} by {x:.3g}" for name, x in zip(known.entry_names, result.limit_excess, strict=True) if x > 0]
         return f"{_NARROWED[status]}: {', '.join(beyond)}"
     if status == Status.IN_COLLISION:
         return ", ".join(f"{a} hits {b}" for a, b in result.collisions[:4])

@@ -1,51 +1,71 @@
-"""The short way for one target and no special wishes: everything but the target made ready once, one call of the kernel."""
+"""Solves for one pose from up to 64 starts: the fast path of default options. Used by ``ik.inverse_kinematics``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.drivers import entry
-from ulna.ik.bounds import limit_bounds
-from ulna.ik.lengths import far_square
-from ulna.ik.problem import SEEDED_STEPS, STEPS, as_count, positive, refuse_immovable
+from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
+from ulna.ik.options import LEVENBERG_MARQUARDT
+from ulna.ik.problem import make_problem
+from ulna.ik.query import SEEDED_STEPS, STEPS, Query
 from ulna.ik.result import IKResult
+from ulna.ik.trace import convergence
 from ulna.ik.unit_samples import seed_sample, unit_samples
-from ulna.ik.units import unit_of
 from ulna.kernels.ik import search_layout as layout
-from ulna.kinematics.tree import Tree
+
+if TYPE_CHECKING:
+    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
-_STARTS = 64  # eight in each lane; a target that needs more goes the long way
+_STARTS = 64  # eight in each lane; a target that needs more is left to the next solver
 _MATRIX = (4, 4)
-LEAST_BUDGET = _STARTS * STEPS
-SingleTargetKey = tuple[str | None, float, float, int]  # link, tolerances [m, rad], seed
 
 
-class SingleTarget:
-    """Searches for one pose of one link. ``solve`` may be called from many threads: nothing that it writes to is shared."""
+class SingleTargetSolver:
+    """The fast path of one target with default options; see ``ik.solver.Solver``.
 
-    __slots__ = ("_chain", "_fits", "_from_home", "_from_seed", "_home", "_n", "_search_one", "_tolerances")
+    ``solve`` may be called from many threads at once: nothing that it writes to is shared.
+    """
 
-    def __init__(self, tree: Tree, link: str, home: Array, tolerances: tuple[float, float], seed: int) -> None:
-        refuse_immovable(tree)
-        self._search_one = entry("multi_start.search_one")
-        self._chain, self._n, self._tolerances = tree.chain(link), tree.n_dof, tolerances
-        settings = np.zeros(layout.N_SETTINGS)
-        settings[layout.POSITION_TOLERANCE] = positive("position_tolerance", tolerances[0])
-        settings[layout.ROTATION_TOLERANCE] = positive("rotation_tolerance", tolerances[1])
-        settings[layout.FIRST_WINS], settings[layout.STEPS], settings[layout.FAR] = 1.0, STEPS, far_square(tree, link)
-        bounds, from_seed = limit_bounds(tree.bounds), seed_sample(tree.n_dof)
-        random = unit_samples(tree, link, as_count("seed", seed), 0, _STARTS - 1)
-        self._fits = unit_of(tree, link) == 1.0
-        self._home = home.copy()
-        self._from_home = np.concatenate([settings, bounds.ravel(), home, from_seed.ravel(), random.ravel()])
+    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_query", "_search_one", "_tolerances")
+
+    def __init__(self, query: Query) -> None:
+        tree, options, settings = query.tree, query.options, query.settings.copy()
+        self._search_one, self._query = entry("multi_start.search_one"), query
+        self._chain, self._n, self._tolerances, self._home = query.chain, tree.n_dof, options.tolerances, query.home.copy()
+        settings[layout.FIRST_WINS] = 1.0
+        from_seed, random = seed_sample(tree.n_dof), unit_samples(tree, query.link, options.seed, 0, _STARTS - 1)
+        self._from_home = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel(), random.ravel()])
         settings[layout.STEPS] = SEEDED_STEPS
-        self._from_seed = np.concatenate([settings, bounds.ravel(), home, from_seed.ravel()])
+        self._from_seed = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel()])
 
-    def solve(self, T: ArrayLike, q_seed: ArrayLike | None = None) -> IKResult | None:
-        """The result if it is a solution; None if this is not one target, or one that needs a longer search or is none."""
+    @staticmethod
+    def applies(query: Query) -> bool:
+        """Whether the options are those of the fast path, and the arm is measured in metres."""
+        options = query.options
+        return (
+            options.method == LEVENBERG_MARQUARDT
+            and options.task.kind == layout.WHOLE_POSE
+            and options.rank is None
+            and options.max_step is None
+            and options.budget >= _STARTS * STEPS
+            and options.time_limit != 0.0
+            and query.unit == 1.0
+        )
+
+    def solve(
+        self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
+    ) -> IKResult | None:
+        """The result if it is a solution; None if this is not one target, or one that needs a longer search or has none."""
+        if posture is not None or world is not None or held:
+            return None
         T = as_floats("T", T)
-        if T.shape != _MATRIX or not self._fits:
+        if T.shape != _MATRIX:
             return None
         start, plan = self._home, self._from_home
         if q_seed is not None:
@@ -53,7 +73,10 @@ class SingleTarget:
             if start.shape != (self._n,):
                 return None
         q, info = np.empty((1, self._n)), np.empty((1, layout.N_INFO))
-        self._search_one(self._chain, plan, T, start, q, info)
-        if info[0, layout.STATUS] != layout.SOLVED:
+        if not self._search_one(self._chain, plan, T, start, q, info):
             return None
-        return IKResult(q[0], info, (), self._tolerances)
+        explanation = self._trace(T, q_seed, info) if self._query.options.trace else NOTHING_TO_EXPLAIN
+        return IKResult(q[0], info, (), self._tolerances, explanation)
+
+    def _trace(self, T: Array, q_seed: ArrayLike | None, info: Array) -> Explanation:
+        return Explanation(trace=convergence(make_problem(self._query, T, q_seed), info[0]))

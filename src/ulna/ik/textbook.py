@@ -1,42 +1,80 @@
-"""The textbook methods by name: from the seed alone, wherever that leads."""
+"""Solves by the textbook methods: from the seed alone, wherever that leads. Used by ``ik.inverse_kinematics``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
-from ulna.ik.problem import Problem
+from ulna.ik.explanation import Explanation
+from ulna.ik.problem import Problem, make_problem, refuse_no_pose
+from ulna.ik.query import Query
+from ulna.ik.result import IKResult
 from ulna.kernels.ik import search_layout as layout
 
+if TYPE_CHECKING:
+    from ulna.collision.world import World
+
 Array = NDArray[np.float64]
-LEAST_TARGETS = 64  # of a part
+_LEAST_TARGETS = 64  # of a part
 _LONGEST_TRACE = 1_000_000
-TEXTBOOK = {
+_CODES = {
     "jacobian_transpose": layout.JACOBIAN_TRANSPOSE,
     "damped_least_squares": layout.DAMPED_LEAST_SQUARES,
     "pseudo_inverse": layout.PSEUDO_INVERSE,
 }
 
 
-def follow(problem: Problem, method: str, *, trace: bool) -> tuple[Array, Array, dict]:
-    """q (n, n_dof), info (n, N_INFO) and the notes of the result."""
-    n = len(problem.targets)
-    if trace and problem.budget > _LONGEST_TRACE:
-        raise InputError("max_iterations", f"{problem.budget}; a trace keeps at most {_LONGEST_TRACE} steps")
-    q, info = np.empty((n, problem.tree.n_dof)), np.zeros((n, layout.N_INFO))
+class TextbookSolver:
+    """Jacobian transpose, damped least squares and pseudo-inverse steps, for teaching; see ``ik.solver.Solver``."""
+
+    def __init__(self, query: Query) -> None:
+        options = query.options
+        if options.trace and options.budget > _LONGEST_TRACE:
+            raise InputError("max_iterations", f"{options.budget}; a trace keeps at most {_LONGEST_TRACE} steps")
+        self._query = query
+
+    @staticmethod
+    def applies(query: Query) -> bool:
+        """Whether one of these methods is asked for."""
+        return query.options.is_textbook
+
+    def solve(
+        self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
+    ) -> IKResult:
+        """Where the method's steps lead from the seed."""
+        options = self._query.options
+        problem = make_problem(self._query, T, q_seed, None, held)
+        if options.trace and problem.batch:
+            raise InputError("trace", "a trace is of one target, shape (4, 4)")
+        for name, given in (("posture", posture), ("world", world)):
+            if given is not None:
+                raise options.refused_by_textbook(name)
+        q, info, history = _follow(problem)
+        if (info[:, layout.STATUS] == layout.NOT_A_POSE).any():
+            refuse_no_pose(T)
+        trace = history[: int(info[0, layout.ITERATIONS]) + 1] if options.trace else None
+        explanation = Explanation(task_axes=self._query.task_axes, trace=trace)
+        return IKResult(q.reshape(*problem.batch, q.shape[-1]), info, problem.batch, options.tolerances, explanation)
+
+
+def _follow(problem: Problem) -> tuple[Array, Array, Array]:
+    """q (n, n_dof), info (n, N_INFO), and for one target with a trace the history of its steps (steps + 1, 4)."""
+    options, n = problem.query.options, len(problem.targets)
+    q, info = np.empty((n, problem.query.tree.n_dof)), np.zeros((n, layout.N_INFO))
     settings = problem.settings.copy()
-    settings[layout.STEPS] = problem.budget
-    history = np.zeros((problem.budget + 1 if trace else 0, 4))
-    follow_each = entry("single_start.follow_each")
+    settings[layout.STEPS] = options.budget
+    history = np.zeros((options.budget + 1 if options.trace else 0, 4))
+    method, follow_each = _CODES[options.method], entry("single_start.follow_each")
 
     def run(part: slice) -> bool:
         seeds, bounds = (rows[part] if len(rows) > 1 else rows for rows in (problem.seeds, problem.bounds))
-        follow_each(TEXTBOOK[method], problem.chain, problem.targets[part], seeds, bounds, settings, q[part], info[part], history)
+        follow_each(method, problem.chain, problem.targets[part], seeds, bounds, settings, q[part], info[part], history)
         return True
 
-    in_parts(run, n, LEAST_TARGETS, problem.threads)
-    notes: dict = {"turn": problem.task.turn}
-    if trace:
-        notes["trace"] = history[: int(info[0, layout.ITERATIONS]) + 1]
-    return q, info, notes
+    in_parts(run, n, _LEAST_TARGETS, options.threads)
+    return q, info, history

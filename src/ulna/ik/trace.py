@@ -1,4 +1,4 @@
-"""How a search converged: replayed step by step from the start that led to its answer."""
+"""Replays how a search converged, step by step from the start that led to its result. Used by the solvers of ``ik``."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.problem import Problem
-from ulna.ik.restarts import Restart, jobs
+from ulna.ik.restarts import Restart, run_starts
 from ulna.ik.unit_samples import unit_samples
 from ulna.kernels.ik import search_layout as layout
 
@@ -14,9 +14,9 @@ Array = NDArray[np.float64]
 
 
 def convergence(problem: Problem, info: Array, origin: Array | None = None) -> Array:
-    """A row a step towards the answer with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
+    """A row a step towards the result with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
 
-    origin: where the answer was searched from, (n_dof,), if by no start of a round.
+    origin: where the result was searched from, (n_dof,), if by no start of a round.
 
     No step depends on those before it but for where they led, so taking them one at a time leads the same way.
     """
@@ -26,8 +26,8 @@ def convergence(problem: Problem, info: Array, origin: Array | None = None) -> A
     for k in range(steps + 1):
         posture = bool(problem.settings[layout.WITH_POSTURE]) and start == 0 and origin is None
         here = replace(problem, seeds=q[None], nearest_to=None)
-        _, before = jobs(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 0, from_seed=True, with_posture=posture))
-        after, _ = jobs(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 1, from_seed=True, with_posture=posture))
+        _, before = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 0, from_seed=True, with_posture=posture))
+        after, _ = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 1, from_seed=True, with_posture=posture))
         step = np.abs(after[0, 0] - q).max() if k < steps else 0.0
         rows.append([*before[0, 0, [layout.POSITION_ERROR, layout.ROTATION_ERROR]], step, before[0, 0, layout.DAMPING]])
         q = after[0, 0]
@@ -39,6 +39,7 @@ def convergence(problem: Problem, info: Array, origin: Array | None = None) -> A
 def _start(problem: Problem, start: int) -> Array:
     if start == 0:
         return problem.seeds[0]
+    query = problem.query
     lower, upper, low, high = problem.bounds[0]
-    share = unit_samples(problem.tree, problem.link, problem.seed, start - 1, 1)[0]
+    share = unit_samples(query.tree, query.link, query.options.seed, start - 1, 1)[0]
     return np.clip(np.where(np.isnan(share), problem.seeds[0], low + share * (high - low)), lower, upper)

@@ -1,4 +1,4 @@
-"""The search for a robot that is far from a metre long, in a unit of its own.
+"""Brings a search for a robot that is far from a metre long into a unit of its own. Used by ``ik.restarts``.
 
 The errors of a pose are lengths and angles in one sum, and so are dampings and thresholds: right for arms of a metre or so. The
 units are powers of two, so that nothing is rounded on the way there and back.
@@ -9,20 +9,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.ik.lengths import arm_length
 from ulna.ik.problem import Problem
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, OFFSET, PRISMATIC, RATIO, REVOLUTE
-from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-_USUAL = 32.0  # m, and a part of one: between them the unit is the metre
-
-
-def unit_of(tree: Tree, link: str) -> float:
-    """The unit of a search [m]."""
-    length = arm_length(tree, link)
-    return 1.0 if length == 0.0 or 1 / _USUAL <= length <= _USUAL else float(2.0 ** np.rint(np.log2(length)))
 
 
 def too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
@@ -65,5 +56,5 @@ def jacobian_in_unit(problem: Problem, J: Array, unit: float) -> Array:
 
 def _slide_units(problem: Problem, unit: float) -> Array:
     """The unit of each entry of q: those that drive slides alone are lengths."""
-    kinds = [{int(row[KIND]) for row in problem.chain if int(row[COLUMN]) == j} for j in range(problem.tree.n_dof)]
+    kinds = [{int(row[KIND]) for row in problem.chain if int(row[COLUMN]) == j} for j in range(problem.query.tree.n_dof)]
     return np.array([unit if PRISMATIC in of and REVOLUTE not in of else 1.0 for of in kinds])

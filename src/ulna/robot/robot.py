@@ -32,19 +32,17 @@ from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
 from ulna.errors import InputError
-from ulna.ik import search
-from ulna.ik.collision_filter import Obstacles
 from ulna.ik.differential import differential_ik
+from ulna.ik.inverse_kinematics import InverseKinematics
+from ulna.ik.options import Options
 from ulna.ik.result import IKResult
-from ulna.ik.single_target import SingleTarget, SingleTargetKey
-from ulna.ik.task import Task
+from ulna.ik.task import Task, as_task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
 from ulna.kinematics.groups import JointGroup, configuration, joint_groups
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.tree import Tree, build_tree
 
 Array = NDArray[np.float64]
-_MOST_KEPT = 64  # prepared searches
 
 
 class Robot:
@@ -64,7 +62,7 @@ class Robot:
     _forward: ForwardByLink
     _jacobian: JacobianByLink
     _checker: Checker
-    _single_targets: dict[SingleTargetKey, SingleTarget]
+    _inverse_kinematics: InverseKinematics
 
     def __init__(
         self,
@@ -78,6 +76,7 @@ class Robot:
         start = np.clip(np.zeros(tree.n_dof) if home is None else _one_configuration(tree, home), tree.lower, tree.upper)
         start.setflags(write=False)
         carried = tuple(attached)
+        checker = Checker(description, tree, carried, allowed)
         self.__dict__.update(
             description=description,
             tree=tree,
@@ -85,8 +84,8 @@ class Robot:
             attached=carried,
             _forward=ForwardByLink(tree),
             _jacobian=JacobianByLink(tree),
-            _checker=Checker(description, tree, carried, allowed),
-            _single_targets={},
+            _checker=checker,
+            _inverse_kinematics=InverseKinematics(tree, start, checker),
         )
 
     @classmethod
@@ -457,36 +456,9 @@ class Robot:
             >>> print(panda.inverse_kinematics(panda.forward_kinematics(panda.home) + 0.0).status)
             solved
         """
-        plain = world is rank is posture is max_step is max_iterations is time_limit is threads is None and not trace
-        plain = plain and type(position_tolerance) is type(rotation_tolerance) is float and type(seed) is int
-        plain = plain and type(task) is str and type(held) is tuple and not held and (link is None or type(link) is str)
-        if plain and task == "pose" and method == "levenberg_marquardt":
-            key = link, position_tolerance, rotation_tolerance, seed
-            quick = self._single_targets.get(key) or self._single_target(key)
-            result = quick.solve(T, q_seed)
-            if result is not None:
-                return result
-        return search.inverse_kinematics(
-            self.tree,
-            T,
-            self.tree.link_or_tip(link),
-            self.home,
-            q_seed=q_seed,
-            method=method,
-            seed=seed,
-            task=task,
-            rank=rank,
-            posture=posture,
-            held=held,
-            max_step=max_step,
-            tolerances=(position_tolerance, rotation_tolerance),
-            max_iterations=max_iterations,
-            time_limit=time_limit,
-            threads=threads,
-            trace=trace,
-            obstacles=None if world is None else Obstacles(self, world, threads),
-            quick=lambda key: self._single_targets.get(key) or self._single_target(key),
-        )
+        tolerances = position_tolerance, rotation_tolerance
+        options = (method, seed, task, rank, max_step, *tolerances, max_iterations, time_limit, threads, trace)
+        return self._inverse_kinematics.solve(T, q_seed, posture, held, world, link, options)
 
     def inverse_kinematics_all(
         self,
@@ -523,17 +495,14 @@ class Robot:
             >>> len(elbows)
             2
         """
-        return search.inverse_kinematics_all(
-            self.tree,
-            T,
-            self.tree.link_or_tip(link),
-            self.home,
-            q_seed=q_seed,
+        options = Options(
             seed=seed,
-            task=task,
-            tolerances=(position_tolerance, rotation_tolerance),
-            n_spread=n_spread,
+            task=as_task(task),
+            position_tolerance=position_tolerance,
+            rotation_tolerance=rotation_tolerance,
+            threads=1,
         )
+        return self._inverse_kinematics.all_solutions(T, q_seed, link, options, n_spread)
 
     def differential_ik(
         self,
@@ -785,14 +754,6 @@ class Robot:
         return self._changed(attached=detach(self.attached, name))
 
     # ---- the parts it is made of ---------------------------------------------------------------------------------------
-
-    def _single_target(self, key: SingleTargetKey) -> SingleTarget:
-        """What stays the same from call to call of ``inverse_kinematics``, kept for the next."""
-        link, position, rotation, seed = key
-        if len(self._single_targets) >= _MOST_KEPT:
-            self._single_targets.clear()
-        prepared = SingleTarget(self.tree, self.tree.link_or_tip(link), self.home, (position, rotation), seed)
-        return self._single_targets.setdefault(key, prepared)
 
     def _changed(self, **changes: Any) -> Robot:
         kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._checker.given}

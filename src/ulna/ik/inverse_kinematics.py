@@ -1,0 +1,80 @@
+"""Chooses the solvers of an inverse kinematics query, and keeps what is prepared for the next. Used by ``Robot``."""
+
+from collections.abc import Callable, Iterable
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.checker import Checker
+from ulna.collision.world import World
+from ulna.ik.all_solutions import all_solutions
+from ulna.ik.numeric import NumericSolver
+from ulna.ik.options import Options
+from ulna.ik.problem import as_names
+from ulna.ik.query import Query
+from ulna.ik.result import IKResult
+from ulna.ik.single_target import SingleTargetSolver
+from ulna.ik.solver import Solver
+from ulna.ik.textbook import TextbookSolver
+from ulna.kinematics.tree import Tree
+
+Array = NDArray[np.float64]
+SOLVERS: tuple[type[Solver], ...] = (SingleTargetSolver, NumericSolver, TextbookSolver)  # in the order in which they are asked
+_MOST_KEPT = 64  # queries of a robot
+
+
+class InverseKinematics:
+    """The inverse kinematics of one robot.
+
+    Args:
+        tree: The robot.
+        home: Where a search without a seed starts [rad or m], shape (n_dof,).
+        checker: The robot's collision checker.
+    """
+
+    __slots__ = ("_prepare", "_prepared", "_query")
+
+    def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
+        self._query = partial(_query, tree, home, checker)
+        self._prepare = partial(_solvers, self._query)
+        self._prepared = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._prepare)
+
+    def solve(
+        self,
+        T: ArrayLike,
+        q_seed: ArrayLike | None,
+        posture: ArrayLike | str | None,
+        held: Iterable[str],
+        world: World | None,
+        link: str | None,
+        options: tuple,
+    ) -> IKResult:
+        """The result of the first solver that has one, for the arguments of ``Robot.inverse_kinematics``.
+
+        ``options`` are the fields of ``Options``, in their order.
+        """
+        held = held if type(held) is tuple else as_names(held)
+        try:
+            solvers = self._prepared(link, *options)
+        except TypeError:  # an argument that has no hash
+            solvers = self._prepare(link, *options)
+        for solver in solvers:
+            result = solver.solve(T, q_seed, posture, held, world)
+            if result is not None:
+                return result
+        raise AssertionError("the last solver has a result for any target")
+
+    def all_solutions(self, T: ArrayLike, q_seed: ArrayLike | None, link: str | None, options: Options, n_spread: int) -> Array:
+        """Distinct solutions for one target, shape (n, n_dof); see ``Robot.inverse_kinematics_all``."""
+        return all_solutions(self._query(link, options), T, q_seed, n_spread)
+
+
+def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options: Options) -> Query:
+    return Query(tree, home, checker, tree.link_or_tip(link), options)
+
+
+def _solvers(query_of: Callable[[str | None, Options], Query], link: str | None, *options: Any) -> tuple[Solver, ...]:
+    query = query_of(link, Options(*options))
+    return tuple(solver(query) for solver in SOLVERS if solver.applies(query))

@@ -1,0 +1,89 @@
+"""Solves by Levenberg-Marquardt with restarts, and says why a target was not reached. Used by ``ik.inverse_kinematics``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.errors import InputError
+from ulna.ik.collision_filter import CollisionFilter
+from ulna.ik.explain import close_unreachable, explain_open, reach_in_words, settle_open
+from ulna.ik.explanation import Explanation
+from ulna.ik.options import LEVENBERG_MARQUARDT
+from ulna.ik.problem import Problem, make_problem, refuse_no_pose
+from ulna.ik.query import Query
+from ulna.ik.ranking import cost_of
+from ulna.ik.restarts import Search, search_with_restarts
+from ulna.ik.result import CODES, IKResult, Status
+from ulna.ik.trace import convergence
+from ulna.kernels.ik import search_layout as layout
+from ulna.kinematics.tree import Tree
+
+if TYPE_CHECKING:
+    from ulna.collision.world import World
+
+Array = NDArray[np.float64]
+_FEW, _MANY = 2, 16  # random starts of the first round: where any solution will do, and where the best is to be chosen
+
+
+class NumericSolver:
+    """The search that every query can be left to; see ``ik.solver.Solver``."""
+
+    def __init__(self, query: Query) -> None:
+        self._query = query
+
+    @staticmethod
+    def applies(query: Query) -> bool:
+        """Whether this method is asked for."""
+        return query.options.method == LEVENBERG_MARQUARDT
+
+    def solve(
+        self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
+    ) -> IKResult:
+        """The best that the restarts find."""
+        query, options = self._query, self._query.options
+        problem = make_problem(query, T, q_seed, posture, held)
+        if options.trace and problem.batch:
+            raise InputError("trace", "a trace is of one target, shape (4, 4)")
+        if options.rank == "clearance" and world is None:
+            raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
+        collisions = None if world is None else CollisionFilter(query.checker, world, options.threads)
+        search = _search(problem, collisions)
+        if (search.info[:, layout.STATUS] == layout.NOT_A_POSE).any():
+            refuse_no_pose(T)
+        q = search.q.reshape(*problem.batch, search.q.shape[-1])
+        return IKResult(q, search.info, problem.batch, options.tolerances, _explanation(search, collisions))
+
+
+def _search(problem: Problem, collisions: CollisionFilter | None) -> Search:
+    """Restarts, then for what they leave open the best pose that can be met and the reason."""
+    rank = problem.query.options.rank
+    cost, count = cost_of(problem, collisions), _FEW if rank is None and collisions is None else _MANY
+    search = Search.of(problem, cost)
+    out_of_time = search_with_restarts(search, count, close_unreachable, seed_alone=rank is None)
+    if not (search.info[:, layout.STATUS] == layout.SOLVED).all():
+        settle_open(search, out_of_time=out_of_time)
+        explain_open(search, out_of_time=out_of_time)
+    return search
+
+
+def _explanation(search: Search, collisions: CollisionFilter | None) -> Explanation:
+    query, problem = search.problem.query, search.problem
+    hit = np.flatnonzero(search.info[:, layout.STATUS] == CODES[Status.IN_COLLISION])
+    return Explanation(
+        reach_excess=search.reach_excess,
+        limit_excess=search.limit_excess,
+        collisions={} if collisions is None else {int(i): collisions.pairs(search.q[i]) for i in hit},
+        reach="" if problem.batch or not search.reach_excess else reach_in_words(problem, 0),
+        entry_names=entry_names(query.tree) if search.limit_excess else (),
+        task_axes=query.task_axes,
+        trace=convergence(problem, search.info[0], search.origins.get(0)) if query.options.trace else None,
+    )
+
+
+def entry_names(tree: Tree) -> tuple[str, ...]:
+    """A name for every entry of q: the joint's, with a number behind it where a joint has several."""
+    parts = [(name, range(tree.n_dof)[cut]) for name, cut in zip(tree.joint_names, tree.joint_slices, strict=True)]
+    return tuple(f"{name}[{k}]" if len(cut) > 1 else name for name, cut in parts for k in range(len(cut)))

@@ -1,0 +1,103 @@
+"""Holds and checks what a caller may choose about a search, whatever the targets. Used by ``ik.query``."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ulna.errors import InputError, did_you_mean
+from ulna.ik.task import Task, as_task
+
+LEVENBERG_MARQUARDT = "levenberg_marquardt"
+TEXTBOOK = ("jacobian_transpose", "damped_least_squares", "pseudo_inverse")
+POSE = Task.pose()
+METHODS = (LEVENBERG_MARQUARDT, *TEXTBOOK)
+RANKS = ("nearest", "manipulability", "clearance", "mid_range")
+DEFAULT_BUDGET, TEXTBOOK_BUDGET = 16_000, 10_000  # steps of all starts together: 800 starts
+
+
+@dataclass(frozen=True)
+class Options:
+    """The arguments of ``Robot.inverse_kinematics`` that are neither targets, configurations nor a world; documented there.
+
+    Raises:
+        InputError: A value that the search cannot take.
+    """
+
+    method: str = LEVENBERG_MARQUARDT
+    seed: int = 0
+    task: Task = POSE  # or its name
+    rank: str | None = None
+    max_step: float | None = None
+    position_tolerance: float = 1e-5
+    rotation_tolerance: float = 1e-5
+    max_iterations: int | None = None
+    time_limit: float | None = None
+    threads: int | None = None
+    trace: bool = False
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise InputError("method", f"{self.method!r} is not a method{did_you_mean(str(self.method), METHODS)}")
+        if self.rank is not None and self.rank not in RANKS:
+            raise InputError("rank", f"{self.rank!r} is not a rank{did_you_mean(str(self.rank), RANKS)}")
+        checked = {
+            "seed": as_count("seed", self.seed),
+            "task": as_task(self.task),
+            "max_step": None if self.max_step is None else positive("max_step", self.max_step),
+            "position_tolerance": positive("position_tolerance", self.position_tolerance),
+            "rotation_tolerance": positive("rotation_tolerance", self.rotation_tolerance),
+            "max_iterations": None if self.max_iterations is None else as_count("max_iterations", self.max_iterations),
+            "time_limit": None if self.time_limit is None else _at_least_zero("time_limit", self.time_limit),
+            "threads": None if self.threads is None else as_count("threads", self.threads),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+        if self.is_textbook:
+            for name in ("rank", "time_limit"):
+                if getattr(self, name) is not None:
+                    raise self.refused_by_textbook(name)
+
+    @property
+    def is_textbook(self) -> bool:
+        """Whether the method goes from the seed alone."""
+        return self.method in TEXTBOOK
+
+    @property
+    def budget(self) -> int:
+        """The steps of all starts together."""
+        if self.max_iterations is not None:
+            return self.max_iterations
+        return TEXTBOOK_BUDGET if self.is_textbook else DEFAULT_BUDGET
+
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """Largest errors that count as reached [m, rad]."""
+        return self.position_tolerance, self.rotation_tolerance
+
+    def refused_by_textbook(self, name: str) -> InputError:
+        """The error for an argument that the textbook methods do not take."""
+        return InputError(name, f"the method {self.method!r} takes none: it goes from the seed alone, wherever that leads")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+
+
+def positive(name: str, value: float) -> float:
+    """A finite number above 0, or an ``InputError`` that names it."""
+    if not _is_number(value) or not 0 < value < np.inf:
+        raise InputError(name, f"{value!r}; a number above 0 is expected")
+    return float(value)
+
+
+def _at_least_zero(name: str, value: float) -> float:
+    if not _is_number(value) or not value >= 0:
+        raise InputError(name, f"{value!r}; a number of at least 0 is expected")
+    return float(value)
+
+
+def as_count(name: str, value: int) -> int:
+    """A whole number from 0 on that the kernels can count with, or an ``InputError`` that names it."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2**31:
+        raise InputError(name, f"{value!r}; a whole number from 0 to {2**31 - 1} is expected")
+    return int(value)
