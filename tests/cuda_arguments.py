@@ -9,6 +9,7 @@ import inspect
 from numba import types
 
 from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, WHOLE
+from ulna.kernels.collision.scene import Scene
 
 TRUTH = types.boolean
 VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (3, 4, 6, 12))
@@ -19,6 +20,7 @@ DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points a
 CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
 POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
 CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
+SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE), Scene)
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 
 
@@ -40,6 +42,7 @@ TYPES = {
         **_each("chain table joints frames limits bodies others objects vertices vertices_a vertices_b", TABLE),
         **_each("matrix nodes faces edges", MATRIX),
         **_each("posture settings velocity_limits", NUMBERS),
+        "method": WHOLE,
     },
     "spatial": {"rows": NUMBERS, **_each("defect fault r00 r01 r02 r10 r11 r12 r20 r21 r22", NUMBER)},
     "spatial.vectors": {**_each("a b", VECTOR)},
@@ -71,7 +74,7 @@ TYPES = {
     "distance.swept_segments": {"core": DISTANCE, "otherwise": VECTOR, "outwards": VECTOR},
     "collision": {
         **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,
-        "points": TABLE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
+        "points": TABLE, "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
         **_each("within half clear", NUMBER), **_each("n p node top", WHOLE), "finest": TRUTH,
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},

@@ -34,6 +34,7 @@ from ulna.kernels.collision.collision_layout import (
     WITNESS_A,
     WITNESS_B,
 )
+from ulna.kernels.collision.scene import Scene
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
@@ -144,7 +145,7 @@ class Checker:
 
         def run(part: slice) -> bool:
             of_q = np.arange(part.stop - part.start)
-            return contacts_each(*_shapes(scene), for_kernel(rows[part]), of_q, pairs[part], contacts[part], of_rows[part])
+            return contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], contacts[part], of_rows[part])
 
         in_parts(run, len(rows), threads=threads)
         return gradient
@@ -201,13 +202,13 @@ class Checker:
         in_parts(run, len(rows), least=REPORTS, threads=threads)
         return reports
 
-    def _touches(self, q: NDArray[np.float64], scene: tuple) -> bool:
+    def _touches(self, q: NDArray[np.float64], scene: Scene) -> bool:
         answer = self._overlap_one(*scene, for_kernel(q))
         if answer == OUT_OF_RANGE:
             refuse_out_of_range(q)
         return answer == OVERLAPS
 
-    def _nearest(self, q: NDArray[np.float64], scene: tuple, threads: int | None = None) -> NDArray[np.float64]:
+    def _nearest(self, q: NDArray[np.float64], scene: Scene, threads: int | None = None) -> NDArray[np.float64]:
         """The nearest pair of each q (``kernels.collision.nearest``), shape (..., NEAREST_WIDTH)."""
         nearest, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
         out, nearest_batch = nearest.reshape(-1, NEAREST_WIDTH), entry("nearest.nearest_batch")
@@ -215,12 +216,12 @@ class Checker:
             refuse_out_of_range(q)
         return nearest
 
-    def _report(self, q: NDArray[np.float64], scene: tuple, object_names: tuple[str, ...], max_distance: float) -> Report:
+    def _report(self, q: NDArray[np.float64], scene: Scene, object_names: tuple[str, ...], max_distance: float) -> Report:
         candidates = self._candidates(q, scene, max_distance)
         found = np.empty((len(candidates), CONTACT_WIDTH))
         rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, self.tree.n_dof))
         write = entry("contacts.contacts_each")
-        if not write(*_shapes(scene), for_kernel(q)[None], rows, candidates, found, no_gradients):
+        if not write(*scene, for_kernel(q)[None], rows, candidates, found, no_gradients):
             refuse_out_of_range(q)
         near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
         order = near[np.argsort(found[near, DISTANCE], kind="stable")]
@@ -229,16 +230,16 @@ class Checker:
             told.setdefault((a, b if b < n else object_names[b - n]), k)
         return Report(tuple(self._pair(candidates[k], found[k], object_names) for k in told.values()))
 
-    def _candidates(self, q: NDArray[np.float64], scene: tuple, max_distance: float) -> NDArray[np.int64]:
+    def _candidates(self, q: NDArray[np.float64], scene: Scene, max_distance: float) -> NDArray[np.int64]:
         """The pairs that may be near enough."""
-        joints, bodies, _, pairs, objects, _, nodes, n_unindexed = scene
-        n, n_indexed = len(bodies), len(objects) - n_unindexed
+        n, n_unindexed, n_indexed = len(scene.bodies), scene.n_unindexed, len(scene.objects) - scene.n_unindexed
+        robot = scene.joints, scene.bodies, scene.nodes
         unindexed = np.stack(np.meshgrid(np.arange(n), n + np.arange(n_unindexed), indexing="ij"), axis=-1).reshape(-1, 2)
         indexed, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_indexed else 0
         while len(indexed) < count:
             indexed = np.empty((count, 2), dtype=np.int64)
-            count = entry("contacts.indexed_candidates")(joints, bodies, nodes, n_indexed, max_distance, for_kernel(q), indexed)
-        return np.concatenate([unindexed, indexed[:count] + np.array((0, n + n_unindexed)), pairs])
+            count = entry("contacts.indexed_candidates")(*robot, n_indexed, max_distance, for_kernel(q), indexed)
+        return np.concatenate([unindexed, indexed[:count] + np.array((0, n + n_unindexed)), scene.pairs])
 
     def _pair(self, candidate: NDArray[np.int64], found: NDArray[np.float64], object_names: tuple[str, ...]) -> Pair:
         (a, b), names, owners = candidate.tolist(), self.bodies.names, self.bodies.owners
@@ -251,17 +252,11 @@ class Checker:
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         return NO_OBJECTS if world is None else world.objects()
 
-    def _scene(self, objects: Objects, self_collision: bool) -> tuple:
+    def _scene(self, objects: Objects, self_collision: bool) -> Scene:
         """The robot and the objects of a world, as the kernels take them."""
         if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
         bodies, pairs = self.bodies, self.pairs if self_collision else NO_PAIRS
         boxes = bodies.only_boxes and objects.only_boxes
         vertices, points = (None, None) if boxes else (bodies.vertices, objects.vertices)
-        return self.tree.joints, bodies.table, vertices, pairs, objects.table, points, objects.nodes, objects.n_unindexed
-
-
-def _shapes(scene: tuple) -> tuple:
-    """What of a scene says where things are and what they are like."""
-    joints, bodies, vertices, _, objects, points, _, _ = scene
-    return joints, bodies, vertices, objects, points
+        return Scene(self.tree.joints, bodies.table, vertices, pairs, objects.table, points, objects.nodes, objects.n_unindexed)

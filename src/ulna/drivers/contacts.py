@@ -8,19 +8,21 @@ from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS,
 from ulna.kernels.collision.bvh import STACK, bounds_of, objects_within
 from ulna.kernels.collision.contacts import write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
+from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.layout import LARGEST
 from ulna.kernels.spatial.se3 import load_pose
 
 
-@entry(*((*scene[:3], *scene[4:6], MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
-def contacts_each(joints, bodies, vertices, objects, points, q, rows, candidates, out, gradients):
+@entry(*((*scene, MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
+def contacts_each(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, q, rows, candidates, out, gradients):
     """Write the contact of candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH). False if q is out of range.
 
     And to row c of gradients, unless that has no rows, how its distance changes with q: with the normal n from a to b by
     n . (v_b - v_a), where v are the velocities of the witness points as points of their bodies; to first order the witness points
     themselves move along the surfaces only, across n. A candidate of -1 is no pair: its gradient is zero.
     """
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
     scratch, good, placed = (np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])), True, -1
     for c in range(candidates.shape[0]):
@@ -30,9 +32,9 @@ def contacts_each(joints, bodies, vertices, objects, points, q, rows, candidates
             good &= all_in_range(q[placed])
         i, j = candidates[c, 0], candidates[c, 1]
         if i >= 0:
-            write_contact(bodies, vertices, body_rows, objects, points, i, j, scratch, out, c)
+            write_contact(scene, body_rows, i, j, scratch, out, c)
         if gradients.shape[0] > 0:
-            write_gradient(joints, bodies, joint_rows, i, j, out, gradients, c)
+            write_gradient(scene, joint_rows, i, j, out, gradients, c)
     return good
 
 

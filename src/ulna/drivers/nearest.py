@@ -11,6 +11,7 @@ from ulna.kernels.collision.bvh import STACK, place_bounds
 from ulna.kernels.collision.collision_layout import NEAREST_WIDTH
 from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, splat_result
 from ulna.kernels.collision.posed_pair import place_bodies
+from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
 
 
@@ -20,6 +21,7 @@ def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
 
     Eight configurations at a time, but for the BVH, which is searched for one after the other.
     """
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
     n, n_indexed = q.shape[0], objects.shape[0] - n_unindexed
     q_rows, best_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((NEAREST_WIDTH, WIDTH))
     joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))
@@ -30,7 +32,7 @@ def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
         gather(q, start, q_rows)
         good &= all_in_range(q_rows)
         place_bodies(joints, bodies, q_rows, joint_rows, body_rows)
-        best = nearest_unindexed(bodies, vertices, pairs, objects, points, n_unindexed, body_rows, load(q_rows, 0), scratch)
+        best = nearest_unindexed(scene, body_rows, load(q_rows, 0), scratch)
         store(best_rows, 0, best[0])
         store(best_rows, 1, best[1])
         store(best_rows, 2, best[2])
@@ -39,10 +41,7 @@ def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
         for lane in range(min(WIDTH, n - start)):
             if n_indexed > 0:
                 one = splat_result(best_rows, lane, load(q_rows, 0))
-                one = nearest_indexed(
-                    one, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_unindexed, stack, heights,
-                    scratch,
-                )  # fmt: skip
+                one = nearest_indexed(one, scene, body_rows, bound_rows, lane, stack, heights, scratch)
                 best_rows[0, lane], best_rows[1, lane] = lane_of(one[0], 0), lane_of(one[1], 0)
                 best_rows[2, lane] = lane_of(one[2], 0)
             for i in range(NEAREST_WIDTH):

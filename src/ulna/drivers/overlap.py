@@ -11,23 +11,25 @@ from ulna.kernels.collision.bvh import STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
 from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed, pair_overlaps
 from ulna.kernels.collision.posed_pair import place_bodies
+from ulna.kernels.collision.scene import Scene
 
 
 @entry(*((*scene, NUMBERS) for scene in SCENES))
 def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, q):
     """FREE or OVERLAPS for one q; OUT_OF_RANGE if an entry of q is."""
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
     if not all_in_range(q):
         return OUT_OF_RANGE
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
     place_bodies(joints, bodies, q, joint_rows, body_rows)
-    if overlaps_unindexed(bodies, vertices, pairs, objects, points, n_unindexed, body_rows, load(q, 0)) > 0.0:
+    if overlaps_unindexed(scene, body_rows, load(q, 0)) > 0.0:
         return OVERLAPS
     n_indexed = objects.shape[0] - n_unindexed
     if n_indexed > 0:
         stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(n_indexed, np.int64), np.empty(6 * bodies.shape[0])
         place_bounds(bodies, body_rows, bound_rows)
         at, within = body_rows.reshape(-1, 1), bound_rows.reshape(-1, 1)
-        if overlaps_indexed(bodies, vertices, at, within, 0, objects, points, nodes, n_unindexed, stack, found):
+        if overlaps_indexed(scene, at, within, 0, stack, found):
             return OVERLAPS
     return FREE
 
@@ -39,6 +41,7 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
     Pairs and unindexed objects are tested for eight configurations at once; the BVH is searched for one after the other, since
     each takes its own path.
     """
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
     n, n_indexed = q.shape[0], objects.shape[0] - n_unindexed
     q_rows, hit_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((1, WIDTH))
     joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))
@@ -48,15 +51,12 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
         gather(q, start, q_rows)
         good &= all_in_range(q_rows)
         place_bodies(joints, bodies, q_rows, joint_rows, body_rows)
-        store(hit_rows, 0, overlaps_unindexed(bodies, vertices, pairs, objects, points, n_unindexed, body_rows, load(q_rows, 0)))
+        store(hit_rows, 0, overlaps_unindexed(scene, body_rows, load(q_rows, 0)))
         if n_indexed > 0:
             place_bounds(bodies, body_rows, bound_rows)
         for lane in range(WIDTH):
             out[min(start + lane, n - 1)] = hit_rows[0, lane] > 0.0 or (
-                n_indexed > 0
-                and overlaps_indexed(
-                    bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_unindexed, stack, found
-                )
+                n_indexed > 0 and overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found)
             )
     return good
 

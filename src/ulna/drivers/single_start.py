@@ -20,11 +20,9 @@ from ulna.engine.width import WIDTH
 from ulna.kernels.chain.chain import chain_pose
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE
-from ulna.kernels.ik.damped_least_squares import DAMPING, damped_step
+from ulna.kernels.ik.damped_least_squares import DAMPING
 from ulna.kernels.ik.damped_step import block_joints_at_bounds, error_squares, pose_error, within_bounds
-from ulna.kernels.ik.jacobian_transpose import transpose_step
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, LAMBDA, P2, R2, RUNNING, TAKEN
-from ulna.kernels.ik.pseudo_inverse import pseudo_inverse_step
 from ulna.kernels.ik.search_layout import (
     DAMPED_LEAST_SQUARES,
     ITERATIONS,
@@ -39,49 +37,14 @@ from ulna.kernels.ik.search_layout import (
     WHOLE_POSE,
 )
 from ulna.kernels.ik.task import task_error
+from ulna.kernels.ik.textbook import largest_entry, take_step, task_squares
 from ulna.kernels.layout import LARGEST_DEFECT
-from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose, matrix_pose, rigidity_defect
 
 LARGEST_STEP = 1.0  # rad or m
 _LEAST_SCALE = 1e-9
 _LEAST_STEP = 1e-12
 _HAS_STOPPED = 3.0  # how a lane may end here, and in no other search
-
-
-@kernel
-def take_step(method, jacobian_rows, n_dof, e, system_rows, error_rows, step_rows):
-    """Step 2: write the step of the method."""
-    if method == JACOBIAN_TRANSPOSE:
-        transpose_step(jacobian_rows, n_dof, e, step_rows)
-    elif method == DAMPED_LEAST_SQUARES:
-        damped_step(jacobian_rows, n_dof, e, system_rows, step_rows)
-    else:
-        store(error_rows, 0, e[0])
-        store(error_rows, 1, e[1])
-        store(error_rows, 2, e[2])
-        store(error_rows, 3, e[3])
-        store(error_rows, 4, e[4])
-        store(error_rows, 5, e[5])
-        pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows)
-
-
-@kernel
-def task_squares(settings, pose, target, spare_rows):
-    """The squares of the error that the task counts; spare_rows: a Jacobian that may be overwritten."""
-    e = pose_error(pose, target)
-    if int(settings[TASK]) != WHOLE_POSE:
-        e = task_error(settings, pose, target, e, spare_rows)
-    return error_squares(e)
-
-
-@kernel
-def longest(step_rows):
-    """The largest size of an entry of a step."""
-    largest = abs(load(step_rows, 0))
-    for j in range(1, step_rows.shape[0]):
-        largest = maximum(largest, abs(load(step_rows, j)))
-    return largest
 
 
 @kernel
@@ -106,7 +69,7 @@ def descend(chain, method, settings, rows, scratch, trace):
         solved = (p2 <= settings[POSITION_TOLERANCE] ** 2) & (r2 <= settings[ROTATION_TOLERANCE] ** 2)
         block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
         take_step(method, jacobian_rows, n_dof, e, system_rows, error_rows, step_rows)
-        size = longest(step_rows)
+        size = largest_entry(step_rows)
         stopped = (scale < _LEAST_SCALE) | (size <= (0.0 if method == JACOBIAN_TRANSPOSE else _LEAST_STEP))
         ended = where(solved, HAS_SOLVED, where(stopped, _HAS_STOPPED, RUNNING))
         store_state(state_rows, ended, p2, r2, taken, whole)

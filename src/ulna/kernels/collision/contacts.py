@@ -12,14 +12,15 @@ from ulna.kernels.spatial.vectors import axis, cross, dot, minus, origin
 
 
 @kernel
-def write_contact(bodies, vertices, body_rows, objects, points, i, j, scratch, out, row):
+def write_contact(scene, body_rows, i, j, scratch, out, row):
     """Write the contact of a pair, in plain numbers, to a row of out."""
-    a, n = load_pose(body_rows, i), bodies.shape[0]
+    bodies, vertices, a = scene.bodies, scene.vertices, load_pose(body_rows, i)
+    n = bodies.shape[0]
     if j < n:
         distance, p, q, normal = rows_answer(bodies, vertices, i, a, bodies, vertices, j, load_pose(body_rows, j), scratch)
     else:
-        b = constant_pose(objects, j - n, 0.0)
-        distance, p, q, normal = rows_answer(bodies, vertices, i, a, objects, points, j - n, b, scratch)
+        b = constant_pose(scene.objects, j - n, 0.0)
+        distance, p, q, normal = rows_answer(bodies, vertices, i, a, scene.objects, scene.points, j - n, b, scratch)
     out[row, DISTANCE] = distance
     out[row, WITNESS_A], out[row, WITNESS_A + 1], out[row, WITNESS_A + 2] = p
     out[row, WITNESS_B], out[row, WITNESS_B + 1], out[row, WITNESS_B + 2] = q
@@ -27,14 +28,14 @@ def write_contact(bodies, vertices, body_rows, objects, points, i, j, scratch, o
 
 
 @kernel
-def write_gradient(joints, bodies, joint_rows, i, j, contacts, out, row):
+def write_gradient(scene, joint_rows, i, j, contacts, out, row):
     """Write the gradient of the distance of a pair to a row of out."""
     for k in range(out.shape[1]):
         out[row, k] = 0.0
     if i >= 0:
-        add_speeds(joints, joint_rows, int(bodies[i, JOINT]), contacts, row, WITNESS_A, -1.0, out)
-        if j < bodies.shape[0]:
-            add_speeds(joints, joint_rows, int(bodies[j, JOINT]), contacts, row, WITNESS_B, 1.0, out)
+        add_speeds(scene.joints, joint_rows, int(scene.bodies[i, JOINT]), contacts, row, WITNESS_A, -1.0, out)
+        if j < scene.bodies.shape[0]:
+            add_speeds(scene.joints, joint_rows, int(scene.bodies[j, JOINT]), contacts, row, WITNESS_B, 1.0, out)
 
 
 @kernel

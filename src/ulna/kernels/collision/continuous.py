@@ -14,8 +14,6 @@ continuous collision detection for non-convex polyhedra, The Visual Computer 200
 
 What rounding can do is added to how far a pair comes nearer: to each body a share of all lengths between it and the base, and the
 rounding of each angle on a straight line in q times the arm that it turns.
-
-The arguments are those of ``overlap``.
 """
 
 from ulna.engine.decorators import kernel
@@ -34,12 +32,12 @@ _CROWD = 256  # objects near a body in eight intervals: rather than to meet so m
 
 
 @kernel
-def write_speeds(joints, bodies, q_a, q_b, speeds):
+def write_speeds(scene, q_a, q_b, speeds):
     """Write to speeds, shape (n_bodies, n_joints + 2), how fast each joint can move a point of each body; then the sum.
 
     And last how far rounding may put a point of it [m].
     """
-    n = joints.shape[0]
+    joints, bodies, n = scene.joints, scene.bodies, scene.joints.shape[0]
     for k in range(bodies.shape[0]):
         for i in range(n + 2):
             speeds[k, i] = 0.0
@@ -76,13 +74,13 @@ def pair_speed(speeds, a, b):
 
 
 @kernel
-def world_rounding(objects, nodes, n_unindexed):
+def world_rounding(scene):
     """How far rounding may put a point of any object [m]: from the single objects, and the bounds at the root of the tree."""
-    largest = 0.0
-    for w in range(n_unindexed):
+    largest, objects, nodes = 0.0, scene.objects, scene.nodes
+    for w in range(scene.n_unindexed):
         length = offset_length(objects, w)
         largest = max(largest, length if int(objects[w, SHAPE]) == HALF_SPACE else length + objects[w, REACH])
-    if objects.shape[0] > n_unindexed:
+    if objects.shape[0] > scene.n_unindexed:
         for child in range(WIDTH):
             if nodes[0, child] <= nodes[3, child]:  # else there is none
                 for axis in range(3):
@@ -100,13 +98,12 @@ def still_clear(clear, bodies, vertices, k, a, others, points, j, b, way, roundi
 
 
 @kernel
-def clear_intervals(
-    bodies, vertices, pairs, objects, points, nodes, n_unindexed, body_rows, speeds, half, of_world, finest, like, stack, found
-):
+def clear_intervals(scene, body_rows, speeds, half, of_world, finest, like, stack, found):
     """1.0 in the lanes in whose interval, of half length ``half``, all is free; 0.0 in the others."""
+    bodies, vertices, objects, n_unindexed = scene.bodies, scene.vertices, scene.objects, scene.n_unindexed
     clear, n_joints, n_indexed = splat(1.0, like), speeds.shape[1] - 2, objects.shape[0] - n_unindexed
-    for p in range(pairs.shape[0]):
-        i, j = pairs[p, 0], pairs[p, 1]
+    for p in range(scene.pairs.shape[0]):
+        i, j = scene.pairs[p, 0], scene.pairs[p, 1]
         way, rounding = pair_speed(speeds, i, j) * half, speeds[i, n_joints + 1] + speeds[j, n_joints + 1]
         a, b = load_pose(body_rows, i), load_pose(body_rows, j)
         clear = still_clear(clear, bodies, vertices, i, a, bodies, vertices, j, b, way, rounding)
@@ -115,13 +112,13 @@ def clear_intervals(
         a, n_found = load_pose(body_rows, k), 0
         if n_indexed > 0:
             reach = way * (1.0 + _ROUNDING) + rounding
-            n_found = objects_within(nodes, n_indexed, bounds_of_all(bodies, k, a, reach), stack, found)
+            n_found = objects_within(scene.nodes, n_indexed, bounds_of_all(bodies, k, a, reach), stack, found)
             if n_found > _CROWD and not finest:
                 return splat(0.0, like)
         for i in range(n_unindexed + n_found):
             w = i if i < n_unindexed else n_unindexed + found[i - n_unindexed]
             b = constant_pose(objects, w, like)
-            clear = still_clear(clear, bodies, vertices, k, a, objects, points, w, b, way, rounding)
+            clear = still_clear(clear, bodies, vertices, k, a, objects, scene.points, w, b, way, rounding)
         if not any_lane(clear > 0.0):
             return clear
     return clear

@@ -1,6 +1,6 @@
 """Finds the pair of least signed distance: robot with itself, robot with world. Used by ``drivers.nearest``.
 
-The arguments are those of ``overlap``. A result is three numbers: the distance [m], infinite if there is no pair; the body of
+A result is three numbers: the distance [m], infinite if there is no pair; the body of
 the robot; the other body of the robot, or the object, numbered from the last body on.
 """
 
@@ -25,30 +25,30 @@ def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scra
 
 
 @kernel
-def nearest_unindexed(bodies, vertices, pairs, objects, points, n_unindexed, body_rows, like, scratch):
+def nearest_unindexed(scene, body_rows, like, scratch):
     """The nearest of the robot's pairs, and of its bodies and the unindexed objects."""
-    best, n = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), bodies.shape[0]
+    best, bodies, vertices = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), scene.bodies, scene.vertices
+    n = bodies.shape[0]
     for k in range(n):
-        for w in range(n_unindexed):
-            a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
-            best = nearer_pair(best, bodies, vertices, k, a, objects, points, w, b, n + w, scratch)
-    for p in range(pairs.shape[0]):
-        i, j = pairs[p, 0], pairs[p, 1]
+        for w in range(scene.n_unindexed):
+            a, b = load_pose(body_rows, k), constant_pose(scene.objects, w, like)
+            best = nearer_pair(best, bodies, vertices, k, a, scene.objects, scene.points, w, b, n + w, scratch)
+    for p in range(scene.pairs.shape[0]):
+        i, j = scene.pairs[p, 0], scene.pairs[p, 1]
         a, b = load_pose(body_rows, i), load_pose(body_rows, j)
         best = nearer_pair(best, bodies, vertices, i, a, bodies, vertices, j, b, j, scratch)
     return best
 
 
 @kernel
-def nearest_indexed(
-    best, bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_unindexed, stack, heights, scratch
-):
+def nearest_indexed(best, scene, body_rows, bound_rows, lane, stack, heights, scratch):
     """The nearer of the best pair and those of the robot, in one lane, and the indexed objects.
 
     Depth first, the nearest child first; a node known to be farther than the best is pruned. All lanes do the
     same, so that the distance of two bodies is compiled for lanes only.
     """
-    n, n_indexed, like = bodies.shape[0], objects.shape[0] - n_unindexed, best[0]
+    bodies, objects, like = scene.bodies, scene.objects, best[0]
+    n, n_indexed = bodies.shape[0], objects.shape[0] - scene.n_unindexed
     first_object = WIDTH * first_leaf(n_indexed) + 1
     for k in range(n):
         bounds, a = lane_bounds(bound_rows, k, lane), splat_pose(lane_pose(body_rows, k, lane), like)
@@ -58,11 +58,11 @@ def nearest_indexed(
             node, nearest = stack[top], lane_of(best[0], 0)
             if heights[top] < nearest:
                 if node < first_object:
-                    top = push_children(nodes, node, bounds, nearest, stack, heights, top)
+                    top = push_children(scene.nodes, node, bounds, nearest, stack, heights, top)
                 else:
-                    w = n_unindexed + node - first_object
+                    w = scene.n_unindexed + node - first_object
                     b = constant_pose(objects, w, like)
-                    best = nearer_pair(best, bodies, vertices, k, a, objects, points, w, b, n + w, scratch)
+                    best = nearer_pair(best, bodies, scene.vertices, k, a, objects, scene.points, w, b, n + w, scratch)
     return best
 
 

@@ -1,8 +1,6 @@
 """Tests whether the robot at q overlaps itself or the world. Used by ``drivers.overlap``.
 
-The robot is ``joints``, ``bodies`` with their ``vertices``, and ``pairs``: the bodies that are tested against each other,
-two indices a row. The world is ``objects`` with their vertices (``points``): the first ``n_unindexed`` are tested one by one, the
-others are indexed by the BVH of ``nodes`` (``bvh``).
+Pairs and unindexed objects are tested one by one, the other objects where the BVH finds them (``scene``, ``bvh``).
 """
 
 from ulna.engine.decorators import kernel
@@ -13,16 +11,16 @@ from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
 
 @kernel
-def overlaps_unindexed(bodies, vertices, pairs, objects, points, n_unindexed, body_rows, like):
+def overlaps_unindexed(scene, body_rows, like):
     """1.0 where any of the pairs overlaps, or any body of the robot and any unindexed object; 0.0 elsewhere."""
-    hits = splat(0.0, like)
+    hits, bodies, objects = splat(0.0, like), scene.bodies, scene.objects
     for k in range(bodies.shape[0]):
-        for w in range(n_unindexed):
+        for w in range(scene.n_unindexed):
             a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
             if any_lane(balls_meet(bodies, k, a, objects, w, b)):
-                hits = where(rows_overlap(bodies, vertices, k, a, objects, points, w, b), 1.0, hits)
-    for p in range(pairs.shape[0]):
-        hits = where(pair_overlaps(bodies, vertices, pairs, p, body_rows), 1.0, hits)
+                hits = where(rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b), 1.0, hits)
+    for p in range(scene.pairs.shape[0]):
+        hits = where(pair_overlaps(bodies, scene.vertices, scene.pairs, p, body_rows), 1.0, hits)
     return hits
 
 
@@ -38,13 +36,14 @@ def pair_overlaps(bodies, vertices, pairs, p, body_rows):
 
 
 @kernel
-def overlaps_indexed(bodies, vertices, body_rows, bound_rows, lane, objects, points, nodes, n_unindexed, stack, found):
+def overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found):
     """Whether any body of the robot, in one lane, overlaps any indexed object."""
+    bodies, objects, n_indexed = scene.bodies, scene.objects, scene.objects.shape[0] - scene.n_unindexed
     for k in range(bodies.shape[0]):
-        n_found = objects_within(nodes, objects.shape[0] - n_unindexed, lane_bounds(bound_rows, k, lane), stack, found)
+        n_found = objects_within(scene.nodes, n_indexed, lane_bounds(bound_rows, k, lane), stack, found)
         for i in range(n_found):
-            w = n_unindexed + found[i]
+            w = scene.n_unindexed + found[i]
             a, b = lane_pose(body_rows, k, lane), constant_pose(objects, w, 0.0)
-            if rows_overlap(bodies, vertices, k, a, objects, points, w, b):
+            if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b):
                 return True
     return False

@@ -19,6 +19,7 @@ from ulna.kernels.collision.collision_layout import (
     WITNESS_A,
     WITNESS_B,
 )
+from ulna.kernels.collision.scene import Scene
 
 N = 20
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
@@ -48,7 +49,7 @@ def table_of(objects):
 
 
 def scene(panda, bodies, world, pairs=NO_PAIRS):
-    return panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.n_unindexed
+    return Scene(panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.n_unindexed)
 
 
 def placed(panda, q):
@@ -67,7 +68,7 @@ def configurations(panda, rng, n=N):
     return rng.uniform(panda.lower, panda.upper, (n, 7))
 
 
-def verdicts(panda, bodies, world, q, pairs=NO_PAIRS):
+def overlaps(panda, bodies, world, q, pairs=NO_PAIRS):
     """Those of the batch, which are those of one after the other."""
     hits = np.empty(len(q), dtype=np.bool_)
     assert overlap_batch(*scene(panda, bodies, world, pairs), q, hits)
@@ -79,7 +80,7 @@ def test_the_verdict_is_that_of_every_pair(panda, bodies, objects, rng):
     q = configurations(panda, rng)
     expected = np.array([(naive_gaps(panda, x, objects) <= 0).any() for x in q])
     assert 0.1 < expected.mean() < 0.9
-    assert np.array_equal(verdicts(panda, bodies, table_of(objects), q), expected)
+    assert np.array_equal(overlaps(panda, bodies, table_of(objects), q), expected)
 
 
 def test_a_tree_of_objects_gives_the_verdict_of_each_object_by_itself(panda, bodies, rng):
@@ -89,9 +90,9 @@ def test_a_tree_of_objects_gives_the_verdict_of_each_object_by_itself(panda, bod
         assert (len(world.nodes) > 0) == (n > MOST_UNINDEXED)
         expected = np.zeros(24, dtype=bool)
         for k in range(0, n, MOST_UNINDEXED):
-            expected |= verdicts(panda, bodies, table_of(objects[k : k + MOST_UNINDEXED]), q)
+            expected |= overlaps(panda, bodies, table_of(objects[k : k + MOST_UNINDEXED]), q)
         assert 0 < expected.mean() < 1
-        assert np.array_equal(verdicts(panda, bodies, world, q), expected)
+        assert np.array_equal(overlaps(panda, bodies, world, q), expected)
 
 
 def test_pairs_of_the_robot_are_met_too(panda, bodies, rng):
@@ -101,7 +102,7 @@ def test_pairs_of_the_robot_are_met_too(panda, bodies, rng):
         at = [(T, np.array(s.extents) / 2) for T, s in placed(panda, x)]
         expected.append(any(naive.gaps_of_boxes(*at[i], *at[j]).max() <= 0 for i, j in pairs))
     assert any(expected)
-    assert verdicts(panda, bodies, table_of([]), q, pairs).tolist() == expected
+    assert overlaps(panda, bodies, table_of([]), q, pairs).tolist() == expected
 
 
 def against(n_objects):
@@ -116,8 +117,8 @@ def contacts(panda, bodies, world, q):
 
 
 def measure(panda, bodies, world, q, found):
-    rows, shapes = np.zeros(len(found), dtype=np.int64), (panda.tree.joints, bodies.table, None, world.table, None)
-    return contacts_each(*shapes, q[None], rows, against(len(world.names)), found, np.empty((0, 7)))
+    rows = np.zeros(len(found), dtype=np.int64)
+    return contacts_each(*scene(panda, bodies, world), q[None], rows, against(len(world.names)), found, np.empty((0, 7)))
 
 
 def test_every_depth_is_that_of_the_twin_and_its_witnesses_stand_that_far_apart(panda, bodies, objects, rng):
@@ -153,7 +154,7 @@ def test_moving_out_along_the_normal_by_the_depth_just_parts_a_pair_and_no_way_i
 
 
 def test_an_empty_world_is_free(panda, bodies, rng):
-    assert not verdicts(panda, bodies, table_of([]), configurations(panda, rng, 9)).any()
+    assert not overlaps(panda, bodies, table_of([]), configurations(panda, rng, 9)).any()
 
 
 @pytest.mark.parametrize("k", range(12))
@@ -162,7 +163,7 @@ def test_a_crumb_within_any_box_of_the_robot_is_met(panda, bodies, rng, k):
     q = configurations(panda, rng, 1)
     crumb = placed(panda, q[0])[k][0], np.full(3, 1e-4)
     assert contact_with(panda, bodies, q[0], *crumb)[0][k] < -1e-2
-    assert verdicts(panda, bodies, table_of([crumb]), q).all()
+    assert overlaps(panda, bodies, table_of([crumb]), q).all()
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 2e6])
