@@ -1,6 +1,6 @@
 """Collision queries: the robot at q against itself and against the objects of a world."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
 from typing import Any
@@ -63,6 +63,7 @@ class Checker:
     tree: Tree
     attached: tuple[Attached, ...]
     given: AllowedCollisions | None
+    _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -253,7 +254,15 @@ class Checker:
         return NO_OBJECTS if world is None else world.objects()
 
     def _scene(self, objects: Objects, self_collision: bool) -> Scene:
-        """The robot and the objects of a world, as the kernels take them."""
+        """The robot and the objects of a world, as the kernels take them; that of the last call is kept."""
+        last = self._last_scene
+        if last[0] is objects and last[1] is self_collision:
+            return last[2]
+        scene = self._make_scene(objects, self_collision)
+        object.__setattr__(self, "_last_scene", (objects, self_collision, scene))
+        return scene
+
+    def _make_scene(self, objects: Objects, self_collision: bool) -> Scene:
         if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
         bodies, pairs = self.bodies, self.pairs if self_collision else NO_PAIRS
