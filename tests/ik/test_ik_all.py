@@ -107,3 +107,14 @@ def test_the_same_seed_gives_the_same_bits(panda):
 def test_what_cannot_be_is_refused_by_name(panda, arguments, message):
     with pytest.raises(InputError, match=message):
         panda.inverse_kinematics_all(**arguments)
+
+
+@pytest.mark.parametrize("width", [0.05, 0.2, 1.0])
+def test_a_joint_that_turns_about_the_point_asked_for_makes_a_continuum(width):
+    """The last joint does not move the tip: the task asks three numbers of three joints, and two of them give these."""
+    rows = [(0, 0.3, 0, 0), (0.4, 0, np.pi / 2, 0), (0.5, 0, 0, 0)]
+    arm = Robot.from_dh(rows, limits=[(-3, 3), (-3, 3), (-width, width)])
+    T = arm.forward_kinematics([0.3, 0.4, 0.01])
+    found = arm.inverse_kinematics_all(T, task="position", n_spread=4)
+    assert len(found) == 4
+    np.testing.assert_allclose(arm.forward_kinematics(found)[:, :3, 3], np.tile(T[:3, 3], (4, 1)), rtol=0, atol=1e-8)

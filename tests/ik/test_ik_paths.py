@@ -76,8 +76,7 @@ def test_a_seed_beyond_the_limits_starts_at_the_limits(panda):
 def test_without_a_step_the_seed_comes_back_with_its_errors(panda, method):
     T = panda.forward_kinematics(panda.home)
     short = panda.inverse_kinematics(shifted(T, HUNDREDTH), q_seed=panda.home, method=method, max_iterations=0)
-    status = "budget spent" if method == "levenberg_marquardt" else "not found"
-    assert (bool(short.success), str(short.status), int(short.iterations)) == (False, status, 0)
+    assert (bool(short.success), str(short.status), int(short.iterations)) == (False, "budget spent", 0)
     np.testing.assert_array_equal(short.q, panda.home)
     assert short.position_error == pytest.approx(0.01, abs=1e-15)
     there = panda.inverse_kinematics(T, q_seed=panda.home, method=method, max_iterations=0)

@@ -66,3 +66,12 @@ def test_a_trace_of_what_was_not_met_ends_at_the_result_too(panda, targets):
         assert result.trace[-1, :2] == pytest.approx([result.position_error, result.rotation_error], abs=1e-4)
         refused += not result.success
     assert refused > 20
+
+
+def test_a_trace_with_a_posture_ends_at_the_result_whichever_round_led_there(panda, rng):
+    """Where the start with the posture fails, the same seed starts again without: the trace is of that start."""
+    for _ in range(40):
+        q = rng.uniform(panda.lower, panda.upper)
+        seed = np.clip(q + 0.2 * rng.normal(size=7), panda.lower, panda.upper)
+        result = panda.inverse_kinematics(panda.forward_kinematics(q), seed, posture="mid_range", trace=True)
+        assert result.trace[-1, :2] == pytest.approx([result.position_error, result.rotation_error], abs=1e-6)

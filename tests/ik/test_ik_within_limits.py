@@ -5,6 +5,7 @@ import pytest
 
 import naive
 import ulna
+from robot_files import EXAMPLES
 from ulna import Robot
 
 UR5E = [(0, 0.1625, np.pi / 2), (-0.425, 0, 0), (-0.3922, 0, 0), (0, 0.1333, np.pi / 2), (0, 0.0997, -np.pi / 2), (0, 0.0996, 0)]
@@ -110,3 +111,15 @@ def test_the_solver_of_a_query_does_not_depend_on_how_many_queries_are_kept(pand
     again = panda.inverse_kinematics(T)
     assert again.q.tobytes() == first.q.tobytes()
     assert again.info.tobytes() == first.info.tobytes()
+
+
+@pytest.mark.parametrize("link", ["leftNub", "rightNub"])
+def test_targets_made_with_joints_at_their_limits_are_seldom_missed(link):
+    """Two thirds of the joints of a humanoid at a limit: without starts there, 8 of 30,000 were called out of the limits."""
+    robot = ulna.load(EXAMPLES / "alex_description" / "urdf" / "alex_nub_hands.urdf")
+    rng = np.random.default_rng(7)
+    q, at = rng.uniform(robot.lower, robot.upper, (30_000, robot.n_dof)), rng.integers(0, 3, (30_000, robot.n_dof))
+    q = np.where(at == 1, robot.lower, np.where(at == 2, robot.upper, q))
+    result = robot.inverse_kinematics(robot.forward_kinematics(q, link=link), link=link)
+    assert np.count_nonzero(~result.success) <= 3
+    assert set(result.status) <= {"solved", "joint limits"}

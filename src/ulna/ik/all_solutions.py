@@ -19,7 +19,7 @@ from ulna.errors import InputError
 from ulna.ik.options import as_count
 from ulna.ik.problem import Problem, make_problem
 from ulna.ik.query import STEPS, Query
-from ulna.ik.restarts import Restart, run_starts
+from ulna.ik.restarts import Restart, limit_starts, run_starts
 from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.ik.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
@@ -28,7 +28,7 @@ from ulna.kinematics.jacobian import geometric_jacobian
 Array = NDArray[np.float64]
 DISTINCT = 1e-3  # rad or m
 EXACT = 1e-9  # rad, and of the unit of the search
-_FIRST, _MOST = 256, 16_384  # starts
+_FIRST, _MOST, _MOST_AT_LIMITS = 256, 16_384, 2048  # starts
 _MOST_BRANCHES = 256  # more than any arm of six joints has (16): what is found beyond is a continuum
 _ISOLATED = 1e-6  # of the largest singular value
 
@@ -50,7 +50,9 @@ def all_solutions(query: Query, T: ArrayLike, q_seed: ArrayLike | None, n_spread
     for tolerance, exact in ((layout.POSITION_TOLERANCE, EXACT * query.unit), (layout.ROTATION_TOLERANCE, EXACT)):
         settings[tolerance] = min(settings[tolerance], exact)
     found = _branches(replace(problem, settings=settings), n_spread)
-    return found if len(found) else _branches(problem, n_spread)
+    if not len(found):
+        found = _branches(problem, n_spread)
+    return found if len(found) else _at_limits(problem, n_spread)
 
 
 def _branches(problem: Problem, n_spread: int) -> Array:
@@ -67,7 +69,21 @@ def _branches(problem: Problem, n_spread: int) -> Array:
         if first and len(found) == before:
             break
         first, count = first + count, first + count
+    return _nearest_first(problem, found)
+
+
+def _nearest_first(problem: Problem, found: Array) -> Array:
     return found[np.argsort(_distances(problem, found, problem.seeds[0]), kind="stable")]
+
+
+def _at_limits(problem: Problem, n_spread: int) -> Array:
+    """What is found from configurations with joints at their limits only."""
+    starts = limit_starts(problem, np.zeros(1, dtype=np.int64), _MOST_AT_LIMITS)[0]
+    each = replace(problem, seeds=starts, targets=np.repeat(problem.targets, len(starts), axis=0))
+    q, info = run_starts(each, np.arange(len(starts)), Restart(0, 1, 3 * STEPS, from_seed=True))
+    found = _merge(problem, np.empty((0, q.shape[-1])), q[info[:, :, layout.STATUS] == layout.SOLVED])
+    found = _spread(problem, found, n_spread) if _is_continuum(problem, found) else found
+    return _nearest_first(problem, found)
 
 
 def _solutions(problem: Problem, part: Restart) -> Array:
@@ -126,9 +142,18 @@ def _is_continuum(problem: Problem, found: Array) -> bool:
         return True
     if not len(found):
         return False
-    J = jacobian_in_unit(problem, geometric_jacobian(query.tree, found, query.link, "base"), query.unit)[..., moving]
+    J = _task_jacobian(problem, found)[..., moving]
     values = np.linalg.svd(J, compute_uv=False)
     return bool((values[:, len(moving) - 1] < _ISOLATED * values[:, 0]).all())
+
+
+def _task_jacobian(problem: Problem, q: Array) -> Array:
+    """The rows of the Jacobian, in the axes of the task, that the task asks for, shape (..., n_rows, n_dof)."""
+    query = problem.query
+    J = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "link"), query.unit)
+    if query.task_axes is not None:
+        J = np.concatenate([query.task_axes.T @ J[..., :3, :], query.task_axes.T @ J[..., 3:, :]], axis=-2)
+    return J[..., np.asarray(query.options.task.slack) == 0.0, :]
 
 
 def _spread(problem: Problem, found: Array, n: int) -> Array:

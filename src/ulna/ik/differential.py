@@ -20,6 +20,9 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 
 
+_MOST_DAMPING = 1e150
+
+
 class _Work(threading.local):
     """A thread's own numbers to work on, so that a call allocates none."""
 
@@ -46,7 +49,10 @@ def differential_ik(
     q, twist = as_positions(q, tree), as_floats("twist", twist)
     if twist.shape[-1:] != (6,):
         raise InputError("twist", f"shape {twist.shape}, but shape (..., 6) is expected: v [m/s], w [rad/s]")
-    lam, dt = positive("damping", damping) ** 2, positive("dt", dt)
+    damping, dt = positive("damping", damping), positive("dt", dt)
+    if damping > _MOST_DAMPING:
+        raise InputError("damping", f"{damping!r}; at most {_MOST_DAMPING:g} is expected, so that its square is finite")
+    lam = damping**2
     if q.ndim == twist.ndim == 1:
         out = as_out(out, q.shape, q, twist)
         size = N_PER_JOINT * tree.n_dof + N_SYSTEM + N_TURNED

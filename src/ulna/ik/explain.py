@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ulna.ik.options import DEFAULT_BUDGET
 from ulna.ik.problem import Problem
 from ulna.ik.query import STEPS
-from ulna.ik.restarts import Restart, Search, run_starts
+from ulna.ik.restarts import Restart, Search, limit_starts, run_starts
 from ulna.ik.result import CODES, Status
 from ulna.ik.turns import TURN, turning_columns
 from ulna.ik.units import jacobian_in_unit
@@ -18,6 +18,7 @@ from ulna.kinematics.jacobian import geometric_jacobian
 
 Array = NDArray[np.float64]
 _STARTS = 64  # tried without limits before the limits are not to blame
+_AT_LIMITS, _AT_ONCE = 512, 64  # starts with joints at their limits, before limits are the reason; targets at once
 _SETTLED, _SETTLING_STEPS = 16, 100  # starts that are let come to rest where the target is not met, and their steps
 _SINGULAR = 1e-3  # of the largest singular value times the error's size
 
@@ -106,11 +107,21 @@ def _search_beyond(search: Search, order: NDArray[np.int64], bounds: Array, stat
     if solved.any():
         search.run_from(order[solved], q[solved], STEPS)
         _close_collided(search)
-    for row in np.flatnonzero(search.open[order] & solved & (cost.min(axis=1) > 0.0)):
+    beyond = solved & (cost.min(axis=1) > 0.0)
+    if status == Status.JOINT_LIMITS:
+        _search_at_limits(search, order[beyond & search.open[order]])
+    for row in np.flatnonzero(search.open[order] & beyond):
         search.limit_excess[int(order[row])] = excess[row, cost[row].argmin()]
         _set(search, order[row : row + 1], status)
         search.open[order[row]] = False
     return order[search.open[order]]
+
+
+def _search_at_limits(search: Search, order: NDArray[np.int64]) -> None:
+    """Search on from configurations with joints at their limits: solutions with such joints are the ones most often missed."""
+    for part in (order[begin : begin + _AT_ONCE] for begin in range(0, len(order), _AT_ONCE)):
+        search.run_from(part, limit_starts(search.problem, part, _AT_LIMITS), STEPS)
+    _close_collided(search)
 
 
 def _without_limits(problem: Problem) -> Array:
@@ -140,11 +151,13 @@ def settle_open(search: Search, *, out_of_time: bool) -> None:
     rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
     if out_of_time or problem.query.options.budget < DEFAULT_BUDGET or not len(rest):
         return
-    part, before = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True), search.info[rest]
+    part = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True)
+    before, with_posture = search.info[rest], search.with_posture[rest]
     q, info = run_starts(replace(problem, seeds=search.q), rest, part)
     for column in (layout.START, layout.ITERATIONS):  # of the search: what follows is no step towards the target
         info[:, :, column] = before[:, None, column]
     search.keep(rest, q, info, part)
+    search.with_posture[rest] = with_posture
     unsolved = search.info[rest, layout.STATUS] != layout.SOLVED
     search.info[rest[unsolved], layout.STATUS] = before[unsolved, layout.STATUS]
 

@@ -79,8 +79,12 @@ def _explanation(search: Search, collisions: CollisionFilter | None) -> Explanat
         reach="" if problem.batch or not search.reach_excess else reach_in_words(problem, 0),
         entry_names=entry_names(query.tree) if search.limit_excess else (),
         task_axes=query.task_axes,
-        trace=convergence(problem, search.info[0], search.origins.get(0)) if query.options.trace else None,
+        trace=_trace(search) if query.options.trace else None,
     )
+
+
+def _trace(search: Search) -> Array:
+    return convergence(search.problem, search.info[0], search.origins.get(0), with_posture=bool(search.with_posture[0]))
 
 
 def entry_names(tree: Tree) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """Holds and checks what a caller may choose about a search, whatever the targets. Used by ``ik.query``."""
 
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from ulna.ik.task import Task, as_task
 LEVENBERG_MARQUARDT = "levenberg_marquardt"
 TEXTBOOK = ("jacobian_transpose", "damped_least_squares", "pseudo_inverse")
 POSE = Task.pose()
+_LARGEST = sys.float_info.max
 METHODS = (LEVENBERG_MARQUARDT, *TEXTBOOK)
 RANKS = ("nearest", "manipulability", "clearance", "mid_range")
 DEFAULT_BUDGET, TEXTBOOK_BUDGET = 16_000, 10_000  # steps of all starts together: 800 starts
@@ -36,10 +38,12 @@ class Options:
     trace: bool = False
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
+        if not isinstance(self.method, str) or self.method not in METHODS:
             raise InputError("method", f"{self.method!r} is not a method{did_you_mean(str(self.method), METHODS)}")
-        if self.rank is not None and self.rank not in RANKS:
+        if self.rank is not None and (not isinstance(self.rank, str) or self.rank not in RANKS):
             raise InputError("rank", f"{self.rank!r} is not a rank{did_you_mean(str(self.rank), RANKS)}")
+        if not isinstance(self.trace, (bool, np.bool_)):
+            raise InputError("trace", f"{self.trace!r}; True or False is expected")
         checked = {
             "seed": as_count("seed", self.seed),
             "task": as_task(self.task),
@@ -85,13 +89,13 @@ def _is_number(value: object) -> bool:
 
 def positive(name: str, value: float) -> float:
     """A finite number above 0, or an ``InputError`` that names it."""
-    if not _is_number(value) or not 0 < value < np.inf:
+    if not _is_number(value) or not 0 < value <= _LARGEST:
         raise InputError(name, f"{value!r}; a number above 0 is expected")
     return float(value)
 
 
 def _at_least_zero(name: str, value: float) -> float:
-    if not _is_number(value) or not value >= 0:
+    if not _is_number(value) or not (0 <= value <= _LARGEST or value == np.inf):
         raise InputError(name, f"{value!r}; a number of at least 0 is expected")
     return float(value)
 

@@ -111,9 +111,10 @@ def _of_task(query: Query, targets: Array) -> Array:
 
 def as_names(held: Iterable[str]) -> tuple[str, ...]:
     """The names of joints that are held, one or several."""
-    if not isinstance(held, Iterable):
-        raise InputError("held", f"{held!r}; names of joints are expected")
-    return (held,) if isinstance(held, str) else tuple(held)
+    try:
+        return (held,) if isinstance(held, str) else tuple(held)
+    except TypeError:
+        raise InputError("held", f"{held!r}; names of joints are expected") from None
 
 
 def _columns(tree: Tree, held: tuple[str, ...]) -> tuple[int, ...]:

@@ -17,8 +17,8 @@ from ulna.ik.problem import Problem
 from ulna.ik.query import SEEDED_STEPS, STEPS
 from ulna.ik.ranking import Cost
 from ulna.ik.turns import nearest_turns, turning_columns
-from ulna.ik.unit_samples import seed_sample, unit_samples
-from ulna.ik.units import in_metres, in_unit, too_far
+from ulna.ik.unit_samples import limit_samples, seed_sample, unit_samples
+from ulna.ik.units import solved_in_unit
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
@@ -74,6 +74,7 @@ class Search:
         origins: Where results that no start of a round led to were searched from.
         reach_excess: By how much targets lie beyond the reach [m].
         limit_excess: How far joints would have to go beyond their bounds [rad or m].
+        with_posture: Whether a result comes from a start with a posture, shape (n,).
     """
 
     problem: Problem
@@ -81,6 +82,7 @@ class Search:
     q: Array
     info: Array
     open: NDArray[np.bool_]
+    with_posture: NDArray[np.bool_]
     rejected: dict[int, tuple[Array, Array]] = field(default_factory=dict)
     origins: dict[int, Array] = field(default_factory=dict)
     reach_excess: dict[int, float] = field(default_factory=dict)
@@ -92,7 +94,7 @@ class Search:
         n, n_dof = len(problem.targets), problem.query.tree.n_dof
         info = np.zeros((n, layout.N_INFO))
         info[:, layout.STATUS], info[:, layout.MISSED] = layout.NOT_FOUND, np.inf
-        return cls(problem, cost, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool))
+        return cls(problem, cost, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), np.zeros(n, dtype=bool))
 
     def run(self, part: Restart) -> None:
         """Give every open target the starts of a round, and keep what is better than before."""
@@ -134,12 +136,21 @@ class Search:
         info[:, layout.START] += part.first + (not part.from_seed)
         better = accepted | ~(info[:, layout.MISSED] >= self.info[order, layout.MISSED])
         self.q[order[better]], self.info[order[better]] = q[better], info[better]
+        self.with_posture[order[better]] = part.with_posture
         self.open[order[accepted | (info[:, layout.STATUS] == layout.NOT_A_POSE)]] = False
 
     def _note_rejected(self, order: NDArray[np.int64], q: Array, info: Array, refused: NDArray[np.bool_]) -> None:
         for row in np.flatnonzero(refused.any(axis=1)):
             k = refused[row].argmax()
             self.rejected.setdefault(int(order[row]), (q[row, k].copy(), info[row, k].copy()))
+
+
+def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Array:
+    """Configurations with many joints at their bounds, to search some targets from, shape (m, count, n_dof)."""
+    query = problem.query
+    seeds, bounds = (rows[np.minimum(order, len(rows) - 1)][:, None] for rows in (problem.seeds, problem.bounds))
+    share = limit_samples(query.tree, query.link, query.options.seed, count)
+    return np.where(np.isnan(share), seeds, bounds[:, :, 2] + share * (bounds[:, :, 3] - bounds[:, :, 2]))
 
 
 def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search], None], *, seed_alone: bool) -> bool:
@@ -162,17 +173,7 @@ def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search
 
 def run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
     """The results of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
-    unit = problem.query.unit
-    if unit == 1.0:
-        q, info = _run_starts(problem, order, part)
-    else:
-        n_dof = problem.query.tree.n_dof
-        q, info = np.empty((len(order), part.count, n_dof)), np.empty((len(order), part.count, layout.N_INFO))
-        far = too_far(problem, order, unit)
-        q[far], info[far] = _run_starts(problem, order[far], part)
-        near_q, near_info = _run_starts(in_unit(problem, unit), order[~far], part)
-        in_metres(problem, unit, near_q, near_info)
-        q[~far], info[~far] = near_q, near_info
+    q, info = solved_in_unit(problem, order, lambda problem, order: _run_starts(problem, order, part))
     return _as_near_as_turns(problem, order, q), info
 
 

@@ -11,9 +11,11 @@ from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
 from ulna.ik.explanation import Explanation
+from ulna.ik.options import TEXTBOOK_BUDGET
 from ulna.ik.problem import Problem, make_problem, refuse_no_pose
 from ulna.ik.query import Query
-from ulna.ik.result import IKResult
+from ulna.ik.result import CODES, IKResult, Status
+from ulna.ik.units import solved_in_unit, too_far
 from ulna.kernels.ik import search_layout as layout
 
 if TYPE_CHECKING:
@@ -57,6 +59,8 @@ class TextbookSolver:
         q, info, history = _follow(problem)
         if (info[:, layout.STATUS] == layout.NOT_A_POSE).any():
             refuse_no_pose(T)
+        if options.budget < TEXTBOOK_BUDGET:
+            info[info[:, layout.STATUS] == layout.NOT_FOUND, layout.STATUS] = CODES[Status.BUDGET_SPENT]
         trace = history[: int(info[0, layout.ITERATIONS]) + 1] if options.trace else None
         explanation = Explanation(task_axes=self._query.task_axes, trace=trace)
         return IKResult(q.reshape(*problem.batch, q.shape[-1]), info, problem.batch, options.tolerances, explanation)
@@ -64,17 +68,28 @@ class TextbookSolver:
 
 def _follow(problem: Problem) -> tuple[Array, Array, Array]:
     """q (n, n_dof), info (n, N_INFO), and for one target with a trace the history of its steps (steps + 1, 4)."""
-    options, n = problem.query.options, len(problem.targets)
-    q, info = np.empty((n, problem.query.tree.n_dof)), np.zeros((n, layout.N_INFO))
+    options, unit = problem.query.options, problem.query.unit
+    history = np.zeros((options.budget + 1 if options.trace else 0, 4))
+    order = np.arange(len(problem.targets))
+    q, info = solved_in_unit(problem, order, lambda problem, order: _follow_some(problem, order, history))
+    if options.trace and not too_far(problem, order, unit).any():
+        history[:, 0] *= unit
+    return q, info, history
+
+
+def _follow_some(problem: Problem, order: NDArray[np.int64], history: Array) -> tuple[Array, Array]:
+    """q (m, n_dof) and info (m, N_INFO) of some targets (m,)."""
+    options, targets = problem.query.options, problem.targets[order]
+    seeds, bounds = (rows[order] if len(rows) > 1 else rows for rows in (problem.seeds, problem.bounds))
+    q, info = np.empty((len(order), problem.query.tree.n_dof)), np.zeros((len(order), layout.N_INFO))
     settings = problem.settings.copy()
     settings[layout.STEPS] = options.budget
-    history = np.zeros((options.budget + 1 if options.trace else 0, 4))
     method, follow_each = _CODES[options.method], entry("single_start.follow_each")
 
     def run(part: slice) -> bool:
-        seeds, bounds = (rows[part] if len(rows) > 1 else rows for rows in (problem.seeds, problem.bounds))
-        follow_each(method, problem.chain, problem.targets[part], seeds, bounds, settings, q[part], info[part], history)
+        own = (rows[part] if len(rows) > 1 else rows for rows in (seeds, bounds))
+        follow_each(method, problem.chain, targets[part], *own, settings, q[part], info[part], history)
         return True
 
-    in_parts(run, n, _LEAST_TARGETS, options.threads)
-    return q, info, history
+    in_parts(run, len(order), _LEAST_TARGETS, options.threads)
+    return q, info

@@ -13,7 +13,7 @@ from ulna.kernels.ik import search_layout as layout
 Array = NDArray[np.float64]
 
 
-def convergence(problem: Problem, info: Array, origin: Array | None = None) -> Array:
+def convergence(problem: Problem, info: Array, origin: Array | None = None, *, with_posture: bool = False) -> Array:
     """A row a step towards the result with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
 
     origin: where the result was searched from, (n_dof,), if by no start of a round.
@@ -24,10 +24,9 @@ def convergence(problem: Problem, info: Array, origin: Array | None = None) -> A
     q = _start(problem, start) if origin is None else origin
     rows = []
     for k in range(steps + 1):
-        posture = bool(problem.settings[layout.WITH_POSTURE]) and start == 0 and origin is None
         here = replace(problem, seeds=q[None], nearest_to=None)
-        _, before = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 0, from_seed=True, with_posture=posture))
-        after, _ = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 1, from_seed=True, with_posture=posture))
+        _, before = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 0, from_seed=True, with_posture=with_posture))
+        after, _ = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 1, from_seed=True, with_posture=with_posture))
         step = np.abs(after[0, 0] - q).max() if k < steps else 0.0
         rows.append([*before[0, 0, [layout.POSITION_ERROR, layout.ROTATION_ERROR]], step, before[0, 0, layout.DAMPING]])
         q = after[0, 0]

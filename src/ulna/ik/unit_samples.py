@@ -1,4 +1,4 @@
-"""Draws the starts of a search as numbers between 0 and 1. Used by ``ik.restarts``."""
+"""Draws the starts of a search as numbers between 0 and 1. Used by ``ik.restarts``, ``ik.trace``, ``ik.single_target``."""
 
 from functools import lru_cache
 
@@ -28,6 +28,16 @@ def unit_samples(tree: Tree, link: str, seed: int, first: int, count: int) -> Ar
     chosen = np.full((count, tree.n_dof), np.nan)
     chosen[:, moving] = rows[start : start + count, moving]
     return chosen
+
+
+def limit_samples(tree: Tree, link: str, seed: int, count: int) -> Array:
+    """Random starts with about two thirds of the joints at a limit: shape (count, n_dof), in [0, 1]; NaN as above.
+
+    For targets at the border of what the limits allow, where few of the starts from within lead.
+    """
+    samples = unit_samples(tree, link, seed, 0, count)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isnan(samples), samples, np.clip(3.0 * samples - 1.0, 0.0, 1.0))
 
 
 @lru_cache(maxsize=64)

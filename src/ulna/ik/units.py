@@ -1,9 +1,10 @@
-"""Brings a search for a robot that is far from a metre long into a unit of its own. Used by ``ik.restarts``.
+"""Brings a search for a robot that is far from a metre long into a unit of its own. Used by ``ik.restarts``, ``ik.textbook``.
 
 The errors of a pose are lengths and angles in one sum, and so are dampings and thresholds: right for arms of a metre or so. The
 units are powers of two, so that nothing is rounded on the way there and back.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,26 @@ from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, OFFSET, PRISMATIC, RATIO, REVOLUTE
 
 Array = NDArray[np.float64]
+
+
+Solve = Callable[[Problem, NDArray[np.int64]], tuple[Array, Array]]
+"""Gives q (m, ..., n_dof) and info (m, ..., N_INFO) for some targets (m,) of a problem."""
+
+
+def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> tuple[Array, Array]:
+    """The results of a solver for some targets (m,), computed in the unit of the robot and returned in metres."""
+    unit = problem.query.unit
+    if unit == 1.0:
+        return solve(problem, order)
+    far = too_far(problem, order, unit)
+    near_q, near_info = solve(in_unit(problem, unit), order[~far])
+    in_metres(problem, unit, near_q, near_info)
+    if not far.any():
+        return near_q, near_info
+    q, info = np.empty((len(order), *near_q.shape[1:])), np.empty((len(order), *near_info.shape[1:]))
+    q[~far], info[~far] = near_q, near_info
+    q[far], info[far] = solve(problem, order[far])
+    return q, info
 
 
 def too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
