@@ -101,9 +101,10 @@ test-ros2: .venv-ros2/.ready
 # The assignment's submission, hw2.zip: its files, the wheel of ulna that they need, and a video if one lies there (hw2/*.mp4).
 hw2-zip:
 	rm -rf build/hw2 && mkdir -p build/hw2
-	cp -L $(wildcard hw2/*.*) build/hw2
+	cp -L $(wildcard hw2/*.*) docs/ros.md build/hw2
 	$(PYTHON) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/hw2 .
 	rm -f hw2.zip && $(PYTHON) -m zipfile -c hw2.zip build/hw2
+	@test -f hw2/demo.mp4 || echo "hw2.zip has no video: make video, then make hw2-zip again" >&2
 	@echo "hw2.zip: unzip it, then pip install -r hw2/requirements.txt"
 
 $(RUN)/python:

@@ -1,7 +1,8 @@
 """The twelve boxes in the global frame at q = 0, as static markers; the arm: test_collision_boxes.py.
 
-They are shown twice, and RViz lists both: "drawn by hand" are the plain numbers below, "link table" is the assignment's table of
-boxes in link frames, placed by forward kinematics. The two differ by centimetres; the table is what collisions are checked with.
+They are shown twice, and RViz lists both. "drawn by hand" are the plain numbers below, those of the course's own file. "link
+table" is the assignment's table of boxes in link frames, placed by forward kinematics. They differ by centimetres; collisions are
+checked with the table.
 """
 
 import numpy as np
@@ -13,20 +14,22 @@ from ulna.viewer.palette import MOVABLE, PALE
 from ulna.viewer.solid import Solid
 
 UPRIGHT = (1, 0, 0, 0)
+TILTED = (0.951416134834, 0.307908415794, 0, 0)
+TURNED = (0.882274568081, 0.0189154259861, -0.0100818071514, 0.470246970654)
 # Position of the centre [m], size along x, y, z [m], rotation as a quaternion w, x, y, z.
 BOXES = (
     ((-0.04, 0, 0.05), (0.23, 0.2, 0.1), UPRIGHT),
     ((-0.009, 0, 0.15), (0.13, 0.12, 0.1), UPRIGHT),
-    ((0, -0.032, 0.251), (0.12, 0.1, 0.2), (0.9514, 0.3079, 0, 0)),
+    ((0, -0.0318194814026, 0.250960588455), (0.12, 0.1, 0.2), TILTED),
     ((-0.0008, 0, 0.333), (0.12, 0.27, 0.11), UPRIGHT),
-    ((0, 0.042, 0.42), (0.12, 0.1, 0.2), (0.9514, 0.3079, 0, 0)),
+    ((0, 0.042, 0.42), (0.12, 0.1, 0.2), TILTED),
     ((0.00687, 0, 0.53), (0.13, 0.12, 0.22), UPRIGHT),
     ((0.0745, 0, 0.653), (0.13, 0.23, 0.12), UPRIGHT),
     ((0.00422, 0.00367, 0.77), (0.12, 0.12, 0.22), UPRIGHT),
     ((0, 0.0745, 0.9077), (0.12, 0.12, 0.2), UPRIGHT),
     ((0.00328, 0.0176, 1.0275), (0.13, 0.23, 0.12), UPRIGHT),
     ((0.0744, -0.0092, 1.0247), (0.12, 0.12, 0.2), UPRIGHT),
-    ((0.0744, -0.0092, 0.9223), (0.10, 0.23, 0.15), (0.8823, 0.0189, -0.0101, 0.4702)),
+    ((0.0744, -0.0092, 0.9223), (0.10, 0.23, 0.15), TURNED),
 )
 
 

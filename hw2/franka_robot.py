@@ -11,7 +11,8 @@ import ulna
 from ulna.description.pose import rpy_from_matrix
 
 FLANGE_TO_END_EFFECTOR = (0.0, 0.0, 0.1034)  # m; not in the URDF: the assignment adds it
-TOLERANCE = 1e-10  # of inverse kinematics [m and rad]
+TOLERANCES = {"position_tolerance": 1e-10, "rotation_tolerance": 1e-10}  # of inverse kinematics [m, rad]
+RETRIES, AT_LIMIT = 4, 1e-9  # descents from where joints were stuck; how near to a limit that is [rad]
 
 
 def parse_urdf(path):
@@ -68,21 +69,40 @@ class FrankaRobot:
         return self.robot.jacobian(self._moving(joints))
 
     def inverse_kinematics(self, desired_ee_pos, current_joints):
-        """Joints that bring the end-effector to [x, y, z, roll, pitch, yaw], by Jacobian transpose from the current ones."""
-        target = np.asarray(desired_ee_pos, dtype=float)
-        found = self.robot.inverse_kinematics(
-            ulna.pose(target[:3], target[3:6]),
-            self._moving(current_joints),
-            method="jacobian_transpose",
-            position_tolerance=TOLERANCE,
-            rotation_tolerance=TOLERANCE,
-            max_iterations=100_000,
-        )
+        """Joints that bring the end-effector to [x, y, z, roll, pitch, yaw], by Jacobian transpose from the current ones.
+
+        1. Descend from the current joints, brought within their limits; a joint at its limit stays there while it would be pushed
+           beyond, and the others go on.
+        2. Where that comes to rest short of the target, begin again from there with the joints at a limit in the middle of their
+           range, up to RETRIES times.
+        3. Descent may creep for ever, near a singularity for one. Then the target is left to Levenberg-Marquardt with restarts.
+
+        Warns if none of these reaches the target, with the reason.
+        """
+        desired = np.asarray(desired_ee_pos, dtype=float)
+        target, start = ulna.pose(desired[:3], desired[3:6]), self._moving(current_joints)
+        for _ in range(1 + RETRIES):
+            found = self._descend(target, start)
+            if found.success:
+                break
+            start = self._freed(found.q)
+        else:
+            found = self.robot.inverse_kinematics(target, found.q, **TOLERANCES)
         if not found.success:
             warnings.warn(f"inverse kinematics: {found}", stacklevel=2)
         joints = np.array(current_joints, dtype=float)
         joints[: self.num_dof] = found.q
         return joints
+
+    def _descend(self, target, start):
+        """Where the Jacobian transpose leads from a start."""
+        return self.robot.inverse_kinematics(target, start, method="jacobian_transpose", max_iterations=100_000, **TOLERANCES)
+
+    def _freed(self, joints):
+        """The joints with those at a limit put in the middle of their range."""
+        lower, upper = self.robot.lower, self.robot.upper
+        at_limit = (joints <= lower + AT_LIMIT) | (joints >= upper - AT_LIMIT)
+        return np.where(at_limit, (lower + upper) / 2, joints)
 
     def check_box_collision(self, joints, box):
         """Whether any of the twelve boxes touches the box [x, y, z, roll, pitch, yaw, length, width, height]."""
@@ -92,4 +112,7 @@ class FrankaRobot:
         return self.boxes.in_collision(self._moving(joints), world, self_collision=False)
 
     def _moving(self, joints):
-        return np.array(joints, dtype=float)[: self.num_dof]
+        joints = np.array(joints, dtype=float)
+        if joints.ndim != 1 or len(joints) < self.num_dof:
+            raise ValueError(f"joints: shape {joints.shape}; one configuration of at least {self.num_dof} numbers is expected")
+        return joints[: self.num_dof]

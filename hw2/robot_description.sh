@@ -1,6 +1,6 @@
 #!/bin/sh
 # Prints the arm for RViz: expanded URDF, for franka_robot.urdf only defines a macro. roslaunch runs in a terminal without the
-# virtual environment, so ulna is also looked for in the usual places: the environments that docs/ros.md and the README make, in this
+# virtual environment, so ulna is also looked for in the usual places: the environments that the README and ros.md make, in this
 # folder or in the one above. Without the meshes the arm is seen by its boxes.
 here=$(dirname "$0")
 for ulna in "${ULNA:-ulna}" "$VIRTUAL_ENV/bin/ulna" \

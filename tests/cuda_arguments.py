@@ -21,6 +21,7 @@ CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
 POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
 CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
 SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE), Scene)
+SCENE_OF_BOXES = types.NamedTuple((TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE), Scene)
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 
 

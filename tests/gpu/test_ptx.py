@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its own: make test-cuda")
 
 import ulna.kernels
-from cuda_arguments import argument_types, place_of
+from cuda_arguments import SCENE_OF_BOXES, argument_types, place_of
 
 COMPILED = "chain", "collision", "distance", "ik", "spatial"
 LEFT_OUT = {"render": "films are drawn by the CPU"}
@@ -33,7 +33,11 @@ def kernels():
 
 KERNELS = {place: kernel for place, kernel in kernels().items() if place.split(".")[0] not in LEFT_OUT}
 # A robot and a world of boxes have no vertices: these kernels are compiled a second time, without the search for distances.
-OF_BOXES = {p: k for p, k in KERNELS.items() if p.startswith("collision.") and "vertices" in inspect.signature(k).parameters}
+OF_BOXES = {
+    p: k
+    for p, k in KERNELS.items()
+    if p.startswith("collision.") and not {"vertices", "scene"}.isdisjoint(inspect.signature(k).parameters)
+}
 
 
 def check(text, kernel):
@@ -57,7 +61,10 @@ def test_a_kernel_compiles_to_ptx(place, ptx):
 
 @pytest.mark.parametrize("place", sorted(set(OF_BOXES) - SHAPES_ALONE))
 def test_a_kernel_of_boxes_compiles_to_ptx(place, ptx):
-    check(ptx(OF_BOXES[place], argument_types(OF_BOXES[place], vertices=types.none, points=types.none)), OF_BOXES[place])
+    check(
+        ptx(OF_BOXES[place], argument_types(OF_BOXES[place], vertices=types.none, points=types.none, scene=SCENE_OF_BOXES)),
+        OF_BOXES[place],
+    )
 
 
 def test_a_kernel_that_the_table_of_arguments_lacks_is_a_failure():

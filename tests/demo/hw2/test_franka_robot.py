@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ulna import pose
+
 HW2 = Path(__file__).parents[3] / "hw2"
 DH = [
     (0, 0.333, 0, 0),
@@ -101,8 +103,31 @@ def test_fingers_may_follow_and_joints_are_never_changed(robot, kind):
     np.testing.assert_array_equal(np.array(joints), before)
 
 
+def test_from_zeros_beyond_the_limit_of_joint_four_home_is_found(robot):
+    """Joint 4 may not be 0: the descent begins at its limit, and comes to rest there 0.23 m off unless it is freed."""
+    assert np.allclose(robot.ee(robot.inverse_kinematics(robot.ee(HOME), np.zeros(7))), robot.ee(HOME), rtol=0, atol=1e-8)
+
+
+def test_from_anywhere_any_pose_within_reach_is_found(robot):
+    rng = np.random.default_rng(0)
+    lower, upper = robot.robot.lower, robot.robot.upper
+    for _ in range(30):
+        start, desired = rng.uniform(lower, upper), robot.ee(rng.uniform(lower, upper))
+        found = robot.inverse_kinematics(desired, start)
+        x, y, z, *rpy = robot.ee(found)
+        np.testing.assert_allclose((x, y, z), desired[:3], rtol=0, atol=1e-8)
+        np.testing.assert_allclose(pose(rpy=rpy), pose(rpy=desired[3:]), rtol=0, atol=1e-8)
+        assert ((lower <= found) & (found <= upper)).all()
+
+
+@pytest.mark.parametrize("joints", [np.zeros((10, 7)), np.zeros(6), 0.0])
+def test_what_is_not_one_configuration_is_refused_with_its_shape(robot, joints):
+    with pytest.raises(ValueError, match="one configuration of at least 7 numbers"):
+        robot.forward_kinematics_urdf(joints)
+
+
 def test_a_pose_out_of_reach_is_told(robot):
-    with pytest.warns(UserWarning, match="inverse kinematics: stationary: .* from the target"):
+    with pytest.warns(UserWarning, match="inverse kinematics: unreachable: .* from the target"):
         found = robot.inverse_kinematics([3, 0, 0.5, pi, 0, 0], HOME)
     assert np.isfinite(found).all()
 

@@ -23,6 +23,7 @@ from ulna.viewer.palette import INK
 from ulna.viewer.solid import Solid, collision_boxes
 
 SERVER = "basic_controls"  # the interactive-marker server's topics begin with it
+LIFETIME_S = 3  # of a marker, which is sent ten times a second
 _HANDLE_SCALE = 0.22  # m: of arrows and rings
 _WORD_HEIGHT = 0.06  # m
 # RViz draws a control along its own x axis: the quaternions (x, y, z, w) that turn x to x, y and z.
@@ -51,7 +52,7 @@ def solid_marker(solid: Solid[Box] | Solid[Cylinder], namespace: str, number: in
         kind, size = Marker.CYLINDER, (2 * solid.shape.radius, 2 * solid.shape.radius, solid.shape.length)
     marker = Marker(header=Header(frame_id=solid.link), ns=namespace, id=number, type=kind, frame_locked=True)
     marker.pose, marker.scale, marker.color = pose_message(solid.pose), Vector3(**_xyz(size)), _color(solid.color, solid.opacity)
-    return marker
+    return _short_lived(marker)
 
 
 def interactive_box(robot: Robot, T_base_box: NDArray[np.float64]) -> InteractiveMarker:
@@ -60,7 +61,7 @@ def interactive_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Interactiv
     handles = InteractiveMarker(header=Header(frame_id=solid.link), name=BOX_NAME, scale=_HANDLE_SCALE)
     handles.pose = pose_message(solid.pose)
     body = solid_marker(movable_box(robot, np.eye(4)), "box", 0)
-    body.header, body.frame_locked = Header(), False  # it stands in the handles' frame
+    body.header, body.frame_locked, body.lifetime = Header(), False, type(body.lifetime)()  # it stands in the handles' frame
     handles.controls = [InteractiveMarkerControl(name="box", always_visible=True, markers=[body])]
     for axis, xyzw in _AXES.items():
         turn = Quaternion(**dict(zip("xyzw", (v / np.sqrt(sum(u * u for u in xyzw)) for v in xyzw), strict=True)))
@@ -101,6 +102,12 @@ def _word(robot: Robot, report: Report) -> Marker:
     marker = Marker(header=Header(frame_id=robot.base), ns="light", id=1, type=Marker.TEXT_VIEW_FACING, text=str(report))
     marker.pose = pose_message(pose(WORD_POSITION_IN_BASE))
     marker.scale, marker.color = Vector3(z=_WORD_HEIGHT), _color(INK, 1.0)
+    return _short_lived(marker)
+
+
+def _short_lived(marker: Marker) -> Marker:
+    """The marker, which RViz removes when no other has come for LIFETIME_S: so nothing is left when the node has ended."""
+    setattr(marker.lifetime, "secs" if hasattr(marker.lifetime, "secs") else "sec", LIFETIME_S)
     return marker
 
 
