@@ -184,3 +184,16 @@ def test_help_and_info_do_not_load_the_compiler():
     for arguments in (["--help"], ["info"], ["urdf"]):
         code = f"import sys, ulna.cli.app; ulna.cli.app.app({arguments}, standalone_mode=False); sys.exit('numba' in sys.modules)"
         assert spawn([sys.executable, "-c", code]).returncode == 0
+
+
+def test_a_command_reads_its_own_file_and_no_other_command_nor_guest():
+    code = "import sys, ulna.cli.app; ulna.cli.app.app(['fk'], standalone_mode=False); print(*sorted(sys.modules))"
+    loaded = spawn([sys.executable, "-c", code]).stdout.splitlines()[-1].split()
+    assert [name for name in loaded if name.startswith("ulna.cli.")] == [
+        f"ulna.cli.{name}" for name in ("app", "fk", "numbers", "options", "output")
+    ]
+    assert not [name for name in loaded if name.startswith(("ulna.bench", "ulna.demo"))]
+
+
+def test_a_mistyped_command_is_told_the_nearest_of_all(run):
+    assert "Did you mean 'warmup'" in run("warmpu").stderr

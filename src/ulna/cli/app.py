@@ -7,59 +7,59 @@ the output has closed its pipe. Errors are one line on standard error.
 import io
 import os
 import sys
+from collections.abc import Iterable
+from importlib import import_module
 from typing import Annotated
 
 import typer
 from typer.core import TyperGroup
 
 from ulna import __version__
-from ulna.cli.bench import BENCH_KEYS, bench
-from ulna.cli.check import CHECK_KEYS, check
-from ulna.cli.compare import COMPARE_KEYS, compare
-from ulna.cli.dh import DH_KEYS, dh
-from ulna.cli.fk import FK_KEYS, fk
-from ulna.cli.ik import IK_KEYS, ik
-from ulna.cli.info import INFO_KEYS, info
-from ulna.cli.inspect import INSPECT_KEYS, inspect
-from ulna.cli.jacobian import JACOBIAN_KEYS, jacobian
-from ulna.cli.plugins import COMMANDS, load_plugins
-from ulna.cli.record import record
-from ulna.cli.urdf import urdf
-from ulna.cli.view import view
-from ulna.cli.warmup import WARMUP_KEYS, warmup
 from ulna.errors import UlnaError
 
-# Each command with the meaning of its JSON, in the order of the help.
-_COMMANDS = (
-    (info, INFO_KEYS),
-    (fk, FK_KEYS),
-    (jacobian, JACOBIAN_KEYS),
-    (ik, IK_KEYS),
-    (check, CHECK_KEYS),
-    (dh, DH_KEYS),
-    (compare, COMPARE_KEYS),
-    (inspect, INSPECT_KEYS),
-    (urdf, None),
-    (view, None),
-    (record, None),
-    (bench, BENCH_KEYS),
-    (warmup, WARMUP_KEYS),
-)
+# In the order of the help: each is a function in a file of its name; ``<NAME>_KEYS`` there says what its JSON means.
+OWN = (
+    "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf", "view", "record", "bench", "warmup",
+)  # fmt: skip
+_LAST_BEFORE_GUESTS = "view"
 
 
 class _Commands(TyperGroup):
-    """The commands. An error of the library is one line, and a closed pipe ends them without a word."""
+    """Ulna's own commands and those that packages add: a file is read when its command is called, all of them for the help."""
+
+    def get_command(self, ctx, cmd_name):
+        """The command of a name, or None. A name that is none of Ulna's own is looked for in the packages."""
+        if cmd_name in OWN:
+            self._load([cmd_name])
+        elif cmd_name not in self.commands:
+            self._load_guests()
+            if cmd_name not in self.commands:
+                self._load(OWN)  # it is mistyped: the nearest name is looked for among all
+        return super().get_command(ctx, cmd_name)
 
     def list_commands(self, ctx):
-        """The commands in the order of the help: those that packages add come after ``view``, their groups last."""
-        own = [command.__name__ for command, _ in _COMMANDS]
-        places = {name: k for k, name in enumerate(own)}
+        """Every name, in the order of the help: commands that packages add come after ``view``, their groups last."""
+        self._load(OWN)
+        self._load_guests()
+        places = {name: k for k, name in enumerate(OWN)}
 
         def place(name: str) -> float:
             is_group = isinstance(self.commands[name], TyperGroup)
-            return places.get(name, len(own) if is_group else places["view"] + 0.5)
+            return places.get(name, len(OWN) if is_group else places[_LAST_BEFORE_GUESTS] + 0.5)
 
         return sorted(super().list_commands(ctx), key=place)
+
+    def _load(self, names: Iterable[str]) -> None:
+        self.commands.update({name: _own(name) for name in names if name not in self.commands})
+
+    def _load_guests(self) -> None:
+        from ulna.cli.plugins import COMMANDS, load_plugins  # noqa: PLC0415 -- most commands need no package's
+
+        guests = typer.Typer()
+        guests.callback()(_nothing)
+        for commands in load_plugins(COMMANDS):
+            guests.add_typer(commands)
+        self.commands.update(typer.main.get_group(guests).commands)
 
     def invoke(self, ctx):
         """Run a command."""
@@ -74,6 +74,19 @@ class _Commands(TyperGroup):
                 raise typer.Exit(141) from None
             typer.echo(f"ulna: {error.strerror or error}", err=True)
             raise typer.Exit(2) from None
+
+
+def _own(name: str):
+    """The command of one file."""
+    module = import_module(f"ulna.cli.{name}")
+    keys = getattr(module, f"{name.upper()}_KEYS", None)
+    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    alone.command(epilog=keys and f"JSON: {keys}")(getattr(module, name))
+    return typer.main.get_command(alone)
+
+
+def _nothing() -> None:
+    pass
 
 
 app = typer.Typer(
@@ -103,9 +116,3 @@ def main(*, version: Version = False) -> None:  # noqa: ARG001 -- its callback h
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name that the terminal's encoding does not have is escaped
-
-
-for command, keys in _COMMANDS:
-    app.command(epilog=keys and f"JSON: {keys}")(command)
-for commands in load_plugins(COMMANDS):
-    app.add_typer(commands)

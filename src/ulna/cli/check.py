@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Q_KEYS, Data, data_of_q
 from ulna.cli.numbers import BOX, numbers
 from ulna.cli.options import (
     Degrees,
@@ -25,7 +24,7 @@ from ulna.cli.options import (
     positions,
     world_of,
 )
-from ulna.cli.output import make_table, number, show, title
+from ulna.cli.output import Q_KEYS, Data, data_of_q, make_table, number, show, title
 from ulna.collision.report import Report
 from ulna.description.pose import pose
 from ulna.description.shapes import Box

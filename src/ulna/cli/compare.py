@@ -8,9 +8,8 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Data
 from ulna.cli.options import Json, PackageDirs, load_robot
-from ulna.cli.output import count_of, make_table, show
+from ulna.cli.output import Data, count_of, make_table, show
 from ulna.comparison.compare import compare as compare_robots
 from ulna.comparison.result import KINDS, Comparison
 

@@ -9,9 +9,8 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Data
 from ulna.cli.options import Json, Link, PackageDirs, RobotName, XacroArgs, load_robot
-from ulna.cli.output import make_table, show
+from ulna.cli.output import Data, make_table, show
 from ulna.dh.table import PARALLEL, ROW_PRODUCTS, DHTable, mimic_words, pose_words, proof_words, row_words
 
 Convention = Annotated[str, typer.Option(metavar="NAME", help="modified (Craig) or standard.")]

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import RenderableType
 
-from ulna.cli.data import Q_KEYS, Data, data_of_q
 from ulna.cli.options import Degrees, Json, Link, PackageDirs, Positions, RobotName, XacroArgs, load_robot, positions
-from ulna.cli.output import make_table, number, show, title
+from ulna.cli.output import Q_KEYS, Data, data_of_q, make_table, number, show, title
 from ulna.description.pose import quaternion_from_matrix, rpy_from_matrix
 from ulna.robot import Robot
 

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Data
 from ulna.cli.numbers import RPY, WXYZ, XYZ, numbers
 from ulna.cli.options import Degrees, Json, Link, PackageDirs, RobotName, XacroArgs, load_robot, positions
-from ulna.cli.output import count_of, limit, make_table, number, show
+from ulna.cli.output import Data, count_of, limit, make_table, number, show
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.errors import InputError
 from ulna.ik.result import IKResult

@@ -6,9 +6,8 @@ from dataclasses import asdict
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Data
 from ulna.cli.options import Json, PackageDirs, RobotName, XacroArgs, load_robot
-from ulna.cli.output import limit, make_table, show
+from ulna.cli.output import Data, limit, make_table, show
 from ulna.description.robot_description import JointType
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Q_KEYS, Data, data_of_q
 from ulna.cli.options import Degrees, Json, Link, PackageDirs, Positions, RobotName, XacroArgs, load_robot, positions
-from ulna.cli.output import folded, make_table, number, show, title
+from ulna.cli.output import Q_KEYS, Data, data_of_q, folded, make_table, number, show, title
 from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of

@@ -1,23 +1,46 @@
-"""Prints results: as JSON, or as tables in which no digit is cut. Used by every command."""
+"""Makes data of results, and prints it: as JSON, or as tables in which no digit is cut. Used by every command."""
 
 import json
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich import box
 from rich.cells import cell_len
 from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ulna.cli.data import Data, plain
+from ulna.robot import Robot
+from ulna.robot.coordinates import coordinates_of
 
+Data = dict[str, object]
+Q_KEYS = "robot; q; outside_limits: joints of q beyond their limits"
 LEAST_WIDTH = 80  # characters of a line
 NUMBER_WIDTH = 8
 NAME_WIDTH = 12
 ASCII = str.maketrans("─●│├└", "-o|+`")
+
+
+def plain(value):
+    """A value as dictionaries, lists, strings and numbers; NaN and infinity, which JSON has not, become None."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def data_of_q(robot: Robot, q: NDArray[np.float64]) -> Data:
+    """The robot's name, q, shape (n_dof,), and the joints beyond their limits; see ``Q_KEYS``."""
+    outside = (q < robot.lower) | (q > robot.upper)
+    names = [entry.name for entry, out in zip(coordinates_of(robot), outside, strict=True) if out]
+    return {"robot": robot.name, "q": q, "outside_limits": names}
 
 
 def show(data: Data, table: Callable[[Any], Iterable[RenderableType]], *, as_json: bool) -> None:
