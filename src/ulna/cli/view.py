@@ -8,6 +8,7 @@ import typer
 
 from ulna.cli.options import (
     SERVED,
+    Base,
     Degrees,
     Hulls,
     NoOpen,
@@ -15,6 +16,8 @@ from ulna.cli.options import (
     Positions,
     RobotName,
     Scene,
+    SrdfFile,
+    Tip,
     XacroArgs,
     as_options,
     load_robot,
@@ -38,6 +41,9 @@ def view(
     host: Host = "127.0.0.1",
     port: Port = 8080,
     no_open: NoOpen = False,
+    base: Base = None,
+    tip: Tip = None,
+    srdf: SrdfFile = None,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
 ) -> None:
@@ -45,7 +51,7 @@ def view(
 
     Ctrl-C ends it.
     """
-    arm = load_robot(robot, xacro_arg, package_dir)
+    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
     if hulls:
         arm = arm.with_convex_hulls()
     start = positions("--q", q, arm, degrees=degrees)
