@@ -16,12 +16,13 @@ import ulna
 from ulna.cli import plugins
 
 COMMANDS = [
-    *("info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf"),
+    *("list", "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf"),
     *("view", "record", "bench", "warmup"),
 ]
 OF_GUESTS = ("demo", "ros1", "ros2")  # tests/demo
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
+    ["list", "pan"],
     ["info"],
     ["fk"],
     ["fk", "--q", "0 0 0 0 0 0 3"],

@@ -19,7 +19,7 @@ from ulna.errors import UlnaError
 
 # In the order of the help: each is a function in a file of its name; ``<NAME>_KEYS`` there says what its JSON means.
 OWN = (
-    "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf", "view", "record", "bench", "warmup",
+    "list", "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf", "view", "record", "bench", "warmup",
 )  # fmt: skip
 _LAST_BEFORE_GUESTS = "view"
 
@@ -91,7 +91,6 @@ def _nothing() -> None:
 
 app = typer.Typer(
     cls=_Commands,
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},

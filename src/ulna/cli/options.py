@@ -18,7 +18,23 @@ from ulna.robot import Robot, load
 from ulna.robot.coordinates import coordinates_of
 from ulna.robot.palm import palm
 
-RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="A bundled name, or the path of a .urdf or .xacro file.")]
+
+def _names_that_begin(incomplete: str) -> list[str]:
+    """For the completion of a shell."""
+    from ulna.description.names.by_name import known_robots  # noqa: PLC0415 -- only a shell asks
+
+    names = [name for robot in known_robots() if robot.installed for name in (robot.name, *robot.also)]
+    return [name for name in names if name.startswith(incomplete)]
+
+
+RobotName = Annotated[
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="A name, as `ulna list` prints them, or the path of a .urdf or .xacro file.",
+        autocompletion=_names_that_begin,
+    ),
+]
 XacroArgs = Annotated[
     list[str] | None, typer.Option("--xacro-arg", metavar="KEY:=VALUE", help="An argument of a xacro file; repeatable.")
 ]
