@@ -198,3 +198,32 @@ def test_a_command_reads_its_own_file_and_no_other_command_nor_guest():
 
 def test_a_mistyped_command_is_told_the_nearest_of_all(run):
     assert "Did you mean 'warmup'" in run("warmpu").stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "kind"),
+    [
+        (["fk", "--q", "1"], "InputError"),
+        (["info", "nix"], "FileError"),
+        (["fk", "--nonsense"], "NoSuchOption"),
+        (["nix"], "UsageError"),
+    ],
+)
+def test_with_json_an_error_is_json_too(run, arguments, kind):
+    result = run(*arguments, "--json")
+    assert (result.exit_code, result.stdout) == (2, "")
+    told = json.loads(result.stderr)
+    assert told["error"] == kind
+    assert told["message"]
+
+
+def test_names_of_a_file_cannot_steer_the_terminal(run, tmp_path):
+    evil = "\x1b]0;owned\x07\u202e\r\x9b2J"
+    scene = {"ulna_scene": 1, "objects": [{"name": evil, "shape": "box", "extents": [1, 1, 1]}]}
+    (tmp_path / "scene.json").write_text(json.dumps(scene))
+    (tmp_path / "a.urdf").write_text('<robot name="\u202e\x9b2J"><link name="\u202ea\x85b"/></robot>', encoding="utf-8")
+    results = [run("check", "--scene", tmp_path / "scene.json"), run("info", tmp_path / "a.urdf"), run("fk", tmp_path / evil)]
+    results.append(run("fk", tmp_path / "a.urdf", "--link", evil))
+    for result in results:
+        assert not re.search("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202e]", result.stdout + result.stderr)
+    assert "\\x1b]0;owned" in results[0].stdout.replace("\n", "")

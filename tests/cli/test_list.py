@@ -51,7 +51,7 @@ def test_what_is_not_installed_is_said(run, monkeypatch, tmp_path):
 
 
 def test_an_unknown_name_is_sent_to_the_list(refusal):
-    assert "ulna list prints them" in refusal("info", "zzzzzzzz")
+    assert "`ulna list` prints them" in refusal("info", "zzzzzzzz")
 
 
 def completions(*words):

@@ -1,20 +1,22 @@
 """``ulna``: builds the command line from one file a command, and from what packages add. Used by the script ``ulna``.
 
 Exit status: 0 done; 1 not solved, a collision, or a check that failed; 2 a wrong argument or file; 130 Ctrl-C; 141 the reader of
-the output has closed its pipe. Errors are one line on standard error.
+the output has closed its pipe. Errors are one line on standard error; with ``--json`` an object: error, its kind, and message.
 """
 
 import io
+import json
 import os
 import sys
 from collections.abc import Iterable
 from importlib import import_module
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from ulna import __version__
+from ulna.cli.output import warn
 from ulna.errors import UlnaError
 
 # In the order of the help: each is a function in a file of its name; ``<NAME>_KEYS`` there says what its JSON means.
@@ -22,6 +24,8 @@ OWN = (
     "list", "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf", "view", "record", "bench", "warmup",
 )  # fmt: skip
 _LAST_BEFORE_GUESTS = "view"
+_ARGUMENTS = "ulna.arguments"
+_UsageError: Any = typer.BadParameter.__base__  # click's, which typer may carry itself
 
 
 class _Commands(TyperGroup):
@@ -36,6 +40,11 @@ class _Commands(TyperGroup):
             if cmd_name not in self.commands:
                 self._load(OWN)  # it is mistyped: the nearest name is looked for among all
         return super().get_command(ctx, cmd_name)
+
+    def parse_args(self, ctx, args):
+        """Keep what was asked: an error is told in the same form."""
+        ctx.meta[_ARGUMENTS] = tuple(args)
+        return super().parse_args(ctx, args)
 
     def list_commands(self, ctx):
         """Every name, in the order of the help: commands that packages add come after ``view``, their groups last."""
@@ -63,17 +72,30 @@ class _Commands(TyperGroup):
 
     def invoke(self, ctx):
         """Run a command."""
+        as_json = "--json" in ctx.meta[_ARGUMENTS]
         try:
             return super().invoke(ctx)
         except UlnaError as error:
-            typer.echo(f"ulna: {' '.join(str(error).split())}", err=True)
+            _tell(error, str(error), as_json=as_json)
+            raise typer.Exit(2) from None
+        except _UsageError as error:
+            if not as_json:
+                raise
+            _tell(error, error.format_message(), as_json=True)
             raise typer.Exit(2) from None
         except OSError as error:  # of the output: a file that cannot be read is an UlnaError
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more as it ends
             if isinstance(error, BrokenPipeError):
                 raise typer.Exit(141) from None
-            typer.echo(f"ulna: {error.strerror or error}", err=True)
+            _tell(error, error.strerror or str(error), as_json=as_json)
             raise typer.Exit(2) from None
+
+
+def _tell(error: Exception, message: str, *, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps({"error": type(error).__name__, "message": message}), err=True)
+    else:
+        warn(message)
 
 
 def _own(name: str):

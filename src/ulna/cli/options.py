@@ -11,6 +11,7 @@ import typer
 from numpy.typing import NDArray
 
 from ulna.cli.numbers import numbers
+from ulna.cli.output import warn
 from ulna.collision.scene_file import load_world
 from ulna.collision.world import World
 from ulna.errors import DescriptionWarning, InputError
@@ -94,7 +95,7 @@ def load_robot(
         warnings.simplefilter("always", DescriptionWarning)
         arm = load(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or (), base=base, tip=tip, srdf=srdf)
     for warning in told:
-        typer.echo(f"ulna: {warning.message}", err=True)
+        warn(str(warning.message))
     return arm
 
 
@@ -105,7 +106,7 @@ def link_or_hand(robot: Robot, link: str | None, *, quietly: bool) -> str:
         return known
     hand = palm(robot)
     if not quietly:
-        typer.echo(f"ulna: {robot.name} has {len(robot.tree.leaves)} tips; {hand} is taken, --link names another", err=True)
+        warn(f"{robot.name} has {len(robot.tree.leaves)} tips; {hand} is taken, --link names another")
     return hand
 
 

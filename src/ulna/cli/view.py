@@ -1,6 +1,8 @@
 """``ulna view``: a robot on a page of this machine."""
 
+import logging
 import os
+import warnings
 from contextlib import suppress
 from typing import Annotated
 
@@ -24,6 +26,7 @@ from ulna.cli.options import (
     positions,
     world_of,
 )
+from ulna.cli.output import printable, warn
 from ulna.viewer.open_page import view as open_view
 
 Host = Annotated[str, typer.Option(help="The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.")]
@@ -58,9 +61,11 @@ def view(
     with as_options(SERVED):
         shown = open_view(arm, world_of(scene), q=start, host=host, port=port, open_browser=not no_open)
     with suppress(KeyboardInterrupt):
-        typer.echo(f"{arm.name} is at {shown.url}  (Ctrl-C ends it)")
+        typer.echo(f"{printable(arm.name)} is at {shown.url}  (Ctrl-C ends it)")
         for mesh in shown.arm.missing:
-            typer.echo(f"not shown: {mesh}", err=True)
+            warn(f"not shown: {mesh}")
         shown.wait()
+    warnings.simplefilter("ignore")  # a server that ends under open pages has nothing to say to who ended it
+    logging.disable()
     if not shown.stop(within=_PATIENCE_S):
         os._exit(0)  # a frame still compiles, which takes long; an orderly end meanwhile would abort in the compiler

@@ -6,9 +6,10 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.names import as_link_names, refuse_no_name
+from ulna.collision.names import as_link_names
 from ulna.collision.objects import Objects, make_objects
 from ulna.description.clouds import Obstacle
+from ulna.description.given_names import refuse_no_name
 from ulna.description.pose import as_one_pose
 from ulna.errors import GeometryError, InputError, UnknownNameError
 
