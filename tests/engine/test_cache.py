@@ -5,7 +5,6 @@ Processes of their own, with a cache folder of their own, run the library.
 
 import os
 import pickle
-import pwd
 import shutil
 import subprocess
 import sys
@@ -144,7 +143,7 @@ def test_a_user_without_a_home_has_no_cache_and_no_error(monkeypatch):
     def nobody(_):
         raise KeyError
 
-    monkeypatch.setattr(pwd, "getpwuid", nobody)
+    monkeypatch.setattr(pytest.importorskip("pwd"), "getpwuid", nobody)
     for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"):
         monkeypatch.delenv(name, raising=False)
     assert cache.cache_folder.__wrapped__() is None

@@ -8,6 +8,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from ulna.description.file_bytes import regular_file_bytes
+from ulna.description.xacro.child.addresses import path_of_address
 from ulna.errors import InputError
 
 _NAME = re.compile(r"<name>([^<]*+)</name>")
@@ -83,7 +84,7 @@ def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str
         if not name or name.startswith(".") or inside.startswith(".."):
             return {}
         return {folder / inside: folder for folder in package_folders(name, description_folder, package_dirs)}
-    names = (unquote(rest),) if scheme == "file" else (uri, unquote(uri))
+    names = (path_of_address(rest),) if scheme == "file" else (uri, unquote(uri))
     return dict.fromkeys((description_folder or Path()) / name for name in names)
 
 
