@@ -32,7 +32,7 @@ RobotName = Annotated[
     str,
     typer.Argument(
         metavar="ROBOT",
-        help="A name, as `ulna list` prints them, or the path of a .urdf or .xacro file.",
+        help="A name of `ulna list`, or the path of a .urdf or .xacro file.",
         autocompletion=_names_that_begin,
     ),
 ]
