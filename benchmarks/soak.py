@@ -47,7 +47,9 @@ def tab(url: str, seconds: float) -> None:
 
 
 def resident_mb() -> float:
-    """The memory of this process [MB]; what Linux says."""
+    """The memory of this process [MB], as Linux says; NaN elsewhere."""
+    if not Path("/proc/self/statm").exists():
+        return math.nan
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
 
 

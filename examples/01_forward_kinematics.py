@@ -9,7 +9,7 @@ robot = ulna.load("panda")
 dh_robot = ulna.Robot.from_dh(DH_ROWS, convention="modified", joint_types=DH_JOINT_TYPES)
 
 # The URDF places each joint by xyz and rpy, the table by a, d, alpha and theta: two ways to write the same seven axes.
-q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (1000, robot.n_dof))
+q = robot.random(1000, seed=0)
 T_urdf = robot.link_poses(q)[:, [robot.link_names.index(name) for name in DH_LINKS]]
 T_dh = dh_robot.link_poses(q)[:, 1:]  # all but the base
 

@@ -19,7 +19,7 @@ deepest = report.pairs[0]
 world.move("crate", ulna.pose(xyz=np.array([0.3, 0.0, 0.5]) + deepest.normal * (1e-6 - deepest.signed_distance)))
 assert deepest.name_a not in robot.check_collision(robot.home, world).touching
 
-q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (100_000, robot.n_dof))
+q = robot.random(100_000, seed=0)
 share = np.mean(robot.in_collision(q, world, self_collision=False))
 print(f"{share:.1%} of random configurations touch the crate")
 assert 0.02 < share < 0.2

@@ -7,7 +7,7 @@ import ulna
 robot = ulna.load("panda")
 rng = np.random.default_rng(0)
 
-targets = robot.forward_kinematics(rng.uniform(robot.lower, robot.upper, (1000, 7)))
+targets = robot.forward_kinematics(robot.random(1000, seed=rng))
 found = robot.inverse_kinematics(targets)
 print(f"a batch: {found}")
 assert np.all(found.success)

@@ -43,6 +43,11 @@ XACRO = """<robot name="one" xmlns:xacro="http://www.ros.org/wiki/xacro">
 </robot>"""
 
 
+def without_announcements(text):
+    """Standard error without the line that a machine with a cold cache has there."""
+    return "".join(line for line in text.splitlines(keepends=True) if not line.startswith("ulna: compiling "))
+
+
 @pytest.fixture
 def run():
     """Runs ``ulna`` with arguments; the result has exit_code, stdout and stderr. A traceback fails the test."""

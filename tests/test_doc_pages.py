@@ -18,7 +18,7 @@ from ulna.cli.app import app
 
 WITH_PYTHON = [page for page in PAGES if any(block.language == "python" for block in blocks(page))]
 LONG = ("demo", "view", "record", "bench", "warmup", "ros1", "ros2")  # have tests of their own; here their words are only parsed
-DELETED = {"demo", "ros1", "ros2"} - set(get_command(app).commands)  # where the demo is, none
+DELETED = {"demo", "ros1", "ros2"} - set(get_command(app).list_commands(None))  # where the demo is, none
 COMMANDS = sorted({(page, command) for page in PAGES for command in commands(page) if command.split()[1] not in DELETED})
 PARSED = sorted({command for _, command in COMMANDS if command.split()[1] in LONG})
 RUN = [(page, command) for page, command in COMMANDS if command not in PARSED]
@@ -97,7 +97,7 @@ def parse(words):
     command = get_command(app)
     while isinstance(command, TyperGroup):
         name, *words = words
-        command = command.commands[name]
+        command = command.get_command(None, name)
     command.make_context("ulna", words)
 
 

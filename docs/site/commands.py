@@ -24,7 +24,7 @@ def reference():
 
 def _sections(group, context):
     for name in group.list_commands(context):
-        command = group.commands[name]
+        command = group.get_command(context, name)
         own = command.context_class(command, info_name=name, parent=context)
         if hasattr(command, "commands"):
             yield from _sections(command, own)

@@ -1,5 +1,6 @@
 """``ulna check``."""
 
+import json
 import re
 
 import pytest
@@ -116,3 +117,14 @@ def test_the_hulls_of_meshes_are_checked_on_request(ask, run, tmp_path):
     assert run("check", arm, *box).exit_code == 2
     assert ask("check", arm, "--hulls", *box).touching == ["wedge"]
     assert ask("check", arm, "--hulls", "--box", "0.9,0.9,0.9,0,0,0,0.1,0.1,0.1").touching == []
+
+
+def test_a_scene_says_which_links_may_touch_an_object(ask, slider, tmp_path):
+    scene = {"ulna_scene": 1, "objects": [{"name": "floor", "shape": "half_space"}]}
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps(scene))
+    assert ask("check", slider, "--scene", path).in_collision
+    scene["objects"][0]["touch_links"] = ["cube"]
+    path.write_text(json.dumps(scene))
+    told = ask("check", slider, "--scene", path)
+    assert (told.exit_code, told.in_collision, told.signed_distance, told.pairs) == (0, False, None, [])

@@ -13,15 +13,17 @@ from importlib.metadata import EntryPoint
 import pytest
 
 import ulna
+from command_fixtures import without_announcements
 from ulna.cli import plugins
 
 COMMANDS = [
-    *("info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf"),
+    *("list", "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf"),
     *("view", "record", "bench", "warmup"),
 ]
 OF_GUESTS = ("demo", "ros1", "ros2")  # tests/demo
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
+    ["list", "pan"],
     ["info"],
     ["fk"],
     ["fk", "--q", "0 0 0 0 0 0 3"],
@@ -104,7 +106,7 @@ def test_usage_errors_are_exit_status_2(run, arguments):
 
 def test_python_m_ulna_is_the_command():
     result = spawn(command("fk", "--json"))
-    assert (result.returncode, result.stderr) == (0, "")
+    assert (result.returncode, without_announcements(result.stderr)) == (0, "")
     assert json.loads(result.stdout)["position"] == pytest.approx([0.306891, 0, 0.486882], abs=5e-7)
 
 
@@ -154,7 +156,7 @@ def test_no_name_is_too_strange_for_the_terminal(odd, encoding):
         timeout=240,
         check=False,
     )
-    assert (result.returncode, result.stderr) == (0, b"")
+    assert (result.returncode, without_announcements(result.stderr.decode())) == (0, "")
     assert b"solved" in result.stdout
 
 
@@ -184,3 +186,45 @@ def test_help_and_info_do_not_load_the_compiler():
     for arguments in (["--help"], ["info"], ["urdf"]):
         code = f"import sys, ulna.cli.app; ulna.cli.app.app({arguments}, standalone_mode=False); sys.exit('numba' in sys.modules)"
         assert spawn([sys.executable, "-c", code]).returncode == 0
+
+
+def test_a_command_reads_its_own_file_and_no_other_command_nor_guest():
+    code = "import sys, ulna.cli.app; ulna.cli.app.app(['fk'], standalone_mode=False); print(*sorted(sys.modules))"
+    loaded = spawn([sys.executable, "-c", code]).stdout.splitlines()[-1].split()
+    assert [name for name in loaded if name.startswith("ulna.cli.")] == [
+        f"ulna.cli.{name}" for name in ("app", "fk", "numbers", "options", "output")
+    ]
+    assert not [name for name in loaded if name.startswith(("ulna.bench", "ulna.demo"))]
+
+
+def test_a_mistyped_command_is_told_the_nearest_of_all(run):
+    assert "Did you mean 'warmup'" in run("warmpu").stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "kind"),
+    [
+        (["fk", "--q", "1"], "InputError"),
+        (["info", "nix"], "FileError"),
+        (["fk", "--nonsense"], "NoSuchOption"),
+        (["nix"], "UsageError"),
+    ],
+)
+def test_with_json_an_error_is_json_too(run, arguments, kind):
+    result = run(*arguments, "--json")
+    assert (result.exit_code, result.stdout) == (2, "")
+    told = json.loads(result.stderr)
+    assert told["error"] == kind
+    assert told["message"]
+
+
+def test_names_of_a_file_cannot_steer_the_terminal(run, tmp_path):
+    evil = "\x1b]0;owned\x07\u202e\r\x9b2J"
+    scene = {"ulna_scene": 1, "objects": [{"name": evil, "shape": "box", "extents": [1, 1, 1]}]}
+    (tmp_path / "scene.json").write_text(json.dumps(scene))
+    (tmp_path / "a.urdf").write_text('<robot name="\u202e\x9b2J"><link name="\u202ea\x85b"/></robot>', encoding="utf-8")
+    results = [run("check", "--scene", tmp_path / "scene.json"), run("info", tmp_path / "a.urdf"), run("fk", tmp_path / evil)]
+    results.append(run("fk", tmp_path / "a.urdf", "--link", evil))
+    for result in results:
+        assert not re.search("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202e]", result.stdout + result.stderr)
+    assert "\\x1b]0;owned" in results[0].stdout.replace("\n", "")

@@ -83,8 +83,30 @@ def test_a_position_beyond_the_limits_is_answered_with_a_warning(ask, run):
     assert ask("fk").outside_limits == []
 
 
-def test_fk_asks_for_the_link_where_there_are_several_tips(refusal, odd):
-    assert "name one of finger, thumb, b" in refusal("fk", odd)
+@pytest.mark.parametrize("command", [["fk"], ["dh"], ["jacobian"], ["ik", "--xyz", "0.4, 0.1, 0.4"]], ids=" ".join)
+def test_where_there_are_several_tips_the_hand_is_taken_and_said(run, command):
+    result = run(command[0], "ur5", *command[1:])
+    assert result.exit_code == 0
+    assert result.stderr == "ulna: ur5 has 3 tips; ee_link is taken, --link names another\n"
+    assert "ee_link" in result.stdout
+
+
+def test_a_part_of_a_robot_is_taken_by_its_ends(ask, refusal):
+    part = ask("fk", "ur5", "--base", "base_link", "--tip", "forearm_link")
+    assert (part.base, part.link, len(part.q)) == ("base_link", "forearm_link", 3)
+    assert ask("dh", "ur5", "--tip", "forearm_link").tip == "forearm_link"
+    assert ask("compare", "ur5", "ur5", "--tip", "forearm_link").same
+    assert "did you mean 'forearm_link'" in refusal("fk", "ur5", "--tip", "forarm_link")
+
+
+def test_a_semantic_description_gives_groups_and_is_told_of_unknown_words(run, ask, slider, tmp_path):
+    path = tmp_path / "slider.srdf"
+    path.write_text('<robot name="slider"><group name="g"><joint name="slide"/></group>'
+                    '<group_state name="far" group="g"><joint name="slide" value="3"/></group_state></robot>')  # fmt: skip
+    told = ask("info", slider, "--srdf", path)
+    assert (told.groups, told.named_configurations) == ({"g": ["slide"]}, {"g/far": [3.0]})
+    path.write_text('<robot name="slider"><group name="g"><joint name="slid"/></group></robot>')
+    assert "joint 'slid' is not defined; did you mean 'slide'?" in run("check", slider, "--srdf", path).stderr
 
 
 def test_an_unknown_link_is_refused_with_a_suggestion(refusal):

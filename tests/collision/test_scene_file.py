@@ -112,7 +112,7 @@ def test_an_empty_world_is_a_scene_too():
         ('{"ulna_scene": 1, "objects": [], "objets": []}', "the scene: key 'objets' is not known; did you mean 'objects'"),
         ('{"ulna_scene": 1, "objects": [{"name": "a", "name": "b"}]}', "key 'name' stands twice"),
         ('{"ulna_scene": 2, "objects": []}', '"ulna_scene" is 2; this version'),
-        ("[]", "is no scene"),
+        ("[]", "is not a scene"),
         ('{"ulna_scene": 1,\n "objects": [}', "scene:2: is no JSON"),
         ("[" * 100_000, "is no JSON"),
     ],

@@ -163,7 +163,7 @@ def test_near_names_are_listed_with_where_they_are(examples, descriptions):
     assert str(caught.value) == f"ur6: no such file; nor is it a robot's name; did you mean {near}?"
     with pytest.raises(FileError, match=r"did you mean 'panda' \(bundled\)\?$"):
         ulna.load("pandaa")
-    with pytest.raises(FileError, match=r"names are known, of which none is near$"):
+    with pytest.raises(FileError, match=r"names are known, of which none is near; `ulna list` prints them$"):
         ulna.load("zzzzzzzz")
 
 

@@ -1,7 +1,6 @@
 """The limits of the child: as low as the system's where those are lower, and left out, by name, where they cannot be set."""
 
 import ctypes
-import resource
 import subprocess
 import sys
 
@@ -9,6 +8,8 @@ import pytest
 
 from ulna.description.xacro.child.limits import LIMITS, set_limits
 from ulna.description.xacro.process import _limits
+
+resource = pytest.importorskip("resource", reason="limits of POSIX")
 
 CAP_SYS_RESOURCE, DROP = 24, 24
 LOAD = """

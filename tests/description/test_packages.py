@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import ulna
 from ulna.description.packages import package_folders, resolve_uri
 
 
@@ -159,3 +160,50 @@ def test_a_plain_path_is_relative_to_the_description_and_nothing_else(tmp_path):
 def test_a_folder_is_not_a_file(tmp_path):
     put(tmp_path)
     assert resolve_uri("package://arm_description/meshes", None, [tmp_path])[0] is None
+
+
+MESH = "<mesh filename='package://myarm/meshes/hand.stl'/>"
+
+
+@pytest.mark.parametrize(
+    ("start", "given", "named"),
+    [
+        ("", [], "myarm/arm.urdf"),
+        ("myarm", [], "arm.urdf"),
+        ("myarm", ["."], "../robots/arm.urdf"),
+        ("myarm/meshes", [".."], "../../robots/arm.urdf"),
+        ("myarm/meshes", ["../.."], "../../robots/arm.urdf"),
+        ("", ["myarm"], "robots/arm.urdf"),
+        ("", ["."], "robots/arm.urdf"),
+        ("robots", ["../myarm/../myarm"], "arm.urdf"),
+    ],
+)
+def test_a_package_is_found_by_relative_folders_and_in_its_own(tmp_path, monkeypatch, start, given, named):
+    (tmp_path / "myarm" / "meshes").mkdir(parents=True)
+    (tmp_path / "robots").mkdir()
+    shape = f"<collision><geometry>{MESH}</geometry></collision>"
+    for folder in ("myarm", "robots"):
+        (tmp_path / folder / "arm.urdf").write_text(f'<robot name="r"><link name="a">{shape}</link></robot>')
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    facets = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
+    lines = ["".join("vertex {} {} {}\n".format(*corners[k]) for k in facet) for facet in facets]
+    text = "".join(f"facet normal 0 0 0\nouter loop\n{line}endloop\nendfacet\n" for line in lines)
+    (tmp_path / "myarm" / "meshes" / "hand.stl").write_text(f"solid s\n{text}endsolid s\n")
+    monkeypatch.chdir(tmp_path / start)
+    robot = ulna.load(named, package_dirs=given)
+    assert robot.with_convex_hulls().in_collision([]) is False
+    assert not [finding for finding in ulna.inspect(named, package_dirs=given).findings if finding.tried]
+
+
+def test_a_package_folder_stays_the_same_after_a_change_of_folder(tmp_path, monkeypatch):
+    file = put(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    robot = ulna.load('<robot name="r"><link name="a"/></robot>', package_dirs=["."])
+    monkeypatch.chdir("/")
+    assert resolve_uri(URI, None, robot.description.package_dirs)[0] == file
+
+
+@pytest.mark.parametrize("given", [[3], [None], "folder", 3])
+def test_what_is_no_list_of_folders_is_refused(given):
+    with pytest.raises(ulna.InputError, match="package_dirs: "):
+        ulna.load("panda", package_dirs=given)

@@ -5,7 +5,6 @@ Processes of their own, with a cache folder of their own, run the library.
 
 import os
 import pickle
-import pwd
 import shutil
 import subprocess
 import sys
@@ -15,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import ulna
+from command_fixtures import without_announcements
 from ulna.engine import cache
 
 PACKAGE = Path(ulna.__file__).parent
@@ -39,7 +39,7 @@ def run(source=PLACE, *, src=PACKAGE.parent, **variables):
         [sys.executable, "-W", "error", "-c", source], env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
+    assert without_announcements(done.stderr) == ""
     return done.stdout.splitlines()
 
 
@@ -144,7 +144,7 @@ def test_a_user_without_a_home_has_no_cache_and_no_error(monkeypatch):
     def nobody(_):
         raise KeyError
 
-    monkeypatch.setattr(pwd, "getpwuid", nobody)
+    monkeypatch.setattr(pytest.importorskip("pwd"), "getpwuid", nobody)
     for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"):
         monkeypatch.delenv(name, raising=False)
     assert cache.cache_folder.__wrapped__() is None
@@ -273,3 +273,13 @@ def test_a_terminal_is_told_of_a_compilation_and_only_of_that(tmp_path):
         os.close(follower)
     assert said[0].startswith("ulna: compiling forward_one for this machine")
     assert said[1] == "end"
+
+
+def test_a_pipe_is_told_once_of_all_that_is_compiled(tmp_path):
+    code = "import ulna; panda = ulna.load('panda'); panda.jacobian(panda.home); panda.forward_kinematics(panda.home)"
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+    command = [sys.executable, "-c", code]
+    said = [subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stderr for _ in range(2)]
+    assert said[0].startswith("ulna: compiling jacobian_one ")
+    assert (said[0].count("\n"), said[1]) == (1, "")

@@ -1,84 +1,118 @@
 """``ulna``: builds the command line from one file a command, and from what packages add. Used by the script ``ulna``.
 
 Exit status: 0 done; 1 not solved, a collision, or a check that failed; 2 a wrong argument or file; 130 Ctrl-C; 141 the reader of
-the output has closed its pipe. Errors are one line on standard error.
+the output has closed its pipe. Errors are one line on standard error; with ``--json`` an object: error, its kind, and message.
 """
 
 import io
+import json
 import os
 import sys
-from typing import Annotated
+from collections.abc import Iterable
+from importlib import import_module
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from ulna import __version__
-from ulna.cli.bench import BENCH_KEYS, bench
-from ulna.cli.check import CHECK_KEYS, check
-from ulna.cli.compare import COMPARE_KEYS, compare
-from ulna.cli.dh import DH_KEYS, dh
-from ulna.cli.fk import FK_KEYS, fk
-from ulna.cli.ik import IK_KEYS, ik
-from ulna.cli.info import INFO_KEYS, info
-from ulna.cli.inspect import INSPECT_KEYS, inspect
-from ulna.cli.jacobian import JACOBIAN_KEYS, jacobian
-from ulna.cli.plugins import COMMANDS, load_plugins
-from ulna.cli.record import record
-from ulna.cli.urdf import urdf
-from ulna.cli.view import view
-from ulna.cli.warmup import WARMUP_KEYS, warmup
+from ulna.cli.output import warn
 from ulna.errors import UlnaError
 
-# Each command with the meaning of its JSON, in the order of the help.
-_COMMANDS = (
-    (info, INFO_KEYS),
-    (fk, FK_KEYS),
-    (jacobian, JACOBIAN_KEYS),
-    (ik, IK_KEYS),
-    (check, CHECK_KEYS),
-    (dh, DH_KEYS),
-    (compare, COMPARE_KEYS),
-    (inspect, INSPECT_KEYS),
-    (urdf, None),
-    (view, None),
-    (record, None),
-    (bench, BENCH_KEYS),
-    (warmup, WARMUP_KEYS),
-)
+# In the order of the help: each is a function in a file of its name; ``<NAME>_KEYS`` there says what its JSON means.
+OWN = (
+    "list", "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf", "view", "record", "bench", "warmup",
+)  # fmt: skip
+_LAST_BEFORE_GUESTS = "view"
+_ARGUMENTS = "ulna.arguments"
+_UsageError: Any = typer.BadParameter.__base__  # click's, which typer may carry itself
 
 
 class _Commands(TyperGroup):
-    """The commands. An error of the library is one line, and a closed pipe ends them without a word."""
+    """Ulna's own commands and those that packages add: a file is read when its command is called, all of them for the help."""
+
+    def get_command(self, ctx, cmd_name):
+        """The command of a name, or None. A name that is none of Ulna's own is looked for in the packages."""
+        if cmd_name in OWN:
+            self._load([cmd_name])
+        elif cmd_name not in self.commands:
+            self._load_guests()
+            if cmd_name not in self.commands:
+                self._load(OWN)  # it is mistyped: the nearest name is looked for among all
+        return super().get_command(ctx, cmd_name)
+
+    def parse_args(self, ctx, args):
+        """Keep what was asked: an error is told in the same form."""
+        ctx.meta[_ARGUMENTS] = tuple(args)
+        return super().parse_args(ctx, args)
 
     def list_commands(self, ctx):
-        """The commands in the order of the help: those that packages add come after ``view``, their groups last."""
-        own = [command.__name__ for command, _ in _COMMANDS]
-        places = {name: k for k, name in enumerate(own)}
+        """Every name, in the order of the help: commands that packages add come after ``view``, their groups last."""
+        self._load(OWN)
+        self._load_guests()
+        places = {name: k for k, name in enumerate(OWN)}
 
         def place(name: str) -> float:
             is_group = isinstance(self.commands[name], TyperGroup)
-            return places.get(name, len(own) if is_group else places["view"] + 0.5)
+            return places.get(name, len(OWN) if is_group else places[_LAST_BEFORE_GUESTS] + 0.5)
 
         return sorted(super().list_commands(ctx), key=place)
 
+    def _load(self, names: Iterable[str]) -> None:
+        self.commands.update({name: _own(name) for name in names if name not in self.commands})
+
+    def _load_guests(self) -> None:
+        from ulna.cli.plugins import COMMANDS, load_plugins  # noqa: PLC0415 -- most commands need no package's
+
+        guests = typer.Typer()
+        guests.callback()(_nothing)
+        for commands in load_plugins(COMMANDS):
+            guests.add_typer(commands)
+        self.commands.update(typer.main.get_group(guests).commands)
+
     def invoke(self, ctx):
         """Run a command."""
+        as_json = "--json" in ctx.meta[_ARGUMENTS]
         try:
             return super().invoke(ctx)
         except UlnaError as error:
-            typer.echo(f"ulna: {' '.join(str(error).split())}", err=True)
+            _tell(error, str(error), as_json=as_json)
+            raise typer.Exit(2) from None
+        except _UsageError as error:
+            if not as_json:
+                raise
+            _tell(error, error.format_message(), as_json=True)
             raise typer.Exit(2) from None
         except OSError as error:  # of the output: a file that cannot be read is an UlnaError
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more as it ends
             if isinstance(error, BrokenPipeError):
                 raise typer.Exit(141) from None
-            typer.echo(f"ulna: {error.strerror or error}", err=True)
+            _tell(error, error.strerror or str(error), as_json=as_json)
             raise typer.Exit(2) from None
+
+
+def _tell(error: Exception, message: str, *, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps({"error": type(error).__name__, "message": message}), err=True)
+    else:
+        warn(message)
+
+
+def _own(name: str):
+    """The command of one file."""
+    module = import_module(f"ulna.cli.{name}")
+    keys = getattr(module, f"{name.upper()}_KEYS", None)
+    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    alone.command(epilog=keys and f"JSON: {keys}")(getattr(module, name))
+    return typer.main.get_command(alone)
+
+
+def _nothing() -> None:
+    pass
 
 
 app = typer.Typer(
     cls=_Commands,
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -103,9 +137,3 @@ def main(*, version: Version = False) -> None:  # noqa: ARG001 -- its callback h
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name that the terminal's encoding does not have is escaped
-
-
-for command, keys in _COMMANDS:
-    app.command(epilog=keys and f"JSON: {keys}")(command)
-for commands in load_plugins(COMMANDS):
-    app.add_typer(commands)

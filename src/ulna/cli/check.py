@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Q_KEYS, Data, data_of_q
 from ulna.cli.numbers import BOX, numbers
 from ulna.cli.options import (
+    Base,
     Degrees,
     Hulls,
     Json,
@@ -20,12 +20,14 @@ from ulna.cli.options import (
     Positions,
     RobotName,
     Scene,
+    SrdfFile,
+    Tip,
     XacroArgs,
     load_robot,
     positions,
     world_of,
 )
-from ulna.cli.output import make_table, number, show, title
+from ulna.cli.output import Q_KEYS, Data, data_of_q, make_table, number, show, title
 from ulna.collision.report import Report
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
@@ -57,6 +59,9 @@ def check(
     hulls: Hulls = False,
     within: Within = 0.0,
     degrees: Degrees = False,
+    base: Base = None,
+    tip: Tip = None,
+    srdf: SrdfFile = None,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
     as_json: Json = False,
@@ -66,7 +71,7 @@ def check(
     As in: ulna check --box "0.5,0,0.21,0,0,0,0.15,0.09,0.126", or: ulna check --scene scene.json. Exit status 0 if it is
     free, 1 if not.
     """
-    arm = load_robot(robot, xacro_arg, package_dir)
+    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
     if hulls:
         arm = arm.with_convex_hulls()
     world = world_of(scene)

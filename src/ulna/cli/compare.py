@@ -8,9 +8,8 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Data
-from ulna.cli.options import Json, PackageDirs, load_robot
-from ulna.cli.output import count_of, make_table, show
+from ulna.cli.options import Base, Json, PackageDirs, Tip, load_robot
+from ulna.cli.output import Data, count_of, make_table, show
 from ulna.comparison.compare import compare as compare_robots
 from ulna.comparison.result import KINDS, Comparison
 
@@ -38,6 +37,8 @@ def compare(
     position: Metres = 1e-6,
     rotation: Radians = 1e-6,
     limit: OfLimits = 1e-6,
+    base: Base = None,
+    tip: Tip = None,
     package_dir: PackageDirs = None,
     as_json: Json = False,
 ) -> None:
@@ -47,8 +48,8 @@ def compare(
     Exit status 0 if nothing differs, 1 if something does, 2 if one of them cannot be read.
     """
     comparison = compare_robots(
-        load_robot(a, None, package_dir),
-        load_robot(b, None, package_dir),
+        load_robot(a, None, package_dir, base=base, tip=tip),
+        load_robot(b, None, package_dir, base=base, tip=tip),
         ignore=ignore or (),
         position_tolerance=position,
         rotation_tolerance=rotation,

@@ -9,9 +9,8 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Data
-from ulna.cli.options import Json, Link, PackageDirs, RobotName, XacroArgs, load_robot
-from ulna.cli.output import make_table, show
+from ulna.cli.options import Base, Json, Link, PackageDirs, RobotName, Tip, XacroArgs, link_or_hand, load_robot
+from ulna.cli.output import Data, make_table, show
 from ulna.dh.table import PARALLEL, ROW_PRODUCTS, DHTable, mimic_words, pose_words, proof_words, row_words
 
 Convention = Annotated[str, typer.Option(metavar="NAME", help="modified (Craig) or standard.")]
@@ -31,6 +30,8 @@ def dh(
     link: Link = None,
     convention: Convention = "modified",
     tolerance: ParallelTolerance = PARALLEL,
+    base: Base = None,
+    tip: Tip = None,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
     as_json: Json = False,
@@ -39,7 +40,8 @@ def dh(
 
     Fixed joints go into the poses of frame 0 and of the tip.
     """
-    table = load_robot(robot, xacro_arg, package_dir).dh(convention, link, tolerance=tolerance)
+    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
+    table = arm.dh(convention, link_or_hand(arm, link, quietly=as_json), tolerance=tolerance)
     show(dh_data(table), dh_table, as_json=as_json)
 
 

@@ -7,9 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import RenderableType
 
-from ulna.cli.data import Q_KEYS, Data, data_of_q
-from ulna.cli.options import Degrees, Json, Link, PackageDirs, Positions, RobotName, XacroArgs, load_robot, positions
-from ulna.cli.output import make_table, number, show, title
+from ulna.cli.options import (
+    Base,
+    Degrees,
+    Json,
+    Link,
+    PackageDirs,
+    Positions,
+    RobotName,
+    Tip,
+    XacroArgs,
+    link_or_hand,
+    load_robot,
+    positions,
+)
+from ulna.cli.output import Q_KEYS, Data, data_of_q, make_table, number, show, title
 from ulna.description.pose import quaternion_from_matrix, rpy_from_matrix
 from ulna.robot import Robot
 
@@ -23,6 +35,8 @@ def fk(
     q: Positions = None,
     link: Link = None,
     degrees: Degrees = False,
+    base: Base = None,
+    tip: Tip = None,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
     as_json: Json = False,
@@ -31,10 +45,10 @@ def fk(
 
     As in: ulna fk --q "0,-pi/4,0,-3pi/4,0,pi/2,pi/4".
     """
-    arm = load_robot(robot, xacro_arg, package_dir)
+    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
     at = positions("--q", q, arm, degrees=degrees)
-    T_base_link = arm.forward_kinematics(at, link)
-    show(fk_data(arm, at, link or str(arm.tip), T_base_link), fk_table, as_json=as_json)
+    link = link_or_hand(arm, link, quietly=as_json)
+    show(fk_data(arm, at, link, arm.forward_kinematics(at, link)), fk_table, as_json=as_json)
 
 
 def fk_data(robot: Robot, q: Array, link: str, T_base_link: Array) -> Data:

@@ -10,10 +10,21 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Data
 from ulna.cli.numbers import RPY, WXYZ, XYZ, numbers
-from ulna.cli.options import Degrees, Json, Link, PackageDirs, RobotName, XacroArgs, load_robot, positions
-from ulna.cli.output import count_of, limit, make_table, number, show
+from ulna.cli.options import (
+    Base,
+    Degrees,
+    Json,
+    Link,
+    PackageDirs,
+    RobotName,
+    Tip,
+    XacroArgs,
+    link_or_hand,
+    load_robot,
+    positions,
+)
+from ulna.cli.output import Data, count_of, limit, make_table, number, show
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.errors import InputError
 from ulna.ik.result import IKResult
@@ -55,6 +66,8 @@ def ik(
     trace: Trace = False,
     seed: Seed = 0,
     degrees: Degrees = False,
+    base: Base = None,
+    tip: Tip = None,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
     as_json: Json = False,
@@ -64,17 +77,18 @@ def ik(
     As in: ulna ik --xyz "0.4,0,0.5" --rpy "pi,0,0".
     Exit status 0 if solved, 1 if not. Without --rpy or --wxyz the link keeps the orientation that it has at home.
     """
-    arm = load_robot(robot, xacro_arg, package_dir)
+    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
+    link = link_or_hand(arm, link, quietly=as_json)
     T, orientation = _target(arm, link, xyz, rpy, wxyz, degrees=degrees)
     start = None if q_seed is None else positions("--q-seed", q_seed, arm, degrees=degrees)
     result = arm.inverse_kinematics(T, start, link, method, seed, task=task, trace=trace)
     asked = {"method": method, "task": task}
-    show(ik_data(arm, link or str(arm.tip), T, orientation, asked, result), ik_table, as_json=as_json)
+    show(ik_data(arm, link, T, orientation, asked, result), ik_table, as_json=as_json)
     raise typer.Exit(0 if result.success else 1)
 
 
 def _target(
-    robot: Robot, link: str | None, xyz: str, rpy: str | None, wxyz: str | None, *, degrees: bool
+    robot: Robot, link: str, xyz: str, rpy: str | None, wxyz: str | None, *, degrees: bool
 ) -> tuple[NDArray[np.float64], str]:
     """The pose to reach, shape (4, 4), and whether its orientation was "given" or is that of "home"."""
     if rpy is not None and wxyz is not None:

@@ -6,25 +6,33 @@ from dataclasses import asdict
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Data
-from ulna.cli.options import Json, PackageDirs, RobotName, XacroArgs, load_robot
-from ulna.cli.output import limit, make_table, show
+from ulna.cli.options import Base, Json, PackageDirs, RobotName, SrdfFile, Tip, XacroArgs, load_robot
+from ulna.cli.output import Data, limit, make_table, show
 from ulna.description.robot_description import JointType
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
+from ulna.robot.palm import palm
 
 INFO_KEYS = (
-    "name; base; tip: null if there are several; leaves; n_dof; joints: one for each entry of q, with name, type, lower, upper, "
-    "soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: name, joint, multiplier, offset; links; "
-    "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
+    "name; base; tip: null if there are several; hand: the link that other commands take; leaves; n_dof; joints: one for each "
+    "entry of q, with name, type, lower, upper, soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: "
+    "name, joint, multiplier, offset; links; groups: the joints of each, and named_configurations: the q of each, both of "
+    "--srdf; collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
 )
 
 
 def info(
-    robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None, as_json: Json = False
+    robot: RobotName = "panda",
+    *,
+    base: Base = None,
+    tip: Tip = None,
+    srdf: SrdfFile = None,
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+    as_json: Json = False,
 ) -> None:
     """What a robot is: its joints with their limits, its links, its collision shapes."""
-    show(info_data(load_robot(robot, xacro_arg, package_dir)), info_table, as_json=as_json)
+    show(info_data(load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)), info_table, as_json=as_json)
 
 
 def info_data(robot: Robot) -> Data:
@@ -36,6 +44,7 @@ def info_data(robot: Robot) -> Data:
         "name": robot.name,
         "base": robot.base,
         "tip": robot.tip,
+        "hand": robot.tip or palm(robot),
         "leaves": list(robot.tree.leaves),
         "n_dof": robot.n_dof,
         "joints": [
@@ -45,6 +54,8 @@ def info_data(robot: Robot) -> Data:
         "fixed_joints": [j.name for j in joints if j.type == JointType.FIXED],
         "mimic_joints": [{"name": j.name, **asdict(j.mimic)} for j in joints if j.mimic is not None],
         "links": list(robot.link_names),
+        "groups": {name: list(group.joint_names) for name, group in robot.groups.items()},
+        "named_configurations": dict(robot.named_configurations),
         "collision_shapes": [
             {"name": body.name, "link": link.name, "kind": type(body.shape).__name__.lower(), **asdict(body.shape)}
             for link in robot.description.links
@@ -55,7 +66,7 @@ def info_data(robot: Robot) -> Data:
 
 def info_table(data) -> Iterator[RenderableType]:
     """The robot's name, its joints, its links and its collision shapes."""
-    tip = data["tip"] or f"{len(data['leaves'])} tips"
+    tip = data["tip"] or f"{len(data['leaves'])} tips, the hand is {data['hand']}"
     yield Text.assemble((data["name"], "bold"), f": {data['n_dof']} dof, {data['base']} to {tip}")
     table = make_table(["joint", "type"], ["lower", "upper", "home", "unit", "velocity\nlimit", "unit"], [])
     for joint in data["joints"]:
@@ -69,6 +80,10 @@ def info_table(data) -> Iterator[RenderableType]:
         yield f"{mimic['name']} = {mimic['multiplier']:g} * {mimic['joint']} + {mimic['offset']:g}"
     yield _names("fixed joints", data["fixed_joints"])
     yield _names("links", data["links"])
+    for name, joints in data["groups"].items():
+        yield _names(f"group {name}", joints)
+    if data["named_configurations"]:
+        yield _names("named configurations", list(data["named_configurations"]))
     shapes = make_table(["collision shape", "link", "kind"], [], ["extents [m]"])
     for shape in data["collision_shapes"]:
         shapes.add_row(shape["name"], shape["link"], shape["kind"], _measures(shape))

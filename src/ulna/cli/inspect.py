@@ -8,9 +8,8 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ulna.cli.data import Data
 from ulna.cli.options import Json, PackageDirs, RobotName, XacroArgs, xacro_arguments
-from ulna.cli.output import count_of, make_table, show
+from ulna.cli.output import Data, count_of, make_table, show
 from ulna.inspection.inspect import inspect as inspect_description
 from ulna.inspection.result import Inspection, Severity
 

@@ -9,9 +9,21 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.data import Q_KEYS, Data, data_of_q
-from ulna.cli.options import Degrees, Json, Link, PackageDirs, Positions, RobotName, XacroArgs, load_robot, positions
-from ulna.cli.output import folded, make_table, number, show, title
+from ulna.cli.options import (
+    Base,
+    Degrees,
+    Json,
+    Link,
+    PackageDirs,
+    Positions,
+    RobotName,
+    Tip,
+    XacroArgs,
+    link_or_hand,
+    load_robot,
+    positions,
+)
+from ulna.cli.output import Q_KEYS, Data, data_of_q, folded, make_table, number, show, title
 from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -37,6 +49,8 @@ def jacobian(
     expressed_in: Frame = None,
     analytical: Analytical = False,
     degrees: Degrees = False,
+    base: Base = None,
+    tip: Tip = None,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
     as_json: Json = False,
@@ -45,13 +59,14 @@ def jacobian(
 
     Rows are linear first, then angular: metres and radians per second.
     """
-    arm = load_robot(robot, xacro_arg, package_dir)
+    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
     at = positions("--q", q, arm, degrees=degrees)
     if analytical and expressed_in is not None:
         raise InputError("--expressed-in", "goes with the geometric Jacobian, not with --analytical")
     frame = None if analytical else "base" if expressed_in is None else expressed_in
+    link = link_or_hand(arm, link, quietly=as_json)
     J = arm.analytical_jacobian(at, link) if frame is None else arm.jacobian(at, link, frame)
-    show(jacobian_data(arm, at, link or str(arm.tip), J, frame), jacobian_table, as_json=as_json)
+    show(jacobian_data(arm, at, link, J, frame), jacobian_table, as_json=as_json)
 
 
 def jacobian_data(robot: Robot, q: Array, link: str, J: Array, expressed_in: str | None) -> Data:

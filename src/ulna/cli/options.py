@@ -1,5 +1,6 @@
 """Options that several commands share, and the robot, world and q that they name. Used by every command."""
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,20 +11,45 @@ import typer
 from numpy.typing import NDArray
 
 from ulna.cli.numbers import numbers
+from ulna.cli.output import warn
 from ulna.collision.scene_file import load_world
 from ulna.collision.world import World
-from ulna.errors import InputError
+from ulna.errors import DescriptionWarning, InputError
 from ulna.robot import Robot, load
 from ulna.robot.coordinates import coordinates_of
+from ulna.robot.palm import palm
 
-RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="A bundled name, or the path of a .urdf or .xacro file.")]
+
+def _names_that_begin(incomplete: str) -> list[str]:
+    """For the completion of a shell."""
+    from ulna.description.names.by_name import known_robots  # noqa: PLC0415 -- only a shell asks
+
+    names = [name for robot in known_robots() if robot.installed for name in (robot.name, *robot.also)]
+    return [name for name in names if name.startswith(incomplete)]
+
+
+RobotName = Annotated[
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="A name of `ulna list`, or the path of a .urdf or .xacro file.",
+        autocompletion=_names_that_begin,
+    ),
+]
 XacroArgs = Annotated[
     list[str] | None, typer.Option("--xacro-arg", metavar="KEY:=VALUE", help="An argument of a xacro file; repeatable.")
 ]
 PackageDirs = Annotated[
     list[Path] | None, typer.Option("--package-dir", metavar="FOLDER", help="A folder that holds ROS packages; repeatable.")
 ]
-Link = Annotated[str | None, typer.Option(metavar="NAME", help="The link; the tip unless given.")]
+Base = Annotated[str | None, typer.Option(metavar="LINK", help="The link to begin at; the root unless given.")]
+Tip = Annotated[str | None, typer.Option(metavar="LINK", help="The link to end at: only the chain to it is kept.")]
+SrdfFile = Annotated[
+    Path | None, typer.Option("--srdf", metavar="FILE", help="A semantic description: groups, pairs of links that may touch.")
+]
+Link = Annotated[
+    str | None, typer.Option(metavar="NAME", help="The link; unless given the tip or, where there are several, the hand.")
+]
 Positions = Annotated[
     str | None, typer.Option("--q", metavar="NUMBERS", help='Joint positions, as in "0,-pi/4,0.5 1e-3"; home unless given.')
 ]
@@ -51,13 +77,37 @@ def as_options(names: Mapping[str, str]) -> Iterator[None]:
         raise InputError(names.get(error.argument, error.argument), error.message) from None
 
 
-def load_robot(robot: str, xacro_arg: Sequence[str] | None, package_dir: Sequence[Path] | None) -> Robot:
-    """The robot that the options name.
+def load_robot(
+    robot: str,
+    xacro_arg: Sequence[str] | None,
+    package_dir: Sequence[Path] | None,
+    *,
+    base: str | None = None,
+    tip: str | None = None,
+    srdf: Path | None = None,
+) -> Robot:
+    """The robot that the options name. What a semantic description says of unknown links is told on standard error.
 
     Raises:
         UlnaError: It cannot be loaded; see ``ulna.load``.
     """
-    return load(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or ())
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", DescriptionWarning)
+        arm = load(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or (), base=base, tip=tip, srdf=srdf)
+    for warning in told:
+        warn(str(warning.message))
+    return arm
+
+
+def link_or_hand(robot: Robot, link: str | None, *, quietly: bool) -> str:
+    """The link that is named; else the tip; else the hand, which is said on standard error unless ``quietly``."""
+    known = robot.tip if link is None else link
+    if known is not None:
+        return known
+    hand = palm(robot)
+    if not quietly:
+        warn(f"{robot.name} has {len(robot.tree.leaves)} tips; {hand} is taken, --link names another")
+    return hand
 
 
 def xacro_arguments(xacro_arg: Sequence[str] | None) -> dict[str, str]:

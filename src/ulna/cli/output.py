@@ -1,23 +1,63 @@
-"""Prints results: as JSON, or as tables in which no digit is cut. Used by every command."""
+"""Makes data of results, and prints it: as JSON, or as tables in which no digit is cut. Used by every command."""
 
 import json
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich import box
 from rich.cells import cell_len
 from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ulna.cli.data import Data, plain
+from ulna.robot import Robot
+from ulna.robot.coordinates import coordinates_of
 
+Data = dict[str, object]
+Q_KEYS = "robot; q; outside_limits: joints of q beyond their limits"
+# Those of C0, C1 and deletion but for tab and line feed; those that turn the direction of writing; half surrogate pairs.
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 LEAST_WIDTH = 80  # characters of a line
 NUMBER_WIDTH = 8
 NAME_WIDTH = 12
 ASCII = str.maketrans("─●│├└", "-o|+`")
+
+
+def plain(value):
+    """A value as dictionaries, lists, strings and numbers; NaN and infinity, which JSON has not, become None."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def printable(value):
+    """Data whose texts have no control characters: those of a name that a file gives would move the cursor, or more."""
+    if isinstance(value, dict):
+        return {printable(key): printable(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [printable(item) for item in value]
+    return _CONTROLS.sub(lambda found: found[0].encode("unicode_escape").decode(), value) if isinstance(value, str) else value
+
+
+def warn(text: str) -> None:
+    """Print a line on standard error."""
+    typer.echo(f"ulna: {printable(' '.join(text.split()))}", err=True)
+
+
+def data_of_q(robot: Robot, q: NDArray[np.float64]) -> Data:
+    """The robot's name, q, shape (n_dof,), and the joints beyond their limits; see ``Q_KEYS``."""
+    outside = (q < robot.lower) | (q > robot.upper)
+    names = [entry.name for entry, out in zip(coordinates_of(robot), outside, strict=True) if out]
+    return {"robot": robot.name, "q": q, "outside_limits": names}
 
 
 def show(data: Data, table: Callable[[Any], Iterable[RenderableType]], *, as_json: bool) -> None:
@@ -28,7 +68,7 @@ def show(data: Data, table: Callable[[Any], Iterable[RenderableType]], *, as_jso
     console = make_console()
     usual = console.width
     with console.capture() as capture:
-        for part in table(plain(data)):
+        for part in table(printable(plain(data))):
             console.width = max(usual, _least_width(console, part))
             console.print(part)
     text = "\n".join(line.rstrip() for line in capture.get().split("\n"))

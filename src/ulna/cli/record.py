@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ulna.cli.options import Degrees, PackageDirs, Positions, XacroArgs, as_options, load_robot, positions
+from ulna.cli.output import printable, warn
 from ulna.cli.plugins import FILMS, load_plugins
 from ulna.errors import InputError, needs_extra
 
@@ -76,8 +77,8 @@ def record(
         else:
             film(form, at, boxes=boxes, tell=tell)
     for mesh in missing:
-        typer.echo(f"not shown: {mesh}", err=True)
-    typer.echo(_summary(form, time.perf_counter() - start))
+        warn(f"not shown: {mesh}")
+    typer.echo(printable(_summary(form, time.perf_counter() - start)))
 
 
 def _refuse_what_does_not_go_together(out: Path, times: tuple, *, of_robot: bool, of_files: bool) -> None:

@@ -1,6 +1,8 @@
 """``ulna view``: a robot on a page of this machine."""
 
+import logging
 import os
+import warnings
 from contextlib import suppress
 from typing import Annotated
 
@@ -8,6 +10,7 @@ import typer
 
 from ulna.cli.options import (
     SERVED,
+    Base,
     Degrees,
     Hulls,
     NoOpen,
@@ -15,12 +18,15 @@ from ulna.cli.options import (
     Positions,
     RobotName,
     Scene,
+    SrdfFile,
+    Tip,
     XacroArgs,
     as_options,
     load_robot,
     positions,
     world_of,
 )
+from ulna.cli.output import printable, warn
 from ulna.viewer.open_page import view as open_view
 
 Host = Annotated[str, typer.Option(help="The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.")]
@@ -38,6 +44,9 @@ def view(
     host: Host = "127.0.0.1",
     port: Port = 8080,
     no_open: NoOpen = False,
+    base: Base = None,
+    tip: Tip = None,
+    srdf: SrdfFile = None,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
 ) -> None:
@@ -45,16 +54,18 @@ def view(
 
     Ctrl-C ends it.
     """
-    arm = load_robot(robot, xacro_arg, package_dir)
+    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
     if hulls:
         arm = arm.with_convex_hulls()
     start = positions("--q", q, arm, degrees=degrees)
     with as_options(SERVED):
         shown = open_view(arm, world_of(scene), q=start, host=host, port=port, open_browser=not no_open)
     with suppress(KeyboardInterrupt):
-        typer.echo(f"{arm.name} is at {shown.url}  (Ctrl-C ends it)")
+        typer.echo(f"{printable(arm.name)} is at {shown.url}  (Ctrl-C ends it)")
         for mesh in shown.arm.missing:
-            typer.echo(f"not shown: {mesh}", err=True)
+            warn(f"not shown: {mesh}")
         shown.wait()
+    warnings.simplefilter("ignore")  # a server that ends under open pages has nothing to say to who ended it
+    logging.disable()
     if not shown.stop(within=_PATIENCE_S):
         os._exit(0)  # a frame still compiles, which takes long; an orderly end meanwhile would abort in the compiler

@@ -12,9 +12,8 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from ulna.cli.data import Data
 from ulna.cli.options import Json
-from ulna.cli.output import make_table, show
+from ulna.cli.output import Data, make_table, show
 from ulna.drivers import DRIVERS
 from ulna.engine.threads import default_threads
 from ulna.errors import FileError

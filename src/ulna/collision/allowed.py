@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from xml.sax.saxutils import quoteattr
 
+from ulna.collision.names import OF_OBJECTS
 from ulna.errors import InputError, UnknownNameError
 
 ADJACENT = "adjacent"  # joined by one joint: they are built to touch
@@ -126,9 +127,11 @@ def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
 
 def as_allowed(allowed: Iterable, link_names: tuple[str, ...]) -> AllowedCollisions:
     """Pairs of links as a user gives them, their names looked up."""
+    if isinstance(allowed, str) or not isinstance(allowed, Iterable):
+        raise InputError("allowed", f"{allowed!r}; pairs of links are expected, as robot.allowed_collisions.plus(...) makes them")
     collection = allowed if isinstance(allowed, AllowedCollisions) else AllowedCollisions(as_link_pairs(allowed, "allowed"))
     for pair in collection:
         for link in pair.links:
             if link not in link_names:
-                raise UnknownNameError("link", link, link_names)
+                raise UnknownNameError("link", link, link_names, OF_OBJECTS)
     return collection

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.names import refuse_no_name
+from ulna.collision.names import OF_OBJECTS, as_link_names
+from ulna.description.given_names import refuse_no_name
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import frozen
 from ulna.description.shapes import HalfSpace, Solid
@@ -34,10 +35,8 @@ class Attached:
         refuse_no_name(self.name)
         if isinstance(self.shape, HalfSpace) or not isinstance(self.shape, Solid):
             raise GeometryError(f"{self.name!r} is a {type(self.shape).__name__}, which nothing can hold and check")
-        if isinstance(self.touch_links, str):
-            raise InputError("touch_links", f"{self.touch_links!r} is one name; a list of names is expected")
         object.__setattr__(self, "T_link_object", frozen(as_one_pose(self.T_link_object, "T_link_object"), (4, 4)))
-        object.__setattr__(self, "touch_links", frozenset(self.touch_links))
+        object.__setattr__(self, "touch_links", as_link_names(self.touch_links))
 
     def __reduce__(self):
         return Attached, (self.name, self.shape, self.T_link_object, self.link, self.touch_links)
@@ -52,7 +51,7 @@ def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...
         raise UnknownNameError("link", new.link, link_names)
     for name in new.touch_links:
         if name not in taken:
-            raise UnknownNameError("link or attached object", name, taken)
+            raise UnknownNameError("link or attached object", name, taken, OF_OBJECTS)
     return (*held, new)
 
 

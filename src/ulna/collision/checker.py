@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ulna.collision.edge_report import EdgeReport
 from ulna.collision.objects import Objects
 from ulna.collision.report import Pair, Report
 from ulna.collision.sampled_pairs import find_allowed
+from ulna.collision.touchable import NO_PAIRS, Part, scene_of, touchable_parts
 from ulna.collision.world import World
 from ulna.description.robot_description import Description
 from ulna.drivers import entry
@@ -39,9 +41,8 @@ from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
 
+Array = NDArray[np.float64]
 NO_OBJECTS = World().objects()
-NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
-NO_PAIRS.setflags(write=False)  # as those of a robot are: kernels are compiled for one kind
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 REPORTS = 256  # of a part: most of the time for a report is Python's
@@ -64,6 +65,7 @@ class Checker:
     attached: tuple[Attached, ...]
     given: AllowedCollisions | None
     _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
+    _last_others: tuple = field(default=(None, ()), init=False, repr=False)
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -98,18 +100,18 @@ class Checker:
         threads: int | None = None,
     ) -> bool | NDArray[np.bool_]:
         """Whether anything touches: a bool for one q, else shape (...,)."""
-        scene = self._scene(self._objects(world), self_collision)
+        objects = self._objects(world)
+        scene = self._scene(objects, self_collision)
         q = as_positions(q, self.tree)
-        if q.ndim == 1 and out is None:
+        if q.ndim == 1 and out is None and not objects.touchable:
             return self._touches(q, scene)
-        hits, rows = as_out(out, q.shape[:-1], q, dtype=np.bool_), flat(q)
-        if q.ndim == 1:
-            hits[()] = self._touches(q, scene)
-            return hits
-        of_rows, overlap_batch = hits.reshape(-1), entry("overlap.overlap_batch")
-        if not in_parts(lambda part: overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
-            refuse_out_of_range(q)
-        return hits
+        hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)
+        self._touch_each(q, scene, hits, threads)
+        for other in self._others(objects):
+            of_other = np.empty_like(hits)
+            self._touch_each(q, other.scene, of_other, threads)
+            hits |= of_other
+        return bool(hits) if q.ndim == 1 and out is None else hits
 
     def signed_distance(
         self,
@@ -120,13 +122,16 @@ class Checker:
         threads: int | None = None,
     ) -> Any:
         """The least signed distance: a number for one q, else shape (...,)."""
-        scene = self._scene(self._objects(world), self_collision)
+        objects = self._objects(world)
+        scene = self._scene(objects, self_collision)
         q = as_positions(q, self.tree)
-        if q.ndim == 1 and out is None:
+        if q.ndim == 1 and out is None and not objects.touchable:
             return float(self._nearest(q, scene)[NEAREST])
         answer = as_out(out, q.shape[:-1], q)
         answer[...] = self._nearest(q, scene, threads)[..., NEAREST]
-        return answer
+        for other in self._others(objects):
+            np.minimum(answer, self._nearest(q, other.scene, threads)[..., NEAREST], out=answer)
+        return float(answer) if q.ndim == 1 and out is None else answer
 
     def distance_gradient(
         self,
@@ -137,18 +142,18 @@ class Checker:
         threads: int | None = None,
     ) -> NDArray[np.float64]:
         """The gradient of the least signed distance, shape (..., n_dof)."""
-        scene = self._scene(self._objects(world), self_collision)
+        objects = self._objects(world)
+        scene = self._scene(objects, self_collision)
         q = as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
-        pairs = self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)[:, BODY:].astype(np.int64)
-        contacts, of_rows = np.empty((len(pairs), CONTACT_WIDTH)), gradient.reshape(rows.shape)
-        contacts_each = entry("contacts.contacts_each")
-
-        def run(part: slice) -> bool:
-            of_q = np.arange(part.stop - part.start)
-            return contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], contacts[part], of_rows[part])
-
-        in_parts(run, len(rows), threads=threads)
+        of_rows, nearest = gradient.reshape(rows.shape), self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
+        self._gradients(rows, scene, nearest, of_rows, threads)
+        for other in self._others(objects):
+            of_other = self._nearest(rows, other.scene, threads)
+            nearer = np.flatnonzero(of_other[:, NEAREST] < nearest[:, NEAREST])
+            nearest[nearer], of_nearer = of_other[nearer], np.empty((len(nearer), rows.shape[1]))
+            self._gradients(rows[nearer], other.scene, of_other[nearer], of_nearer, threads)
+            of_rows[nearer] = of_nearer
         return gradient
 
     def edge_in_collision(
@@ -163,21 +168,20 @@ class Checker:
         """Whether anything touches on the straight lines from q_a to q_b."""
         if isinstance(resolution, bool) or not isinstance(resolution, Real) or not LEAST_RESOLUTION <= resolution < np.inf:
             raise InputError("resolution", f"{resolution!r}; a length of at least {LEAST_RESOLUTION:g} m is expected")
-        scene = self._scene(self._objects(world), self_collision)
+        objects = self._objects(world)
+        scene = self._scene(objects, self_collision)
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
         batch, a, b = rows_of_both(starts, ends, "q_a", "q_b")
-        status, free, edges_each = np.empty(len(a), dtype=np.int64), np.empty(len(a)), entry("continuous.edges_each")
-
-        def run(part: slice) -> bool:
-            ways = for_kernel(a[part]), for_kernel(b[part])
-            return edges_each(*scene, *ways, float(resolution), status[part], free[part])
-
-        in_parts(run, len(a), least=WORTH_A_THREAD, threads=threads)
+        status, free = self._edges(a, b, scene, float(resolution), threads)
         if (status == EDGE_OUT_OF_RANGE).any():
             refuse_out_of_range(starts, "q_a")
             refuse_out_of_range(ends, "q_b")
+        touching = status == EDGE_CONTACT
+        for other in self._others(objects):
+            status, free_of_other = self._edges(a, b, other.scene, float(resolution), threads)
+            touching, free = touching | (status == EDGE_CONTACT), np.minimum(free, free_of_other)
         q = (a + free[:, None] * (b - a)).reshape(*batch, self.tree.n_dof)
-        hit = (status == EDGE_CONTACT).reshape(batch)
+        hit = touching.reshape(batch)
         return EdgeReport(hit if batch else bool(hit), free.reshape(batch) if batch else float(free[0]), q)
 
     def check_collision(
@@ -187,21 +191,51 @@ class Checker:
         if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
             raise InputError("max_distance", f"{max_distance!r}; a distance [m] of at least 0 is expected")
         objects = self._objects(world)  # once: what is told must have the names of what was checked
-        scene = self._scene(objects, self_collision)
+        parts = Part(self._scene(objects, self_collision), self.bodies, objects.names), *self._others(objects)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
-            return self._report(q, scene, objects.names, float(max_distance))
+            return self._report(q, parts, float(max_distance))
         refuse_out_of_range(q)
         reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)
         of_rows = reports.reshape(-1)
 
         def run(part: slice) -> bool:
             for i in range(part.start, part.stop):
-                of_rows[i] = self._report(rows[i], scene, objects.names, float(max_distance))
+                of_rows[i] = self._report(rows[i], parts, float(max_distance))
             return True
 
         in_parts(run, len(rows), least=REPORTS, threads=threads)
         return reports
+
+    def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
+        """Write whether anything touches to out, shape (...,)."""
+        if q.ndim == 1:
+            out[()] = self._touches(q, scene)
+            return
+        rows, of_rows, overlap_batch = flat(q), out.reshape(-1), entry("overlap.overlap_batch")
+        if not in_parts(lambda part: overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
+            refuse_out_of_range(q)
+
+    def _gradients(self, rows: Array, scene: Scene, nearest: Array, out: Array, threads: int | None) -> None:
+        """Write the gradient of the nearest pair of each row of q to out, shape (n, n_dof)."""
+        pairs, contacts_each = nearest[:, BODY:].astype(np.int64), entry("contacts.contacts_each")
+        contacts = np.empty((len(pairs), CONTACT_WIDTH))
+
+        def run(part: slice) -> bool:
+            of_q = np.arange(part.stop - part.start)
+            return contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], contacts[part], out[part])
+
+        in_parts(run, len(rows), threads=threads)
+
+    def _edges(self, a: Array, b: Array, scene: Scene, resolution: float, threads: int | None) -> tuple[NDArray[np.int64], Array]:
+        """What each edge is, and how far it is free, shape (n,) each."""
+        status, free, edges_each = np.empty(len(a), dtype=np.int64), np.empty(len(a)), entry("continuous.edges_each")
+
+        def run(part: slice) -> bool:
+            return edges_each(*scene, for_kernel(a[part]), for_kernel(b[part]), resolution, status[part], free[part])
+
+        in_parts(run, len(a), least=WORTH_A_THREAD, threads=threads)
+        return status, free
 
     def _touches(self, q: NDArray[np.float64], scene: Scene) -> bool:
         answer = self._overlap_one(*scene, for_kernel(q))
@@ -217,7 +251,15 @@ class Checker:
             refuse_out_of_range(q)
         return nearest
 
-    def _report(self, q: NDArray[np.float64], scene: Scene, object_names: tuple[str, ...], max_distance: float) -> Report:
+    def _report(self, q: NDArray[np.float64], parts: tuple[Part, ...], max_distance: float) -> Report:
+        if len(parts) == 1:
+            return Report(self._pairs_within(q, parts[0], max_distance))
+        pairs = [pair for part in parts for pair in self._pairs_within(q, part, max_distance)]
+        return Report(tuple(sorted(pairs, key=attrgetter("signed_distance"))))
+
+    def _pairs_within(self, q: NDArray[np.float64], part: Part, max_distance: float) -> tuple[Pair, ...]:
+        """The pairs of a part that are no farther apart, the nearest first."""
+        scene, object_names = part.scene, part.object_names
         candidates = self._candidates(q, scene, max_distance)
         found = np.empty((len(candidates), CONTACT_WIDTH))
         rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, self.tree.n_dof))
@@ -226,10 +268,10 @@ class Checker:
             refuse_out_of_range(q)
         near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
         order = near[np.argsort(found[near, DISTANCE], kind="stable")]
-        n, told = len(self.bodies.names), {}
+        n, told = len(part.bodies.names), {}
         for k, (a, b) in zip(order, candidates[order].tolist(), strict=True):  # of an object of many solids the nearest is told
             told.setdefault((a, b if b < n else object_names[b - n]), k)
-        return Report(tuple(self._pair(candidates[k], found[k], object_names) for k in told.values()))
+        return tuple(_pair(part, candidates[k], found[k]) for k in told.values())
 
     def _candidates(self, q: NDArray[np.float64], scene: Scene, max_distance: float) -> NDArray[np.int64]:
         """The pairs that may be near enough."""
@@ -242,30 +284,35 @@ class Checker:
             count = entry("contacts.indexed_candidates")(*robot, n_indexed, max_distance, for_kernel(q), indexed)
         return np.concatenate([unindexed, indexed[:count] + np.array((0, n + n_unindexed)), scene.pairs])
 
-    def _pair(self, candidate: NDArray[np.int64], found: NDArray[np.float64], object_names: tuple[str, ...]) -> Pair:
-        (a, b), names, owners = candidate.tolist(), self.bodies.names, self.bodies.owners
-        name_b, link_b = (names[b], owners[b]) if b < len(names) else (object_names[b - len(names)], None)
-        points = (found[first : first + 3].copy() for first in (WITNESS_A, WITNESS_B, NORMAL))
-        return Pair(names[a], name_b, owners[a], link_b, float(found[DISTANCE]), *points)
-
     def _objects(self, world: World | None) -> Objects:
         if world is not None and not isinstance(world, World):
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         return NO_OBJECTS if world is None else world.objects()
 
     def _scene(self, objects: Objects, self_collision: bool) -> Scene:
-        """The robot and the objects of a world, as the kernels take them; that of the last call is kept."""
+        """The robot and the objects of a world that no link may touch, as the kernels take them; the last one is kept."""
         last = self._last_scene
         if last[0] is objects and last[1] is self_collision:
             return last[2]
-        scene = self._make_scene(objects, self_collision)
-        object.__setattr__(self, "_last_scene", (objects, self_collision, scene))
-        return scene
-
-    def _make_scene(self, objects: Objects, self_collision: bool) -> Scene:
         if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
-        bodies, pairs = self.bodies, self.pairs if self_collision else NO_PAIRS
-        boxes = bodies.only_boxes and objects.only_boxes
-        vertices, points = (None, None) if boxes else (bodies.vertices, objects.vertices)
-        return Scene(self.tree.joints, bodies.table, vertices, pairs, objects.table, points, objects.nodes, objects.n_unindexed)
+        scene = scene_of(self.tree.joints, self.bodies, self.pairs if self_collision else NO_PAIRS, objects)
+        self.__dict__["_last_scene"] = objects, self_collision, scene
+        return scene
+
+    def _others(self, objects: Objects) -> tuple[Part, ...]:
+        """The parts of a world's objects that some links may touch; those of the last world are kept."""
+        if not objects.touchable:
+            return ()
+        known, parts = self._last_others
+        if known is not objects:
+            parts = touchable_parts(self.tree.joints, self.bodies, objects)
+            self.__dict__["_last_others"] = objects, parts
+        return parts
+
+
+def _pair(part: Part, candidate: NDArray[np.int64], found: Array) -> Pair:
+    (a, b), names, owners = candidate.tolist(), part.bodies.names, part.bodies.owners
+    name_b, link_b = (names[b], owners[b]) if b < len(names) else (part.object_names[b - len(names)], None)
+    points = (found[first : first + 3].copy() for first in (WITNESS_A, WITNESS_B, NORMAL))
+    return Pair(names[a], name_b, owners[a], link_b, float(found[DISTANCE]), *points)

@@ -1,6 +1,7 @@
 """The objects of a world as the kernels read them, at one moment: a table, and a tree of bounds over all but a few."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ class Objects:
             indexed.
         n_unindexed: How many solids, the first of the table, are not in the BVH.
         only_boxes: Whether there are no other shapes.
+        touchable: The objects that some links may touch, with these links: they are not in the other arrays.
     """
 
     names: tuple[str, ...]
@@ -36,18 +38,31 @@ class Objects:
     nodes: NDArray[np.float64]
     n_unindexed: int
     only_boxes: bool
+    touchable: tuple[tuple[frozenset[str], "Objects"], ...] = ()
 
 
-def make_objects(shapes: dict[str, Obstacle], poses: dict[str, NDArray[np.float64]]) -> Objects:
-    """The table of named shapes at poses T_base_object, and the tree."""
-    kinds = sorted(shapes, key=lambda name: not isinstance(shapes[name], HalfSpace))
+def make_objects(
+    shapes: Mapping[str, Obstacle], poses: Mapping[str, NDArray[np.float64]], touch_links: Mapping[str, frozenset[str]]
+) -> Objects:
+    """Named shapes at poses T_base_object. Those that no link may touch are one table; those of the same links one each."""
+    groups: dict[frozenset[str], list[str]] = {frozenset(): []}
+    for name in shapes:
+        groups.setdefault(touch_links.get(name, frozenset()), []).append(name)
+    untouchable = _table_and_tree(groups.pop(frozenset()), shapes, poses)
+    touchable = tuple((links, _table_and_tree(names, shapes, poses)) for links, names in groups.items())
+    return replace(untouchable, touchable=touchable)
+
+
+def _table_and_tree(chosen: Iterable[str], shapes: Mapping[str, Obstacle], poses: Mapping[str, NDArray[np.float64]]) -> Objects:
+    """The table of the chosen objects, and the tree."""
+    kinds = sorted(chosen, key=lambda name: not isinstance(shapes[name], HalfSpace))
     parts = [expand(shapes[name]) for name in kinds]
     names = [name for name, part in zip(kinds, parts, strict=True) for _ in part.places]
     vertices = [part.vertices for part in parts]
     first = np.cumsum([0, *map(len, vertices)])[:-1]
     rows = [_rows(poses[name], part, k) for name, part, k in zip(kinds, parts, first, strict=True)]
     table = np.concatenate([np.empty((0, BODY_WIDTH)), *rows])
-    n_endless = sum(isinstance(shape, HalfSpace) for shape in shapes.values())
+    n_endless = sum(isinstance(shapes[name], HalfSpace) for name in kinds)
     n_unindexed = len(table) if len(table) <= MOST_UNINDEXED else n_endless
     low, high = bounds(table[n_unindexed:])
     order = np.concatenate([np.arange(n_unindexed), n_unindexed + compact_order((low + high) / 2)])

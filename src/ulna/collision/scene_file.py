@@ -9,6 +9,7 @@ Metres and radians, in the base frame of the robot; ``docs/viewer.md`` lists the
 """
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,10 @@ from numpy.typing import NDArray
 from ulna.collision.world import World
 from ulna.description.clouds import HeightMap, Obstacle, PointCloud
 from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.file_bytes import file_bytes, write_whole
 from ulna.description.pose import as_one_pose, pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
-from ulna.errors import DescriptionError, FileError, UlnaError, did_you_mean
+from ulna.errors import DescriptionError, FileError, InputError, UlnaError, did_you_mean
 
 VERSION = 1
 LONGEST = 16_000_000  # bytes
@@ -43,30 +45,45 @@ def load_world(path: str | Path) -> World:
 
     Raises:
         FileError: It cannot be read.
-        DescriptionError: It is no scene; the message names the file and the line, or the object, and the nearest known word.
+        InputError: That is no path.
+        DescriptionError: It is not a scene; the message names the file and the line, or the object, and the nearest known word.
     """
+    where = _as_path(path)
     try:
-        with Path(path).open("rb") as file:
-            content = file.read(LONGEST + 1)
-    except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
-    return world_from_json(content, Path(path).name)
+        content = file_bytes(where, LONGEST)
+    except (OSError, ValueError) as error:
+        raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
+    return world_from_json(content, where.name)
 
 
 def save_world(world: World, path: str | Path) -> None:
     """Write a world to a scene file. ``load_world`` gives back one that is equal to the last digit.
 
     Raises:
-        FileError: It cannot be written.
+        FileError: It cannot be written; a file that was there is as it was.
+        InputError: That is no path, or no world, or one whose scene would be too long to be loaded.
     """
+    where = _as_path(path)
+    if not isinstance(world, World):
+        raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+    content = world_to_json(world).encode()
     try:
-        Path(path).write_text(world_to_json(world), encoding="utf-8")
-    except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
+        write_whole(where, content)
+    except (OSError, ValueError) as error:
+        raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
+
+
+def _as_path(path: object) -> Path:
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError("path", f"{path!r} is no path")
+    return Path(path)  # type: ignore[arg-type]
 
 
 def world_to_json(world: World) -> str:
     """The text of a scene file.
+
+    Raises:
+        InputError: It would be longer than ``load_world`` takes.
 
     Example:
         >>> world = World()
@@ -76,8 +93,13 @@ def world_to_json(world: World) -> str:
           {"name": "ball", "shape": "sphere", "radius": 0.1, "xyz": [0.5, 0.0, 0.25]}
         ]}
     """
-    lines = ",\n".join(f"  {json.dumps(_entry(name, shape, T), ensure_ascii=False)}" for name, shape, T in world.items())
-    return f'{{"ulna_scene": {VERSION}, "objects": [\n{lines}\n]}}\n'
+    still = world.copy()
+    entries = (_entry(name, shape, T, still.touch_links(name)) for name, shape, T in still.items())
+    lines = ",\n".join(f"  {json.dumps(entry, ensure_ascii=False)}" for entry in entries)
+    text = f'{{"ulna_scene": {VERSION}, "objects": [\n{lines}\n]}}\n'
+    if len(text.encode()) > LONGEST:
+        raise InputError("world", f"its scene has {len(text) / 1e6:.0f} MB, of which {LONGEST // 1_000_000} can be loaded")
+    return text
 
 
 def world_from_json(text: str | bytes, source: str = "scene") -> World:
@@ -91,7 +113,7 @@ def world_from_json(text: str | bytes, source: str = "scene") -> World:
     except (ValueError, RecursionError) as error:
         raise DescriptionError(f"is no JSON: {error}", source) from None
     if not isinstance(data, dict) or not isinstance(data.get("objects"), list):
-        raise DescriptionError('is no scene: {"ulna_scene": 1, "objects": [...]} is expected', source)
+        raise DescriptionError('is not a scene: {"ulna_scene": 1, "objects": [...]} is expected', source)
     _refuse_unknown(data, ("ulna_scene", "objects"), "the scene", source)
     if data.get("ulna_scene") != VERSION:
         raise DescriptionError(f'"ulna_scene" is {data.get("ulna_scene")!r}; this version of Ulna reads {VERSION}', source)
@@ -101,10 +123,11 @@ def world_from_json(text: str | bytes, source: str = "scene") -> World:
     return world
 
 
-def _entry(name: str, shape: Obstacle, T: NDArray[np.float64]) -> dict[str, Any]:
-    word, (_, keys) = next((word, known) for word, known in SHAPES.items() if type(shape) is known[0])
+def _entry(name: str, shape: Obstacle, T: NDArray[np.float64], touch_links: frozenset[str]) -> dict[str, Any]:
+    word, (_, keys) = next((word, known) for word, known in SHAPES.items() if isinstance(shape, known[0]))
     sizes = {key: np.asarray(getattr(shape, key)).tolist() for key in keys}
-    return {"name": name, "shape": word, **sizes, "xyz": T[:3, 3].tolist(), **_turn(T)}
+    touching = {"touch_links": sorted(touch_links)} if touch_links else {}
+    return {"name": name, "shape": word, **sizes, "xyz": T[:3, 3].tolist(), **_turn(T), **touching}
 
 
 def _turn(T: NDArray[np.float64]) -> dict[str, Any]:
@@ -129,12 +152,13 @@ def _add(world: World, entry: Any, number: int, source: str) -> None:
     if not isinstance(word, str) or word not in SHAPES:
         raise DescriptionError(f"{where}: {word!r} is no shape{did_you_mean(str(word), SHAPES)}", source)
     kind, keys = SHAPES[word]
-    _refuse_unknown(entry, ("name", "shape", *keys, "xyz", *_TURNS), where, source)
+    _refuse_unknown(entry, ("name", "shape", *keys, "xyz", *_TURNS, "touch_links"), where, source)
     missing = [key for key in keys if key not in entry]
     if missing:
         raise DescriptionError(f"{where}: a {word} needs {missing[0]!r}", source)
     try:
-        world.add(name, kind(*(entry[key] for key in keys)), _pose(entry))
+        shape = kind(*(entry[key] for key in keys))
+        world.add(name, shape, _pose(entry), touch_links=entry.get("touch_links", ()))
     except (UlnaError, TypeError) as error:
         raise DescriptionError(f"{where}: {error}", source) from None
 

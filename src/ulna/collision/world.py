@@ -1,15 +1,19 @@
 """The world around a robot: named shapes, each at a pose in the robot's base frame."""
 
 import threading
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.names import refuse_no_name
+from ulna.collision.names import as_link_names
 from ulna.collision.objects import Objects, make_objects
 from ulna.description.clouds import Obstacle
+from ulna.description.given_names import refuse_no_name
 from ulna.description.pose import as_one_pose
 from ulna.errors import GeometryError, InputError, UnknownNameError
+
+_MOST_SHOWN = 6  # objects
 
 
 class World:
@@ -28,6 +32,7 @@ class World:
         self._lock = threading.Lock()
         self._shapes: dict[str, Obstacle] = {}
         self._poses: dict[str, NDArray[np.float64]] = {}
+        self._touch_links: dict[str, frozenset[str]] = {}
         self._objects: Objects | None = None
 
     @property
@@ -35,7 +40,7 @@ class World:
         """The names of the objects, in the order in which they were added."""
         return tuple(self._shapes)
 
-    def add(self, name: str, shape: Obstacle, pose: ArrayLike | None = None) -> None:
+    def add(self, name: str, shape: Obstacle, pose: ArrayLike | None = None, *, touch_links: Iterable[str] = ()) -> None:
         """Add an object.
 
         Args:
@@ -43,14 +48,25 @@ class World:
             shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh``, ``HalfSpace``, ``PointCloud`` or
                 ``HeightMap``.
             pose: T_base_object, shape (4, 4); the origin unless given.
+            touch_links: Links of a robot, or objects attached to it, that may touch it: their contact is no collision, and their
+                distance does not count. So a base stands on its floor. Names that a robot does not have are passed over.
+
+        Example:
+            >>> import ulna
+            >>> panda, world = ulna.load("panda"), World()
+            >>> world.add("floor", ulna.HalfSpace(), ulna.pose((0, 0, 0.01)), touch_links=["panda_link1"])
+            >>> panda.in_collision(panda.home, world)
+            False
         """
         _refuse_unsolid(name, shape)
         refuse_no_name(name)
-        T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
+        T, links = as_one_pose(np.eye(4) if pose is None else pose, "pose"), as_link_names(touch_links)
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")
             self._shapes[name], self._poses[name], self._objects = shape, T, None
+            if links:
+                self._touch_links[name] = links
 
     def move(self, name: str, pose: ArrayLike) -> None:
         """Put an object at another pose T_base_object, shape (4, 4)."""
@@ -71,6 +87,7 @@ class World:
         with self._lock:
             self._known(name)
             del self._shapes[name], self._poses[name]
+            self._touch_links.pop(name, None)
             self._objects = None
 
     def shape(self, name: str) -> Obstacle:
@@ -84,6 +101,19 @@ class World:
         with self._lock:
             self._known(name)
             return self._poses[name].copy()
+
+    def touch_links(self, name: str) -> frozenset[str]:
+        """The links, or attached objects, that may touch an object."""
+        with self._lock:
+            self._known(name)
+            return self._touch_links.get(name, frozenset())
+
+    def copy(self) -> "World":
+        """Another world with the same objects: to change one leaves the other as it is."""
+        other = World()
+        with self._lock:
+            other.__setstate__(self._contents())
+        return other
 
     def items(self) -> tuple[tuple[str, Obstacle, NDArray[np.float64]], ...]:
         """The name, the shape and T_base_object, shape (4, 4), of every object: all of one moment.
@@ -103,20 +133,30 @@ class World:
         """The objects as the kernels read them, of one moment; made anew only after a change."""
         with self._lock:
             if self._objects is None:
-                self._objects = make_objects(self._shapes, self._poses)
+                self._objects = make_objects(self._shapes, self._poses, self._touch_links)
             return self._objects
 
     def _known(self, name: str) -> None:
-        if name not in self._shapes:
-            raise UnknownNameError("object of the world", name, self._shapes)
+        if not isinstance(name, str) or name not in self._shapes:
+            raise UnknownNameError("object of the world", str(name), self._shapes)
 
     def __getstate__(self) -> dict:
         with self._lock:
-            return {"_shapes": dict(self._shapes), "_poses": dict(self._poses)}
+            return self._contents()
+
+    def _contents(self) -> dict:
+        return {"_shapes": dict(self._shapes), "_poses": dict(self._poses), "_touch_links": dict(self._touch_links)}
 
     def __setstate__(self, state: dict) -> None:
-        self.__init__()
+        World.__init__(self)
         self.__dict__.update(state)
+
+    def __repr__(self) -> str:
+        with self._lock:
+            shown = [f"{name!r} {type(shape).__name__}" for name, shape in list(self._shapes.items())[:_MOST_SHOWN]]
+            count = len(self._shapes)
+        more = f" and {count - len(shown)} more" if count > len(shown) else ""
+        return f"<World: {count or 'no'} object{'s' * (count != 1)}{': ' * bool(shown)}{', '.join(shown)}{more}>"
 
 
 def _refuse_unsolid(name: str, shape: object) -> None:

@@ -18,7 +18,7 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """
     if type(values) is np.ndarray and values.dtype is _FLOAT64:
         return values if values.flags.carray else values.copy()
-    if isinstance(values, np.ma.MaskedArray):
+    if _has_mask(values):
         raise InputError(name, "a masked array, whose mask would be lost")
     try:
         array = np.asarray(values)
@@ -34,3 +34,10 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 def _what(array: NDArray) -> str:
     return {"c": "complex numbers", "U": "text", "S": "text", "O": "objects"}.get(array.dtype.kind, str(array.dtype))
+
+
+def _has_mask(values: object) -> bool:
+    """Whether they are a masked array, or a list that holds one."""
+    if isinstance(values, list | tuple):
+        return any(_has_mask(value) for value in values if not isinstance(value, float | int))
+    return isinstance(values, np.ma.MaskedArray)

@@ -72,11 +72,14 @@ class HeightMap:
         grid = _bounded("heights", heights)
         if grid.ndim != 2 or not grid.size:
             raise InputError("heights", f"shape {grid.shape}; heights of shape (nx, ny) are expected, at least one")
-        low = float(grid.min()) if bottom is None else float(_bounded("bottom", bottom))
+        low = float(grid.min()) if bottom is None else _one_number("bottom", bottom)
         if (grid < low).any():
             raise InputError("bottom", f"{low:g} m is above some heights: the least is {grid.min():g} m")
         object.__setattr__(self, "heights", frozen(grid, grid.shape))
-        object.__setattr__(self, "cell", lengths("cell", (cell,), 1)[0])
+        edge = lengths("cell", (cell,), 1)[0]
+        if edge == 0:
+            raise InputError("cell", "0; an edge length above 0 is expected: cells without width are no terrain")
+        object.__setattr__(self, "cell", edge)
         object.__setattr__(self, "bottom", low)
 
     def __reduce__(self):
@@ -95,3 +98,10 @@ def _bounded(name: str, values: ArrayLike) -> NDArray[np.float64]:
     if not (np.abs(numbers) <= LARGEST).all():
         raise InputError(name, f"finite numbers of at most {LARGEST:g} m are expected")
     return numbers
+
+
+def _one_number(name: str, value: ArrayLike) -> float:
+    number = _bounded(name, value)
+    if number.ndim:
+        raise InputError(name, f"shape {number.shape}; one number is expected")
+    return float(number)

@@ -1,9 +1,10 @@
-"""The bytes of a file, without waiting for ever: a pipe that nothing writes to has an end too."""
+"""The bytes of a file: read without waiting for ever, for a pipe that nothing writes to; written as a whole or not at all."""
 
 import os
 import select
 import stat
 import time
+import uuid
 from pathlib import Path
 
 PIPE_PATIENCE_S = 10.0
@@ -34,6 +35,28 @@ def regular_file_bytes(path: str | Path, most: int) -> bytes:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(22, "not a regular file", str(path))
         return file.read(most + 1)
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file beside and rename it, so that the old one is there until the new one is whole.
+
+    A link stays one: the file that it leads to is replaced. A device or a pipe is written to as it is.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():
+        target.write_bytes(content)
+        return
+    beside = target.with_name(f".{uuid.uuid4().hex}.part")
+    try:
+        beside.write_bytes(content)
+        if target.exists():
+            beside.chmod(stat.S_IMODE(target.stat().st_mode))
+        beside.replace(target)
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def _without_waiting(path: str, flags: int) -> int:

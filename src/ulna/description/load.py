@@ -9,6 +9,7 @@ from ulna.description.document import Document, expanded, is_text, open_document
 from ulna.description.meshes.addresses import with_mesh_paths
 from ulna.description.names.bundled import BUNDLED
 from ulna.description.names.by_name import find_by_name
+from ulna.description.packages import as_package_dirs
 from ulna.description.references import matched
 from ulna.description.robot_description import Description
 from ulna.description.srdf import read_srdf
@@ -53,11 +54,9 @@ def urdf_text(
 
 def _document(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> tuple[Document, Home]:
     _check_source("source", source, "a name, a path or URDF text")
-    if isinstance(package_dirs, (str, Path)) or not isinstance(package_dirs, Iterable):
-        raise InputError("package_dirs", f"{package_dirs!r}; a list of folders is expected")
     if not isinstance(xacro_args, Mapping):
         raise InputError("xacro_args", f"{xacro_args!r}; a dict of names and values is expected")
-    folders = tuple(Path(folder) for folder in package_dirs)
+    folders = as_package_dirs(package_dirs)
     if isinstance(source, str) and source in BUNDLED:
         bundled = BUNDLED[source]
         refuse_arguments(source, xacro_args)

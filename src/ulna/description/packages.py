@@ -8,10 +8,34 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from ulna.description.file_bytes import regular_file_bytes
+from ulna.description.xacro.child.addresses import path_of_address
+from ulna.errors import InputError
 
 _NAME = re.compile(r"<name>([^<]*+)</name>")
 _LONGEST = 1_000_000  # bytes of a package.xml that are read
 _LEVELS_ABOVE = 6  # folders above the description in which its package may lie
+
+
+def as_package_dirs(package_dirs: Iterable[str | Path]) -> tuple[Path, ...]:
+    """The folders that a user gives, made absolute: ``.`` and ``..`` have no name by which they could be a package.
+
+    Raises:
+        InputError: They are not a list of folders.
+
+    Example:
+        >>> as_package_dirs(["."]) == (Path.cwd(),)
+        True
+    """
+    if isinstance(package_dirs, (str, Path)) or not isinstance(package_dirs, Iterable):
+        raise InputError("package_dirs", f"{package_dirs!r}; a list of folders is expected")
+    return tuple(map(_absolute, package_dirs))
+
+
+def _absolute(folder: object) -> Path:
+    if not isinstance(folder, (str, Path)):
+        raise InputError("package_dirs", f"{folder!r} is no folder; its path is expected")
+    path = Path(folder)
+    return path.resolve() if ".." in path.parts else path.absolute()  # a link keeps its name, which may be the package's
 
 
 def package_folders(name: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> Iterator[Path]:
@@ -60,7 +84,7 @@ def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str
         if not name or name.startswith(".") or inside.startswith(".."):
             return {}
         return {folder / inside: folder for folder in package_folders(name, description_folder, package_dirs)}
-    names = (unquote(rest),) if scheme == "file" else (uri, unquote(uri))
+    names = (path_of_address(rest),) if scheme == "file" else (uri, unquote(uri))
     return dict.fromkeys((description_folder or Path()) / name for name in names)
 
 

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ulna.description.given_names import name_fault
 from ulna.description.robot_description import N_POSITIONS, Description, Joint, JointType, Mimic
 from ulna.errors import DescriptionError, did_you_mean
 from ulna.kernels.layout import LARGEST
 
 _BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
+_MOST_MEANT = 1e300  # of a limit: Gazebo writes 1.79769e308, with which no difference can be computed
 
 
 @dataclass(frozen=True)
@@ -174,8 +176,9 @@ def bounds_of_q(
 
 
 def hard_bounds(joint: Joint) -> tuple[float, float]:
-    """The limits of a joint."""
-    return joint.limits.lower, joint.limits.upper
+    """The limits of a joint; infinite where a file writes the largest number there is for none."""
+    lower, upper = joint.limits.lower, joint.limits.upper
+    return -np.inf if lower < -_MOST_MEANT else lower, np.inf if upper > _MOST_MEANT else upper
 
 
 def soft_bounds(joint: Joint) -> tuple[float, float]:
@@ -198,6 +201,8 @@ def _follower_range(bounds: tuple[float, float], drive: Drive) -> tuple[float, f
 def _by_unique_name(description: Description, kind: str, items) -> dict:
     found: dict = {}
     for item in items:
+        if fault := name_fault(item.name):
+            raise DescriptionError(f"the name of a {kind}: {fault}", description.source, item.line)
         if item.name in found:
             raise DescriptionError(f"{kind} {item.name!r} is defined twice", description.source, item.line)
         found[item.name] = item

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.given_names import refuse_no_name
 from ulna.description.group_joints import with_chains_listed
 from ulna.description.references import matched
 from ulna.description.robot_description import Description, Joint, JointType, Link
@@ -45,6 +46,7 @@ def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name
     leaves = leaf_links(description)
     if len(leaves) != 1:
         raise InputError("T_flange_tool", f"the robot has {len(leaves)} tips; cut out one chain first (base=..., tip=...)")
+    refuse_no_name(name)
     if name in {link.name for link in description.links}:
         raise InputError("name", f"the robot already has a link {name!r}")
     joint = Joint(f"{name}_joint", JointType.FIXED, leaves[0], name, T_flange_tool, np.array([0.0, 0.0, 1.0]))

@@ -14,6 +14,7 @@ from ulna.description.robot_description import Body, Description, Joint, JointTy
 from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from ulna.description.xml import parse, without_namespace
 from ulna.errors import DescriptionError, did_you_mean
+from ulna.kernels.layout import LARGEST
 
 _OTHER_FORMATS = {"mujoco": "MJCF", "sdf": "SDF"}
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
@@ -187,4 +188,7 @@ class _Reader(Reader):
         if child is None:
             return np.eye(4)
         zero = (0.0, 0.0, 0.0)
-        return pose(*(self.vector(child, key, 3) if key in child.attrib else zero for key in ("xyz", "rpy")))
+        xyz, rpy = (self.vector(child, key, 3) if key in child.attrib else zero for key in ("xyz", "rpy"))
+        if max(map(abs, xyz)) > LARGEST:
+            raise self.fail(child, f"{element.tag} {element.get('name', '')!r}: its origin is beyond {LARGEST:g} m")
+        return pose(xyz, rpy)

@@ -24,13 +24,12 @@ import numpy as np
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 
+from ulna.engine.announcements import compilation_begins, compilation_ended
 from ulna.engine.private_folder import SharedFolderError, make_private
 from ulna.engine.sources import sources_hash
 
 _UNUSED_DAYS = 30
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
-announces = True
-"""Whether each entry that is compiled is announced on a terminal."""
 
 
 @cache
@@ -154,16 +153,17 @@ class KernelCache(FunctionCache):
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, None)
 
     def load_overload(self, sig, target_context):
-        """The machine code of a signature, or None, which means that it is compiled now; that is announced on a terminal."""
+        """The machine code of a signature, or None, which means that it is compiled now; that is announced."""
         try:
             loaded = super().load_overload(sig, target_context)
         except Exception:  # noqa: BLE001 - a damaged file costs a compilation, and is replaced
             loaded = None
-        if loaded is None and announces and sys.stderr is not None and sys.stderr.isatty():
-            print(f"ulna: compiling {self._py_func.__name__} for this machine (once)", file=sys.stderr)  # noqa: T201
+        if loaded is None:
+            compilation_begins(self._py_func.__name__)
         return loaded
 
     def save_overload(self, sig, data):
-        """Keep the machine code of a signature."""
+        """Keep the machine code of a signature, which has just been made."""
+        compilation_ended()
         with contextlib.suppress(OSError):  # a full disk costs a compilation, not the answer
             super().save_overload(sig, data)

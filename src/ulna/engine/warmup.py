@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import ExitStack
 from typing import NamedTuple
 
-from ulna.engine import cache
+from ulna.engine.announcements import Announcements, quietly
 from ulna.engine.decorators import ENTRIES, is_plain
 from ulna.engine.entries import Entries
 from ulna.engine.signatures import NONE
@@ -60,7 +60,8 @@ def compile_all(jobs: list[Job], *, side_by_side: bool) -> Iterator[Compiled]:
     ``compiled_together`` go to one process, and the others to the other.
     """
     if not side_by_side:
-        yield from map(compile_one, jobs)
+        with quietly():
+            yield from map(compile_one, jobs)
         return
     context = multiprocessing.get_context("spawn")  # a fork of a process that has compiled may deadlock
     with ExitStack() as stack:
@@ -83,5 +84,5 @@ def compile_one(job: Job) -> Compiled:
 
 
 def _begin_quietly() -> None:
-    cache.announces = False
+    Announcements.enabled = False
     gc.set_threshold(_RARELY)

@@ -8,6 +8,7 @@ from lxml import etree
 
 from ulna.description.document import Document, expanded, is_text
 from ulna.description.file_bytes import file_bytes
+from ulna.description.packages import as_package_dirs
 from ulna.description.xml import LONGEST, parse
 from ulna.errors import DescriptionError, InputError
 from ulna.robot import Robot, load
@@ -45,7 +46,7 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
         name = getattr(error, "source", "") or ("URDF text" if path is None else path.name)
         folder, text = (None, str(source).encode()) if path is None else (path.parent, file_bytes(path, LONGEST))
         does_not_expand = str(getattr(error, "message", "")).startswith("xacro:")
-        folders = tuple(map(Path, package_dirs))
+        folders = as_package_dirs(package_dirs)
         root = None if does_not_expand else _elements(text, name, folder, xacro_args, folders)
         return Inspected(name, folder, folders, root, None, error)
     description = robot.description

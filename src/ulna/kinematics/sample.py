@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.errors import InputError
+from ulna.kernels.layout import COLUMN, KIND, LARGEST, PARENT, PRISMATIC
 from ulna.kinematics.tree import Tree
 
 _NO_LIMIT = 1e3  # descriptions write 1e16 where they mean none; positions scattered over that would be of no use
@@ -19,3 +21,44 @@ def usual_range(lower: ArrayLike, upper: ArrayLike) -> tuple[NDArray[np.float64]
 def random_positions(tree: Tree, n: int, seed: int = 0) -> NDArray[np.float64]:
     """Joint positions within the usual range [rad or m], shape (n, n_dof): the same for the same robot and seed."""
     return np.random.default_rng(seed).uniform(*usual_range(tree.lower, tree.upper), (n, tree.n_dof))
+
+
+def uniform_positions(tree: Tree, n: int | None, seed: object) -> NDArray[np.float64]:
+    """Joint positions uniform within ``random_range`` [rad or m], shape (n, n_dof), or (n_dof,) for None.
+
+    Raises:
+        InputError: n is no count, or the seed none that ``numpy.random.default_rng`` takes.
+    """
+    if n is not None and (isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0):
+        raise InputError("n", f"{n!r}; a count, or None for one configuration, is expected")
+    try:
+        rng = np.random.default_rng(seed)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise InputError("seed", f"{seed!r} is no seed ({error})") from None
+    return rng.uniform(*random_range(tree), (tree.n_dof,) if n is None else (int(n), tree.n_dof))
+
+
+def random_range(tree: Tree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The limits, shape (n_dof,) each; where there is none, +-pi of an angle, and of a slide the robot's length to both sides.
+
+    An angle beyond 1e3 rad, or a slide beyond 1e6 m, counts as no limit; with one limit, the range is as wide from there.
+    """
+    slides = np.zeros(tree.n_dof, dtype=bool)
+    slides[tree.joints[tree.joints[:, KIND] == PRISMATIC, COLUMN].astype(np.int64)] = True
+    most, half = np.where(slides, LARGEST, _NO_LIMIT), np.where(slides, _length(tree), np.pi)
+    below, above = tree.lower < -most, tree.upper > most
+    low = np.where(below, np.where(above, -half, tree.upper - 2 * half), tree.lower)
+    return low, np.where(above, low + 2 * half, tree.upper)
+
+
+def _length(tree: Tree) -> float:
+    """How long the longest chain of joints is, slides at 0 [m]; 1 for a robot without length."""
+    far = np.zeros(len(tree.joints))
+    for k, row in enumerate(tree.joints):
+        parent = int(row[PARENT])
+        far[k] = np.linalg.norm(row[3:12:4]) + (far[parent] if parent >= 0 else 0.0)
+    tips = [
+        np.linalg.norm(T[:3, 3]) + (far[tree.link_row[link]] if tree.link_row[link] >= 0 else 0.0)
+        for link, T in tree.link_offset.items()
+    ]
+    return float(max(tips)) or 1.0

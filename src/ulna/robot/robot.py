@@ -40,6 +40,7 @@ from ulna.ik.task import Task, as_task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
 from ulna.kinematics.groups import JointGroup, configuration, joint_groups
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
+from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 
 Array = NDArray[np.float64]
@@ -217,6 +218,26 @@ class Robot:
         A state that does not name every joint is completed from ``home``.
         """
         return MappingProxyType({state.key: configuration(state, self.tree, self.home) for state in self.srdf.states})
+
+    def random(self, n: int | None = None, *, seed: object = None) -> Array:
+        """Random configurations, uniform within the limits.
+
+        Args:
+            n: How many; one unless given.
+            seed: What ``numpy.random.default_rng`` takes: the same number gives the same configurations. Unless given, others in
+                every call.
+
+        Returns:
+            Shape (n, n_dof), or (n_dof,) for one [rad or m]. An angle without limits is within +-pi; a slide without limits is
+            within the robot's length, its slides at 0, to both sides. The angles of a floating joint are uniform one by one.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> panda.random(1000, seed=0).shape, panda.random().shape
+            ((1000, 7), (7,))
+        """
+        return uniform_positions(self.tree, n, seed)
 
     def to_urdf(self, *, mesh_paths: str = "given") -> str:
         """URDF text: the expanded text that was read, or one that is written for a robot made in another way.

@@ -8,9 +8,10 @@ from ulna.collision.world import World
 from ulna.description.pose import pose
 from ulna.description.shapes import Sphere
 from ulna.robot import Robot
+from ulna.robot.palm import palm
 from ulna.viewer.session.clearance import clearance
 from ulna.viewer.session.ellipsoid import mobility
-from ulna.viewer.session.hand import Hand, palm
+from ulna.viewer.session.hand import Hand
 
 _FAR = 1e3  # [m] a place that no hand reaches: why it does not is a question too
 

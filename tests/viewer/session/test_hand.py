@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 import ulna
 import zoo
-from ulna.viewer.session.hand import MOST_A_FRAME, Hand, palm, rotation_vector
+from ulna.robot.palm import palm
+from ulna.viewer.session.hand import MOST_A_FRAME, Hand, rotation_vector
 
 FRAMES = 200
 

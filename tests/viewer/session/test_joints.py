@@ -71,3 +71,9 @@ def test_the_outline_has_every_link_below_the_one_that_carries_it(talos):
         parent = lines[place[line.joint.parent]]
         assert place[parent.link] < place[line.link]
         assert line.depth == parent.depth + 1
+
+
+def test_the_folders_of_a_hand_with_many_fingers_have_short_names_of_their_own():
+    names = [group.name for group in slide_groups(ulna.load("tiago"))]
+    assert "hand_thumb: abd … flex" in names
+    assert len(set(names)) == len(names)

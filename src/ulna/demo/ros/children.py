@@ -9,7 +9,8 @@ from typing import NamedTuple
 from ulna.demo.ros.adapter import MissingROSError
 
 _END_WITHIN_S = 5.0
-_CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
+_FAULTS = ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL")
+_CRASHES = tuple(getattr(signal, name) for name in _FAULTS if hasattr(signal, name))  # Windows has no SIGBUS
 
 
 class Ended(NamedTuple):

@@ -1,5 +1,6 @@
 """Robots by name: of the packages ``example-robot-data`` and ``robot_descriptions``, where installed. Nothing is downloaded."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from ulna.description.names import cached_descriptions
@@ -31,6 +32,51 @@ def find_by_name(name: str) -> Named:
     raise FileError(name, f"no such file; nor is it a robot's name{_near(name, known)}{_more(known)}")
 
 
+@dataclass(frozen=True)
+class KnownRobot:
+    """A robot that ``ulna.load`` takes by name.
+
+    Attributes:
+        name: Its name.
+        also: Its other names.
+        package: What gives it: ``"bundled"``, ``"example-robot-data"`` or ``"robot_descriptions"``.
+        path: Its file; None for one that is bundled, or that robot_descriptions has not downloaded yet.
+        installed: Whether it can be loaded now.
+    """
+
+    name: str
+    also: tuple[str, ...]
+    package: str
+    path: str | None
+    installed: bool
+
+
+def known_robots() -> list[KnownRobot]:
+    """Every robot that has a name here, in the order of the packages and then of the names."""
+    found = [KnownRobot(name, (), "bundled", None, installed=True) for name in BUNDLED]
+    for package, files in (("example-robot-data", example_robots()), ("robot_descriptions", cached_descriptions.names())):
+        by_file: dict[Path, list[str]] = {}
+        for name in sorted(files, key=lambda name: (len(name), name)):
+            by_file.setdefault(files[name], []).append(name)
+        for file, (name, *also) in sorted(by_file.items(), key=lambda item: item[1]):
+            path = file if package == "example-robot-data" else _cached(name, file)
+            found.append(KnownRobot(name, tuple(also), package, None if path is None else str(path), path is not None))
+    return found
+
+
+def packages_to_install() -> list[str]:
+    """The packages that would give more names, as pip calls them."""
+    found = {robot.package for robot in known_robots()}
+    return [package for package in _PACKAGES if package not in found]
+
+
+def _cached(name: str, module: Path) -> Path | None:
+    try:
+        return cached_descriptions.find(name, module).path
+    except FileError:
+        return None
+
+
 def example_robots() -> dict[str, Path]:
     """The URDF files of example-robot-data by name: ``ur5_robot`` or in short ``ur5``, ``talos`` (reduced), ``hyq``."""
     folder = next((f / "robots" for f in package_folders("example-robot-data", None) if (f / "robots").is_dir()), None)
@@ -48,7 +94,7 @@ def _without(end: str, files: dict[str, Path]) -> dict[str, Path]:
 def _near(name: str, known: dict[str, str]) -> str:
     near = near_names(name, known, _MOST_NEAR)
     if not near:
-        return f"; {len(known)} names are known, of which none is near"
+        return f"; {len(known)} names are known, of which none is near; `ulna list` prints them"
     return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"
 
 

@@ -1,6 +1,5 @@
 """Moves an arm so that its hand follows a drag, frame by frame, or says why it cannot. Used by ``session``."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -43,7 +42,7 @@ class Hand:
 
     Args:
         robot: The robot.
-        link: The link's name; see ``palm``.
+        link: The link's name; see ``robot.palm``.
     """
 
     def __init__(self, robot: Robot, link: str) -> None:
@@ -119,30 +118,6 @@ def rotation_vector(R: Array) -> Array:
     w, *xyz = quaternion_from_matrix(R)
     sine = float(np.linalg.norm(xyz))
     return np.array(xyz) * (2.0 if sine < 1e-12 else 2.0 * np.arctan2(sine, w) / sine)
-
-
-def palm(robot: Robot) -> str:
-    """The hand link: the tip of the longest chain, or the link that carries its fingers."""
-    carriers = {joint.child: joint for joint in robot.description.joints}
-    tip = max(robot.tree.leaves, key=lambda link: _count(link, carriers, robot))
-    half = _count(tip, carriers, robot) / 2
-    for joint in _way(tip, carriers):
-        fingers = [one for one in robot.description.joints if one.parent == joint.parent and one.type != JointType.FIXED]
-        if len(fingers) > 1 and joint.parent in carriers and _count(joint.parent, carriers, robot) > half:
-            return joint.parent
-    return tip
-
-
-def _way(link: str, carriers: dict[str, Joint]) -> Iterable[Joint]:
-    """The joints from a link to the root."""
-    while link in carriers:
-        yield carriers[link]
-        link = carriers[link].parent
-
-
-def _count(link: str, carriers: dict[str, Joint], robot: Robot) -> int:
-    """How many independent joints move a link."""
-    return sum(joint.name in robot.joint_names for joint in _way(link, carriers))
 
 
 def _unhurried(joint: Joint) -> Joint:

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass
+from itertools import takewhile
 from math import pi
 
 import numpy as np
@@ -122,7 +123,12 @@ def _followers(robot: Robot) -> list[Follower]:
 
 
 def _group_name(limb: list[str]) -> str:
-    """What the names of most of a limb's joints begin with; else the first and the last of them."""
+    """What the names of most of a limb's joints begin with; else the first and the last of them, their common words once."""
     stems = [name.removesuffix("_joint").rstrip("_0123456789") for name in limb]
     stem, count = Counter(stems).most_common(1)[0]
-    return stem if 2 * count > len(limb) and len(stem) > 1 else f"{stems[0]} … {stems[-1]}"
+    if 2 * count > len(limb) and len(stem) > 1:
+        return stem
+    words = [one.split("_") for one in stems]
+    n_common = sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*(one[:-1] for one in words), strict=False)))
+    common, first, last = ("_".join(some) for some in (words[0][:n_common], words[0][n_common:], words[-1][n_common:]))
+    return f"{common}: " * bool(common) + f"{first} … {last}"

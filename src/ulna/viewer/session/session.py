@@ -13,8 +13,9 @@ from ulna.description.pose import as_one_pose
 from ulna.errors import GeometryError, InputError, UnknownNameError
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.robot import Robot
+from ulna.robot.palm import palm
 from ulna.viewer.session.clearance import Clearance, clearance
-from ulna.viewer.session.hand import Hand, palm
+from ulna.viewer.session.hand import Hand
 
 Array = NDArray[np.float64]
 HAND, COLLISIONS = "the motion of the hand", "collisions and distances"  # what is asked in a frame

@@ -8,6 +8,7 @@ from urllib.parse import unquote
 import xacro
 from xacro import substitution_args
 
+from ulna.description.xacro.child.addresses import path_of_address
 from ulna.description.xacro.child.expressions import evaluate
 from ulna.description.xacro.child.functions import offer, offer_those_of_xacro
 from ulna.description.xacro.child.parent import Parent
@@ -69,7 +70,7 @@ def _located(spec: str, parent: Parent, beside) -> str:
     if scheme == "package":
         name, _, inside = unquote(rest).partition("/")
         return os.path.join(parent.find(name), inside)  # noqa: PTH118 - text in, text out
-    return unquote(rest) if scheme == "file" else beside(spec)
+    return path_of_address(rest) if scheme == "file" else beside(spec)
 
 
 def _teach_substitution(parent: Parent, arguments: Arguments) -> None:

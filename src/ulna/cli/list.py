@@ -1,0 +1,49 @@
+"""``ulna list``: the robots that have names."""
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from typing import Annotated
+
+import typer
+from rich.console import RenderableType
+from rich.text import Text
+
+from ulna.cli.options import Json
+from ulna.cli.output import Data, count_of, make_table, show
+from ulna.description.names.by_name import known_robots, packages_to_install
+
+Part = Annotated[str, typer.Argument(metavar="PART", help="A part of a name or of a package; all robots unless given.")]
+
+LIST_KEYS = (
+    "robots: name, also (its other names), package, path (null if bundled or not downloaded yet), installed; to_install: "
+    "packages that would give more."
+)
+
+
+def list(part: Part = "", *, as_json: Json = False) -> None:  # noqa: A001 -- the command's name
+    """The robots that have names: what gives them, and whether they are installed.
+
+    As in: ulna list ur. Exit status 1 if there is none.
+    """
+    data = list_data(part)
+    show(data, list_table, as_json=as_json)
+    raise typer.Exit(0 if data["robots"] else 1)
+
+
+def list_data(part: str) -> Data:
+    """The robots with that part in a name or in the package's name; see ``LIST_KEYS``."""
+    wanted = [robot for robot in known_robots() if part.lower() in " ".join((robot.name, *robot.also, robot.package)).lower()]
+    return {"robots": [asdict(robot) for robot in wanted], "to_install": packages_to_install()}
+
+
+def list_table(data) -> Iterator[RenderableType]:
+    """A row for each robot, how many there are, and how to get more."""
+    table = make_table(["robot", "also called", "from"], [], [""])
+    for robot in data["robots"]:
+        state = "" if robot["installed"] else "not downloaded"
+        table.add_row(robot["name"], ", ".join(robot["also"]), robot["package"], state)
+    if data["robots"]:
+        yield table
+    yield Text(count_of(len(data["robots"]), "robot") if data["robots"] else "no robot is called so", "bold")
+    if data["to_install"]:
+        yield f"more come by name with: pip install {' '.join(data['to_install'])}"

@@ -1,0 +1,30 @@
+"""The hand of a robot: the link that the page and the commands take where there are several tips and none is named."""
+
+from collections.abc import Iterable
+
+from ulna.description.robot_description import Joint, JointType
+from ulna.robot.robot import Robot
+
+
+def palm(robot: Robot) -> str:
+    """The hand link: the tip of the longest chain, or the link that carries its fingers."""
+    carriers = {joint.child: joint for joint in robot.description.joints}
+    tip = max(robot.tree.leaves, key=lambda link: _count(link, carriers, robot))
+    half = _count(tip, carriers, robot) / 2
+    for joint in _way(tip, carriers):
+        fingers = [one for one in robot.description.joints if one.parent == joint.parent and one.type != JointType.FIXED]
+        if len(fingers) > 1 and joint.parent in carriers and _count(joint.parent, carriers, robot) > half:
+            return joint.parent
+    return tip
+
+
+def _way(link: str, carriers: dict[str, Joint]) -> Iterable[Joint]:
+    """The joints from a link to the root."""
+    while link in carriers:
+        yield carriers[link]
+        link = carriers[link].parent
+
+
+def _count(link: str, carriers: dict[str, Joint], robot: Robot) -> int:
+    """How many independent joints move a link."""
+    return sum(joint.name in robot.joint_names for joint in _way(link, carriers))

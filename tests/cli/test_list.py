@@ -1,0 +1,88 @@
+"""``ulna list``, and the completion of a shell."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+import ulna
+from ulna.description.names import cached_descriptions
+
+
+def test_every_robot_that_is_listed_as_installed_loads(ask):
+    robots = ask("list").robots
+    assert {"panda", "ur5", "tiago"} <= {robot["name"] for robot in robots}
+    assert len({robot["path"] for robot in robots if robot["path"]}) == sum(robot["path"] is not None for robot in robots)
+    broken = {"alex_psyonic_hands", "ur3"}  # tests/crosscheck has the reasons
+    for robot in robots[:: 1 + len(robots) // 12]:
+        for name in (robot["name"], *robot["also"]):
+            if robot["installed"] and robot["name"] not in broken:
+                assert ulna.load(name).link_names
+
+
+def test_a_part_of_a_name_or_of_a_package_filters(ask, run):
+    told = ask("list", "UR5")
+    names = [name for robot in told.robots for name in (robot["name"], *robot["also"])]
+    assert {"ur5", "ur5_robot"} <= set(names)
+    assert all("ur5" in robot["name"] + "".join(robot["also"]) for robot in told.robots)
+    assert [robot["name"] for robot in ask("list", "bundled").robots] == ["panda"]
+    none = run("list", "no such robot")
+    assert (none.exit_code, none.stdout.splitlines()[0]) == (1, "no robot is called so")
+
+
+def test_what_is_not_installed_is_said(run, monkeypatch, tmp_path):
+    package = tmp_path / "robot_descriptions"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "_repositories.py").write_text(
+        "from types import SimpleNamespace\nREPOSITORIES = {'r': SimpleNamespace(cache_path='r')}"
+    )
+    (package / "arm9_description.py").write_text(
+        "from ._cache import clone_to_cache\nURDF_PATH = clone_to_cache('r') + '/arm9.urdf'"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path / "cache"))
+    assert "arm9" in cached_descriptions.names()
+    row = next(line for line in run("list", "arm9").stdout.splitlines() if "arm9" in line)
+    assert row.split()[-2:] == ["not", "downloaded"]
+    (tmp_path / "cache" / "r").mkdir(parents=True)
+    assert "not downloaded" not in run("list", "arm9").stdout
+
+
+def test_an_unknown_name_is_sent_to_the_list(refusal):
+    assert "`ulna list` prints them" in refusal("info", "zzzzzzzz")
+
+
+def completions(*words):
+    environment = {
+        **os.environ,
+        "_ULNA_COMPLETE": "complete_bash",
+        "COMP_WORDS": " ".join(words),
+        "COMP_CWORD": str(len(words) - 1),
+    }
+    result = subprocess.run(
+        [sys.executable, "-c", "from ulna.cli.app import app; app(prog_name='ulna')"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=True,
+    )
+    return result.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [(["ulna", "warm"], ["warmup"]), (["ulna", "fk", "--deg"], ["--degrees"]), (["ulna", "info", "pand"], ["panda"])],
+    ids=str,
+)
+def test_a_shell_completes_commands_options_and_robots(words, expected):
+    assert set(completions(*words)) >= set(expected)
+
+
+def test_the_script_of_a_shell_is_shown():
+    code = "from ulna.cli.app import app; app(['--show-completion', 'bash'], prog_name='ulna')"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True,
+                           env={**os.environ, "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}).stdout  # fmt: skip
+    assert "complete -o default -F _ulna_completion ulna" in shown
