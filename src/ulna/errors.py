@@ -1,4 +1,7 @@
-"""Every error that Ulna raises: an ``UlnaError`` that is also the built-in a caller would expect, with its data as attributes."""
+"""Defines every error that Ulna raises: an ``UlnaError`` that is a built-in too, with its data. Used by all folders but kernels.
+
+Each says where and what next, and carries its data as attributes.
+"""
 
 import difflib
 from collections.abc import Iterable, Iterator

@@ -1,4 +1,4 @@
-"""Pairs of links whose contact is no collision, each with the reason and the evidence for it."""
+"""Holds pairs of links whose contact is no collision, each with a reason. Used by ``checker``, ``bodies``, ``Robot``."""
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What a robot carries: shapes that move with a link and are no part of its description."""
+"""Holds the shapes that a robot carries: they move with a link and are not in its description. Used by ``Robot``, ``checker``."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The robot's collision bodies as the kernels read them, and which pairs of them are checked against each other."""
+"""Makes the tables of a robot's collision bodies and of the pairs to check. Used by ``checker`` and ``sampled_pairs``."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Collision queries: the robot at q against itself and against the objects of a world."""
+"""Checks the robot at q against itself and against the objects of a world. Used by ``Robot`` and ``ik``."""
 
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""Names that a user gives."""
+"""Checks names that a user gives. Used by ``world`` and ``attached``."""
 
 from ulna.errors import InputError
 

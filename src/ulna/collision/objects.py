@@ -1,4 +1,4 @@
-"""The objects of a world as the kernels read them, at one moment: a table, and a tree of bounds over all but a few."""
+"""Makes the tables of a world's objects, and a BVH over them. Used by ``world`` and ``checker``."""
 
 from dataclasses import dataclass
 

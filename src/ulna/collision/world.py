@@ -1,4 +1,4 @@
-"""The world around a robot: named shapes, each at a pose in the robot's base frame."""
+"""Holds the world around a robot: named shapes with poses in its base frame. Used by ``checker``, ``ik`` and the page."""
 
 import threading
 

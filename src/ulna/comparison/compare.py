@@ -1,4 +1,4 @@
-"""The comparison of two robots, part by part and pose by pose."""
+"""Compares two robots, part by part and pose by pose. Used by ``ulna.compare`` and ``ulna compare``."""
 
 from collections.abc import Iterable, Iterator
 

@@ -1,4 +1,4 @@
-"""Which joints and links of two robots stand for each other."""
+"""Pairs the joints and links of two robots. Used by ``compare``, ``parts`` and ``poses``."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

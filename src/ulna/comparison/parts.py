@@ -1,4 +1,4 @@
-"""Pairs of joints, and the shapes of pairs of links, held against each other."""
+"""Compares pairs of joints, and the shapes of pairs of links. Used by ``compare``."""
 
 from collections.abc import Iterator
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""What a comparison found, as frozen data."""
+"""Holds the result of a comparison, as frozen data. Used by all of ``comparison`` and ``ulna compare``."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""A document as it comes in: a file, or the text itself; and what it expands to where it is a xacro file."""
+"""Reads a document from a file or from text, and expands it if it is xacro. Used by ``load`` and ``inspection``."""
 
 import re
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What every reader of a description asks of an element: its children, its words, its numbers; or where they lack."""
+"""Reads children, attributes and numbers of XML elements, or says what is missing. Used by ``urdf`` and ``srdf``."""
 
 import math
 

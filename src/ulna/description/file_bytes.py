@@ -1,4 +1,7 @@
-"""The bytes of a file, without waiting for ever: a pipe that nothing writes to has an end too."""
+"""Reads the bytes of a file, with a time limit for pipes. Used by ``document``, ``readable``, ``packages`` and ``inspection``.
+
+A pipe that nothing writes to would otherwise block for ever.
+"""
 
 import os
 import select

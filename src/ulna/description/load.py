@@ -1,4 +1,4 @@
-"""From whatever names a robot to its description: a bundled name, a path, the text itself, or the name of a robot elsewhere."""
+"""Loads a description by a bundled name, a path, text, or the name of a robot elsewhere. Used by ``robot.load``."""
 
 import warnings
 from collections.abc import Iterable, Mapping

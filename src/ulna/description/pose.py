@@ -1,4 +1,4 @@
-"""Poses as homogeneous 4x4 matrices, and the ways to write them: roll-pitch-yaw and quaternions.
+"""Makes and checks poses as 4x4 matrices, from roll-pitch-yaw and quaternions. Used by the readers, ``Robot``, the page.
 
 ``T_a_b`` maps coordinates in b to coordinates in a; adjacent names cancel: ``T_a_c = T_a_b @ T_b_c``.
 """

@@ -1,4 +1,4 @@
-"""A semantic description held against its robot: what it names and the robot has not is told, and passed over."""
+"""Checks a semantic description against its robot; drops with a warning what the robot lacks. Used by ``load``, ``subtree``."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace

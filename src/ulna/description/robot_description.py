@@ -1,4 +1,4 @@
-"""A robot as a description file gives it: links joined by joints, as frozen data."""
+"""Holds a robot as its file gives it: links and joints, as frozen data. Used by all readers and by ``Robot``."""
 
 from dataclasses import dataclass, field, fields
 from enum import StrEnum

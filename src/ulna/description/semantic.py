@@ -1,4 +1,4 @@
-"""What a semantic description (SRDF) adds to a robot, as frozen data: sets of joints, postures, pairs of links that may touch."""
+"""Holds a semantic description (SRDF) as frozen data: groups, states, allowed pairs. Used by ``srdf`` and ``Robot``."""
 
 from dataclasses import dataclass
 

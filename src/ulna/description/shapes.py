@@ -1,4 +1,4 @@
-"""Shapes: what a link looks like, what it collides as, and what stands in the world. All lengths in metres."""
+"""Defines the shapes of links and of a world's objects, in metres. Used by the readers, ``collision`` and ``viewer``."""
 
 from dataclasses import dataclass
 

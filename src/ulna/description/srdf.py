@@ -1,6 +1,6 @@
-"""SRDF in, semantic description out. The format: wiki.ros.org/srdf; what cannot be understood is refused with file and line.
+"""Reads SRDF (wiki.ros.org/srdf); what it cannot understand it refuses with file and line. Used by ``load``.
 
-What other programs add to such files (grippers, rotors, feet, collision spheres, properties of joints) is passed over.
+What other programs add to such files (grippers, rotors, feet, collision spheres, properties of joints) is ignored.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""What makes links and joints one tree: the checks, the order from the root, and which entries of q drive which joint."""
+"""Checks that links and joints form one tree, and orders them from the root. Used by ``kinematics.tree`` and ``subtree``.
+
+It also assigns to each joint the entries of q that move it.
+"""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable

@@ -1,4 +1,4 @@
-"""Parts of a robot, and a robot with a tool: descriptions made of descriptions."""
+"""Cuts parts out of a description, and adds a tool to one. Used by ``Robot``, ``robot.load`` and ``dh.moving_chain``."""
 
 from collections import defaultdict
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""URDF in, description out. The format: wiki.ros.org/urdf/XML; what cannot be understood is refused with file and line."""
+"""Reads URDF (wiki.ros.org/urdf/XML); what it cannot understand it refuses with file and line. Used by ``load``."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""The Denavit-Hartenberg table of any serial chain, with the proof that it is the same robot."""
+"""Computes the Denavit-Hartenberg table of any serial chain, and proves that it is the same robot. Used by ``Robot``."""
 
 from collections.abc import Iterator
 from math import floor, log10

@@ -1,4 +1,4 @@
-"""Denavit-Hartenberg tables in, description out."""
+"""Makes a description from a Denavit-Hartenberg table. Used by ``Robot.from_dh``."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""The part of a chain that moves: what the rows of its Denavit-Hartenberg table will be about."""
+"""Finds the part of a chain that moves, which the rows of its DH table describe. Used by ``from_chain``."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

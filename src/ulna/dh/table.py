@@ -1,4 +1,4 @@
-"""A Denavit-Hartenberg table as data: what a row means, and how a table is written for people."""
+"""Holds a Denavit-Hartenberg table, and formats it. Used by ``from_chain``, ``from_table``, ``Robot`` and ``ulna dh``."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields

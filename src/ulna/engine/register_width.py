@@ -1,4 +1,4 @@
-"""What the compiler makes of lanes on this machine."""
+"""Finds how many numbers one vector instruction of this machine computes. Used by ``bench.machine``."""
 
 from functools import cache
 from typing import Any

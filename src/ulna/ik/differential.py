@@ -1,4 +1,4 @@
-"""Differential inverse kinematics: one step of a control loop."""
+"""Computes one control step of differential inverse kinematics. Used by ``Robot``."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""Says what a solver of inverse kinematics is. Used by ``ik.inverse_kinematics``, which asks one after the other."""
+"""Defines the interface of a solver of inverse kinematics. Used by ``ik.inverse_kinematics``, which tries one after the other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a pose a search has to meet: all of it, a position, a position and a direction, or all but some slack."""
+"""Defines what of a pose a search must reach: all, position, direction, or within tolerances. Used by ``options``."""
 
 from dataclasses import dataclass
 

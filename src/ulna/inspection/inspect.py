@@ -1,4 +1,4 @@
-"""The inspection: every kind of finding, and the picture of the tree, of one description."""
+"""Runs every check on a description and lists its tree. Used by ``ulna.inspect`` and ``ulna inspect``."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What an inspection found, as frozen data."""
+"""Holds the result of an inspection, as frozen data. Used by all of ``inspection`` and ``ulna inspect``."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""What only the whole robot shows: followers that leave their leader no room, and a reach that no arm has."""
+"""Checks the whole robot: mimic joints that leave no range, and an implausible reach. Used by ``inspect``."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Forward kinematics: where the links are."""
+"""Computes the poses of links, NumPy in and out. Used by ``Robot``, ``jacobian`` and ``dh.from_chain``."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

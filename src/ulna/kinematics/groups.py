@@ -1,4 +1,4 @@
-"""What the groups and states of a semantic description come to on a robot: joints, links, entries of q, whole configurations."""
+"""Resolves the groups and states of a semantic description on a robot: joints, links, entries of q. Used by ``Robot``."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Jacobians: how fast a link moves for a unit rate of each entry of q."""
+"""Computes Jacobians, NumPy in and out. Used by ``Robot`` and ``ik``."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""``out=``: the caller's array for an answer, or a new one."""
+"""Checks the caller's array ``out=``, or makes a new one. Used by ``forward``, ``jacobian``, ``checker`` and ``ik``."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Joint positions at the public edge: what every function that takes q makes of it."""
+"""Checks q and shapes it for the kernels. Used by every function that takes q."""
 
 from math import prod
 

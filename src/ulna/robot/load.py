@@ -1,4 +1,4 @@
-"""A robot from a file, a text or a name."""
+"""Loads a robot from a file, a text or a name. Used by ``ulna.load``."""
 
 from __future__ import annotations
 

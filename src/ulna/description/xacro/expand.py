@@ -1,4 +1,4 @@
-"""xacro in, URDF text out. A xacro file is a program, so it runs in a child process that may only compute."""
+"""Expands xacro to URDF text, in a child process that may only compute. Used by ``document``."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""A xacro document that only defines a macro, as the course's ``franka_robot.urdf`` does: it is expanded by calling it."""
+"""Expands a xacro document that only defines a macro, by calling it. Used by ``expand``.
+
+The course's ``franka_robot.urdf`` is such a document.
+"""
 
 import re
 

@@ -1,19 +1,19 @@
-"""Edges: whether the robot stays free on the whole straight line between two configurations, certified.
+"""Certifies that the robot is free on the straight line between two configurations. Used by ``drivers.continuous``.
 
 Conservative advancement (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996; Zhang, Lee and Kim, Interactive
 continuous collision detection for non-convex polyhedra, The Visual Computer 2006), eight steps at a time:
 
 1. On q(t) = q_a + t (q_b - q_a) no point of a body moves faster than the sum, over the joints that carry it, of the joint's
    rate times the greatest distance that the point can have from the joint's axis: the lengths of the links between, added up.
-   Two bodies come no nearer to each other than by the sum over the joints that carry one of them only.
+   The distance of two bodies shrinks no faster than the sum over the joints that carry only one of them.
 2. If at the middle of an interval of t a pair is farther apart than its speed times half the interval's length, it is free in
-   all of the interval. Eight intervals in a row are looked at together, a lane each. How far apart they are is judged by the gap
-   between their shadows along one direction (``placed.rows_gap``): no more than the distance, whatever a search for it misses.
-3. Advance over those at the front of which all pairs are free. If all eight were, try intervals eight times as long from there;
-   if not, cut the first that was not into eight. If nothing moves farther in an interval than the resolution, it is a contact.
+   all of the interval. Eight consecutive intervals are computed together, a lane each. The distance is replaced by a lower bound,
+   the gap of the two projections on one direction (``posed_pair.rows_gap``), so that an inexact search cannot certify too much.
+3. Advance over the leading intervals in which all pairs are free. If all eight are free, the next eight are eight times as long.
+   If not, split the first that is not free into eight. If nothing moves farther in an interval than the resolution, it is a contact.
 
-What rounding can do is added to how far a pair comes nearer: to each body a share of all lengths between it and the base, and the
-rounding of each angle on a straight line in q times the arm that it turns.
+A bound on the rounding errors is added to the motion of a pair: for each body a fraction of all lengths between it and the base,
+and the rounding of each angle of q(t) times the lever arm of its joint.
 """
 
 from ulna.engine.decorators import kernel

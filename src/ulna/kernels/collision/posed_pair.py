@@ -1,7 +1,7 @@
-"""Where the robot's bodies stand at q, and rows of tables of bodies met two by two.
+"""Computes poses of the robot's bodies at q, and distance or overlap of pairs of rows. Used by the other files here.
 
-Each table goes with its vertices. Where both are None all shapes are boxes: so a scene of boxes, the most frequent, compiles
-without the search for distances of convex shapes, in a fraction of the time.
+Each table comes with its vertices. If either is None, all shapes are boxes. A scene of boxes, the most frequent, thus compiles
+without GJK and EPA, in a fraction of the time.
 """
 
 from ulna.engine.decorators import kernel, routine

@@ -1,20 +1,21 @@
-"""How deep two convex cores overlap: the expanding polytope algorithm, for one pair of plain numbers.
+"""Computes how deep two convex cores overlap, by the expanding polytope algorithm. Used by ``pairs`` and the drivers.
 
-The differences p - q of points of A and B form a convex set that holds the origin; the depth is the distance from the origin
-to its surface, and the outward normal there is the shortest way to part the two (van den Bergen, Proximity Queries and
-Penetration Depth Computation on 3D Game Objects, GDC 2001).
+The algorithm takes one pair of plain numbers. The Minkowski difference, all p - q for points p of A and q of B, is convex and
+contains the origin. The depth is the distance from the origin to its surface, and the outward normal there is the direction of
+least translation that separates the two (van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects,
+GDC 2001).
 
-1. A tetrahedron of support points is the first polytope within the set. It need not hold the origin.
-2. Of its faces take the one whose plane lies least far out, the origin being in or out. Its offset bounds the depth from below.
-3. The set's farthest point along that face's normal bounds the depth from above. Where the bounds meet, that is the depth.
-4. Else the point joins the polytope: the faces that see it go, and their rim is joined to it. Go on with 2.
-5. At the end the surface's nearest point, which may lie on another face about as low, must fulfil 3 as well: it is a sum of
-   corners, and the sums of the points p and q that belong to these are the witness points.
+1. Begin with a tetrahedron of support points, a polytope inside the Minkowski difference. It need not contain the origin.
+2. Take the face whose plane has the least offset from the origin. This offset is a lower bound of the depth.
+3. The support point along the normal of that face gives an upper bound of the depth. If the bounds are equal, that is the depth.
+4. If not, add the point to the polytope: remove the faces that see it, and connect their boundary to it. Repeat from 2.
+5. At the end the nearest point of the surface, which may be on another face of almost the same offset, must pass step 3 too. It
+   is a weighted sum of corners, and the same weights applied to the points p and q of these corners give the witness points.
 
 For polytopes this ends with the exact depth after finitely many steps, unless they need more than MAX_POINTS points, as round
-hulls of many thousand vertices may. For cylinders the bounds close in on it; should the points not suffice, as where all ways out
-across an axis are equally long, the least upper bound that is found is taken. No result is less than the depth.
-A set without volume (of two flat cores in one plane) has depth zero along its own normal.
+hulls of many thousand vertices may. For cylinders the bounds converge. If the point budget runs out, the best upper bound is
+returned. No result is less than the depth. A flat Minkowski difference (of two flat cores in one plane) has depth zero along its
+own normal.
 """
 
 import numpy as np

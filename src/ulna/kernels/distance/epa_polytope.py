@@ -1,7 +1,7 @@
-"""A polytope of support points of the differences of two cores, which grows: the book-keeping of ``epa``.
+"""Grows a polytope of support points of the Minkowski difference of two cores. Used by ``epa``.
 
-A point is a row of the points: the difference w = p - q, then p. A face is a row of the faces: the places of its corners,
-counter-clockwise seen from without, its unit normal, and its offset from the origin.
+A point is a row of the points: the difference w = p - q, then p. A face is a row of the faces: the indices of its corners,
+counter-clockwise seen from outside, its unit normal, and its offset from the origin.
 """
 
 from ulna.engine.decorators import kernel, routine

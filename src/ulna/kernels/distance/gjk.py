@@ -1,19 +1,21 @@
-"""The distance of two convex cores that do not overlap: Gilbert, Johnson and Keerthi (IEEE J. Robotics and Automation 1988).
+"""Computes the distance of two convex cores that do not overlap, by GJK. Used by ``pairs``, ``epa`` and ``epa_polytope``.
 
-The distance of A and B is that of the origin from all differences p - q of their points, a convex set. Its farthest point along
-a direction is a difference of support points. The search keeps a triangle of such points and in it the point v nearest to the
-origin; the farthest point w along -v bounds the distance from below by v . w / |v|, while |v| bounds it from above, so that
-the answer is certified: it is done where the two bounds meet.
+Source: Gilbert, Johnson and Keerthi, IEEE J. Robotics and Automation 1988.
 
-One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. The nearest point of it lies where it was, or on a feature at w,
-for w lies deeper than all points seen: on one of three edges or three triangles. All six are worked out, each a point of the set
-for sure, and the nearest is kept: no step goes back, whatever is degenerate, and all lanes take the same path. What is robust in
-it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross products, and
-a nearest point on a face along the face's normal instead of as a sum of its corners.
+The distance of A and B is that of the origin from their Minkowski difference, all p - q, which is convex. Its support point along
+a direction is a difference of support points. The search keeps a simplex of up to three such points and v, its point nearest to
+the origin. With the support point w along -v, the distance is at least v . w / |v| and at most |v|. The search ends when the two
+bounds agree, so the result is certified.
 
-The bound needs the direction of v to as many digits as the bodies are longer than their distance: a wire of a kilometre passes
-a box at micrometres. A sum of corners has the digits of the corners only, so v is computed again once its feature is known
-(``point_of``): along the normal of a face, from the two shortest edges; at a right angle to an edge.
+One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. Its nearest point is the old one or lies on a feature that contains
+w, for w is farther along -v than all points so far: on one of three edges or three triangles. All six candidates are computed,
+each a point of the set, and the nearest is kept. So no step increases |v|, even for degenerate simplices, and all lanes
+take the same path. For robustness it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross
+products, and the nearest point of a face along the face's normal instead of as a weighted sum of its corners.
+
+The lower bound needs v in more digits the longer the bodies are in relation to their distance: a wire of a kilometre may pass
+a box at micrometres. A weighted sum of corners has only the digits of the corners, so v is computed again once its feature is
+known (``point_of``): along the normal of a face, from the two shortest edges; or perpendicular to an edge.
 """
 
 from ulna.engine.decorators import kernel

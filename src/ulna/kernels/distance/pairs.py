@@ -1,16 +1,16 @@
-"""Two bodies of any shapes: their signed distance, witness points and normal, and whether they overlap.
+"""Computes signed distance, witness points, normal and overlap of two bodies of any shapes. Used by ``posed_pair``.
 
 A body is (kind, pose, size, vertices): a kind of ``layout``; a pose; four numbers, the half extents and the radius; and the
 points of a hull, a plain array of shape (n, 3), else of shape (0, 3). The kind and the points are the same in all lanes; pose
 and size are numbers, so that lanes can be eight configurations, or eight bodies of one kind.
 
-An answer is (signed distance [m], witness_a, witness_b, normal): three numbers each, in the frame in which the poses are given.
+A contact is (signed distance [m], witness_a, witness_b, normal): the last three are vectors in the frame of the poses.
 The normal is a unit vector from a to b, and witness_b - witness_a = signed distance * normal.
 
-Bodies that touch count as overlapping: those of which it is not certain that they are farther apart than ``CONTACT`` of their
-sizes. Their distance is then zero, so that the sign of the distance and the verdict agree.
+Two bodies overlap unless it is certain that they are farther apart than ``CONTACT`` times their sizes: touching is contact. Their
+distance is then zero, so that the sign of the distance agrees with the overlap test.
 
-The scratch is an entry's: three arrays of the shapes that ``depth.SCRATCH`` names.
+The scratch is three arrays, which the entry owns, of the shapes in ``epa.SCRATCH``.
 """
 
 from ulna.engine.decorators import kernel, routine

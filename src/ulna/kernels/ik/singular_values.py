@@ -1,12 +1,13 @@
-"""Damped least squares by singular values, for a damping so small that J J' + lambda I would lose it to rounding.
+"""Solves damped least squares by singular values, for very small damping. Used by ``bounded_least_squares``.
 
 Source: Nakamura and Hanafusa (J. Dyn. Sys., Meas., Control 1986) for sigma / (sigma^2 + lambda);
-the singular values are those of ``pseudo_inverse``. To the square of each lambda is added by itself, so none is lost.
+the singular values are those of ``pseudo_inverse``. lambda is added to each sigma^2 separately, so it is not lost to rounding
+as it would be in J J' + lambda I.
 
-1. Turn pairs of rows of [J | e | I] until all rows of J are square to each other: U' J = S V', U' e, U'.
-2. x = sum of v sigma / (sigma^2 + lambda) (U' e), and e - J x = sum of u lambda / (sigma^2 + lambda) (U' e), which is right in
-   relation to itself, where the difference would be all rounding.
-3. A sigma within the rounding of J counts as 0: whether the arm can move in its direction nobody knows.
+1. Rotate pairs of rows of [J | e | I] until all rows of J are orthogonal: U' J = S V', U' e, U'.
+2. x = sum of v sigma / (sigma^2 + lambda) (U' e), and e - J x = sum of u lambda / (sigma^2 + lambda) (U' e), which has a small
+   relative error, while the difference e - J x would be nothing but rounding.
+3. A sigma within the rounding of J counts as 0: rounding hides whether the arm can move in its direction.
 """
 
 from ulna.engine.decorators import kernel, routine

@@ -1,4 +1,4 @@
-"""What the process gives up before it sees a document, by the operating system: all files, processes, sockets, and much memory.
+"""Takes files, processes, sockets and much memory from the process, by the operating system. Used by ``main``.
 
 =============  =====================================  ========================================
 system         what holds                             what is left out

@@ -1,4 +1,7 @@
-"""What xacro does elsewise here: it evaluates by ``expressions``, and reads by the parent."""
+"""Replaces how xacro evaluates expressions and reads files. Used by ``main``.
+
+Expressions go to ``expressions``; files are read by the parent process.
+"""
 
 import os
 from types import ModuleType, SimpleNamespace

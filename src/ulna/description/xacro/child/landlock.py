@@ -1,4 +1,4 @@
-"""Landlock: a Linux process gives up files, sockets and signals for good. No rule is added, so nothing is left open.
+"""Takes files, sockets and signals from a Linux process for good, by Landlock. Used by ``confinement``.
 
 Source: linux/landlock.h, and https://docs.kernel.org/userspace-api/landlock.html.
 """
