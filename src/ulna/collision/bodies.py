@@ -79,12 +79,12 @@ def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attach
     free |= {frozenset((held.name, other)) for held in attached for other in held.touch_links}
     carriers = dict(zip(bodies.owners, bodies.links, strict=True))
     held = {one.name for one in attached}
-    kept = []
+    checked = []
     for a, b in combinations(carriers, 2):
         rigid = tree.link_row[carriers[a]] == tree.link_row[carriers[b]] and (a in held or b in held)
         if not rigid and frozenset((a, b)) not in free:
-            kept.append((a, b))
-    pairs = np.array(bodies.pairs_of(kept), dtype=np.int64).reshape(-1, 2)
+            checked.append((a, b))
+    pairs = np.array(bodies.pairs_of(checked), dtype=np.int64).reshape(-1, 2)
     pairs.setflags(write=False)
     return pairs
 

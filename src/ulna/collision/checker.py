@@ -124,9 +124,9 @@ class Checker:
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
             return float(self._nearest(q, scene)[NEAREST])
-        answer = as_out(out, q.shape[:-1], q)
-        answer[...] = self._nearest(q, scene, threads)[..., NEAREST]
-        return answer
+        result = as_out(out, q.shape[:-1], q)
+        result[...] = self._nearest(q, scene, threads)[..., NEAREST]
+        return result
 
     def distance_gradient(
         self,
@@ -204,10 +204,10 @@ class Checker:
         return reports
 
     def _touches(self, q: NDArray[np.float64], scene: Scene) -> bool:
-        answer = self._overlap_one(*scene, for_kernel(q))
-        if answer == OUT_OF_RANGE:
+        result = self._overlap_one(*scene, for_kernel(q))
+        if result == OUT_OF_RANGE:
             refuse_out_of_range(q)
-        return answer == OVERLAPS
+        return result == OVERLAPS
 
     def _nearest(self, q: NDArray[np.float64], scene: Scene, threads: int | None = None) -> NDArray[np.float64]:
         """The nearest pair of each q (``kernels.collision.nearest``), shape (..., NEAREST_WIDTH)."""
@@ -226,10 +226,10 @@ class Checker:
             refuse_out_of_range(q)
         near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
         order = near[np.argsort(found[near, DISTANCE], kind="stable")]
-        n, told = len(self.bodies.names), {}
+        n, reported = len(self.bodies.names), {}
         for k, (a, b) in zip(order, candidates[order].tolist(), strict=True):  # of an object of many solids the nearest is told
-            told.setdefault((a, b if b < n else object_names[b - n]), k)
-        return Report(tuple(self._pair(candidates[k], found[k], object_names) for k in told.values()))
+            reported.setdefault((a, b if b < n else object_names[b - n]), k)
+        return Report(tuple(self._pair(candidates[k], found[k], object_names) for k in reported.values()))
 
     def _candidates(self, q: NDArray[np.float64], scene: Scene, max_distance: float) -> NDArray[np.int64]:
         """The pairs that may be near enough."""

@@ -68,12 +68,12 @@ def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, 
 
 def _below(description: Description, base: str) -> set[str]:
     """The names of the joints that hang on a link."""
-    hanging: dict[str, list[Joint]] = defaultdict(list)
+    children: dict[str, list[Joint]] = defaultdict(list)
     for joint in description.joints:
-        hanging[joint.parent].append(joint)
+        children[joint.parent].append(joint)
     kept, waiting = set(), [base]
     while waiting:
-        joints = hanging[waiting.pop()]
+        joints = children[waiting.pop()]
         kept |= {joint.name for joint in joints}
         waiting += [joint.child for joint in joints]
     return kept

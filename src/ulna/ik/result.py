@@ -231,5 +231,5 @@ def many_as_text(result: IKResult) -> str:
     solved = int(np.count_nonzero(status == Status.SOLVED))
     worst = [f"{np.max(errors, initial=0.0):.3g}" for errors in (result.position_error, result.rotation_error)]
     others = [f"{np.count_nonzero(status == word)} {word}" for word in Status if word != Status.SOLVED and word in status]
-    told = f" ({', '.join(others)})" if others else ""
-    return f"{solved} of {status.size} targets solved{told}; largest errors {worst[0]} m, {worst[1]} rad"
+    others_text = f" ({', '.join(others)})" if others else ""
+    return f"{solved} of {status.size} targets solved{others_text}; largest errors {worst[0]} m, {worst[1]} rad"

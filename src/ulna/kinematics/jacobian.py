@@ -132,14 +132,14 @@ def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
     """
     q = as_positions(q, tree)
-    answer = as_out(out, q.shape[:-1], q)
+    measure = as_out(out, q.shape[:-1], q)
     moving = tree.moving_columns(link)
     J = geometric_jacobian(tree, q, link, "base", threads=threads)[..., moving]
     Jt = np.swapaxes(J, -1, -2)
-    np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=answer)
+    np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=measure)
     if not len(moving):  # the determinant of no rows is 1
-        answer[...] = 0.0
-    return answer if q.ndim > 1 or out is not None else answer[()]
+        measure[...] = 0.0
+    return measure if q.ndim > 1 or out is not None else measure[()]
 
 
 def _locked_message(locked: NDArray[np.bool_]) -> str:

@@ -45,13 +45,13 @@ def expand_xacro(
         "arguments": arguments,
     }
     readable = Readable(None if folder is None else folder.resolve(), [str(Path(p).resolve()) for p in package_dirs])
-    answer = expanded_by_child(request, readable, MEMORY_LIMIT_BYTES, TIME_LIMIT_S, source)
+    expanded = expanded_by_child(request, readable, MEMORY_LIMIT_BYTES, TIME_LIMIT_S, source)
     declared = {e.get("name", "") for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).localname == "arg"}
     for name in arguments:
-        if name not in declared and name not in answer["asked"]:
-            known = sorted(declared | (set(answer["asked"]) - set(arguments)))
+        if name not in declared and name not in expanded["asked"]:
+            known = sorted(declared | (set(expanded["asked"]) - set(arguments)))
             raise InputError("xacro_args", f"{source} has no argument {name!r}{did_you_mean(name, known)}")
     try:
-        return answer["urdf"].encode()
+        return expanded["urdf"].encode()
     except UnicodeEncodeError as error:
         raise DescriptionError(f"xacro: expands to text that is not Unicode ({error.reason})", source) from None
