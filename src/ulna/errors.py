@@ -29,7 +29,7 @@ class DescriptionError(UlnaError, ValueError):
 
 
 class DescriptionWarning(UserWarning):
-    """Parts of a description that mean nothing and are passed over, as a semantic description's words of unknown links."""
+    """Parts of a description that mean nothing and are ignored, such as references of a semantic description to unknown links."""
 
 
 class InputError(UlnaError, ValueError):
@@ -44,7 +44,7 @@ class InputError(UlnaError, ValueError):
 
 
 class UnknownNameError(UlnaError, LookupError):
-    """A name that stands for nothing here. ``name`` is what was asked for, ``known`` the names there are."""
+    """An unknown name. ``name`` is what was asked for, ``known`` the names there are."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
         self.kind, self.name, self.known, self.hint = kind, name, tuple(known), hint
@@ -88,7 +88,7 @@ def needs_extra(what: str, extra: str, *packages: str) -> Iterator[None]:
 
 
 class GeometryError(UlnaError, ValueError):
-    """A collision query that this robot's geometry cannot answer."""
+    """A collision query that is not possible with this robot's geometry."""
 
 
 class SingularityError(UlnaError, ValueError):

@@ -90,6 +90,6 @@ def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attach
 
 
 def _distinct(names: tuple[str, ...], links: tuple[str, ...]) -> tuple[str, ...]:
-    """The shapes' names; one that stands twice gets its link before it, and a number behind it if need be."""
+    """The shapes' names; a repeated one gets its link before it, and a number behind it if need be."""
     long = [f"{link}/{name}" if names.count(name) > 1 else name for name, link in zip(names, links, strict=True)]
     return tuple(f"{name} ({long[: k + 1].count(name)})" if long.count(name) > 1 else name for k, name in enumerate(long))

@@ -87,7 +87,7 @@ class HeightMap:
 
 
 Obstacle = Solid | PointCloud | HeightMap
-"""What can stand in a world."""
+"""What a world may hold."""
 
 
 def _bounded(name: str, values: ArrayLike) -> NDArray[np.float64]:

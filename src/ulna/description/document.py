@@ -40,7 +40,7 @@ def open_document(argument: str, source: str | Path, kind: str) -> Document:
 
 
 def expanded(document: Document, xacro_args: Mapping[str, object], package_dirs: tuple[Path, ...]) -> Document:
-    """What a xacro file stands for; any other document as it is, which takes no arguments. It holds the ``package_dirs``."""
+    """What a xacro file expands to; any other document as it is, which takes no arguments. It holds the ``package_dirs``."""
     if is_xacro(parse(document.text, document.source)):
         text = expand_xacro(document.text, document.source, document.folder, xacro_args, package_dirs)
         return Document(text, f"{document.source} (expanded; `ulna urdf` prints it)", document.folder, package_dirs)
@@ -55,7 +55,7 @@ def refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
 
 
 def _encoded(argument: str, source: str) -> bytes:
-    """Text as UTF-8, without an encoding that it may declare, and without what stands before an XML declaration."""
+    """Text as UTF-8, without an encoding that it may declare, and without what comes before an XML declaration."""
     text = source.lstrip("\ufeff")
     if text.lstrip().startswith("<?xml"):
         text = re.sub(r"""\s+encoding=(["'])[^"']*\1""", "", text.lstrip(), count=1)

@@ -8,7 +8,7 @@ from ulna.errors import DescriptionError
 
 
 class Reader:
-    """Reads the elements of one document, whose name, ``source``, stands in every message."""
+    """Reads the elements of one document, whose name, ``source``, is in every message."""
 
     def __init__(self, source: str) -> None:
         self.source = source

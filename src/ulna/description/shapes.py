@@ -74,7 +74,7 @@ def lengths(name: str, values: object, count: int) -> tuple[float, ...]:
     """So many finite lengths of at least 0 [m].
 
     Raises:
-        InputError: They are not; ``name`` stands in the message.
+        InputError: They are not; ``name`` is in the message.
     """
     given = as_floats(name, values)  # type: ignore[arg-type]
     if given.shape != (count,) or not ((given >= 0) & (given <= LARGEST)).all():

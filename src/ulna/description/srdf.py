@@ -16,7 +16,7 @@ _MOST = 2000  # groups, chains and states: what they come to takes their number 
 
 
 def read_srdf(text: bytes, source: str) -> Srdf:
-    """The semantic description in an SRDF document, as it stands: no name in it is looked up. ``source`` names it in messages.
+    """The semantic description in an SRDF document, as written: no name in it is looked up. ``source`` names it in messages.
 
     Raises:
         DescriptionError: It is no SRDF: not XML, a name or a number is missing, two groups or two states have one name.

@@ -18,7 +18,7 @@ _BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
 
 @dataclass(frozen=True)
 class Drive:
-    """What moves a joint: position = ratio * q[column] + offset; ``column`` is None where it stands still."""
+    """What moves a joint: position = ratio * q[column] + offset; ``column`` is None if it does not move."""
 
     column: int | None
     ratio: float = 1.0
@@ -66,7 +66,7 @@ def joints_from_root(description: Description) -> tuple[Joint, ...]:
     if len(ordered) < len(description.joints):
         reached = {joint.name for joint in ordered}
         lost = next(joint for joint in description.joints if joint.name not in reached)
-        message = f"joint {lost.name!r} hangs on a loop of joints that the root does not reach"
+        message = f"joint {lost.name!r} is part of a loop of joints that the root does not reach"
         raise DescriptionError(message, description.source, lost.line)
     return tuple(ordered)
 
@@ -153,14 +153,14 @@ def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
 def bounds_of_q(
     joints: tuple[Joint, ...], drives: dict[str, Drive], bounds_of: Callable[[Joint], tuple[float, float]]
 ) -> tuple[np.ndarray, set[str]]:
-    """Lower and upper bounds of q, shape (2, n_dof), and the names of the joints whose bounds are passed over.
+    """Lower and upper bounds of q, shape (2, n_dof), and the names of the joints whose bounds are ignored.
 
     The bounds are infinite for continuous, planar and floating joints. ``bounds_of`` gives those of a joint: ``hard_bounds`` or
     ``soft_bounds``. The bounds of a joint that mimics another narrow the other's. Where they would leave it no room at all they
-    are passed over: such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its writers meant it to move.
+    are ignored: such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its writers meant it to move.
     """
     bounds: list[tuple[float, float]] = []
-    passed_over: set[str] = set()
+    ignored: set[str] = set()
     for joint in joints:
         width = N_POSITIONS[joint.type] if joint.mimic is None else 0
         bounds += [bounds_of(joint) if joint.type in _BOUNDED else (-np.inf, np.inf)] * width
@@ -172,8 +172,8 @@ def bounds_of_q(
             if narrowed[0] < narrowed[1]:
                 bounds[drive.column] = narrowed
             else:
-                passed_over.add(joint.name)
-    return np.array(bounds).reshape(-1, 2).T, passed_over
+                ignored.add(joint.name)
+    return np.array(bounds).reshape(-1, 2).T, ignored
 
 
 def hard_bounds(joint: Joint) -> tuple[float, float]:
@@ -184,7 +184,7 @@ def hard_bounds(joint: Joint) -> tuple[float, float]:
 def soft_bounds(joint: Joint) -> tuple[float, float]:
     """The soft limits of a joint's safety controller, never wider than its limits; these alone where it has none.
 
-    Soft limits that lie wholly outside the limits would leave nothing: they are passed over too.
+    Soft limits that lie wholly outside the limits would leave nothing: they are ignored too.
     """
     lower, upper = hard_bounds(joint)
     if joint.safety is None or joint.safety.soft_lower > upper or joint.safety.soft_upper < lower:
@@ -193,7 +193,7 @@ def soft_bounds(joint: Joint) -> tuple[float, float]:
 
 
 def _follower_range(bounds: tuple[float, float], drive: Drive) -> tuple[float, float]:
-    """The positions of its leader at which a joint that mimics it stands within some bounds; the ratio is not 0."""
+    """The positions of its leader at which a joint that mimics it is within some bounds; the ratio is not 0."""
     low, high = sorted((bound - drive.offset) / drive.ratio for bound in bounds)
     return low, high
 

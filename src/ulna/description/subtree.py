@@ -18,7 +18,7 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
 
     Raises:
         UnknownNameError: There is no such link.
-        DescriptionError: ``tip`` does not hang on ``base``, or a joint that stays mimics one that does not.
+        DescriptionError: ``tip`` is not below ``base``, or a joint that stays mimics one that does not.
     """
     root = root_link(description)
     names = [link.name for link in description.links]
@@ -58,16 +58,14 @@ def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, 
     while link != base:
         joint = carriers.get(link)
         if joint is None:
-            raise DescriptionError(
-                f"link {tip!r} does not hang on {base!r}: the chain from it ends at {link!r}", description.source
-            )
+            raise DescriptionError(f"link {tip!r} is not below {base!r}: the chain from it ends at {link!r}", description.source)
         joints.append(joint)
         link = joint.parent
     return tuple(reversed(joints))
 
 
 def _below(description: Description, base: str) -> set[str]:
-    """The names of the joints that hang on a link."""
+    """The names of the joints below a link."""
     children: dict[str, list[Joint]] = defaultdict(list)
     for joint in description.joints:
         children[joint.parent].append(joint)

@@ -83,7 +83,7 @@ class _Reader(Reader):
             )
 
     def geometry(self, element: etree._Element, link_name: str) -> etree._Element:
-        """The one shape in a geometry; what else stands there, as a material, is not looked at."""
+        """The one shape in a geometry; other elements in it, such as a material, are ignored."""
         shapes = [child for child in element if child.tag in _SHAPES]
         if len(shapes) > 1:
             raise self.fail(shapes[1], f"link {link_name!r}: one <geometry> has {len(shapes)} shapes; one is expected")

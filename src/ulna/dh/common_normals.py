@@ -11,7 +11,7 @@ Source: Craig, Introduction to Robotics (3rd ed., 2005), sections 3.4 and 3.5.
 Where the product is not unique:
 
 1. z points along the joint's positive direction, so no joint needs a sign.
-2. x and -x serve equally: x_i is the one that needs the smaller turn from x_(i-1) (theta in (-pi/2, pi/2]), so a may be negative.
+2. x and -x are both valid: x_i is the one with the smaller turn from x_(i-1) (theta in (-pi/2, pi/2]), so a may be negative.
    The last x of a standard table is the one that needs the smaller turn to the tip's x, where the table ends.
 3. Parallel axes have a common normal everywhere: the one that makes d of the first axis zero. Coincident ones: theta zero too.
 4. If the last axis is parallel to the tip's z, a standard table ends level with the tip, a modified one at the last joint's own

@@ -115,7 +115,7 @@ def _table(
 
 
 def _frame_n(rows: Array, convention: str, T_base_0: Array, chain: DHChain, positions: Array) -> Array:
-    """T_base_n at joint positions (m, n), shape (m, 4, 4): the product that the table stands for, written out."""
+    """T_base_n at joint positions (m, n), shape (m, 4, 4): the product that the table describes, written out."""
     T = np.broadcast_to(T_base_0, (len(positions), 4, 4))
     for row, kind, position in zip(rows, chain.table[:, KIND], positions.T, strict=True):
         before, behind = around_the_motion(row, convention)

@@ -46,7 +46,7 @@ def dh_chain(description: Description, tree: Tree, link: str) -> DHChain:
         if row[KIND] == FIXED:
             continue
         joint = next(names)
-        if row[RATIO] == 0:  # it stands still, and belongs to the constant part
+        if row[RATIO] == 0:  # it does not move, and belongs to the constant part
             T = T @ motion_along_z(int(row[KIND]), row[OFFSET])
         else:
             kept.append(joint)

@@ -154,6 +154,6 @@ def _posture(tree: Tree, posture: ArrayLike | str) -> Array:
         return mid_range(tree)
     goal = as_positions(posture, tree, "posture")
     if goal.ndim != 1:
-        raise InputError("posture", f"shape {goal.shape}, but one posture, shape ({tree.n_dof},), serves all targets")
+        raise InputError("posture", f"shape {goal.shape}, but one posture, shape ({tree.n_dof},), is expected for all targets")
     refuse_out_of_range(goal, "posture")
     return np.clip(goal, tree.lower, tree.upper)

@@ -95,12 +95,12 @@ class _Link:
         return self.turn[:, 2]
 
     def near(self, s: float) -> tuple[float, float]:
-        """Where the point s of the first axis stands, seen from the second: along it, and away from it."""
+        """The position of point s of the first axis in the frame of the second: along it, and away from it."""
         p = self.turn.T @ (np.array([0.0, 0.0, s]) - self.middle)
         return p[2], float(np.hypot(p[0], p[1]))
 
     def far(self, s: float) -> tuple[float, float]:
-        """Where the point s of the second axis stands, seen from the first."""
+        """The position of point s of the second axis in the frame of the first."""
         p = self.middle + s * self.axis
         return p[2], float(np.hypot(p[0], p[1]))
 

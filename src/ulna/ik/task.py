@@ -14,7 +14,7 @@ _FREE = float("inf")
 
 @dataclass(frozen=True)
 class Task:
-    """How much of a target pose has to be met.
+    """How much of a target pose must be reached.
 
     The error that is left of a pose has six components: the displacement x, y, z [m] and the rotation vector about x, y, z
     [rad], in the target's axes. A component that is off by no more than its slack costs nothing; infinity frees it.

@@ -45,7 +45,7 @@ _MOTIONS = {
 class Tree:
     """A robot as arrays.
 
-    ``joints`` is the table of moving joints; each link hangs on a row of it (``link_row``, or BASE) at ``link_offset``,
+    ``joints`` is the table of moving joints; each link is fixed to a row of it (``link_row``, or BASE) at ``link_offset``,
     T_row_link.
     """
 
@@ -120,7 +120,7 @@ class Tree:
         return np.unique(chain[moved, COLUMN].astype(np.int64))
 
     def frame_row(self, link: str, T_link_frame: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The row of a table of frames for a frame that stands still on a link."""
+        """The row of a table of frames for a frame that is fixed to a link."""
         return _frame_row(self.link_row[link], self.link_offset[link] @ T_link_frame)
 
     def __setstate__(self, state: dict) -> None:

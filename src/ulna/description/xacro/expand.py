@@ -26,7 +26,7 @@ def is_xacro(root: etree._Element) -> bool:
 def expand_xacro(
     text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
 ) -> bytes:
-    """The URDF that a xacro document stands for.
+    """The URDF that a xacro document expands to.
 
     A document that only defines one macro, as the course's ``franka_robot.urdf`` does, is expanded by calling it; its parameters
     without a default come from ``xacro_args``. Files are read in the document's folder, in its package and in ``package_dirs``.

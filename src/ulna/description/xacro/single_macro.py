@@ -16,7 +16,7 @@ _DEFAULT = re.compile(rf"\s*([^\s:=]++)\s*+:?=\s*+(?:\^\|?)?(?:\$\{{[^}}]*+\}}|\
 
 
 def only_defines(root: etree._Element) -> bool:
-    """True if no link, joint or macro call stands at the top: only definitions."""
+    """True if there is no link, joint or macro call at the top level, only definitions."""
     definitions = {"macro", "property", "arg", "include"}
     children = [etree.QName(e) for e in root if isinstance(e.tag, str)]
     ours = [name for name in children if name.namespace in NAMESPACES]

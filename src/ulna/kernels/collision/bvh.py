@@ -83,8 +83,8 @@ def gap_bound(gap):
 def push_children(nodes, node, bounds, within, stack, heights, top):
     """Push those children of a node that are nearer than ``within`` [m] onto a stack, the nearest on top; return the new top.
 
-    ``heights`` is a second stack, of the lower bounds of their distances. The objects below the last level are numbered as if they
-    were the nodes of one more level.
+    ``heights`` is a second stack, of the lower bounds of their distances. The objects below the last level are numbered as if
+    they were the nodes of one more level.
     """
     height = gap_bound(child_gap(nodes, node, bounds))
     bits, bottom = lane_bits(height < within), top

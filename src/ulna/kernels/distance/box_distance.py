@@ -4,11 +4,12 @@ Boxes apart. The pairs of nearest points form a convex set; at a corner of that 
 points lie have no direction in common, so that one point is a corner of its box, or both lie within edges that cross. And
 where they lie within edges, each edge is the outermost one of its box along the edges' common perpendicular. So the distance
 is the least over 25 pairs of points: each of the 16 corners with the point of the other box nearest to it, and for each of
-the 9 pairs of edge directions one pair of edges. Every candidate is a pair of points of the boxes, so none is nearer than the distance.
+the 9 pairs of edge directions one pair of edges. Every candidate is a pair of points of the boxes, so none is nearer than the
+distance.
 
 Boxes that overlap are first moved apart along the axis of least overlap (``box_sat``); there they touch, and the same search
-finds the points. Boxes that touch (``CONTACT``) have the distance zero, and the normal of that axis: the difference of points so near
-is rounding. Extents of zero are allowed.
+finds the points. Boxes that touch (``CONTACT``) have the distance zero, and the normal of that axis: the difference of points so
+near is rounding. Extents of zero are allowed.
 """
 
 import numpy as np

@@ -39,7 +39,7 @@ class Arguments(dict):
 
 
 def teach_xacro(parent: Parent, arguments: Arguments, file: str | None) -> None:
-    """Replace what xacro evaluates and reads with. A xacro that lacks one of these names would do it elsewise: it is refused."""
+    """Replace what xacro evaluates and reads with. A version of xacro that lacks one of these names is refused."""
     missing = [f"{module.__name__}.{name}" for module, names in _REPLACED.items() for name in names if not hasattr(module, name)]
     if missing:
         raise RefusedError(f"this version of the package xacro is not known here (no {missing[0]}); 2.1.1 is")

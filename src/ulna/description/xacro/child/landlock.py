@@ -28,7 +28,7 @@ def version() -> int:
 
 
 def give_up_files() -> str:
-    """Give up every right that the kernel's version knows, and return why that could not be; nothing if it could."""
+    """Give up every right that the kernel's version knows, and return why that failed; nothing if it did not."""
     known = version()
     if not known:
         return "this system has no Landlock"

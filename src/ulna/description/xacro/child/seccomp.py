@@ -46,7 +46,7 @@ def known() -> bool:
 
 
 def give_up_calls() -> str:
-    """Give up all system calls but those, in all threads; return why that could not be, nothing if it could."""
+    """Give up all system calls but those, in all threads; return why that failed, nothing if it did not."""
     if not known():
         return "this system has no seccomp, or its numbers are not known here"
     kernel = ctypes.CDLL(None, use_errno=True)
