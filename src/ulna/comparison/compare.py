@@ -36,6 +36,9 @@ def compare(
     Returns:
         A ``Comparison``; ``print`` it. ``same`` is True if nothing differs.
 
+    Raises:
+        InputError: An argument is not a robot, a tolerance is negative, or a kind to ignore is not known.
+
     Example:
         >>> from ulna import load, pose
         >>> panda = load("panda")

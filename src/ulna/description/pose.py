@@ -71,7 +71,11 @@ def rpy_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 
 def matrix_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
-    """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalised here."""
+    """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalised here.
+
+    Raises:
+        InputError: The shape is another, an entry is not finite, or a quaternion has length zero.
+    """
     wxyz = _finite("wxyz", wxyz, 4)
     largest = np.abs(wxyz).max(axis=-1, keepdims=True)
     if np.any(largest < 1e-12):
@@ -135,6 +139,9 @@ def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
 
     A matrix that was rounded is accepted to 1e-6, but what is computed with it, such as the axes that separate two boxes, needs
     a rotation that is one.
+
+    Raises:
+        InputError: T is not one pose.
     """
     T = as_pose(T, name)
     if T.shape != (4, 4):

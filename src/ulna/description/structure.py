@@ -53,7 +53,11 @@ def root_link(description: Description) -> str:
 
 
 def joints_from_root(description: Description) -> tuple[Joint, ...]:
-    """The joints, each after the one that carries its parent link; otherwise in the order of the file, depth first."""
+    """The joints, each after the one that carries its parent link; otherwise in the order of the file, depth first.
+
+    Raises:
+        DescriptionError: The links and joints do not form one tree.
+    """
     children: dict[str, list[Joint]] = defaultdict(list)
     for joint in description.joints:
         children[joint.parent].append(joint)
@@ -98,7 +102,11 @@ def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:
 
 
 def drives_of(joints: tuple[Joint, ...], columns: dict[str, slice], source: str) -> dict[str, Drive]:
-    """What moves each joint, mimics followed to the independent joint or to the fixed one at their end."""
+    """What moves each joint, mimics followed to the independent joint or to the fixed one at their end.
+
+    Raises:
+        DescriptionError: A mimic joint has no leader, follows itself, or its ratio or offset is too large.
+    """
     by_name, drives = {joint.name: joint for joint in joints}, {}
     for start in joints:
         followers: dict[str, Joint] = {}

@@ -41,7 +41,11 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
 
 
 def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name: str) -> Description:
-    """The robot with one more link fixed to its only tip."""
+    """The robot with one more link fixed to its only tip.
+
+    Raises:
+        InputError: The robot has several tips, or already has a link of this name.
+    """
     leaves = leaf_links(description)
     if len(leaves) != 1:
         raise InputError("T_flange_tool", f"the robot has {len(leaves)} tips; cut out one chain first (base=..., tip=...)")
@@ -52,7 +56,11 @@ def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name
 
 
 def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, ...]:
-    """The joints from base to tip."""
+    """The joints from base to tip.
+
+    Raises:
+        DescriptionError: The tip is not below the base.
+    """
     carriers = {joint.child: joint for joint in description.joints}
     link, joints = tip, []
     while link != base:

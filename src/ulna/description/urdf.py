@@ -26,7 +26,11 @@ def read_urdf(text: bytes, source: str) -> Description:
 
 
 def decoded(root: etree._Element, text: bytes, source: str) -> str:
-    """The text of an XML document, without the encoding that it declares."""
+    """The text of an XML document, without the encoding that it declares.
+
+    Raises:
+        DescriptionError: The encoding is unknown, or the text is not in it.
+    """
     declared = root.getroottree().docinfo.encoding or "utf-8"
     marks = {b"\xff\xfe\0\0": "utf-32", b"\0\0\xfe\xff": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
     encoding = next((name for mark, name in marks.items() if text.startswith(mark)), declared)

@@ -24,7 +24,12 @@ _N_CONFIGURATIONS = 1000
 
 
 def dh_table(description: Description, tree: Tree, link: str, convention: str, tolerance: float) -> DHTable:
-    """The table from the base to a link; see ``Robot.dh``."""
+    """The table from the base to a link; see ``Robot.dh``.
+
+    Raises:
+        InputError: The convention is not known, the tolerance is not between 0 and 0.1 rad, or the chain has no table.
+        UnknownNameError: There is no such link.
+    """
     checked_convention(convention)
     if not (isinstance(tolerance, float | int) and 0 <= tolerance <= 0.1):
         raise InputError("tolerance", f"{tolerance!r}; a number from 0 to 0.1 is expected")

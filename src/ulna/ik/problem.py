@@ -110,7 +110,11 @@ def _of_task(query: Query, targets: Array) -> Array:
 
 
 def as_names(held: Iterable[str]) -> tuple[str, ...]:
-    """The names of joints that are held, one or several."""
+    """The names of joints that are held, one or several.
+
+    Raises:
+        InputError: ``held`` is not iterable.
+    """
     if not isinstance(held, Iterable):
         raise InputError("held", f"{held!r}; names of joints are expected")
     return (held,) if isinstance(held, str) else tuple(held)

@@ -176,6 +176,9 @@ class IKResult:
         """With ``trace=True``, a row a step: position error [m], rotation error [rad], largest joint step [rad or m], damping.
 
         Where the target is not solved it ends where the best start ended, before that was let come to rest.
+
+        Raises:
+            AttributeError: No trace was recorded.
         """
         if self.explanation.trace is None:
             raise AttributeError("there is no trace: ask for one by inverse_kinematics(..., trace=True)")

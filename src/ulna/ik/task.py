@@ -24,6 +24,10 @@ class Task:
             about none, about z alone (then the link's ``axis`` is brought onto the target's by the shortest turn), or about all.
         axis: A direction in the link's own axes, shape (3,).
 
+    Raises:
+        InputError: The slack is not six numbers of at least 0, frees the rotation about another axis only, or frees everything;
+            or the axis is not a direction.
+
     Example:
         >>> Task.pointing(axis=(0, 0, 1)).slack
         (0.0, 0.0, 0.0, 0.0, 0.0, inf)
@@ -84,7 +88,11 @@ _NAMED = {"pose": Task.pose(), "position": Task.position(), "pointing": Task.poi
 
 
 def as_task(task: "Task | str") -> Task:
-    """A task, given itself or by its name."""
+    """A task, given itself or by its name.
+
+    Raises:
+        InputError: It is neither a ``Task`` nor the name of one.
+    """
     if isinstance(task, Task):
         return task
     named = _NAMED.get(task) if isinstance(task, str) else None

@@ -101,7 +101,12 @@ def as_frame(expressed_in: str) -> int:
 def geometric_jacobian(
     tree: Tree, q: ArrayLike, link: str, expressed_in: str, out: Array | None = None, threads: int | None = None
 ) -> Array:
-    """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
+    """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
+
+    Raises:
+        InputError: q has another shape or an entry out of range, ``expressed_in`` is not a frame, or ``out`` does not fit.
+        UnknownNameError: There is no such link.
+    """
     return CompiledJacobian(tree, link, expressed_in)(q, out, threads)
 
 
@@ -111,6 +116,11 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
     The angular velocity in the axes of the base is w = E(pitch, yaw) (roll', pitch', yaw'), with the columns of E the axes
     about which the angles turn: the x axis of the turned frame, its y axis before roll, and the base's z axis. So the lower
     rows are E^-1 of the geometric ones. det E = cos(pitch). Source: Siciliano et al., Robotics (2009), section 3.6.
+
+    Raises:
+        InputError: q has another shape or an entry out of range, or ``out`` does not fit.
+        SingularityError: |cos(pitch)| < 1e-6 somewhere.
+        UnknownNameError: There is no such link.
     """
     q = as_positions(q, tree)
     J = geometric_jacobian(tree, q, link, "base", out, threads)
@@ -130,6 +140,10 @@ def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None
     """sqrt(det(J J')), or of J' J for fewer than six entries of q that move the link: shape (...,).
 
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
+
+    Raises:
+        InputError: q has another shape or an entry out of range, or ``out`` does not fit.
+        UnknownNameError: There is no such link.
     """
     q = as_positions(q, tree)
     measure = as_out(out, q.shape[:-1], q)

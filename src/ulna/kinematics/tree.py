@@ -105,7 +105,11 @@ class Tree:
         return self.tip
 
     def chain(self, link: str) -> NDArray[np.float64]:
-        """The table of the joints from the base to a link, the link's own offset last; kept once made."""
+        """The table of the joints from the base to a link, the link's own offset last; kept once made.
+
+        Raises:
+            UnknownNameError: There is no such link.
+        """
         if not isinstance(link, str):
             raise UnknownNameError("link", str(link), self.link_names)
         chain = self._chains.get(link)

@@ -36,7 +36,8 @@ def load(
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
         FileError: There is no such file or name, or it cannot be read.
-        InputError: A xacro file has no argument of a name in ``xacro_args``.
+        InputError: A xacro file has no argument of a name in ``xacro_args``, or an argument has another type than said.
+        UnknownNameError: There is no such ``base`` or ``tip``.
 
     Example:
         >>> load("panda").n_dof
