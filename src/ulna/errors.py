@@ -78,7 +78,11 @@ class MissingExtraError(UlnaError, ImportError):
 
 @contextmanager
 def needs_extra(what: str, extra: str, *packages: str) -> Iterator[None]:
-    """Around an import: where one of these packages is not installed, a ``MissingExtraError`` says what to install."""
+    """A context for imports of these packages, whose error says which extra to install.
+
+    Raises:
+        MissingExtraError: One of the packages is not installed.
+    """
     try:
         yield
     except ImportError as error:

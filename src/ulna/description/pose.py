@@ -24,6 +24,10 @@ def pose(xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike | None = None, *, wxyz
     Returns:
         T, shape (..., 4, 4).
 
+    Raises:
+        InputError: A shape is another, an entry is not finite, a quaternion has length zero, or both ``rpy`` and ``wxyz`` are
+            given.
+
     Example:
         >>> pose((0.5, 0.0, 0.21))[:3, 3]
         array([0.5 , 0.  , 0.21])
@@ -112,7 +116,11 @@ def quaternion_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 
 def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
-    """T as an array of shape (..., 4, 4); an ``InputError`` that says what is wrong if it is no rigid motion (to 1e-6)."""
+    """T as an array of poses, shape (..., 4, 4).
+
+    Raises:
+        InputError: T has another shape, or is not a rigid motion to 1e-6; the message says what is wrong.
+    """
     T = as_floats(name, T)
     if T.shape[-2:] != (4, 4):
         raise InputError(name, f"shape {T.shape}, but poses have shape (..., 4, 4)")

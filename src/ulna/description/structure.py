@@ -26,7 +26,12 @@ class Drive:
 
 
 def root_link(description: Description) -> str:
-    """The one link that is no joint's child; an error if names repeat, parents are missing, or there are several roots."""
+    """The root: the one link that is no joint's child.
+
+    Raises:
+        DescriptionError: Names repeat, a parent or child link is missing, a link has two parents, or there is not exactly one
+            root.
+    """
     links = _by_unique_name(description, "link", description.links)
     _by_unique_name(description, "joint", description.joints)
     if not links:

@@ -20,7 +20,11 @@ _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 
 
 def read_urdf(text: bytes, source: str) -> Description:
-    """The description in a URDF document. ``source`` names it in messages."""
+    """The description in a URDF document. ``source`` names it in messages.
+
+    Raises:
+        DescriptionError: It cannot be understood; the message names the document and the line.
+    """
     root = parse(text, source)
     return _Reader(source).robot(without_namespace(root), decoded(root, text, source))
 

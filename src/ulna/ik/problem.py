@@ -88,7 +88,11 @@ def make_problem(
 
 
 def refuse_no_pose(T: ArrayLike) -> None:
-    """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none."""
+    """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none.
+
+    Raises:
+        InputError: Always.
+    """
     as_pose(as_floats("T", T))
     raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
 

@@ -91,7 +91,11 @@ class JacobianByLink(Bound[tuple[str | None, str], CompiledJacobian]):
 
 
 def as_frame(expressed_in: str) -> int:
-    """The kernels' number of a frame, or an ``InputError`` that lists the frames."""
+    """The kernels' number of a frame.
+
+    Raises:
+        InputError: There is no such frame; the message lists the frames.
+    """
     frame = EXPRESSED_IN.get(expressed_in) if isinstance(expressed_in, str) else None
     if frame is None:
         raise InputError("expressed_in", f"{expressed_in!r} is not a frame{did_you_mean(str(expressed_in), EXPRESSED_IN)}")

@@ -25,7 +25,11 @@ def only_defines(root: etree._Element) -> bool:
 
 
 def call_the_macro(root: etree._Element, source: str, arguments: dict[str, str]) -> None:
-    """Append a call of the document's one macro, and take its parameters out of the arguments."""
+    """Append a call of the document's one macro, and take its parameters out of the arguments.
+
+    Raises:
+        DescriptionError: There are several macros, or a parameter is missing or unknown.
+    """
     macros = [e for e in root if isinstance(e.tag, str) and etree.QName(e).localname == "macro"]
     names = [e.get("name", "") for e in macros]
     if len(macros) != 1:
