@@ -47,7 +47,10 @@ TYPES = {
     },
     "spatial": {"rows": NUMBERS, **_each("defect fault r00 r01 r02 r10 r11 r12 r20 r21 r22", NUMBER)},
     "spatial.vectors": {**_each("a b", VECTOR)},
-    **{f"spatial.vectors.{name}": {"a": POSE} for name in ("axis", "origin", "turn", "turn_into", "place", "seen_from")},
+    **{
+        f"spatial.vectors.{name}": {"a": POSE}
+        for name in ("axis", "origin", "rotate", "rotate_inverse", "transform", "transform_inverse")
+    },
     "distance": {"scratch": POLYTOPE, "body": CORES, **_each("index square gap depth angle level", NUMBER), "points": MATRIX},
     "distance.box_distance": {"best": POINTS, "other": POINTS, **_each("length sign_1 sign_2 sign_y sign_z", NUMBER)},
     "distance.box_distance.edge_pair": {**_each("y z", VECTOR)},
@@ -55,17 +58,17 @@ TYPES = {
     "distance.box_distance.nearest_edges": {"sides": TWO_VECTORS, "s": THREE_VECTORS},
     "distance.box_distance.nearest_of_four": {**_each("y z", VECTOR)},
     "distance.box_distance.nearer_corner": {"best": CORNER, "other": CORNER},
-    "distance.box_distance.numbered_axis": {"k": NUMBER},
+    "distance.box_distance.pose_axis": {"k": NUMBER},
     "distance.box_distance.row_signs": {"row": VECTOR},
     "distance.box_sat": {"m": THREE_VECTORS, **_each("t1 t2 h1 h2 widest axis", NUMBER), **_each("r1 r2 m0 m1 m2", VECTOR)},
     "distance.box_sat.widest_of_edges": {"edges": TWO_VECTORS},
-    "distance.epa": {"relative": types.Tuple((THREE_VECTORS, VECTOR)), "meeting": VECTOR, "z": VECTOR},
-    "distance.epa.deepened": {"answer": DISTANCE, "inside": NUMBER},
+    "distance.epa": {"relative": types.Tuple((THREE_VECTORS, VECTOR)), "common_point": VECTOR, "z": VECTOR},
+    "distance.epa.with_penetration": {"contact": DISTANCE, "inside": NUMBER},
     "distance.epa_polytope.set_face": {"f": WHOLE},
     "distance.epa_polytope.toggle_edge": {**_each("i j", NUMBER)},
-    "distance.epa_polytope.remove_seen": {"w": WHOLE},
+    "distance.epa_polytope.remove_visible": {"w": WHOLE},
     "distance.epa_polytope.unit_cross": {**_each("a b", VECTOR)},
-    "distance.gjk": {**_each("points sources", THREE_VECTORS), "shares": VECTOR, **_each("e e0 e1 e2 f n0 n1 n2", VECTOR)},
+    "distance.gjk": {**_each("points sources", THREE_VECTORS), "weights": VECTOR, **_each("e e0 e1 e2 f n0 n1 n2", VECTOR)},
     "distance.gjk.point_of": {**_each("k1 k2", VECTOR)},
     "distance.gjk.chosen_three": {**_each("a b", THREE_VECTORS)},
     "distance.gjk.nearer": {"best": CANDIDATE, "other": CANDIDATE},
@@ -89,9 +92,9 @@ TYPES = {
     "ik": {"slack": NUMBER, "dt": NUMBER, **_each("p r", WHOLE), **_each("cosine sine running", NUMBER), "settled": TRUTH},
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
     "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
-    **{f"ik.{name}": {"v": TWIST} for name in ("damped_step.add_column", "singular_values.add_turned")},
+    **{f"ik.{name}": {"v": TWIST} for name in ("damped_step.add_column", "singular_values.add_rotated")},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
-    "ik.pseudo_inverse.turn_rows": {"rows": NUMBERS},
+    "ik.pseudo_inverse.rotate_rows": {"rows": NUMBERS},
 }  # fmt: skip
 
 

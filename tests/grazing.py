@@ -6,7 +6,7 @@ farthest point along the face's inward normal comes to lie there, whatever its r
 
 import numpy as np
 
-import naive
+import formulas
 import solids
 import ulna
 
@@ -95,10 +95,10 @@ def _touching(rng, shape, target, T_object, T_held, turns):
     if rng.random() < 0.3:
         angles[:] = rng.choice([0, np.pi / 2, np.pi], 3) + rng.choice([0, 1e-9, 1e-6, 1e-4]) * rng.normal(size=3)
     c, b, a = angles
-    R = naive.rotation([0, 0, 1], c) @ naive.rotation([0, 1, 0], b) @ naive.rotation([1, 0, 0], a)
+    R = formulas.rotation([0, 0, 1], c) @ formulas.rotation([0, 1, 0], b) @ formulas.rotation([1, 0, 0], a)
     if turns:
-        R = R @ naive.rotation([0, 0, 1], 0.5 - 3 * a)
-    T = naive.transform(R) @ T_held
+        R = R @ formulas.rotation([0, 0, 1], 0.5 - 3 * a)
+    T = formulas.transform(R) @ T_held
     out = T_object[:3, :3] @ normal
     deepest = solids.farthest(shape, T, -out)
     place = T_object[:3, :3] @ inside + T_object[:3, 3] - deepest

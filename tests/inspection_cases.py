@@ -75,7 +75,7 @@ DEFECTS = {
         'multiplier="0.5"',
         'multiplier="-0.5"',
         [
-            (WARNING, "joint 'grip too'", "its limits leave 'grip', which it mimics, no room: they are passed over"),
+            (WARNING, "joint 'grip too'", "its limits leave 'grip', which it mimics, no room: they are ignored"),
         ],
     ),
     "a follower that stands still": (

@@ -7,10 +7,10 @@ import sys
 
 import numpy as np
 
+import formulas
 import kernel_modes
 import kernel_probes as probes
-import naive
-import zoo
+import robots
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik.levenberg_marquardt import N_STATE
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
@@ -19,7 +19,7 @@ from ulna.kernels.layout import BODY_WIDTH, BOX, HULL, N_VERTICES, SHAPE
 from ulna.kinematics.tree import build_tree
 
 N = 24
-TREE = build_tree(zoo.every_joint())
+TREE = build_tree(robots.every_joint())
 CHAIN = TREE.chain("fingertip")
 N_DOF, N_JOINTS, N_LINKS = TREE.n_dof, len(TREE.joints), len(TREE.link_names)
 BODIES = np.arange(2 * BODY_WIDTH).reshape(2, BODY_WIDTH) / 10.0
@@ -79,7 +79,7 @@ def settings(task=WHOLE_POSE, about_z=0.0, posture=0.0):
 
 
 def random_pose(rng):
-    return naive.transform(naive.rotation(rng.normal(size=3), rng.uniform(-3, 3)), rng.normal(size=3))[:3].ravel()
+    return formulas.transform(formulas.rotation(rng.normal(size=3), rng.uniform(-3, 3)), rng.normal(size=3))[:3].ravel()
 
 
 def answers():

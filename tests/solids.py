@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 
+import formulas
 import kernel_probes
-import naive
 import ulna
-from close import assert_close
+from assertions import assert_close
 from ulna.collision.rounded_shapes import shape_columns, shape_vertices
 from ulna.kernels.distance.epa import SCRATCH
 
@@ -32,7 +32,7 @@ def random_solid(rng, kind, scale=1.0):
 
 
 def random_pose(rng, spread=1.0):
-    return naive.transform(naive.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)), rng.normal(size=3) * spread)
+    return formulas.transform(formulas.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)), rng.normal(size=3) * spread)
 
 
 def kernel_arguments(shape_a, shape_b):

@@ -1,4 +1,4 @@
-"""``python -m ulna``: the command ``ulna``."""
+"""Runs the command ``ulna``. Used by ``python -m ulna``."""
 
 from ulna.cli.app import app
 

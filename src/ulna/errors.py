@@ -1,4 +1,7 @@
-"""Every error that Ulna raises: an ``UlnaError`` that is also the built-in a caller would expect, with its data as attributes."""
+"""Defines every error that Ulna raises: an ``UlnaError`` that is a built-in too, with its data. Used by all folders but kernels.
+
+Each says where and what next, and carries its data as attributes.
+"""
 
 import difflib
 from collections.abc import Iterable, Iterator
@@ -26,7 +29,7 @@ class DescriptionError(UlnaError, ValueError):
 
 
 class DescriptionWarning(UserWarning):
-    """Parts of a description that mean nothing and are passed over, as a semantic description's words of unknown links."""
+    """Parts of a description that mean nothing and are ignored, such as references of a semantic description to unknown links."""
 
 
 class InputError(UlnaError, ValueError):
@@ -41,7 +44,7 @@ class InputError(UlnaError, ValueError):
 
 
 class UnknownNameError(UlnaError, LookupError):
-    """A name that stands for nothing here. ``name`` is what was asked for, ``known`` the names there are."""
+    """An unknown name. ``name`` is what was asked for, ``known`` the names there are."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
         self.kind, self.name, self.known, self.hint = kind, name, tuple(known), hint
@@ -75,7 +78,11 @@ class MissingExtraError(UlnaError, ImportError):
 
 @contextmanager
 def needs_extra(what: str, extra: str, *packages: str) -> Iterator[None]:
-    """Around an import: where one of these packages is not installed, a ``MissingExtraError`` says what to install."""
+    """A context for imports of these packages, whose error says which extra to install.
+
+    Raises:
+        MissingExtraError: One of the packages is not installed.
+    """
     try:
         yield
     except ImportError as error:
@@ -85,7 +92,7 @@ def needs_extra(what: str, extra: str, *packages: str) -> Iterator[None]:
 
 
 class GeometryError(UlnaError, ValueError):
-    """A collision query that this robot's geometry cannot answer."""
+    """A collision query that is not possible with this robot's geometry."""
 
 
 class SingularityError(UlnaError, ValueError):

@@ -22,7 +22,7 @@ TABLES = {"bodies", "chain", "joints", "objects", "out", "pairs", "posture", "sh
 LANE_LOOPS = {
     "collision/continuous.py bounds_of_all": "one box around a body in eight intervals of one edge: a minimum over the lanes",
     "collision/continuous.py world_rounding": "the largest coordinate of the bounds of the eight children of the BVH's root",
-    "distance/epa.py deepened": "EPA grows one polytope: it runs for one lane at a time, in the few lanes whose cores overlap",
+    "distance/epa.py with_penetration": "EPA grows one polytope: it runs lane by lane, in the few lanes whose cores overlap",
 }
 
 

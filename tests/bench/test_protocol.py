@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-import naive
+import formulas
 from ulna.bench.protocol import PROTOCOLS, pose_errors, within_limits
 from ulna.bench.solver import STEP_BOUND, Solver, follow_path, judge, run_protocol, ulna_solver
 from ulna.bench.targets import path_positions, random_positions
@@ -12,7 +12,7 @@ from ulna.bench.targets import path_positions, random_positions
 
 def turned(axis, angle, xyz=(0, 0, 0)):
     axis = np.array(axis, dtype=float)
-    return naive.transform(naive.rotation(axis / np.linalg.norm(axis), angle), xyz)
+    return formulas.transform(formulas.rotation(axis / np.linalg.norm(axis), angle), xyz)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-5, 0.3, 3.0, np.pi - 1e-6, np.pi])

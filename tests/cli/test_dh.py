@@ -3,7 +3,7 @@
 import re
 
 import ulna
-from close import assert_close
+from assertions import assert_close
 from ulna.description.names.panda import DH_ROWS
 
 LADDER = """<robot name="ladder">

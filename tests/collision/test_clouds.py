@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
-from close import assert_close
+from assertions import assert_close
 from ulna.collision.objects import MOST_UNINDEXED
 from ulna.errors import GeometryError, InputError
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from close import assert_close
+from assertions import assert_close
 from ulna.collision.objects import MOST_UNINDEXED
 from ulna.errors import InputError
 

@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-import naive
+import formulas
 import ulna
 from ulna.collision.allowed import AllowedCollisions, LinkPair
 from ulna.errors import InputError, UnknownNameError
@@ -74,12 +74,12 @@ def test_the_verdict_is_that_of_every_pair_of_links_that_is_not_allowed(panda, r
     q = rng.uniform(panda.lower, panda.upper, (40, 7))
     carriers = [(link.name, body) for link in panda.description.links for body in link.collisions]
     for row, verdict in zip(q, panda.in_collision(q), strict=True):
-        poses = dict(zip(panda.link_names, naive.link_poses(panda.description, row), strict=True))
+        poses = dict(zip(panda.link_names, formulas.link_poses(panda.description, row), strict=True))
         touching = {
             frozenset((a, b))
             for k, (a, body_a) in enumerate(carriers)
             for b, body_b in carriers[:k]
-            if naive.gaps_of_boxes(
+            if formulas.gaps_of_boxes(
                 poses[a] @ body_a.pose, body_a.shape.half_extents, poses[b] @ body_b.pose, body_b.shape.half_extents
             ).max() <= 0
         }  # fmt: skip

@@ -7,10 +7,10 @@ import pytest
 
 import ulna
 from robot_files import EXAMPLES
+from robots import every_joint
 from ulna import InputError, Robot
 from ulna.comparison.result import KINDS
 from ulna.description.names.panda import DH_JOINT_TYPES, DH_ROWS
-from zoo import every_joint
 
 ARM = """<robot name="arm">
   <link name="base"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
@@ -70,7 +70,7 @@ def test_one_change_is_found_where_it_is_and_nothing_else(name):
     assert backwards == {kind for kind, _ in expected}
 
 
-@pytest.mark.parametrize("name", ["Panda", "zoo"])
+@pytest.mark.parametrize("name", ["Panda", "every joint"])
 def test_a_robot_is_the_same_as_itself(panda, name):
     robot = panda if name == "Panda" else Robot(every_joint())
     comparison = ulna.compare(robot, robot)
@@ -116,12 +116,12 @@ def test_a_tolerance_decides_on_both_sides_of_its_border(name, written, instead,
 
 
 def test_the_order_of_q_and_of_the_links_is_told():
-    zoo = every_joint()
-    links = Robot(replace(zoo, links=(*zoo.links[1:], zoo.links[0])))
-    assert found(ulna.compare(Robot(zoo), links)) == [("order", "links")]
-    by_name = {joint.name: joint for joint in zoo.joints}
+    robot = every_joint()
+    links = Robot(replace(robot, links=(*robot.links[1:], robot.links[0])))
+    assert found(ulna.compare(Robot(robot), links)) == [("order", "links")]
+    by_name = {joint.name: joint for joint in robot.joints}
     swapped = [by_name[name] for name in ("float", "rotor joint", *(n for n in by_name if n not in ("float", "rotor joint")))]
-    comparison = ulna.compare(Robot(zoo), Robot(replace(zoo, joints=tuple(swapped))))
+    comparison = ulna.compare(Robot(robot), Robot(replace(robot, joints=tuple(swapped))))
     assert found(comparison) == [("order", "q")]
     assert comparison.max_position_difference < 1e-12
 

@@ -13,7 +13,7 @@ import pytest
 
 import kernel_modes
 import solids
-from close import assert_close
+from assertions import assert_close
 from coal_pairs import coal_distances, coal_scene
 
 CONTACT = 1e-8  # [m] nearer to touching than this, either verdict is right

@@ -6,7 +6,7 @@ from scipy.spatial import ConvexHull
 
 import grazing
 import ulna
-from close import assert_close
+from assertions import assert_close
 
 
 def ball(n, radius):

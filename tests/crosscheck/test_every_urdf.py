@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-import naive
+import formulas
 import ulna
 from pinocchio_peer import Peer, farthest_jacobian, farthest_link, random_positions
 from robot_files import DEFEAT_THE_MIMIC_OPTION, example_urdfs
@@ -68,7 +68,7 @@ def test_what_defeats_pinocchio_is_as_the_slow_twin_has_it(name):
         pin.buildModelFromUrdf(str(file), mimic=True)
     robot = ulna.load(file)
     q = random_positions(robot, 20)
-    expected = [naive.link_poses(robot.description, row) for row in q]
+    expected = [formulas.link_poses(robot.description, row) for row in q]
     np.testing.assert_allclose(robot.link_poses(q), expected, rtol=0, atol=1e-9)
 
 

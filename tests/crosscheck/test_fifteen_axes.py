@@ -10,18 +10,18 @@ from functools import partial
 import numpy as np
 import pytest
 
+import formulas
 import kernel_modes
-import naive
 import solids
 import ulna
-from close import assert_close
+from assertions import assert_close
 
 A, B, TURN = np.array([2.0, 4.0, 3.0]), np.array([3.5, 2.0, 1.5]), np.pi / 5
 MODES = kernel_modes.MODES
 
 
 def turn(axis, angle):
-    return naive.rotation(np.eye(3)[axis], angle)
+    return formulas.rotation(np.eye(3)[axis], angle)
 
 
 def corner_over_face(a, b, axis, offset):
@@ -31,7 +31,7 @@ def corner_over_face(a, b, axis, offset):
     on_face = a.copy()
     on_face[[first, second]] /= 2
     on_face[axis] += offset
-    return naive.transform(R, on_face + R @ b)
+    return formulas.transform(R, on_face + R @ b)
 
 
 def edge_over_edge(a, b, i, j, offset):
@@ -46,7 +46,7 @@ def edge_over_edge(a, b, i, j, offset):
     on_edge, to_centre = a.copy(), b.copy()
     on_edge[i], to_centre[j] = a[i] / 2, b[j] / 2
     on_edge[[(i + 1) % 3, (i + 2) % 3]] += offset
-    return naive.transform(R, on_edge + R @ to_centre)
+    return formulas.transform(R, on_edge + R @ to_centre)
 
 
 def check(mode, a, b, T, offset):

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 import ulna
-from close import assert_close
+from assertions import assert_close
 from coal_pairs import coal_request
 from pinocchio_peer import Peer
 

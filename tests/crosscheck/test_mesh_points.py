@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from close import assert_close
+from assertions import assert_close
 from robot_files import EXAMPLES
 from ulna.description.meshes.points import mesh_points
 

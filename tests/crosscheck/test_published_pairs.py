@@ -15,7 +15,7 @@ import pytest
 import kernel_modes
 import solids
 import ulna
-from close import assert_close
+from assertions import assert_close
 
 MODES = kernel_modes.MODES
 SLAB = ulna.Box((0.025, 0.35, 1.845)), "0 -1 0 0.8  1 0 0 -0.4575  0 0 1 1.0225"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ulna
-from close import assert_close
+from assertions import assert_close
 from ulna.collision.rounded_shapes import shape_columns, shape_vertices
 from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ulna
-from close import assert_close
+from assertions import assert_close
 
 # A pyramid of 2 x 2 x 1, and a point within it.
 PYRAMID = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 1\nv 0 0 0.1\nf 1 2 5\n"

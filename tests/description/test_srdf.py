@@ -1,4 +1,4 @@
-"""SRDF: what each element comes to, what is refused, and what is passed over with a warning."""
+"""SRDF: what each element comes to, what is refused, and what is ignored with a warning."""
 
 import re
 from pathlib import Path

@@ -74,7 +74,7 @@ def test_a_circle_of_mimics_is_told_in_a_few_words():
 
 def test_a_ring_beside_the_root_is_found_at_once():
     n = 10_000
-    with pytest.raises(DescriptionError, match="joint 'j0' hangs on a loop of joints that the root does not reach"):
+    with pytest.raises(DescriptionError, match="joint 'j0' is part of a loop of joints that the root does not reach"):
         ulna.load(robot('<link name="root"/>', links(n), chain(n - 1), JOINT.format(n - 1, 0, "fixed", "")))
 
 

@@ -6,14 +6,14 @@ from math import pi
 import numpy as np
 import pytest
 
-import naive
+import formulas
 import ulna
-from close import assert_close
+from assertions import assert_close
+from robots import UR5, every_joint, of_chain, unit
 from ulna import DHTable, InputError, Robot
 from ulna.description.names.panda import DH_ROWS
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link, Mimic
 from ulna.kernels.layout import LARGEST
-from zoo import UR5, every_joint, of_chain, unit
 
 RNG = np.random.default_rng(31)
 CONVENTIONS = ("modified", "standard")
@@ -27,26 +27,26 @@ STANFORD_TYPES = ["revolute", "revolute", "prismatic", "revolute", "revolute", "
 
 def by_the_textbook(table, positions):
     """T_base_tip at positions of the rows' joints."""
-    T = naive.dh_poses(table.rows, table.joint_types, positions, table.convention)
+    T = formulas.dh_poses(table.rows, table.joint_types, positions, table.convention)
     return table.T_base_0 @ (T[-1] if T else np.eye(4)) @ table.T_n_tip
 
 
 def assert_is_the_robot(table, description, atol=1e-12, n=20):
     """The table, multiplied out by the formulas of the textbooks, against the slow twin."""
-    joints = naive.joints_from_root(description)
+    joints = formulas.joints_from_root(description)
     for _ in range(n):
-        q = RNG.uniform(-1, 1, sum(naive.N_POSITIONS[joint.type] for joint in joints if joint.mimic is None))
-        positions = naive.joint_positions(description, q)
+        q = RNG.uniform(-1, 1, sum(formulas.N_POSITIONS[joint.type] for joint in joints if joint.mimic is None))
+        positions = formulas.joint_positions(description, q)
         T = by_the_textbook(table, [positions[name][0] for name in table.joint_names])
-        assert_close(T, naive.link_pose(description, q, table.tip), atol=atol)
+        assert_close(T, formulas.link_pose(description, q, table.tip), atol=atol)
 
 
 def test_the_table_of_the_panda_is_the_assignments_with_the_fixed_rows_in_the_tip(panda):
     table = panda.dh()
     assert_close(table.rows, DH_ROWS[:7])
     assert_close(table.T_base_0, np.eye(4))
-    assert_close(table.T_n_tip, naive.craig(*DH_ROWS[7]) @ naive.craig(*DH_ROWS[8]), atol=1e-16)
-    assert_close(panda.dh(link="panda_link8").T_n_tip, naive.craig(*DH_ROWS[7]))
+    assert_close(table.T_n_tip, formulas.craig(*DH_ROWS[7]) @ formulas.craig(*DH_ROWS[8]), atol=1e-16)
+    assert_close(panda.dh(link="panda_link8").T_n_tip, formulas.craig(*DH_ROWS[7]))
     assert table.joint_names == panda.joint_names
     assert table.max_position_difference < 1e-14
     assert table.max_rotation_difference < 1e-14
@@ -80,7 +80,7 @@ def test_chains_with_skew_axes_slides_and_mimics_have_a_table(convention, link):
     gone = ("tray", "drone", "propeller")
     joints = tuple(joint for joint in description.joints if joint.child not in gone)
     links = tuple(one for one in description.links if one.name not in gone)
-    description = Description("zoo", links, joints)
+    description = Description("every joint", links, joints)
     table = Robot(description).dh(convention, link)
     assert_is_the_robot(table, description)
     assert table.max_position_difference < 1e-14
@@ -91,7 +91,10 @@ def test_chains_with_skew_axes_slides_and_mimics_have_a_table(convention, link):
 @pytest.mark.parametrize("gap", [0.0, 1e-7, 1e-5, 0.3])
 def test_nearly_parallel_axes_give_finite_rows_and_no_loss_that_the_proof_does_not_tell(convention, tilt, gap):
     chain = of_chain("revolute", "revolute", "revolute").joints
-    tilted = [naive.from_rpy((gap, 0.1, 0.2), (0.6 * tilt, 0.8 * tilt, 0)), naive.from_rpy((0.4, 0, 0.1), (1.2, 0.3, 0))]
+    tilted = [
+        formulas.from_rpy((gap, 0.1, 0.2), (0.6 * tilt, 0.8 * tilt, 0)),
+        formulas.from_rpy((0.4, 0, 0.1), (1.2, 0.3, 0)),
+    ]
     joints = (chain[0], *(Joint(j.name, j.type, j.parent, j.child, T, j.axis) for j, T in zip(chain[1:], tilted, strict=True)))
     description = Description("tilted", tuple(Link(f"l{k}") for k in range(4)), joints)
     table = Robot(description).dh(convention)
@@ -105,7 +108,7 @@ def test_nearly_parallel_axes_give_finite_rows_and_no_loss_that_the_proof_does_n
 
 
 def test_a_wider_tolerance_takes_axes_as_parallel_and_says_what_that_costs():
-    tilted = of_chain("revolute", "revolute", "revolute", origin=naive.from_rpy((0.3, 0, 0.1), (0, 3.7e-6, 0)))
+    tilted = of_chain("revolute", "revolute", "revolute", origin=formulas.from_rpy((0.3, 0, 0.1), (0, 3.7e-6, 0)))
     robot = Robot(tilted)
     exact, rounded = robot.dh(), robot.dh(tolerance=1e-5)
     assert exact.max_position_difference < 1e-10
@@ -117,7 +120,7 @@ def test_a_wider_tolerance_takes_axes_as_parallel_and_says_what_that_costs():
 
 def test_a_common_normal_out_of_reach_is_refused_with_the_tolerance_that_helps():
     robot = Robot.from_dh([(0, 0, 0, 0), (0, 0, 1e-9, 0), (0, 0, 0, 0)], T_n_tip=ulna.pose((0.3, 0.2, 0)))
-    shifted = Robot(of_chain("revolute", "revolute", origin=naive.from_rpy((0.3, 0.2, 0), (1e-9, 0, 0))))
+    shifted = Robot(of_chain("revolute", "revolute", origin=formulas.from_rpy((0.3, 0.2, 0), (1e-9, 0, 0))))
     assert robot.dh(tolerance=0).max_position_difference < 1e-9
     with pytest.raises(
         InputError, match=r"^tolerance: the axes of 'j1' and 'j2' are 1e-09 rad from parallel.*tolerance=1e-0[89]"
@@ -135,10 +138,17 @@ def test_parallel_axes_leave_d_to_the_last_of_them(convention):
 
 def test_the_place_of_a_sliding_joint_does_not_matter():
     def slider(shift):
-        there, back = naive.transform(p=shift), naive.transform(p=np.negative(shift))
-        first = Joint("turn", JointType.REVOLUTE, "a", "b", naive.from_rpy((0, 0, 0.2), (0, 0, 0)), unit(0, 0, 1))
-        second = Joint("slide", JointType.PRISMATIC, "b", "c", naive.from_rpy((0.1, 0.2, 0), (1, 0, 0.3)) @ there, unit(1, 2, -1))
-        third = Joint("spin", JointType.REVOLUTE, "c", "d", back @ naive.from_rpy((0.3, 0, 0.1), (0.2, 0.7, 0)), unit(0, 1, 0))
+        there, back = formulas.transform(p=shift), formulas.transform(p=np.negative(shift))
+        first = Joint("turn", JointType.REVOLUTE, "a", "b", formulas.from_rpy((0, 0, 0.2), (0, 0, 0)), unit(0, 0, 1))
+        second = Joint(
+            "slide",
+            JointType.PRISMATIC,
+            "b",
+            "c",
+            formulas.from_rpy((0.1, 0.2, 0), (1, 0, 0.3)) @ there,
+            unit(1, 2, -1),
+        )
+        third = Joint("spin", JointType.REVOLUTE, "c", "d", back @ formulas.from_rpy((0.3, 0, 0.1), (0.2, 0.7, 0)), unit(0, 1, 0))
         return Description("slider", tuple(Link(name) for name in "abcd"), (first, second, third))
 
     here, there = (Robot(slider(shift)).dh() for shift in ([0, 0, 0], [0.5, -0.3, 0.8]))
@@ -151,7 +161,7 @@ def test_the_place_of_a_sliding_joint_does_not_matter():
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
 @pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0), (1, 2, -2)])
 def test_one_joint_about_any_axis(convention, kind, axis):
-    description = of_chain(kind, axis=unit(*axis), origin=naive.from_rpy((0.1, -0.2, 0.3), (0.3, -0.5, 1.2)))
+    description = of_chain(kind, axis=unit(*axis), origin=formulas.from_rpy((0.1, -0.2, 0.3), (0.3, -0.5, 1.2)))
     table = Robot(description).dh(convention)
     assert (table.rows.shape, table.joint_types) == ((1, 4), (kind,))
     assert_is_the_robot(table, description, atol=1e-14)
@@ -159,7 +169,10 @@ def test_one_joint_about_any_axis(convention, kind, axis):
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_no_joints_are_a_table_without_rows(convention, panda):
-    for robot, link in ((panda, "panda_link0"), (Robot(of_chain("fixed", origin=naive.from_rpy((1, 2, 3), (1, 2, 3)))), "l1")):
+    for robot, link in (
+        (panda, "panda_link0"),
+        (Robot(of_chain("fixed", origin=formulas.from_rpy((1, 2, 3), (1, 2, 3)))), "l1"),
+    ):
         table = robot.dh(convention, link)
         assert table.rows.shape == (0, 4)
         assert_close(table.T_base_0 @ table.T_n_tip, robot.forward_kinematics(robot.home, link), atol=1e-15)
@@ -174,7 +187,7 @@ def test_what_no_row_can_describe_is_refused_by_name(link, joint):
 
 def gripper():
     """Two fingers that follow a joint off their own chain, one of them turned by a third that stands still."""
-    turn, origin = Limits(-1, 1, 2, 3), naive.from_rpy((0.1, 0, 0.2), (0.3, 0.4, 0))
+    turn, origin = Limits(-1, 1, 2, 3), formulas.from_rpy((0.1, 0, 0.2), (0.3, 0.4, 0))
     joints = (
         Joint("lead", JointType.REVOLUTE, "palm", "thumb", origin, unit(1, 0, 0), turn),
         Joint("near", JointType.REVOLUTE, "palm", "one", origin, unit(0, 1, 0), turn, Mimic("lead", -2.0, 0.1)),
@@ -249,7 +262,7 @@ def test_a_table_is_frozen_and_survives_pickle(panda):
 
 def test_with_no_tolerance_rounding_still_is_no_tilt():
     rows = [(0.1, 0.2, 0.7, 0.3), (0.3, 0, 0, 0.1), (0.3, 0, pi, -0.4), (0.3, 0.1, 0.3, 0.2)]
-    table = Robot.from_dh(rows, T_base_0=naive.from_rpy((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))).dh(tolerance=0)
+    table = Robot.from_dh(rows, T_base_0=formulas.from_rpy((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))).dh(tolerance=0)
     assert table.max_position_difference < 1e-12
     assert np.abs(table.rows[:, :2]).max() < 2
     assert table.notes == ()

@@ -6,9 +6,9 @@ from math import inf, pi
 import numpy as np
 import pytest
 
-import naive
+import formulas
 import ulna
-from naive import DH_FORMULAS, craig, dh_poses
+from formulas import DH_FORMULAS, craig, dh_poses
 from ulna import InputError, Robot, UlnaError
 from ulna.description.names.panda import DH_JOINT_TYPES, DH_LINKS, DH_ROWS
 
@@ -95,7 +95,10 @@ def test_every_joint_has_the_number_of_its_row_fixed_ones_too():
 
 @pytest.mark.parametrize("convention", DH_FORMULAS)
 def test_the_ends_of_a_table_stand_before_and_behind_its_rows(convention):
-    T_base_0, T_n_tip = naive.from_rpy((0.1, 0.2, 0.3), (0.4, -0.5, 0.6)), naive.from_rpy((0, -0.2, 0.1), (1.4, 0.5, -2.6))
+    T_base_0, T_n_tip = (
+        formulas.from_rpy((0.1, 0.2, 0.3), (0.4, -0.5, 0.6)),
+        formulas.from_rpy((0, -0.2, 0.1), (1.4, 0.5, -2.6)),
+    )
     robot = Robot.from_dh(ROWS, convention=convention, T_base_0=T_base_0, T_n_tip=T_n_tip)
     assert (robot.base, robot.tip) == ("base", "tip")
     for q in RNG.uniform(-3, 3, (20, 5)):
@@ -106,7 +109,7 @@ def test_the_ends_of_a_table_stand_before_and_behind_its_rows(convention):
 
 
 def test_a_table_without_rows_is_the_way_from_its_base_to_its_tip():
-    T_n_tip = naive.from_rpy((0, -0.2, 0.1), (1.4, 0.5, -2.6))
+    T_n_tip = formulas.from_rpy((0, -0.2, 0.1), (1.4, 0.5, -2.6))
     robot = Robot.from_dh(np.empty((0, 4)), T_n_tip=T_n_tip)
     assert robot.n_dof == 0
     np.testing.assert_allclose(robot.forward_kinematics([]), T_n_tip, rtol=0, atol=1e-15)

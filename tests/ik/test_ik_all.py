@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-import naive
+import formulas
+import robots
 import ulna
-import zoo
 from ulna import InputError, Robot
 
 LINKS = (1.0, 0.6)
@@ -18,7 +18,7 @@ def planar():
 
 @pytest.fixture(scope="module")
 def ur5e():
-    return Robot.from_dh(zoo.UR5E, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
+    return Robot.from_dh(robots.UR5E, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
 
 
 def distinct(found):
@@ -55,7 +55,7 @@ def test_every_solution_of_a_ur5e_is_one_and_none_stands_twice(ur5e):
         found = ur5e.inverse_kinematics_all(T)
         assert len(found) in {2, 4, 6, 8}
         assert distinct(found) > 1e-3
-        assert np.abs([naive.link_pose(ur5e.description, y, "link6") - T for y in found]).max() < 1e-8
+        assert np.abs([formulas.link_pose(ur5e.description, y, "link6") - T for y in found]).max() < 1e-8
         turns = (found - x) / (2 * np.pi)
         assert (np.abs(turns - np.rint(turns)).max(axis=1) < 1e-6).any(), "the configuration that made the target is one"
 
@@ -65,7 +65,7 @@ def test_limits_leave_out_the_branches_beyond_them(ur5e):
     everywhere = ur5e.inverse_kinematics_all(T)
     limits = np.column_stack([np.full(6, -np.pi), np.full(6, np.pi)])
     limits[2] = 0.0, np.pi
-    narrow = Robot.from_dh(zoo.UR5E, convention="standard", limits=limits).inverse_kinematics_all(T)
+    narrow = Robot.from_dh(robots.UR5E, convention="standard", limits=limits).inverse_kinematics_all(T)
     elbow = everywhere[:, 2] - 2 * np.pi * np.rint(everywhere[:, 2] / (2 * np.pi))
     assert len(everywhere) == 8
     assert len(narrow) == np.count_nonzero(elbow >= 0) == 4

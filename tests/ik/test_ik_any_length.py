@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import naive
+import formulas
 from ulna import Robot
 
 
@@ -34,6 +34,6 @@ def test_every_pose_that_an_arm_can_take_is_found(n):
         assert np.all(found.success)
         assert ((found.q >= arm.lower) & (found.q <= arm.upper)).all()
         for k in (0, 50, 99):
-            np.testing.assert_allclose(naive.link_pose(arm.description, found.q[k], f"link{n}"), T[k], atol=3e-5)
+            np.testing.assert_allclose(formulas.link_pose(arm.description, found.q[k], f"link{n}"), T[k], atol=3e-5)
         one = arm.inverse_kinematics(T[0])
         assert one.success

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from ulna import InputError, Robot
 from ulna.description.robot_description import Body
 from ulna.ik.collision_filter import CollisionFilter
@@ -170,7 +170,7 @@ def test_the_middle_of_the_range_is_a_posture(panda, targets):
 
 @pytest.mark.parametrize("options", [{}, {"max_step": 4.0}], ids=str)
 def test_no_whole_turn_of_a_joint_brings_the_nearest_nearer(rng, options):
-    robot = ulna.Robot.from_dh(zoo.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 5 + [(-1.0, 12.0)])
+    robot = ulna.Robot.from_dh(robots.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 5 + [(-1.0, 12.0)])
     q, seeds = rng.uniform(-3, 3, (60, 6)), rng.uniform(-1, 3, (60, 6))
     T = robot.forward_kinematics(q)
     result = robot.inverse_kinematics(T, seeds, rank="nearest", **options)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import naive
+import formulas
 
 N = 100_000
 
@@ -19,7 +19,7 @@ def poses_of_panda(description, q):
     for joint in reversed(way):
         T = T @ joint.origin
         if joint.type == "revolute":
-            K, angle = naive.skew(joint.axis), q[:, column, None, None]
+            K, angle = formulas.skew(joint.axis), q[:, column, None, None]
             R = np.eye(3) + np.sin(angle) * K + 2 * np.sin(angle / 2) ** 2 * K @ K
             T[:, :3, :3] = T[:, :3, :3] @ R
             column += 1
@@ -45,7 +45,7 @@ def found(panda, targets):
 
 def test_the_vectorised_twin_is_the_twin(panda, rng):
     q = rng.uniform(panda.lower, panda.upper, (5, 7))
-    expected = [naive.link_pose(panda.description, x, "panda_ee") for x in q]
+    expected = [formulas.link_pose(panda.description, x, "panda_ee") for x in q]
     np.testing.assert_allclose(poses_of_panda(panda.description, q), expected, rtol=0, atol=1e-14)
 
 
@@ -69,7 +69,7 @@ def test_threads_give_the_same_reasons_too(panda, targets):
     """Half of the targets cannot be met: by distance, by a limit."""
     T = targets[:3000].copy()
     T[::4, 0, 3] += 2.0
-    T[1::4, :3, :3] = T[1::4, :3, :3] @ naive.rotation((0, 0, 1), np.pi)
+    T[1::4, :3, :3] = T[1::4, :3, :3] @ formulas.rotation((0, 0, 1), np.pi)
     one, three = (panda.inverse_kinematics(T, threads=n, max_iterations=400) for n in (1, 3))
     assert {"unreachable", "budget spent"} <= set(one.status)
     for name in ("q", "status", "reach_excess", "limit_excess", "residual", "starts"):

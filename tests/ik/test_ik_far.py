@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import naive
+import formulas
 import ulna
 
 JOINT = "<joint name='{0}' type='{1}'><parent link='{2}'/><child link='{3}'/><origin xyz='{4}'/><axis xyz='{5}'/>{6}</joint>"
@@ -32,7 +32,7 @@ def mobile(limit):
 def assert_all_solved(robot, result, T):
     assert (result.status == "solved").all(), str(result)
     for q, target in zip(result.q, T, strict=True):
-        error = naive.pose_error(robot.description, q, robot.tip, target)
+        error = formulas.pose_error(robot.description, q, robot.tip, target)
         assert np.linalg.norm(error[:3]) <= 1e-5
         assert np.linalg.norm(error[3:]) <= 1e-4
     assert ((robot.lower <= result.q) & (result.q <= robot.upper)).all()

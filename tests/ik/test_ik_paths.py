@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from ulna import Robot
 
 HUNDREDTH = (0.0, 0.01, 0.0)
@@ -187,7 +187,7 @@ def test_a_path_followed_from_sample_to_sample_never_jumps(panda, posture):
 
 def test_with_a_seed_the_branch_of_the_seed_wins_even_where_another_is_found_sooner():
     """Half a radian away in every joint a search from a random start often needs fewer steps; its answer is a jump."""
-    arm = Robot.from_dh(zoo.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
+    arm = Robot.from_dh(robots.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
     rng = np.random.default_rng(3)
     seeds = np.array([0, -1.2, 1.3, -1, -1.5, 0]) + rng.uniform(-1, 1, (2000, 6)) * np.array([1, 0.4, 0.5, 0.8, 0.7, 2])
     expected = seeds + rng.uniform(-0.5, 0.5, seeds.shape)
@@ -198,7 +198,7 @@ def test_with_a_seed_the_branch_of_the_seed_wins_even_where_another_is_found_soo
 
 def test_an_arm_with_one_answer_to_a_branch_retraces_the_path_of_its_joints():
     """Six joints, elbow and wrist kept bent: the only way to follow the targets without a jump is the path they came from."""
-    arm = Robot.from_dh(zoo.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
+    arm = Robot.from_dh(robots.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
     phase = np.linspace(0, 2 * np.pi, 500)[:, None] * [1, 2, 1, 3, 1, 2] + np.arange(6)
     path = np.array([0, -1.2, 1.3, -1, -1.5, 0]) + np.array([1, 0.4, 0.5, 0.8, 0.7, 2]) * np.sin(phase)
     q = path[0] + 0.01

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-import naive
+import formulas
+import robots
 import ulna
-import zoo
 from ulna import Robot
 
 CRANK = [(0, 0, 0, 0), (1.0, 0, 0, 0), (0.6, 0, 0, 0)]
@@ -107,7 +107,7 @@ def test_a_target_beyond_a_slide_that_ends_is_proved_for_any_size():
 
 
 def test_no_configuration_of_the_zoo_breaks_it_either(rng):
-    robot = ulna.Robot(zoo.every_joint())
+    robot = ulna.Robot(robots.every_joint())
     for link in ("fingertip", "hand", "rail", "propeller", "tray"):
         q = rng.uniform(np.maximum(robot.lower, -2), np.minimum(robot.upper, 2), (1000, robot.n_dof))
         result = robot.inverse_kinematics(robot.forward_kinematics(q, link=link), link=link, max_iterations=0)
@@ -120,7 +120,7 @@ def test_what_the_tolerances_allow_is_never_called_unreachable(rng):
         arm = random_arm(rng).with_tool(ulna.pose((20.0, 0, 0)), name="mast")
         q = rng.uniform(arm.lower, arm.upper, (100, arm.n_dof))
         T = arm.forward_kinematics(q)
-        T[:, :3, :3] = [R @ naive.rotation(rng.normal(size=3), 0.0999) for R in T[:, :3, :3]]
+        T[:, :3, :3] = [R @ formulas.rotation(rng.normal(size=3), 0.0999) for R in T[:, :3, :3]]
         T[:, :3, 3] += [0.0099 * v / np.linalg.norm(v) for v in rng.normal(size=(100, 3))]
         result = arm.inverse_kinematics(T, max_iterations=0, position_tolerance=0.01, rotation_tolerance=0.1)
         assert not (result.status == "unreachable").any()
@@ -168,7 +168,7 @@ def test_of_two_elbows_that_pass_a_limit_the_lesser_is_told():
 @pytest.mark.parametrize("case", ["stretched", "over the shoulder"])
 def test_where_no_joint_can_lessen_what_is_missing_the_arm_is_singular(rng, case):
     """A centimetre beyond the stretched arm, which the bound of the reach does not prove; and a wrist too near the first axis."""
-    arm = Robot.from_dh(zoo.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
+    arm = Robot.from_dh(robots.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
     target = ulna.pose((0.05, 0, 0.5), (0, np.pi, 0))
     if case == "stretched":
         q = np.array([0, -0.5, 0, -1, -1.5, 0])
@@ -177,11 +177,11 @@ def test_where_no_joint_can_lessen_what_is_missing_the_arm_is_singular(rng, case
         target[:3, 3] += 0.01 * out / np.linalg.norm(out)
     result = arm.inverse_kinematics(target)
     assert result.status == "singular", str(result)
-    missing = lambda q: np.linalg.norm(naive.pose_error(arm.description, q, "link6", target))  # noqa: E731
+    missing = lambda q: np.linalg.norm(formulas.pose_error(arm.description, q, "link6", target))  # noqa: E731
     here, size = missing(result.q), 1e-4
     nearer = [here - missing(result.q + size * v / np.linalg.norm(v)) for v in rng.normal(size=(200, 6))]
     assert max(nearer) < 1e-2 * size, "a motion leads nearer to first order"
-    J = naive.jacobian(arm.description, result.q, "link6")
+    J = formulas.jacobian(arm.description, result.q, "link6")
     values = np.linalg.svd(J, compute_uv=False)
     assert values[-1] < 0.05 * values[0]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from ik_methods import TEXTBOOK
 from ulna import Robot
 
@@ -13,7 +13,7 @@ SIZES = [2.0**-17, 2.0**-13, 2.0**-10, 2.0**10, 2.0**14]
 
 
 def ur5(size):
-    return Robot.from_dh(np.array(zoo.UR5) * (size, size, 1, 1), convention="standard", limits=LIMITS)
+    return Robot.from_dh(np.array(robots.UR5) * (size, size, 1, 1), convention="standard", limits=LIMITS)
 
 
 def scara_on_rails(size):

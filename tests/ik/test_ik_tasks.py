@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import naive
+import formulas
 import ulna
 from ulna import InputError, Robot, Task
 
@@ -31,7 +31,7 @@ def assert_solved_within_limits(robot, result):
 def turned(T, rng):
     """The same positions with orientations of no relation."""
     T = T.copy()
-    T[:, :3, :3] = [naive.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)) for _ in T]
+    T[:, :3, :3] = [formulas.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)) for _ in T]
     return T
 
 
@@ -47,7 +47,7 @@ def test_a_position_is_met_in_whatever_orientation(panda, poses, rng):
 def test_an_axis_is_brought_onto_the_targets_and_the_turn_about_it_is_free(panda, poses, rng, axis):
     unit = np.array(axis) / np.linalg.norm(axis)
     T = poses.copy()
-    T[:, :3, :3] = [R @ naive.rotation(axis, rng.uniform(-np.pi, np.pi)) for R in T[:, :3, :3]]
+    T[:, :3, :3] = [R @ formulas.rotation(axis, rng.uniform(-np.pi, np.pi)) for R in T[:, :3, :3]]
     result = panda.inverse_kinematics(T, task=Task.pointing(axis))
     assert_solved_within_limits(panda, result)
     reached = panda.forward_kinematics(result.q)
@@ -64,7 +64,7 @@ def test_an_axis_exactly_opposite_to_the_starts_is_turned_round(axis):
     helper = np.cross(unit, (0.3, 0.5, -0.7))
     T = ball.forward_kinematics(seed)
     opposite = T.copy()
-    opposite[:3, :3] = T[:3, :3] @ naive.rotation(helper, np.pi)
+    opposite[:3, :3] = T[:3, :3] @ formulas.rotation(helper, np.pi)
     assert opposite[:3, :3] @ unit == pytest.approx(-T[:3, :3] @ unit, abs=1e-14)
     result = ball.inverse_kinematics(opposite, q_seed=seed, task=Task.pointing(axis))
     assert result.success, str(result)
@@ -79,7 +79,7 @@ def test_the_residual_is_told_in_the_targets_axes_whatever_the_axis(panda, poses
         for k in range(40):
             R, rotation = poses[k, :3, :3], result.residual[k, 3:]
             assert R.T @ (poses[k] - reached[k])[:3, 3] == pytest.approx(result.residual[k, :3], abs=1e-12)
-            again = R @ naive.rotation(rotation, np.linalg.norm(rotation)).T if rotation.any() else R
+            again = R @ formulas.rotation(rotation, np.linalg.norm(rotation)).T if rotation.any() else R
             np.testing.assert_allclose(again, reached[k, :3, :3], rtol=0, atol=1e-9)
         np.testing.assert_allclose(np.linalg.norm(result.residual[:, 3:], axis=1), result.rotation_error, rtol=0, atol=1e-12)
 
@@ -100,7 +100,7 @@ def counted(slack, residual):
     """What of a residual lies beyond the slack; with the turn about z free, the tilt of z alone."""
     residual = np.array(residual)
     if np.isinf(slack[5]) and not np.isinf(slack[3]):
-        R = naive.rotation(residual[3:], np.linalg.norm(residual[3:])) if residual[3:].any() else np.eye(3)
+        R = formulas.rotation(residual[3:], np.linalg.norm(residual[3:])) if residual[3:].any() else np.eye(3)
         z = R.T[:, 2]  # the link's axis in the target's axes
         axis = np.cross(z, (0, 0, 1.0))
         size = np.linalg.norm(axis)

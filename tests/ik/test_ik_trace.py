@@ -5,14 +5,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-import naive
+import formulas
 from ik_methods import TEXTBOOK
 from ulna import InputError
 
 
 def errors(panda, q, T):
     """The position and the rotation error, as a trace has them."""
-    error = naive.pose_error(panda.description, q, panda.tip, T)
+    error = formulas.pose_error(panda.description, q, panda.tip, T)
     return np.linalg.norm(error[:3]), np.linalg.norm(error[3:])
 
 

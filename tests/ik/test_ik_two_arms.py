@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import zoo
+import robots
 from ulna import Robot
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link, Mimic
 
@@ -14,7 +14,7 @@ OTHER = slice(0, 6)  # the entries of q that drive the arm that nobody asks abou
 
 def arm_named(side, limits):
     """The joints of a UR5, with the side before every name but the base's."""
-    for joint in Robot.from_dh(zoo.UR5, convention="standard", limits=limits).description.joints:
+    for joint in Robot.from_dh(robots.UR5, convention="standard", limits=limits).description.joints:
         parent = "base" if joint.parent == "base" else f"{side} {joint.parent}"
         yield replace(joint, name=f"{side} {joint.name}", parent=parent, child=f"{side} {joint.child}")
 
@@ -51,7 +51,7 @@ def test_a_start_that_is_not_the_seed_is_replayed_with_the_other_arm_at_the_seed
 
 def test_a_leader_whose_follower_it_does_not_move_stays_too():
     base, tip = Robot.from_dh([(0, 0, 0, 0), (1.0, 0, 0, 0), (1.0, 0, 0, 0)]).description, Link("tip")
-    leader = Joint("leader", JointType.REVOLUTE, "base", "away", np.eye(4), zoo.Z, Limits(-1, 1))
+    leader = Joint("leader", JointType.REVOLUTE, "base", "away", np.eye(4), robots.Z, Limits(-1, 1))
     follower = replace(leader, name="follower", parent="link3", child="tip", mimic=Mimic("leader", 0.0, 0.5))
     arm = Robot(replace(base, links=(*base.links, Link("away"), tip), joints=(*base.joints, leader, follower)))
     assert arm.joint_names == ("joint1", "joint2", "joint3", "leader")
@@ -63,7 +63,7 @@ def test_a_leader_whose_follower_it_does_not_move_stays_too():
 
 
 def test_every_branch_of_the_arm_stands_once(arms):
-    alone = Robot.from_dh(zoo.UR5, convention="standard", limits=[(-np.pi, np.pi)] * 6)
+    alone = Robot.from_dh(robots.UR5, convention="standard", limits=[(-np.pi, np.pi)] * 6)
     q = [0.3, -1.2, 1.5, -0.7, 1.1, 0.4]
     branches = alone.inverse_kinematics_all(alone.forward_kinematics(q))
     found = arms.inverse_kinematics_all(alone.forward_kinematics(q), link="asked link6")

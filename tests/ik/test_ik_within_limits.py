@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import naive
+import formulas
 import ulna
 from robot_files import EXAMPLES
 from ulna import Robot
@@ -35,7 +35,7 @@ def ur5e():
 def assert_solves(robot, result, T, link):
     assert result.status == "solved", str(result)
     assert ((robot.lower <= result.q) & (result.q <= robot.upper)).all()
-    error = naive.pose_error(robot.description, result.q, link, T)
+    error = formulas.pose_error(robot.description, result.q, link, T)
     assert np.linalg.norm(error[:3]) <= 1e-5
     assert np.linalg.norm(error[3:]) <= 1e-4
     assert not result.limit_excess.any()

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+import formulas
 import kernel_probes as probes
-import naive
-from close import assert_close
+from assertions import assert_close
 
 I = np.eye(4)  # noqa: E741
 HALF = np.array([0.5, 1.0, 2.0])
@@ -19,11 +19,11 @@ def ask(run, boxes):
 
 
 def moved(*p):
-    return naive.transform(p=p)
+    return formulas.transform(p=p)
 
 
 def random_pose(rng, scale):
-    return naive.transform(naive.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)), rng.normal(size=3) * scale)
+    return formulas.transform(formulas.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)), rng.normal(size=3) * scale)
 
 
 def random_pairs(rng, n):
@@ -33,7 +33,7 @@ def random_pairs(rng, n):
 
 def test_the_widest_gap_is_that_of_the_corners_shadows(run, rng):
     pairs = random_pairs(rng, 600)
-    gaps = np.array([naive.gaps_of_boxes(*pair) for pair in pairs])
+    gaps = np.array([formulas.gaps_of_boxes(*pair) for pair in pairs])
     overlap, gap, axis = ask(run, pairs)
     assert_close(gap, gaps.max(axis=1), atol=1e-12)
     assert np.array_equal(axis, gaps.argmax(axis=1))
@@ -53,8 +53,8 @@ def test_each_axis_alone_can_tell_two_boxes_apart(run, rng, axis):
         n /= np.linalg.norm(n)
         n *= np.sign(n @ (T_b - T_a)[:3, 3])
         for gap in (1e-6, -1e-6):
-            T = moved(*(n * (gap - naive.gaps_of_boxes(T_a, h, T_b, g)[axis]))) @ T_b
-            gaps = naive.gaps_of_boxes(T_a, h, T, g)
+            T = moved(*(n * (gap - formulas.gaps_of_boxes(T_a, h, T_b, g)[axis]))) @ T_b
+            gaps = formulas.gaps_of_boxes(T_a, h, T, g)
             if np.delete(gaps, axis).max() > -1e-3:
                 break
             overlap, found, widest = ask(run, [(T_a, h, T, g)])
@@ -73,7 +73,7 @@ def test_a_box_within_another_overlaps_it(run, rng):
 
 
 def test_a_box_overlaps_itself_by_its_shortest_edge(run):
-    overlap, gap, axis = ask(run, [(I, HALF, I, HALF), (I, HALF, naive.transform(naive.rotation((1, 0, 0), np.pi)), HALF)])
+    overlap, gap, axis = ask(run, [(I, HALF, I, HALF), (I, HALF, formulas.transform(formulas.rotation((1, 0, 0), np.pi)), HALF)])
     assert overlap.all()
     assert_close(gap, -1.0, atol=1e-15)
     assert set(axis) <= {0, 3}
@@ -130,5 +130,8 @@ def test_flat_boxes_and_points_count_as_bodies(run, rng):
     point, plate = np.zeros(3), np.array([1.0, 1.0, 0.0])
     T = random_pose(rng, 1)
     pairs = [(I, HALF, moved(0.2, -0.9, 1.9), point), (I, HALF, moved(0.6, 0, 0), point), (T, point, T, point)]
-    pairs += [(I, plate, naive.transform(naive.rotation((1, 0, 0), 1.0)), plate), (I, plate, moved(0, 0, 1e-3), plate)]
+    pairs += [
+        (I, plate, formulas.transform(formulas.rotation((1, 0, 0), 1.0)), plate),
+        (I, plate, moved(0, 0, 1e-3), plate),
+    ]
     assert list(ask(run, pairs)[0]) == [True, False, True, True, False]

@@ -8,15 +8,15 @@ their distance is known.
 import numpy as np
 import pytest
 
+import formulas
 import kernel_probes as probes
-import naive
-from close import assert_close
+from assertions import assert_close
 
 ANGLES = [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 3e-8, 1e-8, 3e-9, 1e-9, 1e-10, 1e-12, 1e-14, 1e-15, 1e-16, 0.0]
 GAPS = [1e-1, 1e-3, 1e-5, 1e-6, 1e-7]
 BAR = np.array([1.0, 0.1, 0.1])
 X, Y, Z = np.eye(3)
-ON_EDGE = naive.transform(naive.rotation(X, np.pi / 4))
+ON_EDGE = formulas.transform(formulas.rotation(X, np.pi / 4))
 
 
 def ask(run, pairs):
@@ -27,7 +27,7 @@ def ask(run, pairs):
 
 def bars(angle, gap):
     """Two bars that lie edge over edge, ``gap`` apart, crossing at ``angle``."""
-    above = naive.transform(naive.rotation(Z, angle), (0, 0, 2 * np.sqrt(2) * BAR[1] + gap))
+    above = formulas.transform(formulas.rotation(Z, angle), (0, 0, 2 * np.sqrt(2) * BAR[1] + gap))
     return ON_EDGE, BAR, above @ ON_EDGE, BAR
 
 
@@ -51,7 +51,7 @@ def test_the_gap_of_crossed_bars_is_a_bound_of_their_distance(run, gap):
 
 @pytest.mark.parametrize("place", [(0, 0, 0), (3.0, -2.0, 5.0), (-40.0, 10.0, 0.3)])
 def test_where_the_bars_lie_does_not_matter(run, rng, place):
-    T = naive.transform(naive.rotation(rng.normal(size=3), 2.0), place)
+    T = formulas.transform(formulas.rotation(rng.normal(size=3), 2.0), place)
     pairs = [(gap, bars(angle, gap)) for angle in ANGLES for gap in (1e-6, -1e-6, 1e-3, -1e-3)]
     overlap, _, _ = ask(run, [(T @ T_a, h, T @ T_b, g) for _, (T_a, h, T_b, g) in pairs])
     assert list(overlap) == [gap < 0 for gap, _ in pairs]
@@ -65,10 +65,10 @@ def test_stacked_boxes_barely_turned_keep_their_gap(run, across, turn_axis):
     pairs, expected = [], []
     for angle in ANGLES[3:]:
         for gap in (1e-3, 1e-6, -1e-6, -1e-3):
-            T_b = naive.transform(naive.rotation(turn_axis, angle), across * ((h + g) @ across))
-            T_b[:3, 3] += across * (gap - naive.gaps_of_boxes(np.eye(4), h, T_b, g)[:6].max())
+            T_b = formulas.transform(formulas.rotation(turn_axis, angle), across * ((h + g) @ across))
+            T_b[:3, 3] += across * (gap - formulas.gaps_of_boxes(np.eye(4), h, T_b, g)[:6].max())
             pairs.append((np.eye(4), h, T_b, g))
-            expected.append(naive.gaps_of_boxes(*pairs[-1]).max())
+            expected.append(formulas.gaps_of_boxes(*pairs[-1]).max())
     overlap, widest, _ = ask(run, pairs)
     assert_close(widest, expected, atol=2e-8)
     assert np.array_equal(overlap, np.array(expected) <= 0)
@@ -78,13 +78,20 @@ def test_parallel_boxes_have_no_gap_along_a_product_of_edges(run, rng):
     """Equal orientations up to rounding, deep inside each other: the noise of nine null products must not part them."""
     pairs, angles = [], 10.0 ** rng.uniform(-17, -7, 200)
     for angle in angles:
-        R = naive.rotation(rng.normal(size=3), rng.uniform(-3, 3))
-        noise = naive.rotation(rng.normal(size=3), angle)
+        R = formulas.rotation(rng.normal(size=3), rng.uniform(-3, 3))
+        noise = formulas.rotation(rng.normal(size=3), angle)
         p = rng.normal(size=3)
-        pairs.append((naive.transform(R, p), BAR, naive.transform(R @ noise, p + R @ (BAR * rng.uniform(-1.9, 1.9, 3))), BAR))
+        pairs.append(
+            (
+                formulas.transform(R, p),
+                BAR,
+                formulas.transform(R @ noise, p + R @ (BAR * rng.uniform(-1.9, 1.9, 3))),
+                BAR,
+            )
+        )
     overlap, widest, axis = ask(run, pairs)
     assert overlap.all()
     assert (widest < 0).all()
-    gaps = np.array([naive.gaps_of_boxes(*pair)[:6].max() for pair in pairs])
+    gaps = np.array([formulas.gaps_of_boxes(*pair)[:6].max() for pair in pairs])
     assert_close(widest, gaps, atol=2e-8)
     assert not set(axis[angles < 5e-9]) & {6, 10, 14}  # the product of an edge with itself

@@ -3,22 +3,22 @@
 import numpy as np
 import pytest
 
+import formulas
 import kernel_probes as probes
-import naive
-import zoo
-from close import assert_close
+import robots
+from assertions import assert_close
 from ulna.drivers import entry
 from ulna.drivers.forward import forward_batch, frames_batch, frames_one
 from ulna.kinematics.tree import build_tree
 
 ROBOTS = {
-    "zoo": zoo.every_joint(),
-    "sliders": zoo.of_chain("prismatic", "revolute", "prismatic", axis=zoo.unit(1, -2, 0.5), origin=zoo.place(0)),
-    "one fixed joint": zoo.of_chain("fixed", origin=zoo.place(1)),
-    "planar": zoo.of_chain("planar", "fixed", axis=zoo.unit(1, 1, 1), origin=zoo.place(2)),
-    "floating": zoo.of_chain("floating", "revolute", origin=zoo.place(0)),
-    "about -z": zoo.of_chain("revolute", "prismatic", "planar", axis=-zoo.Z),
-    "about x and y": zoo.two_links("revolute", zoo.X),
+    "every joint": robots.every_joint(),
+    "sliders": robots.of_chain("prismatic", "revolute", "prismatic", axis=robots.unit(1, -2, 0.5), origin=robots.place(0)),
+    "one fixed joint": robots.of_chain("fixed", origin=robots.place(1)),
+    "planar": robots.of_chain("planar", "fixed", axis=robots.unit(1, 1, 1), origin=robots.place(2)),
+    "floating": robots.of_chain("floating", "revolute", origin=robots.place(0)),
+    "about -z": robots.of_chain("revolute", "prismatic", "planar", axis=-robots.Z),
+    "about x and y": robots.two_links("revolute", robots.X),
 }
 N = 10
 
@@ -47,11 +47,11 @@ def test_every_link_stands_where_the_products_put_it(run, description, tree, q):
     n_joints, n_links = len(tree.joints), len(tree.link_names)
     out = run(probes.frames_of_tree, rows_of(q), 12 * (n_joints + n_links), tree.joints, tree.link_frames)
     found = out[12 * n_joints :].T.reshape(N, n_links, 3, 4)
-    assert_close(found, [naive.link_poses(description, x)[:, :3] for x in q], atol=2e-14)
+    assert_close(found, [formulas.link_poses(description, x)[:, :3] for x in q], atol=2e-14)
 
 
 def test_the_end_of_every_chain_stands_where_the_products_put_it(run, description, tree, q):
-    expected = np.array([naive.link_poses(description, x)[:, :3] for x in q])
+    expected = np.array([formulas.link_poses(description, x)[:, :3] for x in q])
     for k, link in enumerate(tree.link_names):
         found = run(probes.end_of_chain, rows_of(q), 12, tree.chain(link)).T.reshape(N, 3, 4)
         assert_close(found, expected[:, k], atol=2e-14)
@@ -62,7 +62,7 @@ def test_the_entries_write_whole_matrices(description, tree, q):
     poses = np.full((N, len(tree.link_names), 4, 4), np.nan)
     assert forward_batch(chain, q, T)
     assert frames_batch(tree.joints, tree.link_frames, q, poses)
-    expected = np.array([naive.link_poses(description, x) for x in q])
+    expected = np.array([formulas.link_poses(description, x) for x in q])
     assert_close(poses, expected, atol=2e-14)
     assert_close(T, expected[:, 0], atol=2e-14)
     assert np.array_equal(poses[..., 3, :], np.broadcast_to([0, 0, 0, 1], (N, len(tree.link_names), 4)))
@@ -73,14 +73,14 @@ def test_one_configuration_gives_what_the_batch_gives(description, tree, q):
     x = q[3] if tree.n_dof else np.zeros(1)
     assert entry("forward.forward_one")(tree.chain(tree.link_names[-1]).copy(), len(x), x, T)
     assert frames_one(tree.joints, tree.link_frames, x, poses)
-    expected = naive.link_poses(description, q[3])
+    expected = formulas.link_poses(description, q[3])
     assert_close(poses, expected, atol=2e-14)
     assert_close(T, expected[-1], atol=2e-14)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -2e6])
 def test_the_entries_tell_of_an_entry_out_of_range(bad, rng):
-    tree = build_tree(ROBOTS["zoo"])
+    tree = build_tree(ROBOTS["every joint"])
     chain, links = tree.chain("hand"), len(tree.link_names)
     with np.errstate(invalid="ignore"):
         for row in (0, 8, 9):
@@ -93,7 +93,7 @@ def test_the_entries_tell_of_an_entry_out_of_range(bad, rng):
 
 
 def test_a_long_chain_loses_no_digits(run):
-    description = zoo.of_chain(*["revolute"] * 40, axis=zoo.unit(1, 1, 1), origin=naive.transform(p=(0.1, 0, 0)))
+    description = robots.of_chain(*["revolute"] * 40, axis=robots.unit(1, 1, 1), origin=formulas.transform(p=(0.1, 0, 0)))
     q = np.linspace(-3, 3, 40)
     found = run(probes.end_of_chain, q[:, None], 12, build_tree(description).chain("l40")).reshape(3, 4)
-    assert_close(found, naive.link_pose(description, q, "l40")[:3], atol=1e-13)
+    assert_close(found, formulas.link_pose(description, q, "l40")[:3], atol=1e-13)

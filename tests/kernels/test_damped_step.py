@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+import formulas
 import kernel_probes as probes
-import naive
-from close import assert_close
+from assertions import assert_close
 from ulna.kernels.ik.levenberg_marquardt import CHANGE, LAMBDA, LEAST, N_STATE, P2, R2
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.ik.search_layout import N_SETTINGS, POSITION_TOLERANCE, ROTATION_TOLERANCE, WITH_POSTURE
@@ -25,7 +25,7 @@ def problems(rng, n_dof, damping):
 def test_the_system_is_solved_as_numpy_solves_it(run, rng, n_dof, damping):
     J, e, rows = problems(rng, n_dof, damping)
     y = run(probes.damped_system, rows, 27, n_dof)[21:].T
-    expected = [naive.damped_solution(J[k], e[k], damping) for k in range(N)]
+    expected = [formulas.damped_solution(J[k], e[k], damping) for k in range(N)]
     assert_close(
         y / np.linalg.norm(expected, axis=1)[:, None],
         expected / np.linalg.norm(expected, axis=1)[:, None],
@@ -46,7 +46,7 @@ def test_at_a_singularity_damping_keeps_the_step_finite(run):
     J[0] = 1.0
     e, damping = np.arange(1.0, 7.0), 1e-6
     y = run(probes.damped_system, np.concatenate([J.T.ravel(), [damping], e])[:, None], 27, 7)[21:, 0]
-    assert_close(y, naive.damped_solution(J, e, damping), rtol=1e-9)
+    assert_close(y, formulas.damped_solution(J, e, damping), rtol=1e-9)
     assert_close(J.T @ y, np.full(7, 1 / (7 + damping)), rtol=1e-9)
 
 
@@ -79,17 +79,17 @@ class Advance:
         self.moved, self.answer, self.state = out[:7].T, out[7:14].T, out[14:]
 
     def error(self, k):
-        T, target = naive.link_pose(self.panda.description, self.q[k], LINK), self.targets[k]
-        return np.concatenate([target[:3, 3] - T[:3, 3], naive.logarithm(target[:3, :3] @ T[:3, :3].T)])
+        T, target = formulas.link_pose(self.panda.description, self.q[k], LINK), self.targets[k]
+        return np.concatenate([target[:3, 3] - T[:3, 3], formulas.logarithm(target[:3, :3] @ T[:3, :3].T)])
 
     def twin(self, k):
         q, e, (lower, upper) = self.q[k], self.error(k), self.bounds[k]
-        J = naive.jacobian(self.panda.description, q, LINK)
+        J = formulas.jacobian(self.panda.description, q, LINK)
         push = J.T @ e
         J = np.where(((q <= lower) & (push < 0)) | ((q >= upper) & (push > 0)), 0.0, J)
         d = np.zeros(7) if self.posture is None else self.posture - q
         d = d / max(1.0, np.abs(d).max())  # at most a radian a step
-        return np.clip(q + d + J.T @ naive.damped_solution(J, e - J @ d, 0.05 * e @ e + 1e-12), lower, upper)
+        return np.clip(q + d + J.T @ formulas.damped_solution(J, e - J @ d, 0.05 * e @ e + 1e-12), lower, upper)
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ def there(panda, rng):
     """Configurations, and targets about half a radian away in every joint."""
     q = rng.uniform(panda.lower, panda.upper, (N, 7))
     goals = q + rng.uniform(-0.5, 0.5, (N, 7))
-    return q, np.array([naive.link_pose(panda.description, x, LINK) for x in goals])
+    return q, np.array([formulas.link_pose(panda.description, x, LINK) for x in goals])
 
 
 def everywhere(n, width):
@@ -133,7 +133,7 @@ def test_a_posture_uses_the_freedom_that_the_error_leaves(run, panda, there, rng
 
 def test_what_is_near_is_noted_and_what_is_not_is_not(run, panda, there):
     q, _ = there
-    T = np.array([naive.link_pose(panda.description, x, LINK) for x in q])
+    T = np.array([formulas.link_pose(panda.description, x, LINK) for x in q])
     near = T.copy()
     near[::2, 0, 3] += 0.9e-3
     near[1::2, 0, 3] += 1.1e-3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import kernel_probes as probes
-from close import assert_close
+from assertions import assert_close
 
 BESIDE = (-1e-3, -1e-9, -1e-15, 0.0, 1e-15, 1e-9, 1e-3)
 

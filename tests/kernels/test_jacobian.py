@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+import formulas
 import kernel_modes
 import kernel_probes as probes
-import naive
-import zoo
-from close import assert_close
+import robots
+from assertions import assert_close
 from ulna.drivers import entry
 from ulna.drivers.jacobian import jacobian_batch
 from ulna.kernels.chain.jacobian import chain_jacobian
@@ -15,7 +15,7 @@ from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
 from ulna.kinematics.tree import build_tree
 
 FRAMES = {"base": BASE, "link": LINK, "spatial": SPATIAL}
-ZOO = zoo.every_joint()
+ZOO = robots.every_joint()
 LINKS = ["fingertip", "hand", "tray", "propeller", "rotor", "base"]
 N = 3
 
@@ -35,15 +35,15 @@ def test_columns_are_the_velocities_of_the_link(run, rng, link, frame):
     tree = build_tree(ZOO)
     q = rng.uniform(-1.4, 1.4, (N, tree.n_dof))
     J, pose = jacobians(run, tree, link, frame, q)
-    assert_close(J, [naive.jacobian(ZOO, x, link, frame) for x in q], atol=1e-10)
-    assert_close(pose, [naive.link_pose(ZOO, x, link)[:3] for x in q], atol=2e-14)
+    assert_close(J, [formulas.jacobian(ZOO, x, link, frame) for x in q], atol=1e-10)
+    assert_close(pose, [formulas.link_pose(ZOO, x, link)[:3] for x in q], atol=2e-14)
 
 
 def test_the_panda_too(run, rng, panda):
     q = rng.uniform(panda.lower, panda.upper, (N, 7))
     for frame in FRAMES:
         J, _ = jacobians(run, panda.tree, "panda_ee", frame, q)
-        assert_close(J, [naive.jacobian(panda.description, x, "panda_ee", frame) for x in q], atol=1e-10)
+        assert_close(J, [formulas.jacobian(panda.description, x, "panda_ee", frame) for x in q], atol=1e-10)
 
 
 def test_a_prismatic_joint_turns_nothing(run, rng):
@@ -65,11 +65,17 @@ def test_joints_that_do_not_carry_the_link_have_columns_of_zeros(run, rng):
 
 
 def test_a_mimic_joint_adds_to_the_column_of_its_leader(run):
-    leader = zoo.two_links("revolute", zoo.Z).joints[0]
-    follower = zoo.Joint(
-        "k", zoo.JointType.REVOLUTE, "b", "c", naive.transform(p=(1, 0, 0)), zoo.Z, mimic=zoo.Mimic("j", -2.0, 0.5)
+    leader = robots.two_links("revolute", robots.Z).joints[0]
+    follower = robots.Joint(
+        "k",
+        robots.JointType.REVOLUTE,
+        "b",
+        "c",
+        formulas.transform(p=(1, 0, 0)),
+        robots.Z,
+        mimic=robots.Mimic("j", -2.0, 0.5),
     )
-    description = zoo.Description("two", tuple(map(zoo.Link, "abc")), (leader, follower))
+    description = robots.Description("two", tuple(map(robots.Link, "abc")), (leader, follower))
     J, _ = jacobians(run, build_tree(description), "c", "base", np.array([[0.3]]))
     assert_close(J[0, :, 0], [-np.sin(0.3), np.cos(0.3), 0, 0, 0, 1 - 2], atol=1e-15)
 
@@ -81,7 +87,7 @@ def test_the_frames_are_one_twist_seen_from_three_places(run, rng):
     for k in range(N):
         R, p = pose[k, :, :3], pose[k, :, 3]
         assert_close(link[k], np.vstack([R.T @ base[k, :3], R.T @ base[k, 3:]]), atol=1e-14)
-        assert_close(spatial[k], np.vstack([base[k, :3] + naive.skew(p) @ base[k, 3:], base[k, 3:]]), atol=1e-14)
+        assert_close(spatial[k], np.vstack([base[k, :3] + formulas.skew(p) @ base[k, 3:], base[k, 3:]]), atol=1e-14)
 
 
 @pytest.mark.parametrize("frame", FRAMES)
@@ -91,7 +97,7 @@ def test_the_entries_give_six_rows_a_configuration(rng, frame):
     J, first = np.full((9, 6, tree.n_dof), np.nan), np.full((6, tree.n_dof), np.nan)
     assert jacobian_batch(chain, FRAMES[frame], q, J)
     assert entry("jacobian.jacobian_one")(chain.copy(), FRAMES[frame], tree.n_dof, q[0], first)
-    assert_close(J, [naive.jacobian(ZOO, x, "hand", frame) for x in q], atol=1e-10)
+    assert_close(J, [formulas.jacobian(ZOO, x, "hand", frame) for x in q], atol=1e-10)
     assert_close(first, J[0], atol=1e-14)
 
 
@@ -104,10 +110,10 @@ def test_the_entries_tell_of_an_entry_out_of_range(rng):
 
 
 def test_a_joint_that_nothing_drives_writes_no_column():
-    fixed, ahead = zoo.two_links("fixed", zoo.Z).joints[0], naive.transform(p=(1, 0, 0))
-    follower = zoo.Joint("k", zoo.JointType.REVOLUTE, "b", "c", np.eye(4), zoo.Z, mimic=zoo.Mimic("j", 2.0, 0.5))
-    tip = zoo.Joint("l", zoo.JointType.FIXED, "c", "d", ahead, zoo.Z)
-    tree = build_tree(zoo.Description("no dof", tuple(map(zoo.Link, "abcd")), (fixed, follower, tip)))
+    fixed, ahead = robots.two_links("fixed", robots.Z).joints[0], formulas.transform(p=(1, 0, 0))
+    follower = robots.Joint("k", robots.JointType.REVOLUTE, "b", "c", np.eye(4), robots.Z, mimic=robots.Mimic("j", 2.0, 0.5))
+    tip = robots.Joint("l", robots.JointType.FIXED, "c", "d", ahead, robots.Z)
+    tree = build_tree(robots.Description("no dof", tuple(map(robots.Link, "abcd")), (fixed, follower, tip)))
     rows_behind = np.full(6, 7.0)  # the Jacobian has no rows: what is written anywhere is written here
     chain = tree.chain("d")
     of_no_columns(chain, np.full(1, np.nan), rows_behind)

@@ -6,21 +6,21 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-import naive
-import seeded
-import zoo
-from close import assert_close
+import formulas
+import robots
+import textbook_search
+from assertions import assert_close
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.ik.search_layout import JACOBIAN_TRANSPOSE, SOLVED, STATIONARY
 from ulna.kinematics.tree import build_tree
 
 N = 10
-search = partial(seeded.search, JACOBIAN_TRANSPOSE)
+search = partial(textbook_search.search, JACOBIAN_TRANSPOSE)
 
 
 def squares_of(description, q, link, targets):
     """What the search is to lessen: distance squared and angle squared."""
-    errors = [naive.pose_error(description, x, link, T) for x, T in zip(q, targets, strict=True)]
+    errors = [formulas.pose_error(description, x, link, T) for x, T in zip(q, targets, strict=True)]
     return np.array([e @ e for e in errors])
 
 
@@ -28,7 +28,7 @@ def squares_of(description, q, link, targets):
 def test_the_error_never_rises_from_step_to_step(panda, rng, away):
     seeds = rng.uniform(panda.lower, panda.upper, (N, 7))
     goals = np.clip(seeds + rng.uniform(-away, away, (N, 7)), panda.lower, panda.upper)
-    targets = np.array([naive.link_pose(panda.description, q, "panda_ee") for q in goals])
+    targets = np.array([formulas.link_pose(panda.description, q, "panda_ee") for q in goals])
     squares = []
     for budget in [*range(12), 20, 40]:
         q, info = search(panda.tree, "panda_ee", seeds, targets, budget)
@@ -40,10 +40,10 @@ def test_the_error_never_rises_from_step_to_step(panda, rng, away):
 
 def test_a_step_that_would_overshoot_is_not_taken(rng):
     """Targets metres out of reach pull a planar arm so hard that the step of a linear arm would carry it past them."""
-    arm = zoo.of_chain(*["continuous"] * 2, "fixed", origin=naive.transform(p=(1.0, 0, 0)))
+    arm = robots.of_chain(*["continuous"] * 2, "fixed", origin=formulas.transform(p=(1.0, 0, 0)))
     tree, seeds = build_tree(arm), rng.uniform(-1, 1, (N, 2))
     places = [(5 * np.cos(a), 5 * np.sin(a), 0) for a in rng.uniform(-2, 2, N)]
-    targets = np.array([naive.transform(naive.rotation(zoo.Z, rng.uniform(-2, 2)), p) for p in places])
+    targets = np.array([formulas.transform(formulas.rotation(robots.Z, rng.uniform(-2, 2)), p) for p in places])
     squares, paths = [], []
     for budget in range(15):
         q, _ = search(tree, "l3", seeds, targets, budget)
@@ -56,9 +56,13 @@ def test_a_step_that_would_overshoot_is_not_taken(rng):
 
 
 def test_a_slide_comes_to_rest_beside_a_target_that_it_cannot_reach():
-    tree = build_tree(zoo.two_links("prismatic", zoo.X))
+    tree = build_tree(robots.two_links("prismatic", robots.X))
     targets = np.array(
-        [naive.transform(p=(0.7, 1.0, 0.0)), naive.transform(p=(0.0, 1.0, 0.0)), naive.transform(p=(0.7, 0.0, 0.0))]
+        [
+            formulas.transform(p=(0.7, 1.0, 0.0)),
+            formulas.transform(p=(0.0, 1.0, 0.0)),
+            formulas.transform(p=(0.7, 0.0, 0.0)),
+        ]
     )
     q, info = search(tree, "b", np.zeros((3, 1)), targets)
     assert_close(q[:, 0], [0.7, 0, 0.7], atol=1e-15)  # one step meets a linear arm's target
@@ -69,10 +73,10 @@ def test_a_slide_comes_to_rest_beside_a_target_that_it_cannot_reach():
 
 def test_where_it_rests_no_direction_leads_nearer(rng):
     """One joint, a target beyond its circle: what is left is square to the only column of J."""
-    arm = zoo.of_chain("continuous", "fixed", origin=naive.transform(p=(1.0, 0, 0)))
-    seeds, target = rng.uniform(-1, 1, (N, 1)), naive.transform(p=(1.0, 2.0, 0))
+    arm = robots.of_chain("continuous", "fixed", origin=formulas.transform(p=(1.0, 0, 0)))
+    seeds, target = rng.uniform(-1, 1, (N, 1)), formulas.transform(p=(1.0, 2.0, 0))
     q, info = search(build_tree(arm), "l2", seeds, np.tile(target, (N, 1, 1)))
     assert set(info[:, layout.STATUS]) == {STATIONARY}
     for x in q:
-        e, J = naive.pose_error(arm, x, "l2", target), naive.jacobian(arm, x, "l2")
+        e, J = formulas.pose_error(arm, x, "l2", target), formulas.jacobian(arm, x, "l2")
         assert abs(J.T @ e) < 1e-6

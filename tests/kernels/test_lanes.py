@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import kernel_probes as probes
-from close import assert_close
+from assertions import assert_close
 
 SPECIAL = np.array([0.0, 1.0, -1.0, 0.5, -0.5, 3.0, 1e-300, -1e300, np.inf, -np.inf, np.nan])
 PAIRS = np.array(np.meshgrid(SPECIAL, SPECIAL)).reshape(2, -1)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-import naive
-import zoo
-from close import assert_close
+import formulas
+import robots
+from assertions import assert_close
 from ulna.drivers.multi_start import search_jobs
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.ik.search_layout import NOT_A_POSE, NOT_FOUND, SOLVED
@@ -13,7 +13,7 @@ from ulna.kernels.layout import LARGEST
 from ulna.kinematics.tree import build_tree
 
 N, STARTS, STEPS = 5, 6, 20
-NO_TARGET = naive.transform(p=(5.0, 0.0, 0.0))  # five metres away
+NO_TARGET = formulas.transform(p=(5.0, 0.0, 0.0))  # five metres away
 
 
 class Search:
@@ -40,8 +40,8 @@ class Search:
 
 def errors(description, q, link, target):
     """Distance and angle of the link from a target at each configuration, by the twin."""
-    poses = [naive.link_pose(description, x, link) for x in q]
-    angles = [np.linalg.norm(naive.logarithm(target[:3, :3] @ P[:3, :3].T)) for P in poses]
+    poses = [formulas.link_pose(description, x, link) for x in q]
+    angles = [np.linalg.norm(formulas.logarithm(target[:3, :3] @ P[:3, :3].T)) for P in poses]
     return np.array([np.linalg.norm(target[:3, 3] - P[:3, 3]) for P in poses]), np.array(angles)
 
 
@@ -61,7 +61,7 @@ def goals(panda, rng):
     """Configurations and the targets at which they put the Panda's end; the last presses against all its limits but one."""
     q = rng.uniform(panda.lower, panda.upper, (N, 7))
     q[-1, :6] = panda.upper[:6]
-    return q, np.array([naive.link_pose(panda.description, x, "panda_ee") for x in q])
+    return q, np.array([formulas.link_pose(panda.description, x, "panda_ee") for x in q])
 
 
 def test_every_answer_tells_its_true_errors_and_lies_within_the_bounds(panda, search, goals):
@@ -86,8 +86,11 @@ def test_the_residual_is_the_error_in_the_targets_axes(panda, from_seed, goals):
     _, targets = goals
     q, info = from_seed(targets, panda.home[None], steps=2)
     for x, T, residual in zip(q[:, 0], targets, info[:, 0, layout.RESIDUAL :], strict=True):
-        pose = naive.link_pose(panda.description, x, "panda_ee")
-        expected = [*T[:3, :3].T @ (T[:3, 3] - pose[:3, 3]), *T[:3, :3].T @ naive.logarithm(T[:3, :3] @ pose[:3, :3].T)]
+        pose = formulas.link_pose(panda.description, x, "panda_ee")
+        expected = [
+            *T[:3, :3].T @ (T[:3, 3] - pose[:3, 3]),
+            *T[:3, :3].T @ formulas.logarithm(T[:3, :3] @ pose[:3, :3].T),
+        ]
         assert_close(residual, expected, atol=1e-8)
 
 
@@ -167,7 +170,7 @@ def test_with_a_posture_no_motion_that_keeps_the_pose_leads_nearer_to_it(panda, 
     for x, T, status in zip(q[:, 0], targets, info[:, 0, layout.STATUS], strict=False):
         if status == SOLVED:
             assert np.max(errors(panda.description, [x], "panda_ee", T)) <= 1e-5
-            free = np.linalg.svd(naive.jacobian(panda.description, x, "panda_ee"))[2][6]
+            free = np.linalg.svd(formulas.jacobian(panda.description, x, "panda_ee"))[2][6]
             at_a_limit = (x == panda.lower) | (x == panda.upper)
             settled += at_a_limit.any() or abs(free @ (posture - x)) < 1e-6
     assert settled >= 3  # the pose comes first: now and then the steps end before the posture is used up
@@ -175,16 +178,16 @@ def test_with_a_posture_no_motion_that_keeps_the_pose_leads_nearer_to_it(panda, 
 
 def test_a_straight_arm_cannot_be_pulled_back_along_itself():
     """Every column is square to the error: the seed's own start stays where it is, and says so."""
-    arm = zoo.of_chain(*["continuous"] * 3, "fixed", origin=naive.transform(p=(1.0, 0, 0)))
+    arm = robots.of_chain(*["continuous"] * 3, "fixed", origin=formulas.transform(p=(1.0, 0, 0)))
     search = Search(build_tree(arm), "l4", np.full((1, 3), np.nan))
-    q, info = search(naive.transform(p=(3.5, 0, 0))[None], np.zeros((1, 3)))
+    q, info = search(formulas.transform(p=(3.5, 0, 0))[None], np.zeros((1, 3)))
     assert info[0, 0, layout.STATUS] == NOT_FOUND
     assert_close(q[0, 0], np.zeros(3), atol=0)
 
 
 @pytest.mark.parametrize("far", [1e5, 1e6, 1e100, 1e160, 1e300])
 def test_a_target_however_far_is_refused_or_leaves_a_configuration_within_the_limits(panda, from_seed, far):
-    q, info = from_seed(naive.transform(p=(far, 0, 0))[None], panda.home[None])
+    q, info = from_seed(formulas.transform(p=(far, 0, 0))[None], panda.home[None])
     assert info[0, 0, layout.STATUS] == (NOT_FOUND if far <= LARGEST else NOT_A_POSE)
     assert far > LARGEST or ((q >= panda.lower) & (q <= panda.upper)).all()
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-import naive
-from close import assert_close
+import formulas
+from assertions import assert_close
 from ulna.collision.objects import MOST_UNINDEXED, make_objects
 from ulna.description.shapes import Box
 from ulna.drivers.contacts import contacts_each
@@ -34,7 +34,7 @@ def scattered(rng, n, size, reach=0.9):
     """Boxes around the arm, none where its foot stands: poses and half extents."""
     places = rng.normal(size=(n, 3))
     places *= rng.uniform(0.55, reach, (n, 1)) / np.linalg.norm(places, axis=1, keepdims=True)
-    poses = [naive.transform(naive.rotation(rng.normal(size=3), rng.uniform(-3, 3)), place) for place in places]
+    poses = [formulas.transform(formulas.rotation(rng.normal(size=3), rng.uniform(-3, 3)), place) for place in places]
     return list(zip(poses, size * rng.uniform(0.2, 1, (n, 3)), strict=True))
 
 
@@ -53,14 +53,14 @@ def scene(panda, bodies, world, pairs=NO_PAIRS):
 
 
 def placed(panda, q):
-    poses = dict(zip(panda.link_names, naive.link_poses(panda.description, q), strict=True))
+    poses = dict(zip(panda.link_names, formulas.link_poses(panda.description, q), strict=True))
     return [(poses[link.name] @ body.pose, body.shape) for link in panda.description.links for body in link.collisions]
 
 
 def naive_gaps(panda, q, objects):
     """The widest gap of every pair: boxes of the robot down, objects across."""
     return np.array(
-        [[naive.gaps_of_boxes(T, np.array(s.extents) / 2, T_w, h).max() for T_w, h in objects] for T, s in placed(panda, q)]
+        [[formulas.gaps_of_boxes(T, np.array(s.extents) / 2, T_w, h).max() for T_w, h in objects] for T, s in placed(panda, q)]
     )
 
 
@@ -100,7 +100,7 @@ def test_pairs_of_the_robot_are_met_too(panda, bodies, rng):
     expected = []
     for x in q:
         at = [(T, np.array(s.extents) / 2) for T, s in placed(panda, x)]
-        expected.append(any(naive.gaps_of_boxes(*at[i], *at[j]).max() <= 0 for i, j in pairs))
+        expected.append(any(formulas.gaps_of_boxes(*at[i], *at[j]).max() <= 0 for i, j in pairs))
     assert any(expected)
     assert overlaps(panda, bodies, table_of([]), q, pairs).tolist() == expected
 
@@ -140,15 +140,15 @@ def contact_with(panda, bodies, q, T, half):
 def test_moving_out_along_the_normal_by_the_depth_just_parts_a_pair_and_no_way_is_shorter(panda, bodies, rng):
     half, seen = np.array([0.15, 0.1, 0.08]), set()
     for q in configurations(panda, rng, 8):
-        near = naive.link_poses(panda.description, q)[rng.integers(1, 8), :3, 3]
-        T = naive.transform(naive.rotation(rng.normal(size=3), 2.0), near + rng.uniform(-0.1, 0.1, 3))
+        near = formulas.link_poses(panda.description, q)[rng.integers(1, 8), :3, 3]
+        T = formulas.transform(formulas.rotation(rng.normal(size=3), 2.0), near + rng.uniform(-0.1, 0.1, 3))
         gaps, normals = contact_with(panda, bodies, q, T, half)
         for k in np.flatnonzero(gaps < -1e-4):
             seen.add(k)
-            out = naive.transform(p=-gaps[k] * normals[k])
+            out = formulas.transform(p=-gaps[k] * normals[k])
             assert_close(contact_with(panda, bodies, q, out @ T, half)[0][k], 0, atol=1e-12)
             for direction in rng.normal(size=(10, 3)):
-                shorter = naive.transform(p=-0.999 * gaps[k] * direction / np.linalg.norm(direction))
+                shorter = formulas.transform(p=-0.999 * gaps[k] * direction / np.linalg.norm(direction))
                 assert contact_with(panda, bodies, q, shorter @ T, half)[0][k] < 0
     assert len(seen) >= 6
 

@@ -6,10 +6,10 @@ this way out is as long as it says. That no way out is shorter is then asked of 
 import numpy as np
 import pytest
 
-import naive
+import formulas
 import solids
 import ulna
-from close import assert_close
+from assertions import assert_close
 from solids import ask, assert_proved, random_pairs
 
 N = 32
@@ -79,7 +79,7 @@ def scaled_by(shape, s):
 
 
 def stretched(T, s):
-    return naive.transform(T[:3, :3], s * T[:3, 3])
+    return formulas.transform(T[:3, :3], s * T[:3, 3])
 
 
 @pytest.mark.parametrize("kind", solids.KINDS)

@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-import naive
+import formulas
 import solids
 import ulna
-from close import assert_close
+from assertions import assert_close
 from solids import ask, assert_proved
 
 I = np.eye(4)  # noqa: E741
@@ -30,7 +30,7 @@ FLAT = {
 
 
 def at(*xyz):
-    return naive.transform(p=xyz)
+    return formulas.transform(p=xyz)
 
 
 def proved(run, *pair, exactness=1e-9):
@@ -89,7 +89,7 @@ def test_parallel_faces_keep_their_gap(run, kinds, gap):
     low = {"box": ulna.Box((1, 0.8, 0.4)), "cylinder": ulna.Cylinder(radius=0.5, length=0.4)}[kinds[0]]
     high = {"box": ulna.Box((0.7, 0.9, 0.6)), "cylinder": ulna.Cylinder(radius=0.4, length=0.6),
             "hull": ulna.ConvexMesh(list(itertools.product((-0.3, 0.4), (-0.5, 0.2), (-0.3, 0.3))))}[kinds[1]]  # fmt: skip
-    pairs = [(low, I, high, naive.transform(naive.rotation(Z, angle), (x, y, 0.5 + gap)))
+    pairs = [(low, I, high, formulas.transform(formulas.rotation(Z, angle), (x, y, 0.5 + gap)))
              for angle in (0, 0.3, np.pi / 4, np.pi / 2) for x in (0, 0.3) for y in (0, -0.25)]  # fmt: skip
     answer = ask(run, pairs)
     assert_proved(pairs, answer, 1e-8)
@@ -102,8 +102,8 @@ def test_crossed_boards_meet_where_no_corner_lies(run, rng, tilt):
     """Two boards that cross like a plus sign: no corner of one is over the other, and only edges that cross can tell."""
     board = ulna.Box((4, 1, 0.2))
     for _ in range(10):
-        R = naive.rotation(rng.normal(size=3), tilt) @ naive.rotation(Z, np.pi / 2 + rng.uniform(-0.3, 0.3))
-        pair = board, solids.random_pose(rng), board, naive.transform(R, (0.2, 0.1, 0.7))
+        R = formulas.rotation(rng.normal(size=3), tilt) @ formulas.rotation(Z, np.pi / 2 + rng.uniform(-0.3, 0.3))
+        pair = board, solids.random_pose(rng), board, formulas.transform(R, (0.2, 0.1, 0.7))
         pair = (*pair[:3], pair[1] @ pair[3])
         assert_close(proved(run, *pair, exactness=1e-11), 0.5, atol=4 * tilt + 1e-11)
 

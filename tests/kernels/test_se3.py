@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
+import formulas
 import kernel_probes as probes
-import naive
-from close import assert_close
+from assertions import assert_close
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 
 
 def random_poses(rng, n):
     return np.array(
-        [naive.transform(naive.rotation(rng.normal(size=3), rng.uniform(-3, 3)), rng.normal(size=3)) for _ in range(n)]
+        [formulas.transform(formulas.rotation(rng.normal(size=3), rng.uniform(-3, 3)), rng.normal(size=3)) for _ in range(n)]
     )
 
 
@@ -57,8 +57,8 @@ def test_turning_and_sliding_are_products_by_a_joint(run, rng):
     A, x = random_poses(rng, 60), rng.uniform(-7, 7, 60)
     both = run(probes.turn_and_slide, np.vstack([rows(A), x]), 24)
     Z = np.array([0.0, 0.0, 1.0])
-    turned = [T @ naive.transform(naive.rotation(Z, s)) for T, s in zip(A, x, strict=True)]
-    slid = [T @ naive.transform(p=Z * s) for T, s in zip(A, x, strict=True)]
+    turned = [T @ formulas.transform(formulas.rotation(Z, s)) for T, s in zip(A, x, strict=True)]
+    slid = [T @ formulas.transform(p=Z * s) for T, s in zip(A, x, strict=True)]
     assert_close(matrices(both[:12]), turned, atol=2e-15)
     assert_close(matrices(both[12:]), slid, atol=4e-15)
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+import formulas
 import kernel_probes as probes
-import naive
-from close import assert_close
-from zoo import unit
+from assertions import assert_close
+from robots import unit
 
 AXES = [
     *np.eye(3),
@@ -32,24 +32,24 @@ def poses(rotations):
 
 
 def random_rotations(rng, n):
-    return [naive.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)) for _ in range(n)]
+    return [formulas.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)) for _ in range(n)]
 
 
 @pytest.mark.parametrize("angle", TINY)
 def test_small_rotations_keep_their_relative_accuracy(run, angle):
-    found = vectors_of(run, [naive.rotation(axis, angle) for axis in AXES])
+    found = vectors_of(run, [formulas.rotation(axis, angle) for axis in AXES])
     assert_close(found, np.array(AXES) * angle, rtol=4e-15, atol=angle * 2e-16)
 
 
 @pytest.mark.parametrize("short", NEAR_PI)
 def test_below_pi_the_axis_keeps_its_sign(run, short):
-    found = vectors_of(run, [naive.rotation(axis, np.pi - short) for axis in AXES])
+    found = vectors_of(run, [formulas.rotation(axis, np.pi - short) for axis in AXES])
     assert_close(found, np.array(AXES) * (np.pi - short), atol=2e-15)
 
 
 @pytest.mark.parametrize("beyond", NEAR_PI)
 def test_beyond_pi_it_turns_the_other_way_round(run, beyond):
-    found = vectors_of(run, [naive.rotation(axis, np.pi + beyond) for axis in AXES])
+    found = vectors_of(run, [formulas.rotation(axis, np.pi + beyond) for axis in AXES])
     assert_close(found, np.array(AXES) * (beyond - np.pi), atol=2e-15)
 
 
@@ -64,13 +64,13 @@ def test_at_pi_exactly_either_sign_is_right(run):
 def test_every_angle_comes_back_where_the_branches_meet(run, axis):
     borders = np.array([2 * np.pi / 3, np.pi / 2, np.pi / 4, np.pi / 8])  # where the largest of w, x, y, z changes
     angles = np.concatenate([borders * (1 + d) for d in (-1e-6, -1e-15, 0, 1e-15, 1e-6)] + [np.linspace(0.01, 3.1, 60)])
-    found = vectors_of(run, [naive.rotation(axis, angle) for angle in angles])
+    found = vectors_of(run, [formulas.rotation(axis, angle) for angle in angles])
     assert_close(found, np.outer(angles, axis), atol=2e-15)
 
 
 def test_random_rotations_match_the_eigen_decomposition(run, rng):
-    rotations = [naive.rotation(rng.normal(size=3), rng.uniform(0, 3)) for _ in range(200)]
-    assert_close(vectors_of(run, rotations), [naive.logarithm(R) for R in rotations], atol=1e-13)
+    rotations = [formulas.rotation(rng.normal(size=3), rng.uniform(0, 3)) for _ in range(200)]
+    assert_close(vectors_of(run, rotations), [formulas.logarithm(R) for R in rotations], atol=1e-13)
 
 
 def test_turning_by_the_vector_gives_the_matrix_back(run, rng):
@@ -78,7 +78,7 @@ def test_turning_by_the_vector_gives_the_matrix_back(run, rng):
     for R, vector in zip(rotations, vectors_of(run, rotations), strict=True):
         angle = np.linalg.norm(vector)
         assert angle <= np.pi + 1e-15
-        assert_close(naive.rotation(vector, angle), R, atol=2e-15)
+        assert_close(formulas.rotation(vector, angle), R, atol=2e-15)
 
 
 def test_the_inverse_has_the_opposite_vector(run, rng):
@@ -97,7 +97,7 @@ def test_the_vector_between_two_poses_leads_from_one_to_the_other(run, rng):
     a, b = random_rotations(rng, 200), random_rotations(rng, 200)
     found = run(probes.vector_between, np.vstack([poses(a), poses(b)]), 3).T
     for R_a, R_b, vector in zip(a, b, found, strict=True):
-        assert_close(naive.rotation(vector, np.linalg.norm(vector)) @ R_a, R_b, atol=3e-15)
+        assert_close(formulas.rotation(vector, np.linalg.norm(vector)) @ R_a, R_b, atol=3e-15)
 
 
 def test_nothing_lies_between_a_pose_and_itself(run, rng):

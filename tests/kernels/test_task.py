@@ -3,27 +3,27 @@
 import numpy as np
 import pytest
 
+import formulas
 import kernel_probes as probes
-import naive
-from close import assert_close
+from assertions import assert_close
 from ulna.kernels.ik.search_layout import N_SETTINGS, POINTING, SLACK, TASK, WITH_SLACK
 
 N = 24
 
 
 def random_rotations(rng, n):
-    return np.array([naive.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)) for _ in range(n)])
+    return np.array([formulas.rotation(rng.normal(size=3), rng.uniform(-np.pi, np.pi)) for _ in range(n)])
 
 
 def swings(run, R_pose, R_target):
-    rows = [[naive.transform(R)[:3].ravel() for R in rotations] for rotations in (R_pose, R_target)]
+    rows = [[formulas.transform(R)[:3].ravel() for R in rotations] for rotations in (R_pose, R_target)]
     return run(probes.swing_of_axes, np.hstack(rows).T, 3).T
 
 
 def test_the_swing_brings_one_axis_onto_the_other_by_the_shortest_turn(run, rng):
     pose, target = random_rotations(rng, N), random_rotations(rng, N)
     for v, a, b in zip(swings(run, pose, target), pose[:, :, 2], target[:, :, 2], strict=True):
-        assert_close(naive.rotation(v, np.linalg.norm(v)) @ a, b, atol=1e-14)
+        assert_close(formulas.rotation(v, np.linalg.norm(v)) @ a, b, atol=1e-14)
         assert abs(v @ a) < 1e-14
         assert np.linalg.norm(v) == pytest.approx(np.arccos(a @ b), abs=1e-7)
 
@@ -31,7 +31,7 @@ def test_the_swing_brings_one_axis_onto_the_other_by_the_shortest_turn(run, rng)
 @pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-13, 0.9e-12, 1.1e-12, 1e-9, 1e-4, 1.5, np.pi / 2, np.pi - 1e-3, np.pi - 1e-9])
 def test_the_size_of_the_swing_is_right_from_no_turn_to_nearly_a_half(run, angle):
     for axis in ((1.0, 0, 0), (0, 1.0, 0), (0.6, 0.8, 0)):
-        turned = naive.rotation(axis, angle)
+        turned = formulas.rotation(axis, angle)
         v = swings(run, [np.eye(3)], [turned])[0]
         assert_close(v, angle * np.array(axis), atol=1e-16 + 1e-15 * angle + (1e-7 if angle > 3.14 else 0))
 
@@ -40,13 +40,13 @@ def test_the_size_of_the_swing_is_right_from_no_turn_to_nearly_a_half(run, angle
 def test_opposite_axes_swing_by_a_half_turn_about_some_axis_square_to_them(run, rng, off):
     targets = random_rotations(rng, N)
     poses = np.array(
-        [R @ naive.rotation((1, 0, 0), np.pi - off) @ naive.rotation((0, 0, 1), rng.uniform(-3, 3)) for R in targets]
+        [R @ formulas.rotation((1, 0, 0), np.pi - off) @ formulas.rotation((0, 0, 1), rng.uniform(-3, 3)) for R in targets]
     )
     for v, a, b in zip(swings(run, poses, targets), poses[:, :, 2], targets[:, :, 2], strict=True):
         rounding = 1e-11 + (1e-14 / off if off > 1e-12 else 0)  # of the axis: of its cross product few digits are left
         assert np.linalg.norm(v) == pytest.approx(np.pi, abs=1e-8)
         assert abs(v @ b) < rounding
-        assert_close(naive.rotation(v, np.linalg.norm(v)) @ a, b, atol=rounding)
+        assert_close(formulas.rotation(v, np.linalg.norm(v)) @ a, b, atol=rounding)
 
 
 # ---- slack
@@ -59,7 +59,7 @@ def counted(run, rng, task, slack, e):
     settings = np.zeros(N_SETTINGS)
     settings[TASK], settings[SLACK : SLACK + 6] = task, slack
     turn = np.array([np.kron(np.eye(2), R) for R in target])  # of both halves, from the target's axes into the base's
-    poses = [[naive.transform(R)[:3].ravel() for R in rotations] for rotations in (pose, target)]
+    poses = [[formulas.transform(R)[:3].ravel() for R in rotations] for rotations in (pose, target)]
     in_base = np.einsum("nij,nj->ni", turn, e)
     rows = np.vstack([np.hstack(poses).T, in_base.T, J.transpose(2, 1, 0).reshape(42, n)])
     out = run(probes.error_of_task, rows, 6 + 42, settings, 7)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import kernel_probes as probes
-from close import assert_close
+from assertions import assert_close
 from ulna.kernels.ik.pseudo_inverse import CUTOFF
 
 N = 16

@@ -12,7 +12,7 @@ import kernel_cases
 import kernel_modes
 import kernel_probes
 import ulna
-from close import assert_close
+from assertions import assert_close
 
 TESTS = Path(kernel_cases.__file__).parent
 

@@ -8,15 +8,15 @@ import threading
 import numpy as np
 import pytest
 
-import naive
+import formulas
+import robots
 import ulna
-import zoo
-from close import assert_close
+from assertions import assert_close
 from ulna.errors import InputError, UnknownNameError
 from ulna.kernels.layout import LARGEST
 from ulna.robot import Robot
 
-ZOO = Robot(zoo.every_joint())
+ZOO = Robot(robots.every_joint())
 BOUND = {
     "forward": (lambda robot: robot.compile_forward("hand"), lambda robot, q: robot.forward_kinematics(q, "hand")),
     "base": (lambda robot: robot.compile_jacobian("hand"), lambda robot, q: robot.jacobian(q, "hand")),
@@ -50,8 +50,8 @@ def test_it_gives_the_bits_of_the_method(pair, rng, shape):
 
 def test_it_is_where_the_slow_twin_says(rng):
     q = positions(rng)
-    assert_close(ZOO.compile_forward("hand")(q), naive.link_pose(ZOO.description, q, "hand"), atol=2e-14)
-    assert_close(ZOO.compile_jacobian("hand")(q), naive.jacobian(ZOO.description, q, "hand", "base"), atol=1e-10)
+    assert_close(ZOO.compile_forward("hand")(q), formulas.link_pose(ZOO.description, q, "hand"), atol=2e-14)
+    assert_close(ZOO.compile_jacobian("hand")(q), formulas.jacobian(ZOO.description, q, "hand", "base"), atol=1e-10)
 
 
 @pytest.mark.parametrize("form", [list, tuple, np.float32, lambda q: q[::-1].copy()[::-1], lambda q: np.repeat(q, 2)[::2]])
@@ -116,7 +116,7 @@ def test_q_itself_is_no_place_for_the_answer(pair, rng):
 
 
 def test_a_robot_without_joints_has_them_too():
-    fixed = Robot(zoo.two_links("fixed", zoo.Z))
+    fixed = Robot(robots.two_links("fixed", robots.Z))
     assert np.array_equal(fixed.compile_forward()([]), fixed.forward_kinematics(np.zeros(0)))
     assert fixed.compile_jacobian()(np.zeros(0)).shape == (6, 0)
     assert fixed.compile_jacobian()(np.zeros((3, 0))).shape == (3, 6, 0)

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-import naive
+import formulas
 import ulna
 from ulna import DescriptionError, DescriptionWarning
 
@@ -100,7 +100,7 @@ def test_planar_and_floating_joints_take_the_numbers_of_moveit():
     np.testing.assert_allclose(q[:9], [1, 2, 3, 0, 0, np.pi / 2, 4, 5, 0.6], atol=1e-12)
     robot = robot_with("")
     np.testing.assert_allclose(
-        robot.forward_kinematics(q, link="drone"), naive.from_rpy((1, 2, 3), (0, 0, np.pi / 2)), atol=1e-12
+        robot.forward_kinematics(q, link="drone"), formulas.from_rpy((1, 2, 3), (0, 0, np.pi / 2)), atol=1e-12
     )
 
 
@@ -119,7 +119,7 @@ def test_a_floating_joint_without_a_rotation_is_refused(value, expected):
 def test_a_mimic_may_repeat_what_follows_from_its_leader_and_is_told_where_it_does_not():
     state = '<group_state name="s"><joint name="grip" value="0.5"/><joint name="follow" value="{}"/></group_state>'
     assert robot_with(state.format(-0.9)).srdf.warnings == ()
-    with pytest.warns(DescriptionWarning, match="joint 'follow' follows 'grip'; its own value 0.5 is passed over"):
+    with pytest.warns(DescriptionWarning, match="joint 'follow' follows 'grip'; its own value 0.5 is ignored"):
         robot = robot_with(state.format(0.5))
     assert robot.named_configurations["s"][11] == 0.5
 

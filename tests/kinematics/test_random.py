@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from robot_files import example_urdfs
 from ulna.description.robot_description import Limits
 
@@ -32,7 +32,7 @@ def test_every_robot_can_stand_at_random(file):
 
 
 def test_an_angle_without_limits_is_within_half_a_turn():
-    robot = ulna.Robot(zoo.of_chain("continuous", "continuous"))
+    robot = ulna.Robot(robots.of_chain("continuous", "continuous"))
     q = robot.random(4000, seed=0)
     np.testing.assert_allclose([q.min(axis=0), q.max(axis=0)], [[-np.pi] * 2, [np.pi] * 2], atol=0.01)
 
@@ -40,16 +40,16 @@ def test_an_angle_without_limits_is_within_half_a_turn():
 def test_a_slide_without_limits_is_within_the_robots_length():
     T = np.eye(4)
     T[0, 3] = 0.7
-    robot = ulna.Robot(zoo.of_chain("revolute", "prismatic", "revolute", origin=T))  # three parts of 0.7 m
+    robot = ulna.Robot(robots.of_chain("revolute", "prismatic", "revolute", origin=T))  # three parts of 0.7 m
     slides = robot.random(4000, seed=0)[:, 1]
     np.testing.assert_allclose([slides.min(), slides.max()], [-2.1, 2.1], atol=0.01)
-    alone = ulna.Robot(zoo.of_chain("prismatic")).random(4000, seed=0)
+    alone = ulna.Robot(robots.of_chain("prismatic")).random(4000, seed=0)
     np.testing.assert_allclose([alone.min(), alone.max()], [-1, 1], atol=0.01)
 
 
 @pytest.mark.parametrize(("limits", "range_"), [((-1e308, 1e308), (-1, 1)), ((-2e3, 1e4), (-2e3, 1e4)), ((3, 1e16), (3, 5))])
 def test_a_limit_that_means_none_is_none(limits, range_):
-    robot = ulna.Robot(zoo.two_links("prismatic", zoo.X, limits=Limits(*limits, 1.0)))
+    robot = ulna.Robot(robots.two_links("prismatic", robots.X, limits=Limits(*limits, 1.0)))
     q = robot.random(4000, seed=0)
     np.testing.assert_allclose([q.min(), q.max()], range_, atol=1e-2 * (range_[1] - range_[0]))
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from close import assert_close
+from assertions import assert_close
 
 N = 37
 WORLD = ulna.World()

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import naive
+import formulas
+import robots
 import ulna
-import zoo
-from close import assert_close
+from assertions import assert_close
 from robot_files import EXAMPLES
 from ulna import Robot
 
@@ -60,8 +60,8 @@ def test_any_table_becomes_one_of_the_same_robot_in_either_convention(convention
     table = Robot.from_dh(rows, convention=convention, joint_types=kinds).dh(target)
     assert table.joint_types == tuple(kind for kind in kinds if kind != "fixed")
     for q in np.random.default_rng(seed).uniform(-3, 3, (3, len(table.rows))):
-        expected = naive.dh_poses(rows, kinds, q, convention)[-1]
-        written_out = [np.eye(4), *naive.dh_poses(table.rows, table.joint_types, q, target)][-1]
+        expected = formulas.dh_poses(rows, kinds, q, convention)[-1]
+        written_out = [np.eye(4), *formulas.dh_poses(table.rows, table.joint_types, q, target)][-1]
         assert_close(table.T_base_0 @ written_out @ table.T_n_tip, expected, atol=1e-11)
 
 
@@ -96,7 +96,7 @@ def test_the_ur5_of_universal_robots_is_the_published_table_turned_by_half_a_tur
     """ROS turns the base by pi about z; seen from there every x axis of the published table points the other way."""
     robot = ulna.load(EXAMPLES / "ur_description/urdf/ur5_robot.urdf")
     table = robot.dh("standard", "ee_link")
-    published = np.array(zoo.UR5)
+    published = np.array(robots.UR5)
     assert_close(table.rows[:5, :3], published[:5, :3] * [-1, 1, -1], atol=1e-15)
     assert_close(table.rows[5, :2], published[5, :2])
     turned = Robot.from_dh(published, convention="standard", T_base_0=ulna.pose(rpy=(0, 0, pi)))

@@ -5,8 +5,8 @@ import tempfile
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 
 WORLD = ulna.World()
 WORLD.add("crate", ulna.Box((0.3, 0.3, 0.3)), ulna.pose((0.4, 0.0, 0.4)))
@@ -142,7 +142,7 @@ def test_a_world_keeps_copies_of_its_poses():
 
 def test_a_robot_keeps_copies_of_what_it_is_made_of():
     origin, axis, home = np.eye(4), np.array([0.0, 0.0, 1.0]), np.array([0.5])
-    robot = ulna.Robot(zoo.two_links("revolute", axis, origin=origin), home=home)
+    robot = ulna.Robot(robots.two_links("revolute", axis, origin=origin), home=home)
     before = robot.forward_kinematics([0.3])
     origin[0, 3], axis[:], home[:] = 5.0, 0.0, 9.0
     assert np.array_equal(robot.forward_kinematics([0.3]), before)

@@ -4,9 +4,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import naive
+import formulas
 import ulna
-from close import assert_close
+from assertions import assert_close
 from ulna.description.robot_description import Description, Joint, JointType, Link, Mimic
 
 KINDS = list(JointType)
@@ -22,11 +22,11 @@ def descriptions(draw):
     joints = []
     for k in range(draw(st.integers(0, 9))):
         kind = draw(st.sampled_from(KINDS))
-        followed = [j.name for j in joints if naive.N_POSITIONS[j.type] == 1]
+        followed = [j.name for j in joints if formulas.N_POSITIONS[j.type] == 1]
         mimic = None
-        if naive.N_POSITIONS[kind] == 1 and followed and draw(st.booleans()):
+        if formulas.N_POSITIONS[kind] == 1 and followed and draw(st.booleans()):
             mimic = Mimic(draw(st.sampled_from(followed)), 2 * draw(numbers), draw(numbers))
-        origin = naive.from_rpy(draw(vectors), 3 * np.array(draw(vectors)))
+        origin = formulas.from_rpy(draw(vectors), 3 * np.array(draw(vectors)))
         axis = np.array([0.0, 0.0, 1.0]) if kind == "floating" else draw(st.sampled_from(AXES))
         joints.append(Joint(f"j{k}", kind, f"l{draw(st.integers(0, k))}", f"l{k + 1}", origin, axis, mimic=mimic))
     links = [Link(f"l{k}") for k in range(len(joints) + 1)]
@@ -34,7 +34,7 @@ def descriptions(draw):
 
 
 def positions(description, n):
-    n_dof = sum(naive.N_POSITIONS[joint.type] for joint in description.joints if joint.mimic is None)
+    n_dof = sum(formulas.N_POSITIONS[joint.type] for joint in description.joints if joint.mimic is None)
     return np.random.default_rng(len(description.joints)).uniform(-1.4, 1.4, (n, n_dof))
 
 
@@ -43,7 +43,7 @@ def positions(description, n):
 def test_every_link_stands_where_the_twin_puts_it(description):
     robot, q = ulna.Robot(description), positions(description, 9)
     poses = robot.link_poses(q)
-    assert_close(poses, [naive.link_poses(description, x) for x in q], atol=1e-13)
+    assert_close(poses, [formulas.link_poses(description, x) for x in q], atol=1e-13)
     assert_close(robot.link_poses(q[4]), poses[4], atol=1e-14)
     for k, link in enumerate(robot.link_names):
         assert_close(robot.forward_kinematics(q, link=link), poses[:, k], atol=2e-14)
@@ -55,7 +55,7 @@ def test_columns_of_the_jacobian_are_the_velocities_of_the_link(description, dat
     robot, q = ulna.Robot(description), positions(description, 2)
     link = data.draw(st.sampled_from(robot.link_names))
     for frame in FRAMES:
-        expected = [naive.jacobian(description, x, link, frame) for x in q]
+        expected = [formulas.jacobian(description, x, link, frame) for x in q]
         assert_close(robot.jacobian(q[0], link=link, expressed_in=frame), expected[0], atol=1e-9)
         if robot.n_dof:
             assert_close(robot.jacobian(q, link=link, expressed_in=frame), expected, atol=1e-9)
@@ -72,7 +72,7 @@ def test_the_analytical_jacobian_is_the_rate_of_roll_pitch_and_yaw(description, 
     Ja = robot.analytical_jacobian(q, link=link)
 
     def rpy(s, unit):
-        R = naive.link_pose(description, q + s * unit, link)[:3, :3]
+        R = formulas.link_pose(description, q + s * unit, link)[:3, :3]
         return np.array([np.arctan2(R[2, 1], R[2, 2]), -np.arcsin(R[2, 0]), np.arctan2(R[1, 0], R[0, 0])])
 
     at_zero = rpy(0.0, np.zeros(robot.n_dof))
@@ -81,7 +81,7 @@ def test_the_analytical_jacobian_is_the_rate_of_roll_pitch_and_yaw(description, 
         def turned(s, unit=unit):
             return (rpy(s, unit) - at_zero + np.pi) % (2 * np.pi)  # without jumps at -pi
 
-        assert_close(Ja[3:, j], naive.derivative(turned, 0.0, 1e-4), atol=1e-6)
+        assert_close(Ja[3:, j], formulas.derivative(turned, 0.0, 1e-4), atol=1e-6)
         assert_close(Ja[:3, j], robot.jacobian(q, link=link)[:3, j], atol=0)
 
 
@@ -89,9 +89,9 @@ def test_the_analytical_jacobian_is_the_rate_of_roll_pitch_and_yaw(description, 
 @given(descriptions())
 def test_q_is_in_the_order_of_the_joints_from_the_root_and_files_may_list_them_in_any(description):
     robot = ulna.Robot(description)
-    independent = [j for j in naive.joints_from_root(description) if naive.N_POSITIONS[j.type] and j.mimic is None]
+    independent = [j for j in formulas.joints_from_root(description) if formulas.N_POSITIONS[j.type] and j.mimic is None]
     assert robot.joint_names == tuple(joint.name for joint in independent)
-    assert [s.stop - s.start for s in robot.joint_slices] == [naive.N_POSITIONS[joint.type] for joint in independent]
+    assert [s.stop - s.start for s in robot.joint_slices] == [formulas.N_POSITIONS[joint.type] for joint in independent]
     assert [s.start for s in robot.joint_slices] == [0, *(s.stop for s in robot.joint_slices[:-1])][: len(independent)]
     assert robot.link_names == tuple(link.name for link in description.links)
     leaves = {link.name for link in description.links} - {joint.parent for joint in description.joints}

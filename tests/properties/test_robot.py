@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 
 SHOWN = ("lower", "upper", "velocity_limits", "home")
 COPIES = {
@@ -34,10 +34,10 @@ def arrays_of(robot):
     return found
 
 
-@pytest.fixture(params=["panda", "zoo", "dh"])
+@pytest.fixture(params=["panda", "every joint", "dh"])
 def robot(request, panda):
     arm = ulna.Robot.from_dh([(0, 0.3, 0, 0), (0.2, 0, 1.5, 0.1)], limits=[(-1, 1), (-2, 2)])
-    return {"panda": panda, "zoo": ulna.Robot(zoo.every_joint()), "dh": arm}[request.param]
+    return {"panda": panda, "every joint": ulna.Robot(robots.every_joint()), "dh": arm}[request.param]
 
 
 def test_nothing_of_it_can_be_set_or_deleted(robot):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from ulna.description.robot_description import Body, Description, Joint, JointType, Link
 
 BATCHES = [(), (1,), (3,), (9,), (2, 4), (0,), (2, 0)]
@@ -12,7 +12,7 @@ ROCK = Description("rock", (Link("stone", collisions=(Body("stone", ulna.Box((1,
 STATUE = Description(
     "statue",
     (Link("foot"), Link("head", collisions=(Body("head", ulna.Box((1, 1, 1)), np.eye(4)),))),
-    (Joint("neck", JointType.FIXED, "foot", "head", zoo.place(1), zoo.X),),
+    (Joint("neck", JointType.FIXED, "foot", "head", robots.place(1), robots.X),),
 )
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from ulna import Box, GeometryError, InputError, Robot, SingularityError, UlnaError, UnknownNameError, World
 from ulna.description.robot_description import Body, Description, Link
 from ulna.description.shapes import Mesh
@@ -97,7 +97,7 @@ def test_complex_positions_lose_no_imaginary_part_in_silence(panda):
 
 
 def test_a_robot_without_joints_says_so():
-    error = refusal(InputError, Robot(zoo.two_links("fixed", zoo.Z)).forward_kinematics, [0.0])
+    error = refusal(InputError, Robot(robots.two_links("fixed", robots.Z)).forward_kinematics, [0.0])
     assert str(error) == "q: shape (1,), but shape (..., 0) is expected: the robot has no moving joints"
 
 
@@ -114,14 +114,14 @@ def test_an_unknown_link_is_refused_with_the_nearest_name(panda, method):
 
 @pytest.mark.parametrize("method", TAKE_LINK)
 def test_a_name_like_no_other_is_answered_with_a_list(method):
-    error = refusal(UnknownNameError, TAKE_LINK[method], Robot(zoo.two_links("revolute", zoo.Z)), "gripper")
+    error = refusal(UnknownNameError, TAKE_LINK[method], Robot(robots.two_links("revolute", robots.Z)), "gripper")
     assert str(error) == "no link is called 'gripper'; there are 'a', 'b'"
 
 
 @pytest.mark.parametrize("method", TAKE_LINK)
 def test_of_several_tips_one_must_be_named(method):
-    error = refusal(InputError, TAKE_LINK[method], Robot(zoo.every_joint()), None)
-    assert str(error) == "link: 'zoo' has several tips; name one of fingertip, tray, propeller, or any other link"
+    error = refusal(InputError, TAKE_LINK[method], Robot(robots.every_joint()), None)
+    assert str(error) == "link: 'every joint' has several tips; name one of fingertip, tray, propeller, or any other link"
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_an_unknown_frame_is_refused_with_the_known_ones(panda, frame, hint):
 
 
 def test_roll_and_yaw_without_rates_are_refused_with_the_rows():
-    arm = Robot(zoo.of_chain("revolute", axis=zoo.Y))
+    arm = Robot(robots.of_chain("revolute", axis=robots.Y))
     error = refusal(SingularityError, arm.analytical_jacobian, [[[0.0], [np.pi / 2]], [[-np.pi / 2 + 1e-7], [1.0]]])
     assert isinstance(error, ValueError)
     assert error.rows == ((0, 1), (1, 0))
@@ -164,7 +164,7 @@ ASK_OF_SHAPES = {
 
 @pytest.mark.parametrize("method", ASK_OF_SHAPES)
 def test_a_robot_without_shapes_is_never_called_free(method):
-    error = refusal(GeometryError, ASK_OF_SHAPES[method], Robot(zoo.two_links("revolute", zoo.Z)))
+    error = refusal(GeometryError, ASK_OF_SHAPES[method], Robot(robots.two_links("revolute", robots.Z)))
     assert str(error) == "robot 'two links' has no collision shapes, so nothing can be said of its collisions"
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link
 
 HALF = "\ud800"
@@ -14,7 +14,7 @@ HALF = "\ud800"
 def test_a_link_or_a_joint_has_a_name_that_can_be_written(name):
     with pytest.raises(ulna.DescriptionError, match="the name of a link"):
         ulna.Robot(Description("r", (Link(name),), ()))
-    joint = Joint(name, JointType.FIXED, "a", "b", np.eye(4), zoo.Z)
+    joint = Joint(name, JointType.FIXED, "a", "b", np.eye(4), robots.Z)
     with pytest.raises(ulna.DescriptionError, match="the name of a joint"):
         ulna.Robot(Description("r", (Link("a"), Link("b")), (joint,)))
 
@@ -36,8 +36,8 @@ def test_masks_in_a_list_are_not_lost(panda):
 def test_the_largest_number_there_is_means_no_limit():
     largest = np.finfo(float).max
     joints = (
-        Joint("p", JointType.PRISMATIC, "a", "b", np.eye(4), zoo.X, Limits(-largest, largest, 1.0)),
-        Joint("k", JointType.REVOLUTE, "b", "c", zoo.place(0), zoo.Z, Limits(-1.0, 1.0, 1.0)),
+        Joint("p", JointType.PRISMATIC, "a", "b", np.eye(4), robots.X, Limits(-largest, largest, 1.0)),
+        Joint("k", JointType.REVOLUTE, "b", "c", robots.place(0), robots.Z, Limits(-1.0, 1.0, 1.0)),
     )
     robot = ulna.Robot(Description("m", tuple(map(Link, "abc")), joints))
     assert (robot.lower[0], robot.upper[0]) == (-np.inf, np.inf)
@@ -61,7 +61,7 @@ def test_an_origin_that_is_too_far_is_refused_with_its_line():
 
 @pytest.mark.parametrize("method", ["forward_kinematics", "jacobian", "manipulability", "analytical_jacobian"])
 def test_the_error_about_several_tips_has_no_other_behind_it(method):
-    robot = ulna.Robot(zoo.every_joint())
+    robot = ulna.Robot(robots.every_joint())
     with pytest.raises(ulna.InputError, match="several tips") as caught:
         getattr(robot, method)(robot.home)
     assert caught.value.__context__ is None or caught.value.__suppress_context__

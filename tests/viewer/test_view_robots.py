@@ -6,8 +6,8 @@ import threading
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from processes import wait_for
 from ulna.viewer.arm import Arm
 from ulna.viewer.page import Page
@@ -38,7 +38,7 @@ def test_a_robot_of_meshes_is_shown_whole(name, links):
 
 
 def test_the_stage_is_as_large_as_the_robot():
-    large, small = (ulna.Robot(zoo.of_chain("revolute", "revolute", origin=ulna.pose((step, 0, 0)))) for step in (10.0, 0.01))
+    large, small = (ulna.Robot(robots.of_chain("revolute", "revolute", origin=ulna.pose((step, 0, 0)))) for step in (10.0, 0.01))
     for robot, size in ((large, 20.0), (small, 0.02)):
         with ulna.view(robot) as view:
             away = np.linalg.norm(np.subtract(view.page.server.initial_camera.position, view.arm.extent.centre))
@@ -128,7 +128,7 @@ def test_what_a_link_holds_is_drawn_where_it_is_held_and_red_where_it_touches(pa
 
 @pytest.mark.parametrize("kinds", [("planar", "floating", "continuous"), ("fixed",)])
 def test_joints_of_every_kind_can_be_looked_at(kinds):
-    robot = ulna.Robot(zoo.of_chain(*kinds))
+    robot = ulna.Robot(robots.of_chain(*kinds))
     with ulna.view(robot) as view:
         assert len(view.joints.sliders) == robot.n_dof
         view.q = np.full(robot.n_dof, 0.2)

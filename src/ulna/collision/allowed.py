@@ -1,4 +1,4 @@
-"""Pairs of links whose contact is no collision, each with the reason and the evidence for it."""
+"""Holds pairs of links whose contact is no collision, each with a reason. Used by ``checker``, ``bodies``, ``Robot``."""
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
@@ -26,6 +26,9 @@ class LinkPair:
         touched: In how many random configurations they touch.
         samples: Of how many that were tried; 0 if none had to be.
         q: A configuration that shows it: one in which they touch (or, if they never do, one in which they do not) [rad or m].
+
+    Raises:
+        InputError: Both names are the same.
     """
 
     link_a: str
@@ -87,14 +90,23 @@ class AllowedCollisions(Collection):
         return tuple(pair for pair in self.checked if pair.reason == NEVER)
 
     def plus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":
-        """These and more pairs, given as ``LinkPair`` or as two names."""
+        """These and more pairs, given as ``LinkPair`` or as two names.
+
+        Raises:
+            InputError: A pair is not the names of two different links.
+        """
         added = as_link_pairs(pairs)
         allowed = {pair.links for pair in added}
         kept = tuple(pair for pair in self.pairs if pair.links not in allowed)
         return AllowedCollisions(kept + added, tuple(pair for pair in self.checked if pair.links not in allowed))
 
     def minus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":
-        """These without some pairs, which are checked from then on."""
+        """These without some pairs, which are checked from then on.
+
+        Raises:
+            InputError: A pair is not the names of two different links.
+            UnknownNameError: A pair is not among these.
+        """
         taken = as_link_pairs(pairs)
         for pair in taken:
             if pair not in self:
@@ -114,7 +126,11 @@ class AllowedCollisions(Collection):
 
 
 def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
-    """The pairs as ``LinkPair``, each once: given so, as two names, or as what an SRDF says (link_a, link_b, reason)."""
+    """The pairs as ``LinkPair``, each once: given so, as two names, or as what an SRDF says (link_a, link_b, reason).
+
+    Raises:
+        InputError: A pair is not the names of two different links; ``name`` is in the message.
+    """
     found: dict[frozenset[str], LinkPair] = {}
     for pair in pairs:
         links = (pair.link_a, pair.link_b) if hasattr(pair, "link_a") and hasattr(pair, "link_b") else pair
@@ -126,7 +142,12 @@ def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
 
 
 def as_allowed(allowed: Iterable, link_names: tuple[str, ...]) -> AllowedCollisions:
-    """Pairs of links as a user gives them, their names looked up."""
+    """Pairs of links as a user gives them, their names looked up.
+
+    Raises:
+        InputError: A pair is not the names of two different links.
+        UnknownNameError: There is no such link.
+    """
     if isinstance(allowed, str) or not isinstance(allowed, Iterable):
         raise InputError("allowed", f"{allowed!r}; pairs of links are expected, as robot.allowed_collisions.plus(...) makes them")
     collection = allowed if isinstance(allowed, AllowedCollisions) else AllowedCollisions(as_link_pairs(allowed, "allowed"))

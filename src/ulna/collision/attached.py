@@ -1,4 +1,4 @@
-"""What a robot carries: shapes that move with a link and are no part of its description."""
+"""Holds the shapes that a robot carries: they move with a link and are not in its description. Used by ``Robot``, ``checker``."""
 
 from dataclasses import dataclass
 
@@ -23,6 +23,10 @@ class Attached:
         T_link_object: Its pose in the frame of the link, shape (4, 4).
         link: The link that holds it: never checked against it.
         touch_links: Other links, or other attached objects, that it may touch.
+
+    Raises:
+        GeometryError: The shape is not a solid that can be attached.
+        InputError: The name is not text, the pose is not a rigid motion, or ``touch_links`` is a single name.
     """
 
     name: str
@@ -43,7 +47,12 @@ class Attached:
 
 
 def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:
-    """One more attached object, its names looked up."""
+    """One more attached object, its names looked up.
+
+    Raises:
+        InputError: The name is taken.
+        UnknownNameError: There is no such link, or no such link or attached object to touch.
+    """
     taken = (*link_names, *(one.name for one in held))
     if new.name in taken:
         raise InputError("name", f"the robot already has a link or an attached object {new.name!r}")
@@ -56,7 +65,11 @@ def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...
 
 
 def detach(held: tuple[Attached, ...], name: str) -> tuple[Attached, ...]:
-    """Without the attached object of this name."""
+    """Without the attached object of this name.
+
+    Raises:
+        UnknownNameError: There is no such attached object.
+    """
     if name not in {one.name for one in held}:
         raise UnknownNameError("attached object", name, [one.name for one in held])
     return tuple(one for one in held if one.name != name)

@@ -1,4 +1,4 @@
-"""The robot's collision bodies as the kernels read them, and which pairs of them are checked against each other."""
+"""Makes the tables of a robot's collision bodies and of the pairs to check. Used by ``checker`` and ``sampled_pairs``."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -79,17 +79,17 @@ def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attach
     free |= {frozenset((held.name, other)) for held in attached for other in held.touch_links}
     carriers = dict(zip(bodies.owners, bodies.links, strict=True))
     held = {one.name for one in attached}
-    kept = []
+    checked = []
     for a, b in combinations(carriers, 2):
         rigid = tree.link_row[carriers[a]] == tree.link_row[carriers[b]] and (a in held or b in held)
         if not rigid and frozenset((a, b)) not in free:
-            kept.append((a, b))
-    pairs = np.array(bodies.pairs_of(kept), dtype=np.int64).reshape(-1, 2)
+            checked.append((a, b))
+    pairs = np.array(bodies.pairs_of(checked), dtype=np.int64).reshape(-1, 2)
     pairs.setflags(write=False)
     return pairs
 
 
 def _distinct(names: tuple[str, ...], links: tuple[str, ...]) -> tuple[str, ...]:
-    """The shapes' names; one that stands twice gets its link before it, and a number behind it if need be."""
+    """The shapes' names; a repeated one gets its link before it, and a number behind it if need be."""
     long = [f"{link}/{name}" if names.count(name) > 1 else name for name, link in zip(names, links, strict=True)]
     return tuple(f"{name} ({long[: k + 1].count(name)})" if long.count(name) > 1 else name for k, name in enumerate(long))

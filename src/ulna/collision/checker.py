@@ -1,4 +1,4 @@
-"""Collision queries: the robot at q against itself and against the objects of a world."""
+"""Checks the robot at q against itself and against the objects of a world. Used by ``Robot`` and ``ik``."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -127,11 +127,11 @@ class Checker:
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None and not objects.touchable:
             return float(self._nearest(q, scene)[NEAREST])
-        answer = as_out(out, q.shape[:-1], q)
-        answer[...] = self._nearest(q, scene, threads)[..., NEAREST]
+        result = as_out(out, q.shape[:-1], q)
+        result[...] = self._nearest(q, scene, threads)[..., NEAREST]
         for other in self._others(objects):
-            np.minimum(answer, self._nearest(q, other.scene, threads)[..., NEAREST], out=answer)
-        return float(answer) if q.ndim == 1 and out is None else answer
+            np.minimum(result, self._nearest(q, other.scene, threads)[..., NEAREST], out=result)
+        return float(result) if q.ndim == 1 and out is None else result
 
     def distance_gradient(
         self,
@@ -238,10 +238,10 @@ class Checker:
         return status, free
 
     def _touches(self, q: NDArray[np.float64], scene: Scene) -> bool:
-        answer = self._overlap_one(*scene, for_kernel(q))
-        if answer == OUT_OF_RANGE:
+        result = self._overlap_one(*scene, for_kernel(q))
+        if result == OUT_OF_RANGE:
             refuse_out_of_range(q)
-        return answer == OVERLAPS
+        return result == OVERLAPS
 
     def _nearest(self, q: NDArray[np.float64], scene: Scene, threads: int | None = None) -> NDArray[np.float64]:
         """The nearest pair of each q (``kernels.collision.nearest``), shape (..., NEAREST_WIDTH)."""
@@ -268,10 +268,12 @@ class Checker:
             refuse_out_of_range(q)
         near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
         order = near[np.argsort(found[near, DISTANCE], kind="stable")]
-        n, told = len(part.bodies.names), {}
-        for k, (a, b) in zip(order, candidates[order].tolist(), strict=True):  # of an object of many solids the nearest is told
-            told.setdefault((a, b if b < n else object_names[b - n]), k)
-        return tuple(_pair(part, candidates[k], found[k]) for k in told.values())
+        n, reported = len(part.bodies.names), {}
+        for k, (a, b) in zip(
+            order, candidates[order].tolist(), strict=True
+        ):  # of an object of many solids the nearest is reported
+            reported.setdefault((a, b if b < n else object_names[b - n]), k)
+        return tuple(_pair(part, candidates[k], found[k]) for k in reported.values())
 
     def _candidates(self, q: NDArray[np.float64], scene: Scene, max_distance: float) -> NDArray[np.int64]:
         """The pairs that may be near enough."""

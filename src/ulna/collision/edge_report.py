@@ -1,4 +1,4 @@
-"""What a check of the straight line between two configurations found."""
+"""Holds the result of checking the straight line between two configurations. Used by ``checker`` and ``Robot``."""
 
 from dataclasses import dataclass
 from typing import Any

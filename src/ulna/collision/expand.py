@@ -1,4 +1,4 @@
-"""The solids that an object of the world consists of: one, or many for what a sensor saw."""
+"""Lists the solids of a world's object: one, or many for a point cloud. Used by ``objects`` and ``viewer.visuals``."""
 
 from dataclasses import dataclass
 

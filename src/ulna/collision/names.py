@@ -1,4 +1,4 @@
-"""The names of ``touch_links``."""
+"""Checks the names of ``touch_links``. Used by ``world`` and ``attached``."""
 
 from collections.abc import Iterable
 

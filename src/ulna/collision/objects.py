@@ -1,4 +1,4 @@
-"""The objects of a world as the kernels read them, at one moment: a table, and a tree of bounds over all but a few."""
+"""Makes the tables of a world's objects, and a BVH over them. Used by ``world`` and ``checker``."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -13,8 +13,8 @@ from ulna.description.shapes import HalfSpace
 from ulna.engine.width import WIDTH
 from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, CONTACT, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE
 
-MOST_UNINDEXED = 64  # worlds of at most so many objects need no tree: meeting each with eight configurations at once is as fast
-_NOWHERE = 1e300  # bounds that nothing meets
+MOST_UNINDEXED = 64  # worlds of at most this many objects need no BVH: testing each for eight configurations at once is as fast
+_NOWHERE = 1e300  # bounds that nothing overlaps
 
 
 @dataclass(frozen=True, eq=False)

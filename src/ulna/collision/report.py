@@ -1,4 +1,4 @@
-"""What a collision check found."""
+"""Holds the result of a collision check. Used by ``checker``, the command line, the page and the demo."""
 
 from dataclasses import dataclass
 

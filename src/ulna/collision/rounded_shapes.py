@@ -1,4 +1,4 @@
-"""Shapes as the columns that the kernels read: a core, and the radius of the ball that sweeps it (``kernels.layout``)."""
+"""Turns shapes into columns: a core, and the radius of the ball that sweeps it. Used by ``bodies`` and ``expand``."""
 
 from math import inf
 

@@ -1,4 +1,4 @@
-"""Which pairs of a robot's links may touch, found from its joints and from random configurations.
+"""Finds pairs of links that may touch, from joints and random configurations. Used by ``checker``.
 
 MoveIt's setup assistant does the same offline and then allows, too, what it never saw touching (Coleman et al., Reducing the
 barrier to entry of complex robotic software, J. Software Engineering for Robotics 5(1), 2014, section 4.1), to save time. Here

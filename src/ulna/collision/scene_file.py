@@ -1,4 +1,4 @@
-"""A world as a small file that people read and write: JSON, an object a line.
+"""Reads and writes a world as a small JSON file, one object a line. Used by ``ulna.load_world``, the page, the command line.
 
     {"ulna_scene": 1,
      "objects": [

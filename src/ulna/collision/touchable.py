@@ -1,4 +1,4 @@
-"""Objects that some links may touch: they are checked against the other bodies of the robot, apart from the rest of the world.
+"""Separates objects that some links may touch from the rest of a scene. Used by ``checker``.
 
 The kernels check every body of a robot against every object. So objects that the same links may touch are a scene of their own,
 with a robot that lacks these links; what is asked of the whole is asked of each scene, and the results are combined.

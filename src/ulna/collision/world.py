@@ -1,4 +1,4 @@
-"""The world around a robot: named shapes, each at a pose in the robot's base frame."""
+"""Holds the world around a robot: named shapes with poses in its base frame. Used by ``checker``, ``ik`` and the page."""
 
 import threading
 from collections.abc import Iterable
@@ -51,6 +51,10 @@ class World:
             touch_links: Links of a robot, or objects attached to it, that may touch it: their contact is no collision, and their
                 distance does not count. So a base stands on its floor. Names that a robot does not have are passed over.
 
+        Raises:
+            GeometryError: The shape is not one of these.
+            InputError: The name is taken or not text, or the pose is not a rigid motion.
+
         Example:
             >>> import ulna
             >>> panda, world = ulna.load("panda"), World()
@@ -69,21 +73,35 @@ class World:
                 self._touch_links[name] = links
 
     def move(self, name: str, pose: ArrayLike) -> None:
-        """Put an object at another pose T_base_object, shape (4, 4)."""
+        """Put an object at another pose T_base_object, shape (4, 4).
+
+        Raises:
+            InputError: The pose is not a rigid motion.
+            UnknownNameError: There is no such object.
+        """
         T = as_one_pose(pose, "pose")
         with self._lock:
             self._known(name)
             self._poses[name], self._objects = T, None
 
     def reshape(self, name: str, shape: Obstacle) -> None:
-        """Give an object another shape; it stays where it is."""
+        """Give an object another shape; it stays where it is.
+
+        Raises:
+            GeometryError: The shape is not one that a world can hold.
+            UnknownNameError: There is no such object.
+        """
         _refuse_unsolid(name, shape)
         with self._lock:
             self._known(name)
             self._shapes[name], self._objects = shape, None
 
     def remove(self, name: str) -> None:
-        """Take an object away."""
+        """Take an object away.
+
+        Raises:
+            UnknownNameError: There is no such object.
+        """
         with self._lock:
             self._known(name)
             del self._shapes[name], self._poses[name]
@@ -91,13 +109,21 @@ class World:
             self._objects = None
 
     def shape(self, name: str) -> Obstacle:
-        """The shape of an object."""
+        """The shape of an object.
+
+        Raises:
+            UnknownNameError: There is no such object.
+        """
         with self._lock:
             self._known(name)
             return self._shapes[name]
 
     def pose(self, name: str) -> NDArray[np.float64]:
-        """T_base_object, shape (4, 4)."""
+        """T_base_object, shape (4, 4).
+
+        Raises:
+            UnknownNameError: There is no such object.
+        """
         with self._lock:
             self._known(name)
             return self._poses[name].copy()

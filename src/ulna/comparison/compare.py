@@ -1,4 +1,4 @@
-"""The comparison of two robots, part by part and pose by pose."""
+"""Compares two robots, part by part and pose by pose. Used by ``ulna.compare`` and ``ulna compare``."""
 
 from collections.abc import Iterable, Iterator
 
@@ -22,7 +22,7 @@ def compare(
     """How two descriptions of one robot differ: in names, order, types, limits, axes, poses and shapes.
 
     Joints are matched by name; by their order from the root if fewer than half of the moving ones share a name. The poses of
-    all links that stand for each other are held against each other at 1000 random configurations.
+    all links that correspond are compared at 1000 random configurations.
 
     Args:
         a: One robot.
@@ -35,6 +35,9 @@ def compare(
 
     Returns:
         A ``Comparison``; ``print`` it. ``same`` is True if nothing differs.
+
+    Raises:
+        InputError: An argument is not a robot, a tolerance is negative, or a kind to ignore is not known.
 
     Example:
         >>> from ulna import load, pose
@@ -96,7 +99,7 @@ def _differences(
 
 
 def _names(kind: str, names_a: list[str], names_b: list[str], pairs: list[tuple[str, str]]) -> Iterator[Difference]:
-    """Other names of what stands for each other, and what only one of them has."""
+    """Corresponding parts with different names, and parts that only one robot has."""
     partners, taken = dict(pairs), {name for _, name in pairs}
     for name in names_a:
         partner = partners.get(name)
@@ -108,7 +111,7 @@ def _names(kind: str, names_a: list[str], names_b: list[str], pairs: list[tuple[
 
 
 def _order(where: str, names_a: Iterable[str], names_b: Iterable[str], pairs: Iterable[tuple[str, str]]) -> Iterator[Difference]:
-    """Whether what stands for each other stands in another order; the first place where it does."""
+    """Whether corresponding parts have another order; the first place where they do."""
     partners = dict(pairs)
     order_b = [name for name in names_b if name in partners.values()]
     order_a = [name for name in names_a if partners.get(name) in order_b]

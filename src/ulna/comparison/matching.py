@@ -1,4 +1,4 @@
-"""Which joints and links of two robots stand for each other."""
+"""Pairs the joints and links of two robots. Used by ``compare``, ``parts`` and ``poses``."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,8 +21,8 @@ class Matching:
 def match(a: Robot, b: Robot) -> Matching:
     """By name, unless fewer than half of the moving joints of the smaller robot share theirs; then by order from the root.
 
-    A link whose name the other robot lacks stands for the child of the same joint there, the root for the root, the tip for the
-    tip.
+    A link whose name the other robot lacks corresponds to the child of the same joint there, the root to the root, the tip to
+    the tip.
     """
     moving_a, moving_b = _moving(a.description), _moving(b.description)
     others = {joint.name: joint for joint in b.description.joints}

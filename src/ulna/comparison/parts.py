@@ -1,4 +1,4 @@
-"""Pairs of joints, and the shapes of pairs of links, held against each other."""
+"""Compares pairs of joints, and the shapes of pairs of links. Used by ``compare``."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -17,7 +17,7 @@ _WITH_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, Joi
 
 
 def joint_differences(one: Joint, other: Joint, matching: Matching, tolerances: Tolerances) -> Iterator[Difference]:
-    """What differs between two joints that stand for each other. Origins and axes, if both hang on links that do."""
+    """What differs between two joints that correspond. Origins and axes, if their parent links correspond too."""
     name = one.name
     if one.type != other.type:
         yield Difference("type", name, one.type.value, other.type.value)

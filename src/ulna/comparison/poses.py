@@ -1,4 +1,4 @@
-"""Where the links of two robots stand, at the same random configurations of the joints that they share."""
+"""Compares the poses of links at the same random configurations of the shared joints. Used by ``compare``."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""What a comparison found, as frozen data."""
+"""Holds the result of a comparison, as frozen data. Used by all of ``comparison`` and ``ulna compare``."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class PoseDifference:
-    """The largest distance [m] and angle [rad] between two links that stand for each other, over random configurations."""
+    """The largest distance [m] and angle [rad] between two links that correspond, over random configurations."""
 
     link_a: str
     link_b: str
@@ -59,12 +59,12 @@ class Comparison:
 
     @property
     def max_position_difference(self) -> float:
-        """The largest distance [m] between two links that stand for each other."""
+        """The largest distance [m] between two links that correspond."""
         return max((pose.position for pose in self.poses), default=0.0)
 
     @property
     def max_rotation_difference(self) -> float:
-        """The largest angle [rad] between two links that stand for each other."""
+        """The largest angle [rad] between two links that correspond."""
         return max((pose.rotation for pose in self.poses), default=0.0)
 
     def __str__(self) -> str:

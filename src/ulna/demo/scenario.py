@@ -1,4 +1,4 @@
-"""The assignment's demo without a screen: the arm repeats a trajectory, a box can be moved, a light is red if they touch.
+"""Runs the assignment's demo without a screen: trajectory, movable box, light. Used by the page, the ROS nodes and the film.
 
 Used by the page, the ROS nodes and the film. The figures are the assignment's (section 5 and its demo).
 """

@@ -1,4 +1,4 @@
-"""Arrays of numbers as they come in from outside."""
+"""Checks arrays of numbers that a caller passes. Used by ``pose``, ``shapes``, ``kinematics.positions``, ``ik`` and ``dh``."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

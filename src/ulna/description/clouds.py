@@ -1,4 +1,4 @@
-"""What a sensor sees: many small solids that are one object of the world."""
+"""Defines point clouds and height maps: many small solids, one object of a world. Used by ``world`` and the page."""
 
 from dataclasses import dataclass
 
@@ -90,7 +90,7 @@ class HeightMap:
 
 
 Obstacle = Solid | PointCloud | HeightMap
-"""What can stand in a world."""
+"""What a world may hold."""
 
 
 def _bounded(name: str, values: ArrayLike) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Convex meshes: the convex hull of points."""
+"""Defines convex meshes: the convex hull of points. Used by ``shapes``, ``meshes.hulls`` and ``rounded_shapes``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A document as it comes in: a file, or the text itself; and what it expands to where it is a xacro file."""
+"""Reads a document from a file or from text, and expands it if it is xacro. Used by ``load`` and ``inspection``."""
 
 import re
 from collections.abc import Mapping
@@ -27,7 +27,11 @@ def is_text(source: str) -> bool:
 
 
 def open_document(argument: str, source: str | Path, kind: str) -> Document:
-    """The document at a path, or in a string that begins with ``<``. ``argument`` and ``kind`` name it in messages."""
+    """The document at a path, or in a string that begins with ``<``. ``argument`` and ``kind`` name it in messages.
+
+    Raises:
+        FileError: The file cannot be read.
+    """
     if isinstance(source, str) and is_text(source):
         return Document(_encoded(argument, source), f"{kind} text")
     path = Path(source)
@@ -40,7 +44,12 @@ def open_document(argument: str, source: str | Path, kind: str) -> Document:
 
 
 def expanded(document: Document, xacro_args: Mapping[str, object], package_dirs: tuple[Path, ...]) -> Document:
-    """What a xacro file stands for; any other document as it is, which takes no arguments. It holds the ``package_dirs``."""
+    """What a xacro file expands to; any other document as it is, which takes no arguments. It holds the ``package_dirs``.
+
+    Raises:
+        DescriptionError: The document is not XML, or cannot be expanded.
+        InputError: It takes no arguments, or has none of a given name.
+    """
     if is_xacro(parse(document.text, document.source)):
         text = expand_xacro(document.text, document.source, document.folder, xacro_args, package_dirs)
         return Document(text, f"{document.source} (expanded; `ulna urdf` prints it)", document.folder, package_dirs)
@@ -49,13 +58,17 @@ def expanded(document: Document, xacro_args: Mapping[str, object], package_dirs:
 
 
 def refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
-    """An error if there are any, for a document that takes none."""
+    """Refuse arguments for a document that takes none.
+
+    Raises:
+        InputError: There are arguments.
+    """
     if xacro_args:
         raise InputError("xacro_args", f"{source} is not a xacro file, so it takes no arguments")
 
 
 def _encoded(argument: str, source: str) -> bytes:
-    """Text as UTF-8, without an encoding that it may declare, and without what stands before an XML declaration."""
+    """Text as UTF-8, without an encoding that it may declare, and without what comes before an XML declaration."""
     text = source.lstrip("\ufeff")
     if text.lstrip().startswith("<?xml"):
         text = re.sub(r"""\s+encoding=(["'])[^"']*\1""", "", text.lstrip(), count=1)

@@ -1,4 +1,4 @@
-"""What every reader of a description asks of an element: its children, its words, its numbers; or where they lack."""
+"""Reads children, attributes and numbers of XML elements, or says what is missing. Used by ``urdf`` and ``srdf``."""
 
 import math
 
@@ -8,7 +8,7 @@ from ulna.errors import DescriptionError
 
 
 class Reader:
-    """Reads the elements of one document, whose name, ``source``, stands in every message."""
+    """Reads the elements of one document, whose name, ``source``, is in every message."""
 
     def __init__(self, source: str) -> None:
         self.source = source
@@ -18,14 +18,22 @@ class Reader:
         return DescriptionError(message, self.source, element.sourceline)
 
     def child(self, element: etree._Element, tag: str) -> etree._Element:
-        """The child of that tag; an error if there is none, or several."""
+        """The child of that tag.
+
+        Raises:
+            DescriptionError: There is no such child, or there are several.
+        """
         child = self.only(element, tag)
         if child is None:
             raise self.fail(element, f"<{element.tag}> {element.get('name')!r} has no <{tag}>")
         return child
 
     def only(self, element: etree._Element, tag: str) -> etree._Element | None:
-        """The child of that tag, or None; an error if there are several, of which no one can say which is meant."""
+        """The child of that tag, or None.
+
+        Raises:
+            DescriptionError: There are several.
+        """
         children = element.findall(tag)
         if len(children) > 1:
             name = "".join(f" {value!r}" for value in [element.get("name")] if value)
@@ -33,7 +41,11 @@ class Reader:
         return children[0] if children else None
 
     def attribute(self, element: etree._Element, key: str) -> str:
-        """An attribute that must be there."""
+        """An attribute that must be there.
+
+        Raises:
+            DescriptionError: It is missing or empty.
+        """
         value = element.get(key)
         if not value:
             raise self.fail(element, f"<{element.tag}> has no attribute {key!r}")

@@ -1,4 +1,7 @@
-"""The bytes of a file: read without waiting for ever, for a pipe that nothing writes to; written as a whole or not at all."""
+"""Reads and writes the bytes of files. Used by ``document``, ``readable``, ``packages``, ``inspected`` and ``scene_file``.
+
+A pipe that nothing writes to would otherwise block for ever; a file is written whole or not at all.
+"""
 
 import os
 import select

@@ -1,4 +1,4 @@
-"""Names that a user gives: of links, joints, tools, objects."""
+"""Checks names that a user gives: of links, joints, tools, objects. Used by ``structure``, ``subtree`` and ``collision``."""
 
 from ulna.errors import InputError
 

@@ -8,7 +8,7 @@ from ulna.description.structure import joints_to_root
 
 
 def with_chains_listed(srdf: Srdf, description: Description) -> Srdf:
-    """The same groups with the joints of their chains listed one by one, so that what is left of a chain can be told."""
+    """The same groups with the joints of their chains listed one by one, so that the rest of a cut chain is known."""
     carriers = {joint.child: joint for joint in description.joints}
     return replace(srdf, groups=tuple(replace(group, joints=tuple(_own_joints(group, carriers))) for group in srdf.groups))
 

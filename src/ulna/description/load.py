@@ -1,4 +1,4 @@
-"""From whatever names a robot to its description: a bundled name, a path, the text itself, or the name of a robot elsewhere."""
+"""Loads a description by a bundled name, a path, text, or the name of a robot elsewhere. Used by ``robot.load``."""
 
 import warnings
 from collections.abc import Iterable, Mapping
@@ -28,7 +28,13 @@ def load_description(
     package_dirs: Iterable[str | Path],
     srdf: str | Path | None = None,
 ) -> tuple[Description, Home]:
-    """The description, and for a bundled robot its home configuration."""
+    """The description, and for a bundled robot its home configuration.
+
+    Raises:
+        FileError: A file cannot be read, or there is no robot of that name.
+        DescriptionError: The description cannot be understood; the message names the file and, if known, the line.
+        InputError: ``source`` or ``srdf`` is neither a path nor text, or a xacro argument is not one.
+    """
     document, home = _document(source, xacro_args, package_dirs)
     description = replace(read_urdf(document.text, document.source), folder=document.folder, package_dirs=document.package_dirs)
     if srdf is None:

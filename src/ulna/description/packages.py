@@ -1,4 +1,4 @@
-"""Where ``package://`` leads, without ROS: the folders that may hold a package, and the file behind an address."""
+"""Resolves ``package://`` without ROS: the folders of packages, the files behind addresses. Used by ``readable``, ``meshes``."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Poses as homogeneous 4x4 matrices, and the ways to write them: roll-pitch-yaw and quaternions.
+"""Makes and checks poses as 4x4 matrices, from roll-pitch-yaw and quaternions. Used by the readers, ``Robot``, the page.
 
 ``T_a_b`` maps coordinates in b to coordinates in a; adjacent names cancel: ``T_a_c = T_a_b @ T_b_c``.
 """
@@ -23,6 +23,10 @@ def pose(xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike | None = None, *, wxyz
 
     Returns:
         T, shape (..., 4, 4).
+
+    Raises:
+        InputError: A shape is another, an entry is not finite, a quaternion has length zero, or both ``rpy`` and ``wxyz`` are
+            given.
 
     Example:
         >>> pose((0.5, 0.0, 0.21))[:3, 3]
@@ -71,7 +75,11 @@ def rpy_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 
 def matrix_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
-    """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalised here."""
+    """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalised here.
+
+    Raises:
+        InputError: The shape is another, an entry is not finite, or a quaternion has length zero.
+    """
     wxyz = _finite("wxyz", wxyz, 4)
     largest = np.abs(wxyz).max(axis=-1, keepdims=True)
     if np.any(largest < 1e-12):
@@ -108,7 +116,11 @@ def quaternion_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 
 def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
-    """T as an array of shape (..., 4, 4); an ``InputError`` that says what is wrong if it is no rigid motion (to 1e-6)."""
+    """T as an array of poses, shape (..., 4, 4).
+
+    Raises:
+        InputError: T has another shape, or is not a rigid motion to 1e-6; the message says what is wrong.
+    """
     T = as_floats(name, T)
     if T.shape[-2:] != (4, 4):
         raise InputError(name, f"shape {T.shape}, but poses have shape (..., 4, 4)")
@@ -135,6 +147,9 @@ def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
 
     A matrix that was rounded is accepted to 1e-6, but what is computed with it, such as the axes that separate two boxes, needs
     a rotation that is one.
+
+    Raises:
+        InputError: T is not one pose.
     """
     T = as_pose(T, name)
     if T.shape != (4, 4):

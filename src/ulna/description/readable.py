@@ -1,4 +1,7 @@
-"""Which files a description may read: those in its folder, its package, ``package_dirs``, and the packages that it finds."""
+"""Decides which files a description may read. Used by ``meshes.files`` and ``xacro``.
+
+They are the files in its folder, in its package, in ``package_dirs``, and in the packages that it finds.
+"""
 
 import glob
 import os

@@ -1,4 +1,4 @@
-"""A semantic description held against its robot: what it names and the robot has not is told, and passed over."""
+"""Checks a semantic description against its robot; drops with a warning what the robot lacks. Used by ``load``, ``subtree``."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -15,7 +15,7 @@ _TOLERANCE = 1e-6  # to which a state may repeat what a mimic follows from
 
 
 def matched(srdf: Srdf, description: Description) -> Srdf:
-    """The parts of a semantic description that mean something for a robot; ``warnings`` tells of every reference that does not.
+    """The parts of a semantic description that mean something for a robot; ``warnings`` lists every reference that does not.
 
     Raises:
         DescriptionError: A state gives a joint the wrong count of numbers, or no rotation.
@@ -104,7 +104,7 @@ class _Check:
             return True
         leader = values.get(joint.mimic.joint, (float("nan"),))[0]
         if not abs(joint.mimic.multiplier * leader + joint.mimic.offset - given[0]) <= _TOLERANCE:
-            self.warn(f"{who}: joint {name!r} follows {joint.mimic.joint!r}; its own value {given[0]:g} is passed over", line)
+            self.warn(f"{who}: joint {name!r} follows {joint.mimic.joint!r}; its own value {given[0]:g} is ignored", line)
         return False
 
     def disabled_collisions(self) -> Iterator[DisabledCollision]:

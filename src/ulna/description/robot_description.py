@@ -1,4 +1,4 @@
-"""A robot as a description file gives it: links joined by joints, as frozen data."""
+"""Holds a robot as its file gives it: links and joints, as frozen data. Used by all readers and by ``Robot``."""
 
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
@@ -72,7 +72,11 @@ class Mimic:
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """Joins ``child`` to ``parent``. ``origin`` is T_parent_joint at zero; ``axis`` is a unit vector in the joint's frame."""
+    """Joins ``child`` to ``parent``. ``origin`` is T_parent_joint at zero; ``axis`` is a unit vector in the joint's frame.
+
+    Raises:
+        InputError: The origin is not a rigid motion, or the axis is not three numbers.
+    """
 
     name: str
     type: JointType
@@ -95,7 +99,11 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A shape on a link: ``pose`` is T_link_shape; ``color`` is red, green, blue, alpha in 0..1."""
+    """A shape on a link: ``pose`` is T_link_shape; ``color`` is red, green, blue, alpha in 0..1.
+
+    Raises:
+        InputError: The pose is not a rigid motion.
+    """
 
     name: str
     shape: Shape

@@ -1,4 +1,4 @@
-"""What a semantic description (SRDF) adds to a robot, as frozen data: sets of joints, postures, pairs of links that may touch."""
+"""Holds a semantic description (SRDF) as frozen data: groups, states, allowed pairs. Used by ``srdf`` and ``Robot``."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ class Group:
 
 @dataclass(frozen=True)
 class EndEffector:
-    """The links of ``group``, which hang on ``parent_link``; ``parent_group`` is what moves them, where the file says so."""
+    """The links of ``group``, which are attached to ``parent_link``; ``parent_group`` moves them, if given."""
 
     name: str
     parent_link: str
@@ -56,7 +56,7 @@ class DisabledCollision:
 
 @dataclass(frozen=True)
 class VirtualJoint:
-    """How the robot's ``child_link`` may move in a frame of the world; Ulna's base stands still, so it owns no entry of q."""
+    """How the robot's ``child_link`` may move in a frame of the world; Ulna's base is fixed, so it has no entry of q."""
 
     name: str
     type: str
@@ -70,7 +70,7 @@ class Srdf:
     """A semantic description.
 
     ``warnings`` are sentences with file and line, one for each reference to a link, joint or group that is not there: files that
-    are in use have many. Such a reference is passed over. ``unchecked_links`` are checked against no other but where
+    are in use have many. Such a reference is ignored. ``unchecked_links`` are checked against no other but where
     ``enabled_collisions`` says so (``disable_default_collisions`` and ``enable_collisions``); a robot's own ``srdf`` has those
     pairs among its ``disabled_collisions``.
     """

@@ -1,4 +1,4 @@
-"""Shapes: what a link looks like, what it collides as, and what stands in the world. All lengths in metres."""
+"""Defines the shapes of links and of a world's objects, in metres. Used by the readers, ``collision`` and ``viewer``."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,11 @@ from ulna.kernels.layout import LARGEST
 
 @dataclass(frozen=True)
 class Box:
-    """A box centred at its frame's origin. ``extents`` are full edge lengths [m] along x, y, z."""
+    """A box centred at its frame's origin. ``extents`` are full edge lengths [m] along x, y, z.
+
+    Raises:
+        InputError: The extents are not three finite lengths of at least 0.
+    """
 
     extents: tuple[float, float, float]
 
@@ -25,7 +29,11 @@ class Box:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A sphere about its frame's origin. ``radius`` [m]."""
+    """A sphere about its frame's origin. ``radius`` [m].
+
+    Raises:
+        InputError: The radius is not a finite length of at least 0.
+    """
 
     radius: float
 
@@ -44,11 +52,19 @@ class _Round:
 
 
 class Cylinder(_Round):
-    """A cylinder along z, centred at its frame's origin. ``radius`` and ``length`` [m]."""
+    """A cylinder along z, centred at its frame's origin. ``radius`` and ``length`` [m].
+
+    Raises:
+        InputError: The radius or the length is not a finite length of at least 0.
+    """
 
 
 class Capsule(_Round):
-    """A cylinder along z with a half sphere on each end. ``length`` [m] is the cylinder's, without the ends."""
+    """A cylinder along z with a half sphere on each end. ``length`` [m] is the cylinder's, without the ends.
+
+    Raises:
+        InputError: The radius or the length is not a finite length of at least 0.
+    """
 
 
 @dataclass(frozen=True)
@@ -74,7 +90,7 @@ def lengths(name: str, values: object, count: int) -> tuple[float, ...]:
     """So many finite lengths of at least 0 [m].
 
     Raises:
-        InputError: They are not; ``name`` stands in the message.
+        InputError: They are not; ``name`` is in the message.
     """
     given = as_floats(name, values)  # type: ignore[arg-type]
     if given.shape != (count,) or not ((given >= 0) & (given <= LARGEST)).all():

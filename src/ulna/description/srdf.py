@@ -1,6 +1,6 @@
-"""SRDF in, semantic description out. The format: wiki.ros.org/srdf; what cannot be understood is refused with file and line.
+"""Reads SRDF (wiki.ros.org/srdf); what it cannot understand it refuses with file and line. Used by ``load``.
 
-What other programs add to such files (grippers, rotors, feet, collision spheres, properties of joints) is passed over.
+What other programs add to such files (grippers, rotors, feet, collision spheres, properties of joints) is ignored.
 """
 
 import math
@@ -16,7 +16,7 @@ _MOST = 2000  # groups, chains and states: what they come to takes their number 
 
 
 def read_srdf(text: bytes, source: str) -> Srdf:
-    """The semantic description in an SRDF document, as it stands: no name in it is looked up. ``source`` names it in messages.
+    """The semantic description in an SRDF document, as written: no name in it is looked up. ``source`` names it in messages.
 
     Raises:
         DescriptionError: It is no SRDF: not XML, a name or a number is missing, two groups or two states have one name.

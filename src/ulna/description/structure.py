@@ -1,4 +1,7 @@
-"""What makes links and joints one tree: the checks, the order from the root, and which entries of q drive which joint."""
+"""Checks that links and joints form one tree, and orders them from the root. Used by ``kinematics.tree`` and ``subtree``.
+
+It also assigns to each joint the entries of q that move it.
+"""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable
@@ -17,7 +20,7 @@ _MOST_MEANT = 1e300  # of a limit: Gazebo writes 1.79769e308, with which no diff
 
 @dataclass(frozen=True)
 class Drive:
-    """What moves a joint: position = ratio * q[column] + offset; ``column`` is None where it stands still."""
+    """What moves a joint: position = ratio * q[column] + offset; ``column`` is None if it does not move."""
 
     column: int | None
     ratio: float = 1.0
@@ -25,7 +28,12 @@ class Drive:
 
 
 def root_link(description: Description) -> str:
-    """The one link that is no joint's child; an error if names repeat, parents are missing, or there are several roots."""
+    """The root: the one link that is no joint's child.
+
+    Raises:
+        DescriptionError: Names repeat, a parent or child link is missing, a link has two parents, or there is not exactly one
+            root.
+    """
     links = _by_unique_name(description, "link", description.links)
     _by_unique_name(description, "joint", description.joints)
     if not links:
@@ -52,7 +60,11 @@ def root_link(description: Description) -> str:
 
 
 def joints_from_root(description: Description) -> tuple[Joint, ...]:
-    """The joints, each after the one that carries its parent link; otherwise in the order of the file, depth first."""
+    """The joints, each after the one that carries its parent link; otherwise in the order of the file, depth first.
+
+    Raises:
+        DescriptionError: The links and joints do not form one tree.
+    """
     children: dict[str, list[Joint]] = defaultdict(list)
     for joint in description.joints:
         children[joint.parent].append(joint)
@@ -65,7 +77,7 @@ def joints_from_root(description: Description) -> tuple[Joint, ...]:
     if len(ordered) < len(description.joints):
         reached = {joint.name for joint in ordered}
         lost = next(joint for joint in description.joints if joint.name not in reached)
-        message = f"joint {lost.name!r} hangs on a loop of joints that the root does not reach"
+        message = f"joint {lost.name!r} is part of a loop of joints that the root does not reach"
         raise DescriptionError(message, description.source, lost.line)
     return tuple(ordered)
 
@@ -97,7 +109,11 @@ def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:
 
 
 def drives_of(joints: tuple[Joint, ...], columns: dict[str, slice], source: str) -> dict[str, Drive]:
-    """What moves each joint, mimics followed to the independent joint or to the fixed one at their end."""
+    """What moves each joint, mimics followed to the independent joint or to the fixed one at their end.
+
+    Raises:
+        DescriptionError: A mimic joint has no leader, follows itself, or its ratio or offset is too large.
+    """
     by_name, drives = {joint.name: joint for joint in joints}, {}
     for start in joints:
         followers: dict[str, Joint] = {}
@@ -152,14 +168,14 @@ def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
 def bounds_of_q(
     joints: tuple[Joint, ...], drives: dict[str, Drive], bounds_of: Callable[[Joint], tuple[float, float]]
 ) -> tuple[np.ndarray, set[str]]:
-    """Lower and upper bounds of q, shape (2, n_dof), and the names of the joints whose bounds are passed over.
+    """Lower and upper bounds of q, shape (2, n_dof), and the names of the joints whose bounds are ignored.
 
     The bounds are infinite for continuous, planar and floating joints. ``bounds_of`` gives those of a joint: ``hard_bounds`` or
     ``soft_bounds``. The bounds of a joint that mimics another narrow the other's. Where they would leave it no room at all they
-    are passed over: such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its writers meant it to move.
+    are ignored: such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its writers meant it to move.
     """
     bounds: list[tuple[float, float]] = []
-    passed_over: set[str] = set()
+    ignored: set[str] = set()
     for joint in joints:
         width = N_POSITIONS[joint.type] if joint.mimic is None else 0
         bounds += [bounds_of(joint) if joint.type in _BOUNDED else (-np.inf, np.inf)] * width
@@ -171,8 +187,8 @@ def bounds_of_q(
             if narrowed[0] < narrowed[1]:
                 bounds[drive.column] = narrowed
             else:
-                passed_over.add(joint.name)
-    return np.array(bounds).reshape(-1, 2).T, passed_over
+                ignored.add(joint.name)
+    return np.array(bounds).reshape(-1, 2).T, ignored
 
 
 def hard_bounds(joint: Joint) -> tuple[float, float]:
@@ -184,7 +200,7 @@ def hard_bounds(joint: Joint) -> tuple[float, float]:
 def soft_bounds(joint: Joint) -> tuple[float, float]:
     """The soft limits of a joint's safety controller, never wider than its limits; these alone where it has none.
 
-    Soft limits that lie wholly outside the limits would leave nothing: they are passed over too.
+    Soft limits that lie wholly outside the limits would leave nothing: they are ignored too.
     """
     lower, upper = hard_bounds(joint)
     if joint.safety is None or joint.safety.soft_lower > upper or joint.safety.soft_upper < lower:
@@ -193,7 +209,7 @@ def soft_bounds(joint: Joint) -> tuple[float, float]:
 
 
 def _follower_range(bounds: tuple[float, float], drive: Drive) -> tuple[float, float]:
-    """The positions of its leader at which a joint that mimics it stands within some bounds; the ratio is not 0."""
+    """The positions of its leader at which a joint that mimics it is within some bounds; the ratio is not 0."""
     low, high = sorted((bound - drive.offset) / drive.ratio for bound in bounds)
     return low, high
 

@@ -1,4 +1,4 @@
-"""Parts of a robot, and a robot with a tool: descriptions made of descriptions."""
+"""Cuts parts out of a description, and adds a tool to one. Used by ``Robot``, ``robot.load`` and ``dh.moving_chain``."""
 
 from collections import defaultdict
 from dataclasses import replace
@@ -19,7 +19,7 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
 
     Raises:
         UnknownNameError: There is no such link.
-        DescriptionError: ``tip`` does not hang on ``base``, or a joint that stays mimics one that does not.
+        DescriptionError: ``tip`` is not below ``base``, or a joint that stays mimics one that does not.
     """
     root = root_link(description)
     names = [link.name for link in description.links]
@@ -42,7 +42,11 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
 
 
 def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name: str) -> Description:
-    """The robot with one more link fixed to its only tip."""
+    """The robot with one more link fixed to its only tip.
+
+    Raises:
+        InputError: The robot has several tips, or already has a link of this name.
+    """
     leaves = leaf_links(description)
     if len(leaves) != 1:
         raise InputError("T_flange_tool", f"the robot has {len(leaves)} tips; cut out one chain first (base=..., tip=...)")
@@ -54,28 +58,30 @@ def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name
 
 
 def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, ...]:
-    """The joints from base to tip."""
+    """The joints from base to tip.
+
+    Raises:
+        DescriptionError: The tip is not below the base.
+    """
     carriers = {joint.child: joint for joint in description.joints}
     link, joints = tip, []
     while link != base:
         joint = carriers.get(link)
         if joint is None:
-            raise DescriptionError(
-                f"link {tip!r} does not hang on {base!r}: the chain from it ends at {link!r}", description.source
-            )
+            raise DescriptionError(f"link {tip!r} is not below {base!r}: the chain from it ends at {link!r}", description.source)
         joints.append(joint)
         link = joint.parent
     return tuple(reversed(joints))
 
 
 def _below(description: Description, base: str) -> set[str]:
-    """The names of the joints that hang on a link."""
-    hanging: dict[str, list[Joint]] = defaultdict(list)
+    """The names of the joints below a link."""
+    children: dict[str, list[Joint]] = defaultdict(list)
     for joint in description.joints:
-        hanging[joint.parent].append(joint)
+        children[joint.parent].append(joint)
     kept, waiting = set(), [base]
     while waiting:
-        joints = hanging[waiting.pop()]
+        joints = children[waiting.pop()]
         kept |= {joint.name for joint in joints}
         waiting += [joint.child for joint in joints]
     return kept

@@ -1,4 +1,4 @@
-"""URDF in, description out. The format: wiki.ros.org/urdf/XML; what cannot be understood is refused with file and line."""
+"""Reads URDF (wiki.ros.org/urdf/XML); what it cannot understand it refuses with file and line. Used by ``load``."""
 
 import math
 import re
@@ -21,13 +21,21 @@ _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 
 
 def read_urdf(text: bytes, source: str) -> Description:
-    """The description in a URDF document. ``source`` names it in messages."""
+    """The description in a URDF document. ``source`` names it in messages.
+
+    Raises:
+        DescriptionError: It cannot be understood; the message names the document and the line.
+    """
     root = parse(text, source)
     return _Reader(source).robot(without_namespace(root), decoded(root, text, source))
 
 
 def decoded(root: etree._Element, text: bytes, source: str) -> str:
-    """The text of an XML document, without the encoding that it declares."""
+    """The text of an XML document, without the encoding that it declares.
+
+    Raises:
+        DescriptionError: The encoding is unknown, or the text is not in it.
+    """
     declared = root.getroottree().docinfo.encoding or "utf-8"
     marks = {b"\xff\xfe\0\0": "utf-32", b"\0\0\xfe\xff": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
     encoding = next((name for mark, name in marks.items() if text.startswith(mark)), declared)
@@ -84,7 +92,7 @@ class _Reader(Reader):
             )
 
     def geometry(self, element: etree._Element, link_name: str) -> etree._Element:
-        """The one shape in a geometry; what else stands there, as a material, is not looked at."""
+        """The one shape in a geometry; other elements in it, such as a material, are ignored."""
         shapes = [child for child in element if child.tag in _SHAPES]
         if len(shapes) > 1:
             raise self.fail(shapes[1], f"link {link_name!r}: one <geometry> has {len(shapes)} shapes; one is expected")

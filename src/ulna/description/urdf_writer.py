@@ -1,4 +1,4 @@
-"""Description in, URDF text out: for robots that were not read from a file, or are only part of one."""
+"""Writes a description as URDF text: for robots without a file, or parts of one. Used by ``Robot``."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""XML read with care: no entities, no network, no depth without end; every fault is a ``DescriptionError`` with its line."""
+"""Parses XML with limits: no entities, no network, no unlimited depth. Used by ``document``, ``urdf``, ``srdf``, ``xacro``."""
 
 import re
 

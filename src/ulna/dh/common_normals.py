@@ -1,4 +1,4 @@
-"""The axes of a serial arm, the common normals between neighbours, and the four numbers that lead from one to the next.
+"""Computes the axes of a serial arm, their common normals, and the DH parameters between them. Used by ``from_chain``.
 
 The lines are the z axis of the base, the axes of the n joints, and the z axis of the tip. From each to the next leads a common
 normal, along x; so the arm at zero is
@@ -11,13 +11,13 @@ Source: Craig, Introduction to Robotics (3rd ed., 2005), sections 3.4 and 3.5.
 Where the product is not unique:
 
 1. z points along the joint's positive direction, so no joint needs a sign.
-2. x and -x serve equally: x_i is the one that needs the smaller turn from x_(i-1) (theta in (-pi/2, pi/2]), so a may be negative.
+2. x and -x are both valid: x_i is the one with the smaller turn from x_(i-1) (theta in (-pi/2, pi/2]), so a may be negative.
    The last x of a standard table is the one that needs the smaller turn to the tip's x, where the table ends.
 3. Parallel axes have a common normal everywhere: the one that makes d of the first axis zero. Coincident ones: theta zero too.
 4. If the last axis is parallel to the tip's z, a standard table ends level with the tip, a modified one at the last joint's own
    origin. If they coincide, x_n is the tip's x.
-5. The base's z and the tip's z count as parallel to the axis beside them within 1e-3 rad: T_base_0 and T_n_tip take any tilt
-   exactly, and a common normal far away would serve nobody.
+5. The base's z and the tip's z count as parallel to the axis beside them within 1e-3 rad: T_base_0 and T_n_tip represent any
+   tilt exactly, and a common normal far away would be of no use.
 6. Of a prismatic joint only the direction matters: its axis passes through the next frame's origin, so a and the next d are zero.
 """
 

@@ -1,4 +1,4 @@
-"""The Denavit-Hartenberg table of any serial chain, with the proof that it is the same robot."""
+"""Computes the Denavit-Hartenberg table of any serial chain, and proves that it is the same robot. Used by ``Robot``."""
 
 from collections.abc import Iterator
 from math import floor, log10
@@ -24,7 +24,12 @@ _N_CONFIGURATIONS = 1000
 
 
 def dh_table(description: Description, tree: Tree, link: str, convention: str, tolerance: float) -> DHTable:
-    """The table from the base to a link; see ``Robot.dh``."""
+    """The table from the base to a link; see ``Robot.dh``.
+
+    Raises:
+        InputError: The convention is not known, the tolerance is not between 0 and 0.1 rad, or the chain has no table.
+        UnknownNameError: There is no such link.
+    """
     checked_convention(convention)
     if not (isinstance(tolerance, float | int) and 0 <= tolerance <= 0.1):
         raise InputError("tolerance", f"{tolerance!r}; a number from 0 to 0.1 is expected")
@@ -115,7 +120,7 @@ def _table(
 
 
 def _frame_n(rows: Array, convention: str, T_base_0: Array, chain: DHChain, positions: Array) -> Array:
-    """T_base_n at joint positions (m, n), shape (m, 4, 4): the product that the table stands for, written out."""
+    """T_base_n at joint positions (m, n), shape (m, 4, 4): the product that the table describes, written out."""
     T = np.broadcast_to(T_base_0, (len(positions), 4, 4))
     for row, kind, position in zip(rows, chain.table[:, KIND], positions.T, strict=True):
         before, behind = around_the_motion(row, convention)

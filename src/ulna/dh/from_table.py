@@ -1,4 +1,4 @@
-"""Denavit-Hartenberg tables in, description out."""
+"""Makes a description from a Denavit-Hartenberg table. Used by ``Robot.from_dh``."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -42,6 +42,9 @@ def description_from_dh(
     Returns:
         Links ``base``, ``link1`` ... ``linkN``, the DH frames, and joints ``joint1`` ... ``jointN``. With ``T_base_0`` there is
         a ``link0`` behind ``base``, with ``T_n_tip`` a ``tip`` behind ``linkN``.
+
+    Raises:
+        InputError: The rows, types, limits or poses do not fit each other, or the convention is not known.
     """
     table = _table(rows)
     types = _joint_types(joint_types, len(table))

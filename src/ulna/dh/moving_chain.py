@@ -1,4 +1,4 @@
-"""The part of a chain that moves: what the rows of its Denavit-Hartenberg table will be about."""
+"""Finds the part of a chain that moves, which the rows of its DH table describe. Used by ``from_chain``."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ def dh_chain(description: Description, tree: Tree, link: str) -> DHChain:
         if row[KIND] == FIXED:
             continue
         joint = next(names)
-        if row[RATIO] == 0:  # it stands still, and belongs to the constant part
+        if row[RATIO] == 0:  # it does not move, and belongs to the constant part
             T = T @ motion_along_z(int(row[KIND]), row[OFFSET])
         else:
             kept.append(joint)

@@ -1,4 +1,4 @@
-"""A Denavit-Hartenberg table as data: what a row means, and how a table is written for people."""
+"""Holds a Denavit-Hartenberg table, and formats it. Used by ``from_chain``, ``from_table``, ``Robot`` and ``ulna dh``."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -20,7 +20,11 @@ ROW_PRODUCTS = {"modified": "Rx(alpha) Tx(a) Tz(d) Rz(theta)", "standard": "Rz(t
 
 
 def checked_convention(convention: str) -> str:
-    """The convention; an ``InputError`` if there is none of that name."""
+    """The convention; an ``InputError`` if there is none of that name.
+
+    Raises:
+        InputError: There is no convention of that name.
+    """
     if convention not in CONVENTIONS:
         raise InputError("convention", f"{convention!r} is not known{did_you_mean(str(convention), CONVENTIONS)}")
     return convention

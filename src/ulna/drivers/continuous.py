@@ -18,7 +18,7 @@ from ulna.kernels.collision.scene import Scene
 
 
 class EdgeWork(NamedTuple):
-    """What ``certify_edge`` writes to: one for a thread serves any number of edges of a scene."""
+    """The workspace of ``certify_edge``: one per thread is enough for any number of edges of a scene."""
 
     q_rows: NDArray
     """Eight configurations, shape (max(1, n_dof), 8)."""
@@ -38,7 +38,7 @@ class EdgeWork(NamedTuple):
 
 @workspace
 def edge_work(scene, n_dof):
-    """Room for the edges of a scene."""
+    """A workspace for the edges of a scene."""
     n_joints, n_bodies = scene.joints.shape[0], scene.bodies.shape[0]
     return EdgeWork(
         np.zeros((max(1, n_dof), WIDTH)),

@@ -20,12 +20,12 @@ def differential_one(chain, expressed_in, limits, velocity_limits, damping, dt, 
     """
     n = out.shape[0]
     jacobian_rows, free_rows, work = work[: 6 * n], work[6 * n : 12 * n], work[12 * n :]
-    system_rows, held_rows, work = work[:N_SYSTEM], work[N_SYSTEM : N_SYSTEM + n], work[N_SYSTEM + n :]
-    goal_rows, bound_rows, turned_rows = work[:n], work[n : 3 * n], work[3 * n : 3 * n + N_TURNED]
+    system_rows, active_rows, work = work[:N_SYSTEM], work[N_SYSTEM : N_SYSTEM + n], work[N_SYSTEM + n :]
+    goal_rows, bound_rows, rotated_rows = work[:n], work[n : 3 * n], work[3 * n : 3 * n + N_TURNED]
     chain_jacobian(chain, q, expressed_in, jacobian_rows, 6, 1)
     velocity_bounds(limits, velocity_limits, dt, q, bound_rows)
     bounded_least_squares(
-        jacobian_rows, twist, damping, bound_rows, out, (held_rows, goal_rows, free_rows, system_rows, turned_rows)
+        jacobian_rows, twist, damping, bound_rows, out, (active_rows, goal_rows, free_rows, system_rows, rotated_rows)
     )
     return all_in_range(q) and all_in_range(twist)
 

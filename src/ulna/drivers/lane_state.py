@@ -31,7 +31,7 @@ from ulna.kernels.ik.search_layout import (
     START,
     STATUS,
 )
-from ulna.kernels.spatial.vectors import turn_into
+from ulna.kernels.spatial.vectors import rotate_inverse
 
 LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # of the bounds: where q may be, and where starts are taken from
 
@@ -94,7 +94,7 @@ def write_result(q_rows, target_rows, state_rows, lane, start, row, q_out, info)
         target_rows[4, lane], target_rows[5, lane], target_rows[6, lane], 0.0,
         target_rows[8, lane], target_rows[9, lane], target_rows[10, lane], 0.0,
     )  # fmt: skip
-    v, w = turn_into(target, (e[0], e[1], e[2])), turn_into(target, (e[3], e[4], e[5]))
+    v, w = rotate_inverse(target, (e[0], e[1], e[2])), rotate_inverse(target, (e[3], e[4], e[5]))
     info[row, STATUS] = SOLVED if state_rows[ENDED, lane] == HAS_SOLVED else NOT_FOUND
     info[row, ITERATIONS], info[row, START], info[row, DAMPING] = state_rows[TAKEN, lane] - 1.0, start, state_rows[LAMBDA, lane]
     info[row, MISSED] = state_rows[P2, lane] + state_rows[R2, lane]

@@ -7,7 +7,7 @@ from ulna.kernels.render.raster import above_zero, corners, row, span, twice_are
 from ulna.kernels.render.shading import sample_light, uniform
 from ulna.kernels.render.translucent import _EDGE, held_back
 from ulna.kernels.spatial.se3 import constant_pose
-from ulna.kernels.spatial.vectors import place, plus, times
+from ulna.kernels.spatial.vectors import plus, scaled, transform
 
 
 @entry((MATRIX, MATRIX, NEARNESS, LIGHT))
@@ -16,7 +16,7 @@ def lay_panes(points, paints, nearness, light):
 
     1. For each pixel within a pane's bounds, of its samples that lie in the pane with nothing drawn nearer: the sum of the pane's
        opacities there, which are higher along its edges.
-    2. The pixel gives up so much of its light for the pane's.
+    2. Blend the pixel's light with the pane's by that opacity.
 
     Args:
         points: Raster coordinates of the corners, shape (4 n, 3), as in ``kernels.render.raster``: four in turn.
@@ -56,8 +56,8 @@ def place_points(points, frames, poses, view, placed):
         placed: Shape (n, 3); written to. Behind a camera the nearness is zero.
     """
     for k in range(points.shape[0]):
-        p = place(constant_pose(poses, frames[k], 0.0), row(points, k))
-        x, y, z = place(constant_pose(view, 0, 0.0), p)
+        p = transform(constant_pose(poses, frames[k], 0.0), row(points, k))
+        x, y, z = transform(constant_pose(view, 0, 0.0), p)
         if view[0, 12] > 0.0:
             z = 1.0 / z if z > 0.0 else 0.0
             x, y = x * z, y * z
@@ -132,7 +132,7 @@ def shade_pixels(numbers, nearness, points, triangles, skin, turns, camera, sun,
                         k = numbers[y, x]
                         one = sample_light(points, triangles, skin, turns, camera, sun, shadows, floor, k, x + 0.5, y + 0.5)
                         total = plus(total, (min(one[0], 1.0), min(one[1], 1.0), min(one[2], 1.0)))
-                total = times(total, 1.0 / (n * n))
+                total = scaled(total, 1.0 / (n * n))
             light[i, j, 0], light[i, j, 1], light[i, j, 2] = total
 
 

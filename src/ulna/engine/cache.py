@@ -165,5 +165,5 @@ class KernelCache(FunctionCache):
     def save_overload(self, sig, data):
         """Keep the machine code of a signature, which has just been made."""
         compilation_ended()
-        with contextlib.suppress(OSError):  # a full disk costs a compilation, not the answer
+        with contextlib.suppress(OSError):  # a full disk costs a compilation, not the result
             super().save_overload(sig, data)

@@ -1,6 +1,6 @@
-"""Teaches Numba the operations of ``lanes``: their typing rules and their LLVM code. Imported by ``decorators``, for its effect.
+"""Teaches Numba the operations of ``lanes``: their typing rules and their LLVM code. Used by ``decorators``.
 
-Operations on vectors carry no fast-math flags of their own: Numba gives them those of the function in which they stand.
+Operations on vectors have no fast-math flags of their own: Numba adds those of the function that contains them.
 """
 
 from llvmlite import ir

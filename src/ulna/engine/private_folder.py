@@ -1,4 +1,7 @@
-"""A folder for machine code, which is run as it is found: nobody but its user may have put anything there."""
+"""Makes a folder for machine code that nobody but its user may write to. Used by ``cache``.
+
+The code in it is run as it is found.
+"""
 
 import os
 import stat

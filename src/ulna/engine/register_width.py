@@ -1,4 +1,4 @@
-"""What the compiler makes of lanes on this machine."""
+"""Finds how many numbers one vector instruction of this machine computes. Used by ``bench.machine``."""
 
 from functools import cache
 from typing import Any
@@ -21,7 +21,7 @@ def _double(rows):
 def register_bits() -> int | None:
     """How wide the registers are that an addition of lanes uses [bits], read from its machine code; None without the compiler.
 
-    Not what the processor could do, but what was compiled: ``NUMBA_CPU_NAME`` and the compiler's own taste decide too.
+    Not what the processor could do, but what was compiled: ``NUMBA_CPU_NAME`` and the compiler's settings decide too.
     """
     double: Any = _double
     if not hasattr(double, "inspect_asm"):

@@ -36,8 +36,8 @@ _ISOLATED = 1e-6  # of the largest singular value
 def all_solutions(query: Query, T: ArrayLike, q_seed: ArrayLike | None, n_spread: int) -> Array:
     """Distinct solutions for one target, nearest to the seed first: shape (n, n_dof).
 
-    They are met to EXACT: near a singularity the caller's tolerance would make a whole family of each. Only a target that is met
-    no better, at the border of the reach, is left to the tolerance.
+    Their error is at most EXACT: near a singularity the caller's tolerance would turn each into a whole family. The caller's
+    tolerance counts only if no solution is that exact, as at the border of the reach.
 
     Raises:
         InputError: T or the seed is a batch, T is no pose, or n_spread no count.

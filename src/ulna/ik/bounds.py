@@ -28,6 +28,6 @@ def narrowed(limits: Array, seeds: Array, held: tuple[int, ...], max_step: float
     beyond = np.argwhere(lower > upper)
     if len(beyond):
         what = "a joint that is held" if reach[beyond[0][1]] == 0.0 else "a joint"
-        raise InputError("q_seed", f"{what} stands further beyond its limits than it may move (entry {beyond[0][1]} of q)")
+        raise InputError("q_seed", f"{what} is further beyond its limits than it may move (entry {beyond[0][1]} of q)")
     low, high = np.clip(limits[:, 2], lower, upper), np.clip(limits[:, 3], lower, upper)
     return np.stack([lower, upper, low, high], axis=1)

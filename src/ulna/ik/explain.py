@@ -19,12 +19,12 @@ from ulna.kinematics.jacobian import geometric_jacobian
 Array = NDArray[np.float64]
 _STARTS = 64  # tried without limits before the limits are not to blame
 _AT_LIMITS, _AT_ONCE = 512, 64  # starts with joints at their limits, before limits are the reason; targets at once
-_SETTLED, _SETTLING_STEPS = 16, 100  # starts that are let come to rest where the target is not met, and their steps
+_SETTLED, _SETTLING_STEPS = 16, 100  # starts that converge to the nearest pose of an unsolved target, and their steps
 _SINGULAR = 1e-3  # of the largest singular value times the error's size
 
 
 def close_unreachable(search: Search) -> None:
-    """Give up the targets that are provably out of reach."""
+    """Mark the targets that are provably out of reach."""
     problem, options, reach = search.problem, search.problem.query.options, search.problem.query.reach
     slack = np.linalg.norm(options.task.slack[:3])
     if reach is None or not np.isfinite(slack):
@@ -146,7 +146,7 @@ def _turned_towards(problem: Problem, q: Array, lower: Array, upper: Array) -> A
 
 
 def settle_open(search: Search, *, out_of_time: bool) -> None:
-    """Let the best configurations of what is not solved come to rest: the best pose that can be met from there."""
+    """Let the best configurations of unsolved targets converge to the nearest pose that can be reached from there."""
     problem = search.problem
     rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
     if out_of_time or problem.query.options.budget < DEFAULT_BUDGET or not len(rest):

@@ -54,6 +54,11 @@ class InverseKinematics:
         """The result of the first solver that has one, for the arguments of ``Robot.inverse_kinematics``.
 
         ``options`` are the fields of ``Options``, in their order.
+
+        Raises:
+            InputError: An argument that the search cannot take; its name is in the message.
+            UnknownNameError: There is no such link or joint.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
         held = held if type(held) is tuple else as_names(held)
         try:
@@ -67,7 +72,12 @@ class InverseKinematics:
         raise AssertionError("the last solver has a result for any target")
 
     def all_solutions(self, T: ArrayLike, q_seed: ArrayLike | None, link: str | None, options: Options, n_spread: int) -> Array:
-        """Distinct solutions for one target, shape (n, n_dof); see ``Robot.inverse_kinematics_all``."""
+        """Distinct solutions for one target, shape (n, n_dof); see ``Robot.inverse_kinematics_all``.
+
+        Raises:
+            InputError: T or the seed is a batch, T is not a pose, or ``n_spread`` is not a count.
+            UnknownNameError: There is no such link.
+        """
         return all_solutions(self._query(link, options), T, q_seed, n_spread)
 
 

@@ -58,7 +58,7 @@ class NumericSolver:
 
 
 def _search(problem: Problem, collisions: CollisionFilter | None) -> Search:
-    """Restarts, then for what they leave open the best pose that can be met and the reason."""
+    """Restarts; then, for unsolved targets, the best pose that can be reached and the reason."""
     rank = problem.query.options.rank
     cost, count = cost_of(problem, collisions), _FEW if rank is None and collisions is None else _MANY
     search = Search.of(problem, cost)

@@ -88,7 +88,11 @@ def _is_number(value: object) -> bool:
 
 
 def positive(name: str, value: float) -> float:
-    """A finite number above 0, or an ``InputError`` that names it."""
+    """A finite number above 0.
+
+    Raises:
+        InputError: It is not such a number; ``name`` is in the message.
+    """
     if not _is_number(value) or not 0 < value <= _LARGEST:
         raise InputError(name, f"{value!r}; a number above 0 is expected")
     return float(value)
@@ -101,7 +105,11 @@ def _at_least_zero(name: str, value: float) -> float:
 
 
 def as_count(name: str, value: int) -> int:
-    """A whole number from 0 on that the kernels can count with, or an ``InputError`` that names it."""
+    """A whole number from 0 on that the kernels can count with.
+
+    Raises:
+        InputError: It is not such a number; ``name`` is in the message.
+    """
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2**31:
         raise InputError(name, f"{value!r}; a whole number from 0 to {2**31 - 1} is expected")
     return int(value)

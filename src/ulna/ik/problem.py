@@ -88,7 +88,11 @@ def make_problem(
 
 
 def refuse_no_pose(T: ArrayLike) -> None:
-    """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none."""
+    """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none.
+
+    Raises:
+        InputError: Always.
+    """
     as_pose(as_floats("T", T))
     raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
 
@@ -110,7 +114,11 @@ def _of_task(query: Query, targets: Array) -> Array:
 
 
 def as_names(held: Iterable[str]) -> tuple[str, ...]:
-    """The names of joints that are held, one or several."""
+    """The names of joints that are held, one or several.
+
+    Raises:
+        InputError: ``held`` is not iterable.
+    """
     try:
         return (held,) if isinstance(held, str) else tuple(held)
     except TypeError:
@@ -155,6 +163,6 @@ def _posture(tree: Tree, posture: ArrayLike | str) -> Array:
         return mid_range(tree)
     goal = as_positions(posture, tree, "posture")
     if goal.ndim != 1:
-        raise InputError("posture", f"shape {goal.shape}, but one posture, shape ({tree.n_dof},), serves all targets")
+        raise InputError("posture", f"shape {goal.shape}, but one posture, shape ({tree.n_dof},), is expected for all targets")
     refuse_out_of_range(goal, "posture")
     return np.clip(goal, tree.lower, tree.upper)

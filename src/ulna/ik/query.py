@@ -88,6 +88,10 @@ class Query:
 
 
 def refuse_immovable(tree: Tree) -> None:
-    """Raise an ``InputError`` for a robot without joints."""
+    """Refuse a robot without joints.
+
+    Raises:
+        InputError: The robot has no moving joint.
+    """
     if not tree.n_dof:
         raise InputError("T", "the robot has no moving joints, so nothing can be solved for")

@@ -1,14 +1,14 @@
-"""How far an arm can reach: bounds that no configuration breaks, so that a target which breaks them is proved out of reach.
+"""Computes bounds on how far an arm can reach, to prove targets out of reach. Used by ``query``.
 
 1. On each revolute axis choose a point. A joint turns about its axis, so the distance between the points of two consecutive
    axes is the same in every configuration; a prismatic joint between them makes it the largest over its range.
-2. The way from the first point to the last along these segments is never shorter than the straight line between them, so
+2. The path from the first point to the last along these segments is never shorter than the straight line between them, so
    |p_last - p_first| <= their sum, and >= the longest less all others. The points are chosen to make the sum small: each in turn
-   where the way over its axis is shortest (the axis unfolded, as a ray at a mirror).
-3. The first point stands still in the base. The last stands still in the end's frame, so a target pose tells where it must be;
-   if only the position is asked for, one more segment leads from it to the end's origin.
-4. Every sum and difference is off by some roundings of the largest length in it, so what is less than ROUNDING of all lengths
-   together proves nothing.
+   where the path over its axis is shortest (the axis unfolded, as a ray at a mirror).
+3. The first point is fixed in the base. The last is fixed in the end's frame, so the target pose determines its position;
+   if the target is a position alone, one more segment is added from it to the end's origin.
+4. Every sum and difference has an error of a few roundings of its largest length, so a difference below ROUNDING times the sum of
+   all lengths proves nothing.
 """
 
 from dataclasses import dataclass
@@ -95,12 +95,12 @@ class _Link:
         return self.turn[:, 2]
 
     def near(self, s: float) -> tuple[float, float]:
-        """Where the point s of the first axis stands, seen from the second: along it, and away from it."""
+        """The position of point s of the first axis in the frame of the second: along it, and away from it."""
         p = self.turn.T @ (np.array([0.0, 0.0, s]) - self.middle)
         return p[2], float(np.hypot(p[0], p[1]))
 
     def far(self, s: float) -> tuple[float, float]:
-        """Where the point s of the second axis stands, seen from the first."""
+        """The position of point s of the second axis in the frame of the first."""
         p = self.middle + s * self.axis
         return p[2], float(np.hypot(p[0], p[1]))
 

@@ -53,21 +53,21 @@ class IKResult:
     """Configurations for targets of shape (..., 4, 4).
 
     For a batch every attribute is an array of its shape (...,), and ``q`` has one axis more; for one target plain values. Not
-    finding a configuration is a result too: then ``success`` is False and ``q`` the best one met, within the limits: the one
+    finding a configuration is a result too: then ``success`` is False and ``q`` the best one found, within the limits: the one
     with the least |displacement|^2 [m^2] + |rotation|^2 [rad^2] of what the task asks for (of arms of less than
     1/32 m or more than 32 m in a unit of their own).
 
     ========================= ========================================================================================
     ``solved``                The errors that the task counts are within the tolerances.
     ``unreachable``           A certificate: the target lies outside the arm's reach, by at least ``reach_excess``.
-    ``joint limits``          Solutions found, all beyond the limits; ``limit_excess`` tells which joints, by how much.
-    ``beyond max_step``       Solutions found, all beyond ``max_step``; ``limit_excess`` tells by how much.
-    ``held joints``           Solutions found, all with joints moved that are held; ``limit_excess`` tells by how much.
+    ``joint limits``          Solutions found, all beyond the limits; ``limit_excess`` holds which joints, by how much.
+    ``beyond max_step``       Solutions found, all beyond ``max_step``; ``limit_excess`` holds by how much.
+    ``held joints``           Solutions found, all with joints moved that are held; ``limit_excess`` holds by how much.
     ``in collision``          Every configuration found collides; ``collisions`` names the pairs.
     ``singular``              No joint lessens what is missing to first order, limits aside: |J' e| < 0.001 |J| |e|.
     ``stationary``            Steepest descent came to rest short of the target.
     ``budget spent``          ``max_iterations`` or ``time_limit`` ran out before the search had tried what it tries by default.
-    ``not found``             None of these: the best pose met is told.
+    ``not found``             None of these: ``q`` is the best configuration found.
     ========================= ========================================================================================
     """
 
@@ -126,7 +126,7 @@ class IKResult:
 
     @property
     def rotation_error(self) -> float | Array:
-        """Angle of the rotation that is left [rad], whatever the task: what a task frees is told here."""
+        """Angle of the rotation that is left [rad], whatever the task: also what the task leaves free."""
         return self._column(layout.ROTATION_ERROR)
 
     @property
@@ -157,7 +157,7 @@ class IKResult:
 
     @property
     def limit_excess(self) -> Array:
-        """How far beyond its limit, or ``max_step``, each joint would have to go [rad or m], (..., n_dof); 0 unless told."""
+        """How far beyond its limit, or ``max_step``, each joint would have to go [rad or m], (..., n_dof); 0 unless known."""
         return self._by_target(self.explanation.limit_excess, self.q.shape[-1:])
 
     @property
@@ -176,6 +176,9 @@ class IKResult:
         """With ``trace=True``, a row a step: position error [m], rotation error [rad], largest joint step [rad or m], damping.
 
         Where the target is not solved it ends where the best start ended, before that was let come to rest.
+
+        Raises:
+            AttributeError: No trace was recorded.
         """
         if self.explanation.trace is None:
             raise AttributeError("there is no trace: ask for one by inverse_kinematics(..., trace=True)")
@@ -231,5 +234,5 @@ def many_as_text(result: IKResult) -> str:
     solved = int(np.count_nonzero(status == Status.SOLVED))
     worst = [f"{np.max(errors, initial=0.0):.3g}" for errors in (result.position_error, result.rotation_error)]
     others = [f"{np.count_nonzero(status == word)} {word}" for word in Status if word != Status.SOLVED and word in status]
-    told = f" ({', '.join(others)})" if others else ""
-    return f"{solved} of {status.size} targets solved{told}; largest errors {worst[0]} m, {worst[1]} rad"
+    others_text = f" ({', '.join(others)})" if others else ""
+    return f"{solved} of {status.size} targets solved{others_text}; largest errors {worst[0]} m, {worst[1]} rad"

@@ -1,4 +1,4 @@
-"""Says what a solver of inverse kinematics is. Used by ``ik.inverse_kinematics``, which asks one after the other."""
+"""Defines the interface of a solver of inverse kinematics. Used by ``ik.inverse_kinematics``, which tries one after the other."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Solver(Protocol):
-    """One way to solve a query. It is made once for a query, then asked for any number of targets, from many threads at once."""
+    """One way to solve a query. It is made once for a query, then solves any number of targets, from many threads at once."""
 
     def __init__(self, query: Query) -> None:
         """Prepare what is the same for every target; called only where ``applies`` is true."""
@@ -31,5 +31,8 @@ class Solver(Protocol):
         """The result for the targets T, shape (..., 4, 4); None leaves them to the next solver.
 
         The arguments are those of ``Robot.inverse_kinematics``.
+
+        Raises:
+            InputError: An argument that the solver cannot take.
         """
         ...

@@ -1,4 +1,4 @@
-"""What of a pose a search has to meet: all of it, a position, a position and a direction, or all but some slack."""
+"""Defines what of a pose a search must reach: all, position, direction, or within tolerances. Used by ``options``."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ _FREE = float("inf")
 
 @dataclass(frozen=True)
 class Task:
-    """How much of a target pose has to be met.
+    """How much of a target pose must be reached.
 
     The error that is left of a pose has six components: the displacement x, y, z [m] and the rotation vector about x, y, z
     [rad], in the target's axes. A component that is off by no more than its slack costs nothing; infinity frees it.
@@ -23,6 +23,10 @@ class Task:
         slack: Six numbers of at least 0, in the target's axes turned so that z lies along ``axis``. The rotation may be free
             about none, about z alone (then the link's ``axis`` is brought onto the target's by the shortest turn), or about all.
         axis: A direction in the link's own axes, shape (3,).
+
+    Raises:
+        InputError: The slack is not six numbers of at least 0, frees the rotation about another axis only, or frees everything;
+            or the axis is not a direction.
 
     Example:
         >>> Task.pointing(axis=(0, 0, 1)).slack
@@ -84,7 +88,11 @@ _NAMED = {"pose": Task.pose(), "position": Task.position(), "pointing": Task.poi
 
 
 def as_task(task: "Task | str") -> Task:
-    """A task, given itself or by its name."""
+    """A task, given itself or by its name.
+
+    Raises:
+        InputError: It is neither a ``Task`` nor the name of one.
+    """
     if isinstance(task, Task):
         return task
     named = _NAMED.get(task) if isinstance(task, str) else None

@@ -1,4 +1,4 @@
-"""Whole turns: which entries of q may be turned by them at no change of any pose, and how near to another q they bring it."""
+"""Adds whole turns to entries of q where no pose changes, to come near another q. Used by ``restarts`` and ``explain``."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Elements and attributes: which are used, and which are numbers. The format: wiki.ros.org/urdf/XML."""
+"""Finds the elements and numbers of a description that are used (wiki.ros.org/urdf/XML). Used by the checks of ``inspection``."""
 
 import difflib
 import math

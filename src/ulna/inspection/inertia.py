@@ -1,4 +1,4 @@
-"""Inertia, which kinematics does not need: zero, or such as no body has."""
+"""Checks inertia: zero, or not possible for a body. Used by ``inspect``."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""The inspection: every kind of finding, and the picture of the tree, of one description."""
+"""Runs every check on a description and lists its tree. Used by ``ulna.inspect`` and ``ulna inspect``."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -69,13 +69,15 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
     if root is None:
         return
     own = [*element_findings(root), *name_findings(root), *joint_findings(root), *shape_findings(root), *inertia_findings(root)]
-    yield from own if error is None else _without_what_was_told(own, line)
+    yield from own if error is None else _without_repeated(own, line)
     yield from mesh_findings(root, document)
     if document.robot is not None and reach is not None:
         yield from robot_findings(document.robot, reach)
 
 
-def _without_what_was_told(findings: list[Finding], line: int | None) -> list[Finding]:
+def _without_repeated(findings: list[Finding], line: int | None) -> list[Finding]:
     """The findings but the first error on the line of the error that ``ulna.load`` raised: it says the same in other words."""
-    told = next((k for k, one in enumerate(findings) if one.severity == Severity.ERROR and one.line == line is not None), None)
-    return [one for k, one in enumerate(findings) if k != told]
+    repeated = next(
+        (k for k, one in enumerate(findings) if one.severity == Severity.ERROR and one.line == line is not None), None
+    )
+    return [one for k, one in enumerate(findings) if k != repeated]

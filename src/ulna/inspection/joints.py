@@ -1,4 +1,4 @@
-"""Joints: their types, limits, axes and angles."""
+"""Checks joints: their types, limits, axes and angles. Used by ``inspect``."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Mesh files: missing, unreadable, or of a size that looks like another unit."""
+"""Checks mesh files: missing, unreadable, or of a size that suggests another unit. Used by ``inspect``."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence

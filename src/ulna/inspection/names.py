@@ -1,4 +1,4 @@
-"""Names: defined twice, differing by case only, or standing for nothing."""
+"""Checks names: defined twice, differing by case only, or undefined. Used by ``inspect``."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""What an inspection found, as frozen data."""
+"""Holds the result of an inspection, as frozen data. Used by all of ``inspection`` and ``ulna inspect``."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -7,7 +7,7 @@ from enum import StrEnum
 class Severity(StrEnum):
     """How bad a finding is.
 
-    ``ERROR``: refused, or a contradiction that nobody can have meant. ``WARNING``: it works, and is probably not what was meant.
+    ``ERROR``: refused, or a contradiction. ``WARNING``: it works, and is probably not what was meant.
     ``NOTE``: good to know.
     """
 
@@ -29,7 +29,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class TreeRow:
-    """A link in the picture of the tree: how deep it hangs, and on which joint (None for a root)."""
+    """A link in the picture of the tree: its depth, and its joint (None for a root)."""
 
     depth: int
     link: str
@@ -39,9 +39,9 @@ class TreeRow:
 
 @dataclass(frozen=True)
 class Inspection:
-    """The health of a description. ``findings`` stand worst first, ``tree`` has a row for each link, depth first.
+    """The health of a description. ``findings`` are sorted, worst first, ``tree`` has a row for each link, depth first.
 
-    ``loads`` tells whether ``ulna.load`` takes it; ``n_dof`` and ``reach`` [m] (of the longest chain, stretched) are None if not.
+    ``loads``: whether ``ulna.load`` takes it; ``n_dof`` and ``reach`` [m] (of the longest chain, stretched) are None if not.
     """
 
     source: str

@@ -1,4 +1,4 @@
-"""What only the whole robot shows: followers that leave their leader no room, and a reach that no arm has."""
+"""Checks the whole robot: mimic joints that leave no range, and an implausible reach. Used by ``inspect``."""
 
 import math
 from collections.abc import Iterator
@@ -37,7 +37,7 @@ def _contradictions(description: Description) -> Iterator[Finding]:
     joints = joints_from_root(description)
     columns = columns_of_q(joints)
     drives = drives_of(joints, columns, description.source)
-    _, passed_over = bounds_of_q(joints, drives, hard_bounds)
+    _, ignored = bounds_of_q(joints, drives, hard_bounds)
     leaders = {column.start: name for name, column in columns.items()}
     for joint in joints:
         drive = drives[joint.name]
@@ -45,7 +45,9 @@ def _contradictions(description: Description) -> Iterator[Finding]:
             continue
         where = f"joint {joint.name!r}"
         if drive.ratio == 0:
-            yield Finding(Severity.WARNING, where, f"mimics {joint.mimic.joint!r} with multiplier 0: it stands still", joint.line)
-        elif joint.name in passed_over and joint.limits.lower < joint.limits.upper:
-            message = f"its limits leave {leaders[drive.column]!r}, which it mimics, no room: they are passed over"
+            yield Finding(
+                Severity.WARNING, where, f"mimics {joint.mimic.joint!r} with multiplier 0: it does not move", joint.line
+            )
+        elif joint.name in ignored and joint.limits.lower < joint.limits.upper:
+            message = f"its limits leave {leaders[drive.column]!r}, which it mimics, no room: they are ignored"
             yield Finding(Severity.WARNING, where, message, joint.line)

@@ -1,4 +1,4 @@
-"""Shapes: without volume, of a size that looks like another unit, or not there at all."""
+"""Checks shapes: without volume, of a size that suggests another unit, or missing. Used by ``inspect`` and ``meshes``."""
 
 from collections.abc import Iterator, Sequence
 

@@ -1,4 +1,4 @@
-"""The picture of the tree: its links depth first, also where the joints make no tree."""
+"""Lists the links of a description depth first, even if its joints form no tree. Used by ``inspect``."""
 
 from collections import defaultdict
 

@@ -1,4 +1,4 @@
-"""Forward kinematics: where the links are."""
+"""Computes the poses of links, NumPy in and out. Used by ``Robot``, ``jacobian`` and ``dh.from_chain``."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -88,7 +88,11 @@ def forward_kinematics(tree: Tree, q: ArrayLike, link: str, threads: int | None 
 
 
 def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-    """T_base_frame of every row of a table of frames, shape (..., n_frames, 4, 4), for q of shape (..., n_dof)."""
+    """T_base_frame of every row of a table of frames, shape (..., n_frames, 4, 4), for q of shape (..., n_dof).
+
+    Raises:
+        InputError: q has another shape or an entry out of range, or ``out`` does not fit.
+    """
     q, n = as_positions(q, tree), len(frames)
     if q.ndim == 1:
         T = np.empty((n, 4, 4)) if out is None else as_out(out, (n, 4, 4), q)

@@ -1,4 +1,4 @@
-"""What the groups and states of a semantic description come to on a robot: joints, links, entries of q, whole configurations."""
+"""Resolves the groups and states of a semantic description on a robot: joints, links, entries of q. Used by ``Robot``."""
 
 from dataclasses import dataclass
 
@@ -45,7 +45,7 @@ def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
 
 
 def configuration(state: GroupState, tree: Tree, home: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The q of a state, read-only; joints that it does not name stand as in ``home``."""
+    """The q of a state, read-only; joints that it does not name are as in ``home``."""
     q, slices = np.array(home), dict(zip(tree.joint_names, tree.joint_slices, strict=True))
     for name, values in state.values:
         q[slices[name]] = values if len(values) < 7 else [*values[:3], *_rpy(*values[3:])]

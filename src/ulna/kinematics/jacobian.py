@@ -1,4 +1,4 @@
-"""Jacobians: how fast a link moves for a unit rate of each entry of q."""
+"""Computes Jacobians, NumPy in and out. Used by ``Robot`` and ``ik``."""
 
 from typing import Any
 
@@ -91,7 +91,11 @@ class JacobianByLink(Bound[tuple[str | None, str], CompiledJacobian]):
 
 
 def as_frame(expressed_in: str) -> int:
-    """The kernels' number of a frame, or an ``InputError`` that lists the frames."""
+    """The kernels' number of a frame.
+
+    Raises:
+        InputError: There is no such frame; the message lists the frames.
+    """
     frame = EXPRESSED_IN.get(expressed_in) if isinstance(expressed_in, str) else None
     if frame is None:
         raise InputError("expressed_in", f"{expressed_in!r} is not a frame{did_you_mean(str(expressed_in), EXPRESSED_IN)}")
@@ -101,7 +105,12 @@ def as_frame(expressed_in: str) -> int:
 def geometric_jacobian(
     tree: Tree, q: ArrayLike, link: str, expressed_in: str, out: Array | None = None, threads: int | None = None
 ) -> Array:
-    """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
+    """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
+
+    Raises:
+        InputError: q has another shape or an entry out of range, ``expressed_in`` is not a frame, or ``out`` does not fit.
+        UnknownNameError: There is no such link.
+    """
     return CompiledJacobian(tree, link, expressed_in)(q, out, threads)
 
 
@@ -111,6 +120,11 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
     The angular velocity in the axes of the base is w = E(pitch, yaw) (roll', pitch', yaw'), with the columns of E the axes
     about which the angles turn: the x axis of the turned frame, its y axis before roll, and the base's z axis. So the lower
     rows are E^-1 of the geometric ones. det E = cos(pitch). Source: Siciliano et al., Robotics (2009), section 3.6.
+
+    Raises:
+        InputError: q has another shape or an entry out of range, or ``out`` does not fit.
+        SingularityError: |cos(pitch)| < 1e-6 somewhere.
+        UnknownNameError: There is no such link.
     """
     q = as_positions(q, tree)
     J = geometric_jacobian(tree, q, link, "base", out, threads)
@@ -130,16 +144,20 @@ def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None
     """sqrt(det(J J')), or of J' J for fewer than six entries of q that move the link: shape (...,).
 
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
+
+    Raises:
+        InputError: q has another shape or an entry out of range, or ``out`` does not fit.
+        UnknownNameError: There is no such link.
     """
     q = as_positions(q, tree)
-    answer = as_out(out, q.shape[:-1], q)
+    measure = as_out(out, q.shape[:-1], q)
     moving = tree.moving_columns(link)
     J = geometric_jacobian(tree, q, link, "base", threads=threads)[..., moving]
     Jt = np.swapaxes(J, -1, -2)
-    np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=answer)
+    np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=measure)
     if not len(moving):  # the determinant of no rows is 1
-        answer[...] = 0.0
-    return answer if q.ndim > 1 or out is not None else answer[()]
+        measure[...] = 0.0
+    return measure if q.ndim > 1 or out is not None else measure[()]
 
 
 def _locked_message(locked: NDArray[np.bool_]) -> str:

@@ -1,4 +1,4 @@
-"""``out=``: the caller's array for an answer, or a new one."""
+"""Checks the caller's array ``out=``, or makes a new one. Used by ``forward``, ``jacobian``, ``checker`` and ``ik``."""
 
 from typing import Any
 
@@ -11,13 +11,13 @@ from ulna.errors import InputError
 def as_out(
     out: NDArray[Any] | None, shape: tuple[int, ...], *inputs: NDArray[Any], dtype: type = np.float64, name: str = "out"
 ) -> NDArray[Any]:
-    """The array to write an answer to: ``out`` if it is given and fits, else a new one.
+    """The array to write a result to: ``out`` if it is given and fits, else a new one.
 
     Args:
         out: The caller's array, or None.
-        shape: Of the answer.
-        inputs: What the answer is computed from: it would change under the kernel's hands if ``out`` shared memory with it.
-        dtype: Of the answer.
+        shape: Of the result.
+        inputs: What the result is computed from; it must not share memory with ``out``, which is written meanwhile.
+        dtype: Of the result.
         name: The argument's name.
 
     Raises:
@@ -36,7 +36,7 @@ def as_out(
     if not out.flags.carray:
         raise InputError(name, "a writable, C-contiguous array is expected; numpy.empty(shape) makes one")
     if any(_share(out, given) for given in inputs):
-        raise InputError(name, "shares memory with what the answer is computed from; give another array")
+        raise InputError(name, "shares memory with what the result is computed from; give another array")
     return out
 
 

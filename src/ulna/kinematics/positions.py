@@ -1,4 +1,4 @@
-"""Joint positions at the public edge: what every function that takes q makes of it."""
+"""Checks q and shapes it for the kernels. Used by every function that takes q."""
 
 from math import prod
 
@@ -16,7 +16,11 @@ FLOAT64 = np.dtype(np.float64)
 
 
 def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float64]:
-    """q as a C-contiguous float64 array of shape (..., n_dof); an ``InputError`` if it has another shape."""
+    """q as a C-contiguous float64 array of shape (..., n_dof).
+
+    Raises:
+        InputError: It is not an array of numbers of that shape.
+    """
     if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape == tree.q_shape and q.flags.carray:
         return q  # one q as it should be, the commonest case: no other function is called
     q = as_floats(name, q)
@@ -26,7 +30,11 @@ def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float6
 
 
 def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
-    """Raise an ``InputError`` if q holds NaN, infinity or a number too large to compute with."""
+    """Refuse a q with NaN, infinity or a number too large to compute with.
+
+    Raises:
+        InputError: An entry is NaN, infinite or too large.
+    """
     faults = np.argwhere(~(np.abs(q) <= LARGEST))
     if not len(faults):
         return
@@ -43,7 +51,11 @@ def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def rows_of_both(a: NDArray, b: NDArray, name_a: str, name_b: str) -> tuple[tuple[int, ...], NDArray, NDArray]:
-    """The batch shape of two batches together, and the rows of each (``rows_of``); an ``InputError`` if there is none."""
+    """The batch shape of two batches together, and the rows of each (``rows_of``).
+
+    Raises:
+        InputError: The shapes cannot be broadcast together.
+    """
     try:
         batch = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
     except ValueError:

@@ -1,4 +1,4 @@
-"""Random joint positions: where a robot may be expected to stand."""
+"""Draws random joint positions within the limits. Used by ``ik``, ``dh``, ``comparison``, ``bench`` and ``sampled_pairs``."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

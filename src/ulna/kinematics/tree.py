@@ -1,4 +1,4 @@
-"""The kinematic tree in flat arrays: what the kernels read. Their columns are defined in ``kernels.layout``.
+"""Turns a description into the flat arrays that the kernels read. Used by ``Robot`` and everything that computes.
 
 Every joint of a table turns about, or slides along, the z axis of its own frame. A joint about another axis gets a frame of its
 own, turned so that z lies along that axis, and the link behind it is turned back. A planar joint is three joints of the table
@@ -45,7 +45,7 @@ _MOTIONS = {
 class Tree:
     """A robot as arrays.
 
-    ``joints`` is the table of moving joints; each link hangs on a row of it (``link_row``, or BASE) at ``link_offset``,
+    ``joints`` is the table of moving joints; each link is fixed to a row of it (``link_row``, or BASE) at ``link_offset``,
     T_row_link.
     """
 
@@ -105,7 +105,11 @@ class Tree:
         return self.tip
 
     def chain(self, link: str) -> NDArray[np.float64]:
-        """The table of the joints from the base to a link, the link's own offset last; kept once made."""
+        """The table of the joints from the base to a link, the link's own offset last; kept once made.
+
+        Raises:
+            UnknownNameError: There is no such link.
+        """
         if not isinstance(link, str):
             raise UnknownNameError("link", str(link), self.link_names)
         chain = self._chains.get(link)
@@ -120,7 +124,7 @@ class Tree:
         return np.unique(chain[moved, COLUMN].astype(np.int64))
 
     def frame_row(self, link: str, T_link_frame: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The row of a table of frames for a frame that stands still on a link."""
+        """The row of a table of frames for a frame that is fixed to a link."""
         return _frame_row(self.link_row[link], self.link_offset[link] @ T_link_frame)
 
     def __setstate__(self, state: dict) -> None:

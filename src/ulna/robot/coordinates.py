@@ -1,4 +1,4 @@
-"""The entries of q, named, and what every answer about one q says."""
+"""Names the entries of q and their units. Used by the command line and the page."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""A robot from a file, a text or a name."""
+"""Loads a robot from a file, a text or a name. Used by ``ulna.load``."""
 
 from __future__ import annotations
 
@@ -25,18 +25,19 @@ def load(
         source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text. Or the
             name of a robot of the packages example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"ur5e"``), where
             they are installed; nothing is downloaded. A bundled name comes first, then a file, then these in their order.
-        xacro_args: Arguments of a xacro file, or of the one macro that it defines; and what ``$(env NAME)`` stands for in it.
+        xacro_args: Arguments of a xacro file, or of the one macro that it defines; and the values of ``$(env NAME)`` in it.
         package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie, or such packages themselves. A
             xacro file reads files in them, in its own folder and in its package, and nowhere else.
         base: The link to begin at; the root unless given.
         tip: The link to end at: only the chain from base to tip is kept.
         srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
-            Words of it that name nothing in the robot are passed over, with a ``DescriptionWarning``.
+            References in it to parts that the robot lacks are ignored, with a ``DescriptionWarning``.
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
         FileError: There is no such file or name, or it cannot be read.
-        InputError: A xacro file has no argument of a name in ``xacro_args``.
+        InputError: A xacro file has no argument of a name in ``xacro_args``, or an argument has another type than said.
+        UnknownNameError: There is no such ``base`` or ``tip``.
 
     Example:
         >>> load("panda").n_dof

@@ -1,4 +1,4 @@
-"""The hand of a robot: the link that the page and the commands take where there are several tips and none is named."""
+"""Finds the hand of a robot: the link to take where there are several tips and none is named. Used by ``cli`` and ``viewer``."""
 
 from collections.abc import Iterable
 

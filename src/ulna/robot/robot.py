@@ -112,6 +112,10 @@ class Robot:
             T_n_tip: Where the tip, the link ``tip``, is in the frame of the last row, shape (4, 4); that frame unless given.
             name: The robot's name.
 
+        Raises:
+            InputError: The rows, types, limits or poses do not fit each other, or the convention is not known; or a ``DHTable``
+                comes with arguments that it already says.
+
         Example:
             >>> import ulna
             >>> planar = ulna.Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
@@ -290,6 +294,11 @@ class Robot:
 
         Returns:
             T_base_link, shape (..., 4, 4).
+
+        Raises:
+            InputError: q has another shape or an entry out of range, ``out`` does not fit, or the robot has several tips and no
+                link is named.
+            UnknownNameError: There is no such link.
         """
         try:
             forward = self._forward[link]
@@ -306,6 +315,10 @@ class Robot:
         Returns:
             A function of q, shape (..., n_dof), that gives T_base_link, shape (..., 4, 4), and refuses what
             ``forward_kinematics`` refuses. It may be pickled, and called from many threads at once.
+
+        Raises:
+            InputError: The robot has several tips, and no link is named.
+            UnknownNameError: There is no such link.
 
         Example:
             >>> import ulna
@@ -326,6 +339,9 @@ class Robot:
 
         Returns:
             T_base_link, shape (..., n_links, 4, 4).
+
+        Raises:
+            InputError: q has another shape or an entry out of range, or ``out`` does not fit.
         """
         return frame_poses(self.tree, self.tree.link_frames, q, out, threads)
 
@@ -351,6 +367,11 @@ class Robot:
 
         Returns:
             J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
+
+        Raises:
+            InputError: q has another shape or an entry out of range, ``expressed_in`` is not a frame, ``out`` does not fit, or
+                the robot has several tips and no link is named.
+            UnknownNameError: There is no such link.
         """
         try:
             jacobian = self._jacobian[link, expressed_in]
@@ -368,6 +389,10 @@ class Robot:
         Returns:
             A function of q, shape (..., n_dof), that gives J, shape (..., 6, n_dof), and refuses what ``jacobian``
             refuses. It may be pickled, and called from many threads at once.
+
+        Raises:
+            InputError: ``expressed_in`` is not a frame, or the robot has several tips and no link is named.
+            UnknownNameError: There is no such link.
 
         Example:
             >>> import ulna
@@ -411,6 +436,11 @@ class Robot:
         Returns:
             Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints, and 0
             for a link that none moves.
+
+        Raises:
+            InputError: q has another shape or an entry out of range, ``out`` does not fit, or the robot has several tips and no
+                link is named.
+            UnknownNameError: There is no such link.
         """
         return manipulability(self.tree, q, self.tree.link_or_tip(link), out, threads)
 
@@ -471,6 +501,12 @@ class Robot:
             An ``IKResult``: q, success, status, errors, iterations, and the reasons. A target that is not reached is a result
             too.
 
+        Raises:
+            InputError: An argument that the search cannot take, such as a T that is not a rigid motion; its name is in the
+                message.
+            UnknownNameError: There is no such link or joint.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+
         Example:
             >>> import ulna
             >>> panda = ulna.load("panda")
@@ -508,6 +544,10 @@ class Robot:
         Returns:
             Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task asks components, every branch
             that the search met, each once, whole turns aside; for others a spread set.
+
+        Raises:
+            InputError: T or the seed is a batch, T is not a rigid motion, or another argument cannot be taken.
+            UnknownNameError: There is no such link.
 
         Example:
             >>> import ulna
@@ -556,6 +596,11 @@ class Robot:
 
         Returns:
             qd [rad/s or m/s], shape (..., n_dof).
+
+        Raises:
+            InputError: q or twist has another shape or an entry out of range, dt or damping is not above 0, ``expressed_in`` is
+                not a frame, ``out`` does not fit, or the robot has no joint.
+            UnknownNameError: There is no such link.
 
         Example:
             >>> import ulna
@@ -615,6 +660,11 @@ class Robot:
 
         Returns:
             A ``Report`` for one q, else an array of them, shape (...,).
+
+        Raises:
+            InputError: q has another shape or an entry out of range, ``max_distance`` is not a number of at least 0, or there is
+                nothing to check.
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
         return self._checker.check_collision(q, world, self_collision, max_distance, threads)
 
@@ -640,6 +690,10 @@ class Robot:
 
         Returns:
             A number for one q, else shape (...,); infinite where there is nothing to measure to.
+
+        Raises:
+            InputError: q has another shape or an entry out of range, ``out`` does not fit, or there is nothing to check.
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
         return self._checker.signed_distance(q, world, self_collision, out, threads)
 
@@ -656,6 +710,10 @@ class Robot:
 
         Where two pairs are equally near, or a pair has several nearest points, it is the derivative of one of them; zero where
         there is nothing to measure to. The arguments are those of ``signed_distance``.
+
+        Raises:
+            InputError: As for ``signed_distance``.
+            GeometryError: As for ``signed_distance``.
         """
         return self._checker.distance_gradient(q, world, self_collision, out, threads)
 
@@ -683,6 +741,11 @@ class Robot:
 
         Returns:
             An ``EdgeReport``: in_collision, and how far on the way all is free.
+
+        Raises:
+            InputError: q_a or q_b has another shape or an entry out of range, their shapes do not go together, ``resolution`` is
+                below 1e-5 m, or there is nothing to check.
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
         return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution, threads)
 
@@ -695,6 +758,9 @@ class Robot:
         """The poses of the robot's collision shapes, in the order of ``collision_names``: shape (..., n_shapes, 4, 4).
 
         The arguments are those of ``link_poses``.
+
+        Raises:
+            InputError: q has another shape or an entry out of range, or ``out`` does not fit.
         """
         return frame_poses(self.tree, self._checker.bodies.table, q, out, threads)
 
@@ -711,6 +777,9 @@ class Robot:
         Args:
             T_flange_tool: The tool's pose in the frame of the tip, shape (4, 4).
             name: The new link's name.
+
+        Raises:
+            InputError: The pose is not a rigid motion, the robot has several tips, or it already has a link of this name.
 
         Example:
             >>> import ulna
@@ -760,6 +829,11 @@ class Robot:
             link: The link that holds it, and may touch it; the tip unless given.
             touch_links: Other links that may touch it, such as fingers.
 
+        Raises:
+            GeometryError: The shape is not a solid that can be attached.
+            InputError: The name is taken or not text, or the pose is not a rigid motion.
+            UnknownNameError: There is no such link, or no such link or attached object to touch.
+
         Example:
             >>> import ulna
             >>> robot = ulna.load("panda").with_attached("cup", ulna.Box((0.05, 0.05, 0.1)), np.eye(4))
@@ -771,7 +845,11 @@ class Robot:
         return self._changed(attached=attach(self.attached, new, self.link_names))
 
     def without_attached(self, name: str) -> Robot:
-        """The robot without an object that it held. ``world.add`` puts it down."""
+        """The robot without an object that it held. ``world.add`` puts it down.
+
+        Raises:
+            UnknownNameError: There is no such attached object.
+        """
         return self._changed(attached=detach(self.attached, name))
 
     # ---- the parts it is made of ---------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Kernels are compiled in a thread of their own: no frame of a page waits for the compiler, which takes up to half a minute."""
+"""Compiles kernels in a thread of their own, so that no frame waits up to half a minute. Used by ``view``."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""What the page says of itself: what is compiled at the moment, and that a frame has failed."""
+"""Shows that kernels are being compiled, and that a frame has failed. Used by ``view`` and the demo."""
 
 import html
 

@@ -1,4 +1,4 @@
-"""What a page may be asked, asked once ahead: every question is compiled before a person asks it."""
+"""Makes each kind of query of a page once, so that its kernels are compiled ahead. Used by ``view``."""
 
 from collections.abc import Callable, Iterator
 

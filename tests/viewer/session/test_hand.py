@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import robots
 import ulna
-import zoo
 from ulna.robot.palm import palm
 from ulna.viewer.session.hand import MOST_A_FRAME, Hand, rotation_vector
 
@@ -95,7 +95,7 @@ def test_it_finds_its_way_out_of_a_collision(panda, hand):
 
 def test_a_moving_base_stands_while_the_hand_is_pulled():
     robot = ulna.Robot(
-        zoo.of_chain("floating", "revolute", "revolute", "prismatic", origin=ulna.pose((0.3, 0, 0.1), (0.4, 0.3, 0)))
+        robots.of_chain("floating", "revolute", "revolute", "prismatic", origin=ulna.pose((0.3, 0, 0.1), (0.4, 0.3, 0)))
     )
     q = np.full(robot.n_dof, 0.2)
     way, _ = pulled(Hand(robot, robot.tip), q, shifted(robot, q, (0.05, 0.02, 0.0)))

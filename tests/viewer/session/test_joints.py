@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from ulna.viewer.session.joints import limbs, slide_groups
 from ulna.viewer.session.tree_text import outline
 
@@ -34,7 +34,7 @@ def test_every_entry_of_q_has_one_slider(name):
 
 
 def test_planar_and_floating_joints_have_their_components():
-    robot = ulna.Robot(zoo.of_chain("planar", "floating", "continuous"))
+    robot = ulna.Robot(robots.of_chain("planar", "floating", "continuous"))
     slides = [slide for group in slide_groups(robot) for slide in group.slides]
     assert [(slide.name, slide.unit) for slide in slides[:3]] == [("j1.x", "m"), ("j1.y", "m"), ("j1.theta", "rad")]
     assert [slide.name for slide in slides[3:9]] == [f"j2.{part}" for part in ("x", "y", "z", "roll", "pitch", "yaw")]
@@ -43,7 +43,7 @@ def test_planar_and_floating_joints_have_their_components():
 
 
 def test_a_slider_shows_whole_turns_as_none_and_stays_in_its_range():
-    robot = ulna.Robot(zoo.of_chain("continuous"))
+    robot = ulna.Robot(robots.of_chain("continuous"))
     slide = slide_groups(robot)[0].slides[0]
     assert slide.shown(np.array([2 * np.pi + 0.5])) == pytest.approx(0.5)
     assert slide.shown(np.array([-3.5])) == pytest.approx(2 * np.pi - 3.5)

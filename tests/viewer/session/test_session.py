@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import robots
 import ulna
-import zoo
 from ulna.errors import InputError, UnknownNameError
 from ulna.viewer.session.clearance import clearance
 from ulna.viewer.session.ellipsoid import mobility
@@ -125,7 +125,7 @@ def test_the_product_of_the_singular_values_is_the_manipulability(panda, rng):
 
 
 def test_a_link_that_nothing_moves_has_a_flat_ellipsoid():
-    robot = ulna.Robot(zoo.of_chain("floating", "fixed"))
+    robot = ulna.Robot(robots.of_chain("floating", "fixed"))
     found = mobility(robot, robot.home, robot.tip)
     assert np.array_equal(found.radii, np.zeros(3))
     assert found.singular_values.size == 0

@@ -1,4 +1,4 @@
-"""``ulna ros1 demo`` and ``ulna ros2 demo``: the demo in RViz."""
+"""``ulna ros1 demo`` and ``ulna ros2 demo``: the demo in RViz. Used by ``demo.command``."""
 
 from importlib import import_module
 from typing import Annotated

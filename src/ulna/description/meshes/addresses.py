@@ -1,4 +1,7 @@
-"""URDF text whose meshes are named by absolute ``file://`` addresses, for programs that know no packages (RViz, for one)."""
+"""Rewrites mesh paths in URDF text as absolute ``file://`` addresses. Used by ``load`` and ``Robot``.
+
+For programs that cannot resolve ``package://``, such as RViz.
+"""
 
 from collections.abc import Iterable
 from pathlib import Path

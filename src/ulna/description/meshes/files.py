@@ -1,4 +1,7 @@
-"""The files behind a description's meshes, as far as a description that a stranger wrote may lead to them."""
+"""Finds the files of meshes, within the folders that a description may read. Used by ``hulls``, ``inspection`` and ``viewer``.
+
+A description may come from a stranger, so not every file that it names is opened (``readable``).
+"""
 
 from pathlib import Path
 from typing import Protocol

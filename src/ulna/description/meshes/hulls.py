@@ -1,4 +1,4 @@
-"""Convex hulls in the place of a description's collision meshes."""
+"""Replaces the collision meshes of a description by their convex hulls. Used by ``Robot``."""
 
 from dataclasses import replace
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""The points of STL, OBJ and Collada files, without a mesh library: enough for a mesh's size, and for its convex hull."""
+"""Reads the points of STL, OBJ and Collada files. Used by ``hulls`` and ``inspection.meshes``."""
 
 import re
 from collections.abc import Iterator

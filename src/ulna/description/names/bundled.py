@@ -1,4 +1,4 @@
-"""The robots that come with Ulna, by name."""
+"""Lists the robots that come with Ulna, by name. Used by ``load`` and ``by_name``."""
 
 from dataclasses import dataclass
 from importlib import resources

@@ -1,4 +1,4 @@
-"""Robots by name: of the packages ``example-robot-data`` and ``robot_descriptions``, where installed. Nothing is downloaded."""
+"""Finds robots of ``example-robot-data`` and ``robot_descriptions`` by name. Downloads nothing. Used by ``load``."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,8 @@
-"""The robots of the package robot_descriptions (github.com/robot-descriptions/robot_descriptions.py) that lie in its cache.
+"""Finds the robots of the package robot_descriptions that are in its cache. Used by ``by_name``.
 
-Its modules download when they are imported. So they are not imported: each is run with a stand-in for the one function that
-downloads, which gives the folder in the cache, or says how to fill it.
+The package is github.com/robot-descriptions/robot_descriptions.py. Its modules download when they are imported. So each is run
+with a replacement for the one function that downloads: it returns the folder in the cache, or raises an error that says how to
+fill the cache.
 """
 
 import builtins

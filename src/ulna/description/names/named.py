@@ -1,4 +1,4 @@
-"""Where a name leads: a file, and what it needs to be read."""
+"""Holds what a robot's name refers to: a file, and what it needs to be read. Used by ``by_name``, ``cached_descriptions``."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

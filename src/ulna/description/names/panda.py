@@ -1,4 +1,4 @@
-"""The Franka Emika Panda beyond its URDF: the Denavit-Hartenberg table of the assignment, and the home configuration."""
+"""Holds the Panda's DH table from the assignment and its home configuration. Used by ``bundled`` and the demo."""
 
 from math import pi
 

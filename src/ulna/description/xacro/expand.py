@@ -1,4 +1,4 @@
-"""xacro in, URDF text out. A xacro file is a program, so it runs in a child process that may only compute."""
+"""Expands xacro to URDF text, in a child process that may only compute. Used by ``document``."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -26,7 +26,7 @@ def is_xacro(root: etree._Element) -> bool:
 def expand_xacro(
     text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
 ) -> bytes:
-    """The URDF that a xacro document stands for.
+    """The URDF that a xacro document expands to.
 
     A document that only defines one macro, as the course's ``franka_robot.urdf`` does, is expanded by calling it; its parameters
     without a default come from ``xacro_args``. Files are read in the document's folder, in its package and in ``package_dirs``.
@@ -45,13 +45,13 @@ def expand_xacro(
         "arguments": arguments,
     }
     readable = Readable(None if folder is None else folder.resolve(), [str(Path(p).resolve()) for p in package_dirs])
-    answer = expanded_by_child(request, readable, MEMORY_LIMIT_BYTES, TIME_LIMIT_S, source)
+    expanded = expanded_by_child(request, readable, MEMORY_LIMIT_BYTES, TIME_LIMIT_S, source)
     declared = {e.get("name", "") for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).localname == "arg"}
     for name in arguments:
-        if name not in declared and name not in answer["asked"]:
-            known = sorted(declared | (set(answer["asked"]) - set(arguments)))
+        if name not in declared and name not in expanded["asked"]:
+            known = sorted(declared | (set(expanded["asked"]) - set(arguments)))
             raise InputError("xacro_args", f"{source} has no argument {name!r}{did_you_mean(name, known)}")
     try:
-        return answer["urdf"].encode()
+        return expanded["urdf"].encode()
     except UnicodeEncodeError as error:
         raise DescriptionError(f"xacro: expands to text that is not Unicode ({error.reason})", source) from None

@@ -1,4 +1,4 @@
-"""The child process that expands a xacro document: started, served with the files that it may read, and ended in time."""
+"""Starts the child process that expands a xacro document, passes it files, and ends it in time. Used by ``expand``."""
 
 import json
 import os

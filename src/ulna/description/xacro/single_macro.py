@@ -1,4 +1,7 @@
-"""A xacro document that only defines a macro, as the course's ``franka_robot.urdf`` does: it is expanded by calling it."""
+"""Expands a xacro document that only defines a macro, by calling it. Used by ``expand``.
+
+The course's ``franka_robot.urdf`` is such a document.
+"""
 
 import re
 
@@ -13,7 +16,7 @@ _DEFAULT = re.compile(rf"\s*([^\s:=]++)\s*+:?=\s*+(?:\^\|?)?(?:\$\{{[^}}]*+\}}|\
 
 
 def only_defines(root: etree._Element) -> bool:
-    """True if no link, joint or macro call stands at the top: only definitions."""
+    """True if there is no link, joint or macro call at the top level, only definitions."""
     definitions = {"macro", "property", "arg", "include"}
     children = [etree.QName(e) for e in root if isinstance(e.tag, str)]
     ours = [name for name in children if name.namespace in NAMESPACES]
@@ -22,7 +25,11 @@ def only_defines(root: etree._Element) -> bool:
 
 
 def call_the_macro(root: etree._Element, source: str, arguments: dict[str, str]) -> None:
-    """Append a call of the document's one macro, and take its parameters out of the arguments."""
+    """Append a call of the document's one macro, and take its parameters out of the arguments.
+
+    Raises:
+        DescriptionError: There are several macros, or a parameter is missing or unknown.
+    """
     macros = [e for e in root if isinstance(e.tag, str) and etree.QName(e).localname == "macro"]
     names = [e.get("name", "") for e in macros]
     if len(macros) != 1:

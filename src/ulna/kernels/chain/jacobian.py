@@ -11,7 +11,7 @@ from ulna.kernels.chain.jacobian_frames import LINK, SPATIAL
 from ulna.kernels.chain.joint import joint_pose
 from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import compose
-from ulna.kernels.spatial.vectors import axis, cross, origin, plus, times, turn_into
+from ulna.kernels.spatial.vectors import axis, cross, origin, plus, rotate_inverse, scaled
 
 
 @kernel
@@ -39,7 +39,7 @@ def chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, across, down):
             v, w = z, (zero, zero, zero)
         else:
             v, w = cross(origin(end), z), z
-        add_twist(jacobian_rows, across * int(chain[i, COLUMN]), down, times(v, chain[i, RATIO]), times(w, chain[i, RATIO]))
+        add_twist(jacobian_rows, across * int(chain[i, COLUMN]), down, scaled(v, chain[i, RATIO]), scaled(w, chain[i, RATIO]))
     if expressed_in != SPATIAL:
         for j in range(jacobian_rows.shape[0] // 6):
             move_column(jacobian_rows, across * j, down, end, expressed_in)
@@ -75,5 +75,5 @@ def move_column(jacobian_rows, row, down, end, expressed_in):
     v, w = column(jacobian_rows, row, down)
     v = plus(v, cross(w, origin(end)))
     if expressed_in == LINK:
-        v, w = turn_into(end, v), turn_into(end, w)
+        v, w = rotate_inverse(end, v), rotate_inverse(end, w)
     store_column(jacobian_rows, row, down, v, w)

@@ -2,8 +2,8 @@
 
 The tree is complete: eight children a node, node 0 the root, node i above nodes 8 i + 1 to 8 i + 8, and under the nodes of the
 last level the objects, eight a node, in the order of their table. So it needs no pointers: a node is six rows of eight numbers,
-the least x, y, z of each child and the greatest, and one node is tested in one go, a child a lane. A child that is not there
-has least values above all others, and greatest below.
+the least x, y, z of each child and the greatest, and one node is tested in one go, a child a lane. A missing
+child has an empty AABB: its least values are above all others, its greatest below.
 
 Source: Omohundro, Five balltree construction algorithms (1989), for the idea of a static tree over bounds; the order of the
 objects is that of ``collision.objects``.
@@ -23,7 +23,7 @@ STACK = 8 * (DEPTH + 1)
 
 @kernel
 def bounds_of(bodies, k, a):
-    """The least and greatest x, y, z of body k, which is no half-space, at pose a, with a margin for what touches it."""
+    """The AABB of body k, which is no half-space, at pose a, enlarged by the contact tolerance."""
     h, radius = half_extents(bodies, k, a[0]), bodies[k, RADIUS]
     radius = radius + CONTACT * (radius + h[0] + h[1] + h[2])
     x = abs(a[0]) * h[0] + abs(a[1]) * h[1] + abs(a[2]) * h[2] + radius
@@ -61,7 +61,7 @@ def first_leaf(n):
 
 @kernel
 def child_gap(nodes, node, bounds):
-    """For each child how far its bounds are from those given, axis by axis: negative where they overlap."""
+    """The gap between the AABB of each child and the given one, axis by axis: negative where they overlap."""
     i, (low, high) = 6 * node, bounds
     return (
         maximum(load(nodes, i) - high[0], low[0] - load(nodes, i + 3)),
@@ -72,7 +72,7 @@ def child_gap(nodes, node, bounds):
 
 @kernel
 def gap_bound(gap):
-    """No more than the signed distance of two bodies whose bounds are this far apart, axis by axis."""
+    """A lower bound of the signed distance of two bodies whose AABBs have these gaps, axis by axis."""
     x, y, z = gap
     widest = maximum(maximum(x, y), z)
     x, y, z = maximum(x, 0.0), maximum(y, 0.0), maximum(z, 0.0)
@@ -83,8 +83,8 @@ def gap_bound(gap):
 def push_children(nodes, node, bounds, within, stack, heights, top):
     """Push those children of a node that are nearer than ``within`` [m] onto a stack, the nearest on top; return the new top.
 
-    A stack of numbers goes with one of what is known of their distances (``heights``). The objects under the last level are
-    numbered on as if they were nodes of one more.
+    ``heights`` is a second stack, of the lower bounds of their distances. The objects below the last level are numbered as if
+    they were the nodes of one more level.
     """
     height = gap_bound(child_gap(nodes, node, bounds))
     bits, bottom = lane_bits(height < within), top
@@ -102,7 +102,7 @@ def push_children(nodes, node, bounds, within, stack, heights, top):
 
 @kernel
 def objects_within(nodes, n, bounds, stack, found):
-    """Write to found the numbers of those of the n objects of a tree whose bounds overlap the bounds given; return how many."""
+    """Write to found the indices of the objects, of n in a tree, whose AABBs overlap the given one; return how many."""
     leaf, top, count = first_leaf(n), 1, 0
     stack[0] = 0
     while top > 0:

@@ -1,19 +1,19 @@
-"""Edges: whether the robot stays free on the whole straight line between two configurations, certified.
+"""Certifies that the robot is free on the straight line between two configurations. Used by ``drivers.continuous``.
 
 Conservative advancement (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996; Zhang, Lee and Kim, Interactive
 continuous collision detection for non-convex polyhedra, The Visual Computer 2006), eight steps at a time:
 
 1. On q(t) = q_a + t (q_b - q_a) no point of a body moves faster than the sum, over the joints that carry it, of the joint's
    rate times the greatest distance that the point can have from the joint's axis: the lengths of the links between, added up.
-   Two bodies come no nearer to each other than by the sum over the joints that carry one of them only.
+   The distance of two bodies shrinks no faster than the sum over the joints that carry only one of them.
 2. If at the middle of an interval of t a pair is farther apart than its speed times half the interval's length, it is free in
-   all of the interval. Eight intervals in a row are looked at together, a lane each. How far apart they are is judged by the gap
-   between their shadows along one direction (``placed.rows_gap``): no more than the distance, whatever a search for it misses.
-3. Advance over those at the front of which all pairs are free. If all eight were, try intervals eight times as long from there;
-   if not, cut the first that was not into eight. If nothing moves farther in an interval than the resolution, it is a contact.
+   all of the interval. Eight consecutive intervals are computed together, a lane each. The distance is replaced by a lower bound,
+   the gap of the two projections on one direction (``posed_pair.rows_gap``), so that an inexact search cannot certify too much.
+3. Advance over the leading intervals in which all pairs are free. If all eight are free, the next eight are eight times as long.
+   If not, split the first that is not free into eight. If it is so short that nothing moves by the resolution, it is a contact.
 
-What rounding can do is added to how far a pair comes nearer: to each body a share of all lengths between it and the base, and the
-rounding of each angle on a straight line in q times the arm that it turns.
+A bound on the rounding errors is added to the motion of a pair: for each body a fraction of all lengths between it and the base,
+and the rounding of each angle of q(t) times the lever arm of its joint.
 """
 
 from ulna.engine.decorators import kernel
@@ -28,7 +28,7 @@ from ulna.kernels.spatial.se3 import constant_pose, load_pose
 _ROUNDING = 1e-12  # of the lengths between a body and the base: more than poses and gaps lose to it
 _ANGLE = 2e-15  # of an angle: more than the line in q, a mimic's ratio and the reduction of many turns lose to rounding
 INSTANT = 1e-15  # of t: neighbouring intervals may leave out so much between them
-_CROWD = 256  # objects near a body in eight intervals: rather than to meet so many the intervals are cut first
+_CROWD = 256  # objects near a body in eight intervals: with more than these the intervals are split first
 
 
 @kernel
@@ -59,13 +59,13 @@ def write_speeds(scene, q_a, q_b, speeds):
 
 @kernel
 def offset_length(table, i):
-    """How far the frame of a row stands from the frame that it is given in."""
+    """The distance of the frame of a row from its parent frame [m]."""
     return sqrt(table[i, 3] * table[i, 3] + table[i, 7] * table[i, 7] + table[i, 11] * table[i, 11])
 
 
 @kernel
 def pair_speed(speeds, a, b):
-    """How fast two bodies of the robot can come nearer to each other: joints that carry both change nothing."""
+    """The greatest speed at which the distance of two bodies of the robot can shrink: joints that move both do not count."""
     total = 0.0
     for i in range(speeds.shape[1] - 2):
         if speeds[a, i] == 0.0 or speeds[b, i] == 0.0:
@@ -75,7 +75,7 @@ def pair_speed(speeds, a, b):
 
 @kernel
 def world_rounding(scene):
-    """How far rounding may put a point of any object [m]: from the single objects, and the bounds at the root of the tree."""
+    """A bound on the rounding error of any object's points [m], from the unindexed objects and the AABBs at the BVH's root."""
     largest, objects, nodes = 0.0, scene.objects, scene.nodes
     for w in range(scene.n_unindexed):
         length = offset_length(objects, w)
@@ -90,7 +90,7 @@ def world_rounding(scene):
 
 @kernel
 def still_clear(clear, bodies, vertices, k, a, others, points, j, b, way, rounding):
-    """``clear`` (1.0 or 0.0 a lane) where two bodies are farther apart than a way and its rounding [m] too."""
+    """``clear`` (1.0 or 0.0 per lane), and 0.0 where two bodies may be nearer than their motion and its rounding [m]."""
     reach = way * (1.0 + _ROUNDING) + rounding
     if not any_lane((ball_distance(bodies, k, a, others, j, b) <= reach) & (clear > 0.0)):
         return clear
@@ -99,7 +99,7 @@ def still_clear(clear, bodies, vertices, k, a, others, points, j, b, way, roundi
 
 @kernel
 def clear_intervals(scene, body_rows, speeds, half, of_world, finest, like, stack, found):
-    """1.0 in the lanes in whose interval, of half length ``half``, all is free; 0.0 in the others."""
+    """1.0 in the lanes in whose interval, of half length ``half``, all pairs are free; 0.0 in the others."""
     bodies, vertices, objects, n_unindexed = scene.bodies, scene.vertices, scene.objects, scene.n_unindexed
     clear, n_joints, n_indexed = splat(1.0, like), speeds.shape[1] - 2, objects.shape[0] - n_unindexed
     for p in range(scene.pairs.shape[0]):
@@ -126,7 +126,7 @@ def clear_intervals(scene, body_rows, speeds, half, of_world, finest, like, stac
 
 @kernel
 def bounds_of_all(bodies, k, a, reach):
-    """Bounds, in plain numbers, that hold a body in all lanes and a reach [m] around it."""
+    """One AABB, in plain numbers, around a body in all lanes, enlarged by a reach [m]."""
     (x, y, z), (u, v, w) = bounds_of(bodies, k, a)
     low, high = (lane_of(x, 0), lane_of(y, 0), lane_of(z, 0)), (lane_of(u, 0), lane_of(v, 0), lane_of(w, 0))
     for lane in range(1, WIDTH):
@@ -137,7 +137,7 @@ def bounds_of_all(bodies, k, a, reach):
 
 @kernel
 def fastest_of(speeds, pairs):
-    """The greatest speed at which any pair can come nearer."""
+    """The greatest speed at which the distance of any pair can shrink."""
     fastest = 0.0
     for k in range(speeds.shape[0]):
         fastest = max(fastest, speeds[k, speeds.shape[1] - 2])

@@ -10,7 +10,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_of, splat, where
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import first_leaf, lane_bounds, push_children
-from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, rows_answer
+from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, rows_contact
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
 
@@ -19,7 +19,7 @@ def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scra
     """The nearer of the best pair and another, measured only where its bounding balls are nearer than the best."""
     if not any_lane(ball_distance(bodies, k, a, others, j, b) < best[0]):
         return best
-    distance = rows_answer(bodies, vertices, k, a, others, points, j, b, scratch)[0]
+    distance = rows_contact(bodies, vertices, k, a, others, points, j, b, scratch)[0]
     nearer = distance < best[0]
     return where(nearer, distance, best[0]), where(nearer, float(k), best[1]), where(nearer, float(number), best[2])
 

@@ -6,7 +6,7 @@ Pairs and unindexed objects are tested one by one, the other objects where the B
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, splat, where
 from ulna.kernels.collision.bvh import lane_bounds, objects_within
-from ulna.kernels.collision.posed_pair import balls_meet, lane_pose, rows_overlap
+from ulna.kernels.collision.posed_pair import balls_overlap, lane_pose, rows_overlap
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
 
@@ -17,7 +17,7 @@ def overlaps_unindexed(scene, body_rows, like):
     for k in range(bodies.shape[0]):
         for w in range(scene.n_unindexed):
             a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
-            if any_lane(balls_meet(bodies, k, a, objects, w, b)):
+            if any_lane(balls_overlap(bodies, k, a, objects, w, b)):
                 hits = where(rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b), 1.0, hits)
     for p in range(scene.pairs.shape[0]):
         hits = where(pair_overlaps(bodies, scene.vertices, scene.pairs, p, body_rows), 1.0, hits)
@@ -29,7 +29,7 @@ def pair_overlaps(bodies, vertices, pairs, p, body_rows):
     """True where the two bodies of pair p overlap."""
     i, j = pairs[p, 0], pairs[p, 1]
     a, b = load_pose(body_rows, i), load_pose(body_rows, j)
-    near = balls_meet(bodies, i, a, bodies, j, b)
+    near = balls_overlap(bodies, i, a, bodies, j, b)
     if any_lane(near):
         return rows_overlap(bodies, vertices, i, a, bodies, vertices, j, b)
     return near

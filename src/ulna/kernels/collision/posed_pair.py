@@ -1,7 +1,7 @@
-"""Where the robot's bodies stand at q, and rows of tables of bodies met two by two.
+"""Computes poses of the robot's bodies at q, and distance or overlap of pairs of rows. Used by the other files here.
 
-Each table goes with its vertices. Where both are None all shapes are boxes: so a scene of boxes, the most frequent, compiles
-without the search for distances of convex shapes, in a fraction of the time.
+Each table comes with its vertices. If either is None, all shapes are boxes. A scene of boxes, the most frequent, thus compiles
+without GJK and EPA, in a fraction of the time.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -14,7 +14,7 @@ from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, REACH, SHAPE
 from ulna.kernels.spatial.se3 import store_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
-_BALLS = 1.0 + 4.0 * CONTACT  # so much larger than the balls that hold two bodies, for those that touch are no farther apart
+_BALLS = 1.0 + 4.0 * CONTACT  # factor on the bounding balls, so that bodies within the contact tolerance have balls that overlap
 
 
 @kernel
@@ -29,24 +29,24 @@ def place_bodies(joints, bodies, q_rows, joint_rows, body_rows):
 def rows_overlap(bodies, vertices, i, a, others, points, j, b):
     """True where body i of one table, at pose a, and body j of another, at pose b, share a point.
 
-    Boxes, the most frequent, are met here; the rest is called, not inlined, which keeps the loops over boxes tight.
+    Boxes, the most frequent, are tested inline; other shapes by a call, which keeps the loops over boxes small.
     """
     if vertices is None or points is None:
         return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
     if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
         return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
-    return others_overlap(bodies, vertices, i, a, others, points, j, b)
+    return convex_overlap(bodies, vertices, i, a, others, points, j, b)
 
 
 @routine
-def others_overlap(bodies, vertices, i, a, others, points, j, b):
-    """The same for any shapes."""
+def convex_overlap(bodies, vertices, i, a, others, points, j, b):
+    """The same for convex shapes of any kind."""
     return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b))
 
 
 @kernel
-def rows_answer(bodies, vertices, i, a, others, points, j, b, scratch):
-    """The answer of ``pair_distance`` for body i of one table, at pose a, and body j of another, at pose b."""
+def rows_contact(bodies, vertices, i, a, others, points, j, b, scratch):
+    """The contact (``pairs``) of body i of one table, at pose a, and body j of another, at pose b."""
     if vertices is None or points is None:
         return box_pair(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
     return pair_distance(body_of(bodies, vertices, i, a), body_of(others, points, j, b), scratch)
@@ -54,7 +54,7 @@ def rows_answer(bodies, vertices, i, a, others, points, j, b, scratch):
 
 @kernel
 def rows_gap(bodies, vertices, i, a, others, points, j, b, reach, rounding):
-    """No more than the distance of two bodies [m], but for a rounding [m]; above a reach [m] no matter by how much."""
+    """A lower bound of the distance of two bodies [m], up to a rounding [m]; above reach [m] it may be any larger number."""
     if vertices is None or points is None:
         return certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), rounding)
     if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
@@ -64,14 +64,14 @@ def rows_gap(bodies, vertices, i, a, others, points, j, b, reach, rounding):
 
 @kernel
 def ball_distance(bodies, i, a, others, j, b):
-    """The signed distance of the balls that hold two rows, at poses a and b: that of the bodies is no less."""
+    """The signed distance of the bounding balls of two rows, at poses a and b: a lower bound of that of the bodies."""
     d = minus(origin(a), origin(b))
     return sqrt(dot(d, d)) - _BALLS * (bodies[i, REACH] + others[j, REACH])
 
 
 @kernel
-def balls_meet(bodies, i, a, others, j, b):
-    """True where the balls that hold two rows, at poses a and b, share a point: elsewhere the bodies cannot."""
+def balls_overlap(bodies, i, a, others, j, b):
+    """True where the bounding balls of two rows, at poses a and b, overlap; elsewhere the bodies do not."""
     reach = _BALLS * (bodies[i, REACH] + others[j, REACH])
     d = minus(origin(a), origin(b))
     return dot(d, d) <= reach * reach

@@ -27,7 +27,7 @@ class Scene(NamedTuple):
     objects: NDArray
     """The solids of the world, shape (n_objects, BODY_WIDTH); the first ``n_unindexed`` are tested one by one."""
     points: NDArray | None
-    """The vertices of the world's hulls, shape (m, 3)."""
+    """The vertices of the world's hulls, shape (m, 3), or None."""
     nodes: NDArray
     """The BVH of the other solids (``bvh``), shape (6 n_nodes, 8)."""
     n_unindexed: int

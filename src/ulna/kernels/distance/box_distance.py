@@ -4,20 +4,34 @@ Boxes apart. The pairs of nearest points form a convex set; at a corner of that 
 points lie have no direction in common, so that one point is a corner of its box, or both lie within edges that cross. And
 where they lie within edges, each edge is the outermost one of its box along the edges' common perpendicular. So the distance
 is the least over 25 pairs of points: each of the 16 corners with the point of the other box nearest to it, and for each of
-the 9 pairs of edge directions one pair of edges. Every candidate is a pair of points of the boxes: none can be too near.
+the 9 pairs of edge directions one pair of edges. Every candidate is a pair of points of the boxes, so none is nearer than the
+distance.
 
 Boxes that overlap are first moved apart along the axis of least overlap (``box_sat``); there they touch, and the same search
-finds where. Boxes that touch (``CONTACT``) have the distance zero, and the normal of that axis: a difference of points so near
-has no digits. Extents of zero are extents like any other.
+finds the points. Boxes that touch (``CONTACT``) have the distance zero, and the normal of that axis: the difference of points so
+near is rounding. Extents of zero are allowed.
 """
 
 import numpy as np
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, splat, sqrt, where
-from ulna.kernels.distance.box_sat import boxes_overlap, columns, relative_pose, seen_from_a, turned_back, widest_gap
+from ulna.kernels.distance.box_sat import boxes_overlap, columns, point_in_a, relative_pose, rotate_by_transpose, widest_gap
 from ulna.kernels.spatial.elementary import clamp, maximum, minimum
-from ulna.kernels.spatial.vectors import axis, chosen, cross, dot, minus, origin, place, plus, step, times, turn, turn_into
+from ulna.kernels.spatial.vectors import (
+    add_scaled,
+    axis,
+    chosen,
+    cross,
+    dot,
+    minus,
+    origin,
+    plus,
+    rotate,
+    rotate_inverse,
+    scaled,
+    transform,
+)
 
 # A tilt [rad] that decides which edge is outermost where two are level, as in boxes with parallel faces; the same tilt for
 # all edges, so that the decisions belong to one and the same pose. It decides only which points are compared.
@@ -27,23 +41,23 @@ _TILT = 0.6e-12, -0.36e-12, 0.71e-12
 @kernel
 def box_pair(a, h, b, g):
     """The signed distance of two boxes [m], and in the frame in which the poses are given p_a, p_b and the normal from a to b."""
-    gap, direction, near = way_out(a, h, b, g)
+    gap, direction, near = separating_axis(a, h, b, g)
     r, t = relative_pose(a, b)
-    n = turn_into(a, direction)
-    square, p, q = nearest_points(r, step(t, where(near, -gap, 0.0), n), h, g)
-    # A clamp makes a number of what is none: so whether all are numbers is asked before.
+    n = rotate_inverse(a, direction)
+    square, p, q = nearest_points(r, add_scaled(t, where(near, -gap, 0.0), n), h, g)
+    # A clamp turns NaN into a number, so NaN is tested for before it.
     numbers = dot(t, t) + dot(r[0], r[0]) + dot(r[1], r[1]) + dot(r[2], r[2]) >= 0.0
     distance = where(numbers, sqrt(square), np.nan)
-    normal = chosen(near, n, times(minus(q, p), 1.0 / where(near, 1.0, distance)))
+    normal = chosen(near, n, scaled(minus(q, p), 1.0 / where(near, 1.0, distance)))
     signed = where(near, minimum(gap, 0.0), distance)
-    return signed, place(a, p), place(a, chosen(near, step(p, signed, n), q)), turn(a, normal)
+    return signed, transform(a, p), transform(a, chosen(near, add_scaled(p, signed, n), q)), rotate(a, normal)
 
 
 @kernel
-def way_out(a, h, b, g):
-    """The widest gap [m], its axis from a to b, and where the boxes overlap or touch. Elsewhere nothing and no axis.
+def separating_axis(a, h, b, g):
+    """The widest gap [m], its axis from a to b, and where the boxes overlap or touch. Zeros where they are apart.
 
-    Most pairs are far apart, and the test without square roots says so.
+    Most pairs are far apart, which the test without square roots finds first.
     """
     near = boxes_overlap(a, h, b, g)
     zero = splat(0.0, a[0])
@@ -60,14 +74,14 @@ def axis_from(a, b, index):
     of_a, of_b = index < 2.5, index < 5.5
     i = where(index > 11.5, 2.0, where(index > 8.5, 1.0, 0.0))
     j = index - 6.0 - 3.0 * i
-    u, v = numbered_axis(a, where(of_b, index, i)), numbered_axis(b, where(of_b, index - 3.0, j))
+    u, v = pose_axis(a, where(of_b, index, i)), pose_axis(b, where(of_b, index - 3.0, j))
     n = chosen(of_a, u, chosen(of_b, v, cross(u, v)))
     towards = dot(n, minus(origin(b), origin(a)))
-    return times(n, where(towards < 0.0, -1.0, 1.0) / sqrt(dot(n, n)))
+    return scaled(n, where(towards < 0.0, -1.0, 1.0) / sqrt(dot(n, n)))
 
 
 @kernel
-def numbered_axis(a, k):
+def pose_axis(a, k):
     """Axis k of a pose, k a number."""
     return chosen(k < 0.5, axis(a, 0), chosen(k < 1.5, axis(a, 1), axis(a, 2)))
 
@@ -76,11 +90,13 @@ def numbered_axis(a, k):
 def nearest_points(r, t, h, g):
     """The least square of a distance over the 25 pairs, and the pair, in the frame of A. r = R_a_b by rows, t = t_a_b."""
     x, y, z = columns(r)
-    edges = times(x, g[0]), times(y, g[1]), times(z, g[2])
+    edges = scaled(x, g[0]), scaled(y, g[1]), scaled(z, g[2])
     square, q = nearest_corner(t, edges, h)
     best = square, inside(q, h), q
-    square, corner = nearest_corner(turned_back(r, times(t, -1.0)), (times(r[0], h[0]), times(r[1], h[1]), times(r[2], h[2])), g)
-    best = nearer(best, (square, seen_from_a(r, t, corner), seen_from_a(r, t, inside(corner, g))))
+    square, corner = nearest_corner(
+        rotate_by_transpose(r, scaled(t, -1.0)), (scaled(r[0], h[0]), scaled(r[1], h[1]), scaled(r[2], h[2])), g
+    )
+    best = nearer(best, (square, point_in_a(r, t, corner), point_in_a(r, t, inside(corner, g))))
     sx, sy, sz = columns(signs(r))
     best = nearest_edges(best, t, h, x, g[0], (edges[1], edges[2]), (sx, sy, sz))
     best = nearest_edges(best, t, h, y, g[1], (edges[2], edges[0]), (sy, sz, sx))
@@ -133,7 +149,7 @@ def outside_square(p, h):
 
 @kernel
 def signs(r):
-    """The signs of the entries of R_a_b, were B turned by a hair: none is undecided unless that very turn undoes a tilt."""
+    """The signs of the entries of R_a_b after a tiny tilt of B, so that an entry of zero has a sign."""
     return row_signs(r[0]), row_signs(r[1]), row_signs(r[2])
 
 

@@ -1,8 +1,8 @@
 """Tests two oriented boxes by the fifteen axes of the separating-axis theorem. Used by ``box_distance``, ``posed_pair``.
 
 Source: Gottschalk, Lin and Manocha, OBBTree (SIGGRAPH 1996), section 5; the layout follows Ericson, Real-Time Collision
-Detection (2005), section 4.4.1. Two convex bodies are apart exactly if some axis separates their shadows; for boxes the
-three face normals of each and the nine cross products of their edges suffice. A gap is the distance between the shadows,
+Detection (2005), section 4.4.1. Two convex bodies are apart exactly if their projections on some axis are; for boxes the
+three face normals of each and the nine cross products of their edges suffice. A gap is the distance between the projections,
 negative by how far they overlap. Boxes that touch count as overlapping: those that are no farther apart than ``CONTACT`` says.
 """
 
@@ -39,14 +39,14 @@ def columns(r):
 
 
 @kernel
-def turned_back(r, v):
+def rotate_by_transpose(r, v):
     """R' v, for a matrix of three rows."""
     x, y, z = columns(r)
     return dot(x, v), dot(y, v), dot(z, v)
 
 
 @kernel
-def seen_from_a(r, t, p):
+def point_in_a(r, t, p):
     """A point of the frame of B in the frame of A: R p + t."""
     return dot(r[0], p) + t[0], dot(r[1], p) + t[1], dot(r[2], p) + t[2]
 

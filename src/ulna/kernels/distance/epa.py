@@ -1,20 +1,21 @@
-"""How deep two convex cores overlap: the expanding polytope algorithm, for one pair of plain numbers.
+"""Computes how deep two convex cores overlap, by the expanding polytope algorithm. Used by ``pairs`` and the drivers.
 
-The differences p - q of points of A and B form a convex set that holds the origin; the depth is the distance from the origin
-to its surface, and the outward normal there is the shortest way to part the two (van den Bergen, Proximity Queries and
-Penetration Depth Computation on 3D Game Objects, GDC 2001).
+The algorithm takes one pair of plain numbers. The Minkowski difference, all p - q for points p of A and q of B, is convex and
+contains the origin. The depth is the distance from the origin to its surface, and the outward normal there is the direction of
+least translation that separates the two (van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects,
+GDC 2001).
 
-1. A tetrahedron of support points is the first polytope within the set. It need not hold the origin.
-2. Of its faces take the one whose plane lies least far out, the origin being in or out. Its offset bounds the depth from below.
-3. The set's farthest point along that face's normal bounds the depth from above. Where the bounds meet, that is the depth.
-4. Else the point joins the polytope: the faces that see it go, and their rim is joined to it. Go on with 2.
-5. At the end the surface's nearest point, which may lie on another face about as low, must fulfil 3 as well: it is a sum of
-   corners, and the sums of the points p and q that belong to these are the witness points.
+1. Begin with a tetrahedron of support points, a polytope inside the Minkowski difference. It need not contain the origin.
+2. Take the face whose plane has the least offset from the origin. This offset is a lower bound of the depth.
+3. The support point along the normal of that face gives an upper bound of the depth. If the bounds are equal, that is the depth.
+4. If not, add the point to the polytope: remove the faces that see it, and connect their boundary to it. Repeat from 2.
+5. At the end the nearest point of the surface, which may be on another face of almost the same offset, must pass step 3 too. It
+   is a weighted sum of corners, and the same weights applied to the points p and q of these corners give the witness points.
 
 For polytopes this ends with the exact depth after finitely many steps, unless they need more than MAX_POINTS points, as round
-hulls of many thousand vertices may. For cylinders the bounds close in on it; should the points not suffice, as where all ways out
-across an axis are equally long, the least upper bound that is found is taken. No result is less than the depth.
-A set without volume (of two flat cores in one plane) has depth zero along its own normal.
+hulls of many thousand vertices may. For cylinders the bounds converge. If the point budget runs out, the best upper bound is
+returned. No result is less than the depth. A flat Minkowski difference (of two flat cores in one plane) has depth zero along its
+own normal.
 """
 
 import numpy as np
@@ -34,16 +35,16 @@ from ulna.kernels.distance.epa_polytope import (
     first_polytope,
     lowest_face,
     nearest_of_surface,
-    remove_seen,
+    remove_visible,
     set_face,
 )
 from ulna.kernels.distance.gjk import nearest_cores
 from ulna.kernels.layout import CYLINDER
 from ulna.kernels.spatial.elementary import sincos
-from ulna.kernels.spatial.vectors import axis, cross, dot, origin, place, seen_from, step, times, turn
+from ulna.kernels.spatial.vectors import add_scaled, axis, cross, dot, origin, rotate, scaled, transform, transform_inverse
 
 SCRATCH = (MAX_POINTS, POINT_WIDTH), (MAX_FACES, FACE_WIDTH), (MAX_EDGES, 2)  # shapes of the points, faces and edges
-_EXACT = 1e-10  # of the bodies' size: bounds that near have met; faces much smaller have no normals to go by
+_EXACT = 1e-10  # of the bodies' size: the bounds have converged; much smaller faces have no usable normals
 _TOUCHING = 1e-9  # of the bodies' size: a surface point so near to the origin gives no direction
 _CLEARANCE = 1e-3  # of the bodies' size
 _ROUNDS = 8
@@ -53,19 +54,19 @@ _LEVEL = 1e-13  # of the bodies' size: a point no higher than this above a face 
 
 
 @kernel
-def deepened(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, answer, inside, scratch):
-    """The answer with the depth in place of zero in the lanes where the cores overlap, one lane after the other."""
-    distance, p, q, n = answer
+def with_penetration(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, contact, inside, scratch):
+    """The contact with minus the depth as distance in the lanes where the cores overlap, one lane after the other."""
+    distance, p, q, n = contact
     for lane in range(lane_count(distance)):
         if lane_of(inside, lane) != 0.0:
             x, y = pose_of(a, lane), pose_of(b, lane)
             depth, deepest, way = core_depth(
                 kind_a, vector_of(h, lane), vertices_a, kind_b, vector_of(g, lane), vertices_b, relative_pose(x, y),
-                seen_from(x, vector_of(p, lane)), scratch[0], scratch[1], scratch[2],
+                transform_inverse(x, vector_of(p, lane)), scratch[0], scratch[1], scratch[2],
             )  # fmt: skip
-            deepest, way = place(x, deepest), turn(x, way)
+            deepest, way = transform(x, deepest), rotate(x, way)
             distance, n = with_lane(distance, lane, -depth), vector_with(n, lane, way)
-            p, q = vector_with(p, lane, deepest), vector_with(q, lane, step(deepest, -depth, way))
+            p, q = vector_with(p, lane, deepest), vector_with(q, lane, add_scaled(deepest, -depth, way))
     return distance, p, q, n
 
 
@@ -89,17 +90,17 @@ def pose_of(a, lane):
 
 
 @kernel
-def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, points, faces, edges):
+def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, common_point, points, faces, edges):
     """The depth, the point of A that lies deepest in B, and the normal from A to B, in the frame of A.
 
-    relative is R_a_b, t_a_b. ``meeting`` is a point of both, the answer where the set has no volume.
+    relative is R_a_b, t_a_b. ``common_point`` is a point of both, returned if the Minkowski difference has no volume.
     """
     r, t = relative
     body = (kind_a, h, vertices_a, kind_b, g, vertices_b, r, t)
     size = extent(body, points)
     flat, normal = first_polytope(body, size, points, faces)
     if flat:
-        return 0.0, meeting, normal
+        return 0.0, common_point, normal
     n_points, n_faces, depth = 4, 4, 1e300
     most = _CURVED if (kind_a == CYLINDER) | (kind_b == CYLINDER) else MAX_POINTS
     while n_points < most:
@@ -113,35 +114,35 @@ def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, meeting, 
             distance = sqrt(dot(w, w))
             if distance <= _TOUCHING * size:
                 return max(depth, 0.0), p, normal
-            n = times(w, 1.0 / distance)
+            n = scaled(w, 1.0 / distance)
             if farthest(body, n, points, n_points) - distance <= _EXACT * size:
                 return distance, p, n
-        n_faces, n_edges = remove_seen(points, n_points, faces, n_faces, edges, _LEVEL * size)
+        n_faces, n_edges = remove_visible(points, n_points, faces, n_faces, edges, _LEVEL * size)
         if n_edges == 0 or n_faces + n_edges > MAX_FACES:
             break
         for k in range(n_edges):
             set_face(points, faces, n_faces + k, int(edges[k, 0]), int(edges[k, 1]), n_points)
         n_faces, n_points = n_faces + n_edges, n_points + 1
-    return polished(body, depth, normal, size, points)
+    return refined_depth(body, depth, normal, size, points)
 
 
 @kernel
-def around_axes(body, depth, n, points):
+def depth_around_axes(body, depth, n, points):
     """The least bound and its normal among the given ones and the normals across the axis of each cylinder.
 
-    Bodies that share an axis, or nearly so, have a way out that is about as short all around it. There no polytope is fine
-    enough, but a search around the circle is.
+    If two bodies of revolution share an axis, or nearly so, the depth is almost equal in all directions around it. No polytope
+    is fine enough there, but a search over the circle of directions is.
     """
     r = body[6]
     if body[0] == CYLINDER:
-        depth, n = around(body, (0.0, 0.0, 1.0), depth, n, points)
+        depth, n = depth_around_axis(body, (0.0, 0.0, 1.0), depth, n, points)
     if body[3] == CYLINDER:
-        depth, n = around(body, (r[0][2], r[1][2], r[2][2]), depth, n, points)
+        depth, n = depth_around_axis(body, (r[0][2], r[1][2], r[2][2]), depth, n, points)
     return depth, n
 
 
 @kernel
-def around(body, z, depth, n, points):
+def depth_around_axis(body, z, depth, n, points):
     """The same for one axis: the lowest of many directions, then sections of the arc about it (Kiefer, Proc. AMS 1953)."""
     u = across(z)
     v = cross(z, u)
@@ -169,22 +170,22 @@ def around(body, z, depth, n, points):
 def on_circle(u, v, angle):
     """The unit vector at an angle from u towards v."""
     sine, cosine = sincos(angle)
-    return step(times(u, cosine), sine, v)
+    return add_scaled(scaled(u, cosine), sine, v)
 
 
 @kernel
-def polished(body, depth, n, size, points):
+def refined_depth(body, depth, n, size, points):
     """The depth, the point of A and the normal, from an upper bound of the depth and its normal.
 
-    Once B has gone out by the depth and a little more, the nearest points have a normal nearer to the one sought. It is taken as
-    long as it lowers the bound; in the end these points, moved back, are the witness points.
+    B is moved out by the depth and a little more; then the normal of the nearest points is closer to that of the least depth. It
+    replaces the old one as long as it lowers the bound. These points, moved back, are the witness points.
     """
     kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
-    depth, n = around_axes(body, depth, n, points)
+    depth, n = depth_around_axes(body, depth, n, points)
     a = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     p = (0.0, 0.0, 0.0)
     for _ in range(_ROUNDS):
-        at = step(t, max(depth, 0.0) + _CLEARANCE * size, n)
+        at = add_scaled(t, max(depth, 0.0) + _CLEARANCE * size, n)
         b = (*r[0], at[0], *r[1], at[1], *r[2], at[2])
         _, _, p, _, nearest, _ = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, -1.0)
         height = farthest(body, nearest, points, 0)

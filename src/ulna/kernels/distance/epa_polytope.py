@@ -1,13 +1,13 @@
-"""A polytope of support points of the differences of two cores, which grows: the book-keeping of ``epa``.
+"""Grows a polytope of support points of the Minkowski difference of two cores. Used by ``epa``.
 
-A point is a row of the points: the difference w = p - q, then p. A face is a row of the faces: the places of its corners,
-counter-clockwise seen from without, its unit normal, and its offset from the origin.
+A point is a row of the points: the difference w = p - q, then p. A face is a row of the faces: the indices of its corners,
+counter-clockwise seen from outside, its unit normal, and its offset from the origin.
 """
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import sqrt
 from ulna.kernels.distance.gjk import difference
-from ulna.kernels.spatial.vectors import cross, dot, minus, step, times
+from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, scaled
 
 MAX_POINTS, MAX_FACES = 4096, 8192
 MAX_EDGES = 3 * MAX_FACES // 2  # of all faces together, so there is always room
@@ -18,7 +18,7 @@ _FLAT = 1e-13  # of the bodies' size: a set so thin has no volume
 
 @routine
 def farthest(body, n, points, i):
-    """How far the set reaches along n; its farthest point there, and that point's p, are put in place i of the points."""
+    """Write the support point along n, and its p, to row i of the points. Returns its extent along n."""
     kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
     w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-n[0], -n[1], -n[2]))
     for k in range(3):
@@ -34,12 +34,12 @@ def point(points, i):
 
 @kernel
 def extent(body, points):
-    """The size of the set: its widths along the three axes, together. The ends along the widest stand first in the points."""
+    """The size of the set: the sum of its widths along the three axes. The ends along the widest are written to rows 0 and 1."""
     size, widest = 0.0, -1.0
     for k in range(3):
         n = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
         i = 2 if k > 0 else 0  # where the ends are tried
-        width = farthest(body, n, points, i) + farthest(body, times(n, -1.0), points, i + 1)
+        width = farthest(body, n, points, i) + farthest(body, scaled(n, -1.0), points, i + 1)
         size += width
         if width > widest:
             widest = width
@@ -50,9 +50,9 @@ def extent(body, points):
 
 @kernel
 def first_polytope(body, size, points, faces):
-    """Make a tetrahedron of support points; or say that the set is flat, and along which normal.
+    """Make a tetrahedron of support points. Returns whether the set is flat, and its normal if so.
 
-    Two points are there; the farthest from their line is the third, and the farthest from the plane of three the fourth.
+    Two points are given; the third is the farthest from their line, the fourth the farthest from the plane of the three.
     """
     n = (1.0, 0.0, 0.0)
     if size <= 0.0:
@@ -87,7 +87,7 @@ def across(d):
 def unit_cross(a, b):
     """The cross product of two vectors, of length one."""
     n = cross(a, b)
-    return times(n, 1.0 / sqrt(dot(n, n)))
+    return scaled(n, 1.0 / sqrt(dot(n, n)))
 
 
 @kernel
@@ -95,7 +95,7 @@ def farther_of_two(body, n, points, i):
     """Put the point of the set that is farthest from point 0 along n or -n in place i; how far it is."""
     start = dot(n, point(points, 0))
     above = farthest(body, n, points, i) - start
-    below = farthest(body, times(n, -1.0), points, i + 1) + start
+    below = farthest(body, scaled(n, -1.0), points, i + 1) + start
     if below > above:
         for k in range(POINT_WIDTH):
             points[i, k] = points[i + 1, k]
@@ -104,19 +104,19 @@ def farther_of_two(body, n, points, i):
 
 @routine
 def set_face(points, faces, f, i, j, k):
-    """Write face f with the corners i, j, k, counter-clockwise seen from without: corners, unit normal, offset."""
+    """Write face f with the corners i, j, k, counter-clockwise seen from outside: corners, unit normal, offset."""
     p = point(points, i)
     n = cross(minus(point(points, j), p), minus(point(points, k), p))
     length = sqrt(dot(n, n))
-    n = times(n, 1.0 / length) if length > 0.0 else (0.0, 0.0, 0.0)
+    n = scaled(n, 1.0 / length) if length > 0.0 else (0.0, 0.0, 0.0)
     faces[f, 0], faces[f, 1], faces[f, 2] = i, j, k
     faces[f, 3], faces[f, 4], faces[f, 5] = n
-    faces[f, 6] = dot(n, p) if length > 0.0 else 1e300  # corners in one line: no face to leave by
+    faces[f, 6] = dot(n, p) if length > 0.0 else 1e300  # collinear corners: never the lowest face
 
 
 @kernel
 def lowest_face(faces, n_faces):
-    """The face whose plane lies least far out."""
+    """The face whose plane has the least offset from the origin."""
     lowest = 0
     for f in range(1, n_faces):
         if faces[f, 6] < faces[lowest, 6]:
@@ -125,8 +125,8 @@ def lowest_face(faces, n_faces):
 
 
 @kernel
-def remove_seen(points, w, faces, n_faces, edges, level):
-    """Take away the faces that point w sees from above; how many faces are left, and how many edges their hole has."""
+def remove_visible(points, w, faces, n_faces, edges, level):
+    """Remove the faces visible from point w. Returns how many faces are left, and how many edges the hole has."""
     n_edges, f = 0, 0
     p = point(points, w)
     while f < n_faces:
@@ -144,7 +144,7 @@ def remove_seen(points, w, faces, n_faces, edges, level):
 
 @kernel
 def toggle_edge(edges, n_edges, i, j):
-    """Add an edge, or take it away with its reverse where that stands already: it lies between two faces that went."""
+    """Add an edge, or remove its reverse if that is listed: such an edge lies between two removed faces."""
     for k in range(n_edges):
         if edges[k, 0] == j and edges[k, 1] == i:
             edges[k, 0], edges[k, 1] = edges[n_edges - 1, 0], edges[n_edges - 1, 1]
@@ -159,7 +159,7 @@ def toggle_edge(edges, n_edges, i, j):
 def nearest_of_surface(points, faces, n_faces):
     """The point of the polytope's surface nearest to the origin, and the point of A that belongs to it.
 
-    Faces in one plane have one offset, and the nearest point lies in one of them only: so each is asked.
+    Coplanar faces have equal offsets, but only one contains the nearest point, so every face is tested.
     """
     nearest, found, deepest = 1e300, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for f in range(n_faces):
@@ -169,10 +169,10 @@ def nearest_of_surface(points, faces, n_faces):
         square = max(dot(n, n), 1e-300)
         x = min(max(dot(cross(d, w), n) / square, 0.0), 1.0)
         y = min(max(dot(cross(w, e), n) / square, 0.0), 1.0 - x)
-        v = step(step(w, x, e), y, d)
+        v = add_scaled(add_scaled(w, x, e), y, d)
         if dot(v, v) < nearest:
             nearest, found, z = dot(v, v), v, 1.0 - x - y
-            deepest = step(step(times(source(points, i), z), x, source(points, j)), y, source(points, k))
+            deepest = add_scaled(add_scaled(scaled(source(points, i), z), x, source(points, j)), y, source(points, k))
     return found, deepest
 
 

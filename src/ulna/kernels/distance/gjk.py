@@ -1,33 +1,35 @@
-"""The distance of two convex cores that do not overlap: Gilbert, Johnson and Keerthi (IEEE J. Robotics and Automation 1988).
+"""Computes the distance of two convex cores that do not overlap, by GJK. Used by ``pairs``, ``epa`` and ``epa_polytope``.
 
-The distance of A and B is that of the origin from all differences p - q of their points, a convex set. Its farthest point along
-a direction is a difference of support points. The search keeps a triangle of such points and in it the point v nearest to the
-origin; the farthest point w along -v bounds the distance from below by v . w / |v|, while |v| bounds it from above, so that
-the answer is certified: it is done where the two bounds meet.
+Source: Gilbert, Johnson and Keerthi, IEEE J. Robotics and Automation 1988.
 
-One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. The nearest point of it lies where it was, or on a feature at w,
-for w lies deeper than all points seen: on one of three edges or three triangles. All six are worked out, each a point of the set
-for sure, and the nearest is kept: no step goes back, whatever is degenerate, and all lanes take the same path. What is robust in
-it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross products, and
-a nearest point on a face along the face's normal instead of as a sum of its corners.
+The distance of A and B is that of the origin from their Minkowski difference, all p - q, which is convex. Its support point along
+a direction is a difference of support points. The search keeps a simplex of up to three such points and v, its point nearest to
+the origin. With the support point w along -v, the distance is at least v . w / |v| and at most |v|. The search ends when the two
+bounds agree, so the result is certified.
 
-The bound needs the direction of v to as many digits as the bodies are longer than their distance: a wire of a kilometre passes
-a box at micrometres. A sum of corners has the digits of the corners only, so v is computed again once its feature is known
-(``point_of``): along the normal of a face, from the two shortest edges; at a right angle to an edge.
+One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. Its nearest point is the old one or lies on a feature that contains
+w, for w is farther along -v than all points so far: on one of three edges or three triangles. All six candidates are computed,
+each a point of the set, and the nearest is kept. So no step increases |v|, even for degenerate simplices, and all lanes
+take the same path. For robustness it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross
+products, and the nearest point of a face along the face's normal instead of as a weighted sum of its corners.
+
+The lower bound needs v in more digits the longer the bodies are in relation to their distance: a wire of a kilometre may pass
+a box at micrometres. A weighted sum of corners has only the digits of the corners, so v is computed again once its feature is
+known (``point_of``): along the normal of a face, from the two shortest edges; or perpendicular to an edge.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, logical_not, splat, sqrt, where
-from ulna.kernels.distance.box_sat import relative_pose, seen_from_a, turned_back
+from ulna.kernels.distance.box_sat import point_in_a, relative_pose, rotate_by_transpose
 from ulna.kernels.distance.support import support
 from ulna.kernels.spatial.elementary import maximum, minimum
-from ulna.kernels.spatial.vectors import chosen, cross, dot, minus, place, step, times, turn
+from ulna.kernels.spatial.vectors import add_scaled, chosen, cross, dot, minus, rotate, scaled, transform
 
 STEPS = 128
 _FAR = 1e300
 # Squares of the sine of an angle. The normal of a triangle so thin has few digits, or none.
 _NEEDLE, _FLAT = 1e-6, 1e-20
-_EXACT = 1e-12  # of the bodies' size: bounds that near have met
+_EXACT = 1e-12  # of the bodies' size: the bounds have converged
 _TOUCHING = 1e-12  # of the bodies' size: cores this near to each other count as touching
 _NOISE = 2e-15  # of the bodies' size: the rounding of a point: less than this is no gain
 _SURE = 1e-14  # the rounding of a triple product, as a share of the product of the lengths
@@ -38,17 +40,17 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
     """Nearest points of two cores.
 
     Args, but for the bodies (``pairs``):
-        reach: [m] A lane also ends as soon as it is certain that the distance is more than this, or not; negative: not so.
+        reach: [m] A lane also ends as soon as the distance is certainly more than this, or certainly not. Negative: no such end.
 
     Returns:
-        The least distance that is certain and that of the points, both [m] and zero where the cores overlap; the points p of A
+        A lower bound of the distance and the distance of the points, both [m] and zero where the cores overlap; the points p of A
         and q of B; the unit normal from p to q; and where the cores overlap.
     """
     r, t = relative_pose(a, b)
     size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
     w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-t[0], -t[1], -t[2]))
     zero = splat(0.0, t[0])
-    points, sources, shares = (w, w, w), (p, p, p), (zero + 1.0, zero, zero)
+    points, sources, weights = (w, w, w), (p, p, p), (zero + 1.0, zero, zero)
     v, below, noise, inside, active = w, zero - _FAR, _NOISE * size, zero > 1.0, zero < 1.0
     for _ in range(STEPS):
         distance = sqrt(dot(v, v))
@@ -64,15 +66,15 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
         active = active & logical_not(done)
         if not any_lane(active):
             break
-        v, points, sources, shares, new, within = advance(active, v, points, sources, shares, w, p, distance, noise, size)
+        v, points, sources, weights, new, within = advance(active, v, points, sources, weights, w, p, distance, noise, size)
         within = within & active & (below <= _EXACT * size)
         inside = inside | within
         active = active & (new | gained) & logical_not(within)
-    inside = inside | (below <= 0.0)  # nothing certain keeps them apart: the depth will tell
+    inside = inside | (below <= 0.0)  # no certain gap: EPA computes the depth
     distance = where(inside, 0.0, sqrt(dot(v, v)))
-    n = times(v, -1.0 / where(inside, 1.0, distance))
-    p = step(step(times(sources[0], shares[0]), shares[1], sources[1]), shares[2], sources[2])
-    return where(inside, 0.0, below), distance, place(a, p), place(a, minus(p, v)), turn(a, n), inside
+    n = scaled(v, -1.0 / where(inside, 1.0, distance))
+    p = add_scaled(add_scaled(scaled(sources[0], weights[0]), weights[1], sources[1]), weights[2], sources[2])
+    return where(inside, 0.0, below), distance, transform(a, p), transform(a, minus(p, v)), rotate(a, n), inside
 
 
 @kernel
@@ -83,14 +85,14 @@ def reach_of(h):
 
 @kernel
 def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
-    """The farthest point along -v of all differences p - q in the frame of A, and its p."""
+    """The support point along -v of the Minkowski difference in the frame of A, and its p."""
     p = support(kind_a, h, vertices_a, (-v[0], -v[1], -v[2]))
-    q = support(kind_b, g, vertices_b, turned_back(r, v))
-    return minus(p, seen_from_a(r, t, q)), p
+    q = support(kind_b, g, vertices_b, rotate_by_transpose(r, v))
+    return minus(p, point_in_a(r, t, q)), p
 
 
 @kernel
-def advance(active, v, points, sources, shares, w, p, distance, noise, size):
+def advance(active, v, points, sources, weights, w, p, distance, noise, size):
     """The simplex with w, in the active lanes, unless v would be farther out than rounding explains: there all stays.
 
     v, its three points with the points of A and the shares that make it up; where w is new, deeper than the three points; and
@@ -116,7 +118,7 @@ def advance(active, v, points, sources, shares, w, p, distance, noise, size):
         chosen(level, nearest, v),
         chosen_three(level, (w, k1, k2), points),
         chosen_three(level, (p, s1, s2), sources),
-        chosen(level, (1.0 - x - y, x, y), shares),
+        chosen(level, (1.0 - x - y, x, y), weights),
         level & deeper,
         holds_origin(w, e0, e1, e2, n0, n1, n2, size),
     )
@@ -130,7 +132,7 @@ def point_of(w, k1, k2, x, y, n):
     computed from its two shortest edges.
     """
     e, f = minus(k1, w), minus(k2, w)
-    v = step(step(w, x, e), y, f)
+    v = add_scaled(add_scaled(w, x, e), y, f)
     on_edge, on_face = (y <= 0.0) & (x > 0.0) & (x < 1.0), (x > 0.0) & (y > 0.0)
     square, of_e, of_f = dot(n, n), dot(e, e), dot(f, f)
     needle = on_face & (square < _NEEDLE * of_e * of_f)
@@ -142,7 +144,7 @@ def point_of(w, k1, k2, x, y, n):
         square = dot(n, n)
     on_face = on_face & (square > 0.0)
     share = where(on_face, dot(n, w), -dot(v, e)) / where(on_face, square, where(on_edge, of_e, 1.0))
-    return chosen(on_face, times(n, share), step(v, where(on_edge, share, 0.0), e))
+    return chosen(on_face, scaled(n, share), add_scaled(v, where(on_edge, share, 0.0), e))
 
 
 @kernel
@@ -163,7 +165,7 @@ def edge_candidate(w, e):
     """The nearest point of the edge from w to w + e."""
     length = dot(e, e)
     x = minimum(maximum(-dot(w, e) / where(length > 0.0, length, 1.0), 0.0), 1.0)
-    v = step(w, x, e)
+    v = add_scaled(w, x, e)
     return dot(v, v), x, 0.0 * x
 
 
@@ -175,7 +177,7 @@ def face_candidate(w, e, f, n):
     scale = 1.0 / where(usable, square, 1.0)
     x, y = dot(cross(f, w), n) * scale, dot(cross(w, e), n) * scale
     within = usable & (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
-    v = step(step(w, x, e), y, f)
+    v = add_scaled(add_scaled(w, x, e), y, f)
     return where(within, dot(v, v), _FAR), x, y
 
 

@@ -1,23 +1,23 @@
-"""Two bodies of any shapes: their signed distance, witness points and normal, and whether they overlap.
+"""Computes signed distance, witness points, normal and overlap of two bodies of any shapes. Used by ``posed_pair``.
 
 A body is (kind, pose, size, vertices): a kind of ``layout``; a pose; four numbers, the half extents and the radius; and the
 points of a hull, a plain array of shape (n, 3), else of shape (0, 3). The kind and the points are the same in all lanes; pose
 and size are numbers, so that lanes can be eight configurations, or eight bodies of one kind.
 
-An answer is (signed distance [m], witness_a, witness_b, normal): three numbers each, in the frame in which the poses are given.
+A contact is (signed distance [m], witness_a, witness_b, normal): the last three are vectors in the frame of the poses.
 The normal is a unit vector from a to b, and witness_b - witness_a = signed distance * normal.
 
-Bodies that touch count as overlapping: those of which it is not certain that they are farther apart than ``CONTACT`` of their
-sizes. Their distance is then zero, so that the sign of the distance and the verdict agree.
+Two bodies overlap unless it is certain that they are farther apart than ``CONTACT`` times their sizes: touching is contact. Their
+distance is then zero, so that the sign of the distance agrees with the overlap test.
 
-The scratch is an entry's: three arrays of the shapes that ``depth.SCRATCH`` names.
+The scratch is three arrays, which the entry owns, of the shapes in ``epa.SCRATCH``.
 """
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, splat, where
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
-from ulna.kernels.distance.epa import deepened
+from ulna.kernels.distance.epa import with_penetration
 from ulna.kernels.distance.gjk import nearest_cores, reach_of
 from ulna.kernels.distance.half_space import core_half_space
 from ulna.kernels.distance.support import support
@@ -37,7 +37,7 @@ from ulna.kernels.layout import (
     SPHERE,
 )
 from ulna.kernels.spatial.elementary import maximum
-from ulna.kernels.spatial.vectors import chosen, dot, minus, place, times, turn_into
+from ulna.kernels.spatial.vectors import chosen, dot, minus, rotate_inverse, scaled, transform
 
 
 @kernel
@@ -53,7 +53,7 @@ def body_of(bodies, vertices, i, pose):
 
 @kernel
 def pair_distance(a, b, scratch):
-    """The answer for two bodies; NaN for two half-spaces, which have no distance to speak of."""
+    """The contact of two bodies; NaN for two half-spaces, whose distance is not defined."""
     ordered = a[0] <= b[0]
     first, second = (a, b) if ordered else (b, a)
     kind_a, pose_a, size_a, vertices_a = first
@@ -70,7 +70,7 @@ def pair_distance(a, b, scratch):
     distance, q = where(touching, 0.0, distance), chosen(touching, p, q)
     if ordered:
         return distance, p, q, n
-    return distance, q, p, times(n, -1.0)
+    return distance, q, p, scaled(n, -1.0)
 
 
 @kernel
@@ -81,7 +81,7 @@ def is_searched(kind_a, kind_b):
 
 @kernel
 def closed_core(kind_a, a, h, vertices_a, kind_b, b, g):
-    """The answer for two cores that need no search, the lower kind first."""
+    """The contact of two cores in closed form, the lower kind first."""
     if kind_b == HALF_SPACE:
         return core_half_space(kind_a, a, h, vertices_a, b)
     if kind_b <= CAPSULE:
@@ -95,13 +95,13 @@ def closed_core(kind_a, a, h, vertices_a, kind_b, b, g):
 
 @kernel
 def convex_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
-    """The least distance that is certain, and the answer by search: of the distance, and where the cores overlap of the depth."""
+    """A lower bound of the distance, and the contact: by GJK, and by EPA where the cores overlap."""
     no_reach = splat(-1.0, a[0])
     below, distance, p, q, n, inside = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, no_reach)
-    answer = distance, p, q, n
+    contact = distance, p, q, n
     if any_lane(inside):
-        answer = deepened(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, answer, where(inside, 1.0, 0.0), scratch)
-    return below, answer
+        contact = with_penetration(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, contact, where(inside, 1.0, 0.0), scratch)
+    return below, contact
 
 
 @kernel
@@ -131,10 +131,10 @@ def contact_reach(a, b):
 
 @routine
 def pair_gap(a, b, reach, rounding):
-    """No more than the distance of two bodies [m], but for a rounding: certain, whatever a search for the distance misses.
+    """A lower bound of the distance of two bodies [m], up to a rounding [m], even where a search is not exact.
 
-    Where it is more than a reach [m], no matter by how much. It is the gap between the shadows of the bodies along a direction:
-    none has a wider one than their distance, and the better the direction, the less is lost.
+    It is the gap between the projections of the bodies on one direction, which is never more than the distance. The search for
+    the direction ends once the bound exceeds reach [m].
     """
     first, second = (a, b) if a[0] <= b[0] else (b, a)
     kind_a, pose_a, size_a, vertices_a = first
@@ -146,8 +146,8 @@ def pair_gap(a, b, reach, rounding):
     distance, _, _, n = closed_core(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second))
     if kind_b == HALF_SPACE:
         return distance - radii
-    p = place(pose_a, support(kind_a, box_of(first), vertices_a, turn_into(pose_a, n)))
-    q = place(pose_b, support(kind_b, box_of(second), vertices_b, times(turn_into(pose_b, n), -1.0)))
+    p = transform(pose_a, support(kind_a, box_of(first), vertices_a, rotate_inverse(pose_a, n)))
+    q = transform(pose_b, support(kind_b, box_of(second), vertices_b, scaled(rotate_inverse(pose_b, n), -1.0)))
     gap = dot(n, minus(q, p)) - radii
     if kind_b == BOX and kind_a == CAPSULE:
         return maximum(gap, certain_gap(pose_a, box_of(first), pose_b, box_of(second), rounding) - radii)

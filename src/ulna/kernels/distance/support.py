@@ -5,7 +5,7 @@ import numpy as np
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import splat, sqrt, where
 from ulna.kernels.layout import BOX, CYLINDER, HULL
-from ulna.kernels.spatial.vectors import chosen, dot, times
+from ulna.kernels.spatial.vectors import chosen, dot, scaled
 
 
 @kernel
@@ -17,7 +17,7 @@ def support(kind, h, vertices, d):
         return cylinder_support(h, d)
     if kind == HULL:
         return hull_support(vertices, d)
-    return times(d, np.nan)  # a half-space has no farthest point
+    return scaled(d, np.nan)  # a half-space has no farthest point
 
 
 @kernel

@@ -7,7 +7,19 @@ in which the poses are given; ``swept`` then adds the balls.
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt, where
 from ulna.kernels.spatial.elementary import clamp, maximum
-from ulna.kernels.spatial.vectors import axis, chosen, cross, dot, minus, origin, place, seen_from, step, times, turn
+from ulna.kernels.spatial.vectors import (
+    add_scaled,
+    axis,
+    chosen,
+    cross,
+    dot,
+    minus,
+    origin,
+    rotate,
+    scaled,
+    transform,
+    transform_inverse,
+)
 
 _NEAR = 1e-12  # [m] two points this close give no normal
 _PARALLEL = 1e-16  # the square of the sine of an angle; below it any point of one segment is as good to start from
@@ -17,7 +29,7 @@ _PARALLEL = 1e-16  # the square of the sine of an angle; below it any point of o
 def swept(core, radius_a, radius_b):
     """The distance of two cores swept by balls: both surfaces come nearer along the normal."""
     distance, p, q, n = core
-    return distance - radius_a - radius_b, step(p, radius_a, n), step(q, -radius_b, n), n
+    return distance - radius_a - radius_b, add_scaled(p, radius_a, n), add_scaled(q, -radius_b, n), n
 
 
 @kernel
@@ -26,7 +38,7 @@ def of_points(p, q, otherwise):
     v = minus(q, p)
     distance = sqrt(dot(v, v))
     near = distance < _NEAR
-    return distance, p, q, chosen(near, otherwise, times(v, 1.0 / where(near, 1.0, distance)))
+    return distance, p, q, chosen(near, otherwise, scaled(v, 1.0 / where(near, 1.0, distance)))
 
 
 @kernel
@@ -45,14 +57,14 @@ def segment_segment(a, half_a, b, half_b):
     s = clamp(where(crossed, (cosine * along_b - along_a) / where(crossed, square, 1.0), 0.0), half_a)
     t = clamp(along_b + cosine * s, half_b)
     s = clamp(cosine * t - along_a, half_a)
-    perpendicular = chosen(crossed, times(n, 1.0 / sqrt(where(crossed, square, 1.0))), axis(a, 0))
-    return of_points(step(origin(a), s, u), step(origin(b), t, v), perpendicular)
+    perpendicular = chosen(crossed, scaled(n, 1.0 / sqrt(where(crossed, square, 1.0))), axis(a, 0))
+    return of_points(add_scaled(origin(a), s, u), add_scaled(origin(b), t, v), perpendicular)
 
 
 @kernel
 def point_box(a, b, h):
     """The origin of pose a and the box at pose b: clamped to the box, or, from within, led to its nearest face."""
-    c = seen_from(b, origin(a))
+    c = transform_inverse(b, origin(a))
     p = clamp(c[0], h[0]), clamp(c[1], h[1]), clamp(c[2], h[2])
     x, y, z = abs(c[0]) - h[0], abs(c[1]) - h[1], abs(c[2]) - h[2]
     by_x, by_y = (x >= y) & (x >= z), y >= z
@@ -65,7 +77,7 @@ def point_box(a, b, h):
 @kernel
 def point_cylinder(a, b, h):
     """The origin of pose a and the cylinder at pose b along z: the same in the half plane of radius and height."""
-    c = seen_from(b, origin(a))
+    c = transform_inverse(b, origin(a))
     radius = sqrt(c[0] * c[0] + c[1] * c[1])
     off_axis = radius > 0.0
     cosine, sine = where(off_axis, c[0], 1.0) / where(off_axis, radius, 1.0), c[1] / where(off_axis, radius, 1.0)
@@ -93,6 +105,6 @@ def from_within(a, b, c, p, height, outwards):
     v = minus(p, c)
     distance = sqrt(dot(v, v))
     within = distance < _NEAR
-    n = chosen(within, times(outwards, -1.0), times(v, 1.0 / where(within, 1.0, distance)))
+    n = chosen(within, scaled(outwards, -1.0), scaled(v, 1.0 / where(within, 1.0, distance)))
     signed = where(within, height, distance)
-    return signed, origin(a), place(b, chosen(within, step(c, -signed, outwards), p)), turn(b, n)
+    return signed, origin(a), transform(b, chosen(within, add_scaled(c, -signed, outwards), p)), rotate(b, n)

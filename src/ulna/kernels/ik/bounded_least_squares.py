@@ -1,16 +1,16 @@
 """Solves damped least squares with bounds on each unknown. Used by ``drivers.differential_ik``.
 
-It finds the x that minimises |J x - v|^2 + lambda |x|^2 with every x_j between two numbers.
+It minimises |J x - v|^2 + lambda |x|^2 with a lower and an upper bound on every x_j.
 
-A primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm 16.3); the problem is strictly convex,
-so what it ends at is the only minimum.
+A primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm 16.3). The active set holds the entries
+that are fixed at a bound; the others are free. The problem is strictly convex, so it has one minimum.
 
-1. Begin at 0, or the nearest to it within the bounds.
-2. Hold the entries that stand at a bound, and solve for the others alone: x_f = J_f' (J_f J_f' + lambda I)^-1 (v - J_h x_h).
-   Where lambda is at most LOST of the squares of J, to which it is added, by singular values instead (``singular_values``).
-3. Go towards that solution until an entry meets its bound; hold that entry there too, and repeat from 2.
-4. If none does, look at the held ones: one whose derivative J_j' (J x - v) + lambda x_j leads back inside is let go, the steepest
-   first. If there is none, this is the minimum.
+1. Start at 0, clipped to the bounds.
+2. Solve for the free entries, the active ones fixed: x_f = J_f' (J_f J_f' + lambda I)^-1 (v - J_a x_a).
+   If lambda is at most LOST of the sum of squares of J, use singular values instead (``singular_values``).
+3. Move towards that solution until a free entry reaches a bound, the blocking one. Add it to the active set; repeat from 2.
+4. If no entry blocks, compute the derivative J_j' (J x - v) + lambda x_j of each active entry. Release the one that decreases
+   fastest into the bounds; repeat from 2. If none decreases, x is the minimum.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -18,109 +18,111 @@ from ulna.engine.lanes import any_lane, load, splat, store, where
 from ulna.kernels.ik.damped_step import add_column, back_to_joints, gradient, solve_damped, within_bounds
 from ulna.kernels.ik.singular_values import damped_by_singular_values, sum_of_rows
 
-_ROUNDS = 4  # an entry, at most: each may be held and let go more than once
-_FLAT = 1e-12  # of a derivative: below it nothing is gained by letting go; by singular values, of the sizes of its terms
-_LOST = 1e-8  # of all squares of J: a damping below it would be off by more than 1e-7 of itself
+_ROUNDS = 4  # times the number of entries is the limit: each may enter and leave the active set more than once
+_FLAT = 1e-12  # a smaller derivative counts as zero; with singular values, relative to the sum of its absolute terms
+_LOST = 1e-8  # relative to the sum of squares of J: a smaller damping would lose more than 1e-7 of itself to rounding
 
 
 @routine
 def bounded_least_squares(jacobian_rows, v_rows, damping, bound_rows, x_rows, scratch):
     """Write the minimum to x_rows. v_rows: six; bound_rows: lower, then upper bounds; damping: lambda, a plain number."""
-    held_rows, goal_rows, free_rows, system_rows, turned_rows = scratch
+    active_rows, goal_rows, free_rows, system_rows, rotated_rows = scratch
     n_dof = x_rows.shape[0]
     v = load(v_rows, 0), load(v_rows, 1), load(v_rows, 2), load(v_rows, 3), load(v_rows, 4), load(v_rows, 5)
     zero = splat(0.0, v[0])
     for j in range(n_dof):
         store(x_rows, j, within_bounds(zero, bound_rows, j))
-        store(held_rows, j, where(load(bound_rows, j) < load(bound_rows, n_dof + j), zero, 1.0))
+        store(active_rows, j, where(load(bound_rows, j) < load(bound_rows, n_dof + j), zero, 1.0))
     squares = zero
     for i in range(6 * n_dof):
         squares = squares + load(jacobian_rows, i) * load(jacobian_rows, i)
     by_values = squares * _LOST >= damping
     running, rounds = zero + 1.0, 0
     while any_lane(running > 0.0) and rounds < _ROUNDS * n_dof + 1:
-        rest = aim(jacobian_rows, v, damping, x_rows, held_rows, goal_rows, free_rows, system_rows)
+        rest = solve_free(jacobian_rows, v, damping, x_rows, active_rows, goal_rows, free_rows, system_rows)
         residual = rest
         if any_lane(by_values):
-            residual = aim_by_values(rest, damping, by_values, x_rows, held_rows, goal_rows, free_rows, turned_rows)
-        met = approach(bound_rows, x_rows, held_rows, goal_rows, running)
-        settled = (met < 0.0) & (running > 0.0)
+            residual = solve_free_by_singular_values(
+                rest, damping, by_values, x_rows, active_rows, goal_rows, free_rows, rotated_rows
+            )
+        blocking = step_to_bound(bound_rows, x_rows, active_rows, goal_rows, running)
+        settled = (blocking < 0.0) & (running > 0.0)
         if any_lane(settled):
-            let_go = release(jacobian_rows, v, damping, bound_rows, x_rows, held_rows, settled, by_values, residual)
-            running = where(settled & (let_go < 0.0), 0.0, running)
+            released = release_steepest(jacobian_rows, v, damping, bound_rows, x_rows, active_rows, settled, by_values, residual)
+            running = where(settled & (released < 0.0), 0.0, running)
         rounds += 1
 
 
 @kernel
-def aim(jacobian_rows, v, damping, x_rows, held_rows, goal_rows, free_rows, system_rows):
-    """Step 2: the solution with the held entries where they are. Returns v - J_h x_h, what the others are to give."""
+def solve_free(jacobian_rows, v, damping, x_rows, active_rows, goal_rows, free_rows, system_rows):
+    """Step 2: solve for the free entries. Returns v - J_a x_a, the right-hand side for them."""
     for j in range(x_rows.shape[0]):
-        held = load(held_rows, j) > 0.0
-        v = add_column(v, jacobian_rows, j, where(held, -load(x_rows, j), 0.0))
+        active = load(active_rows, j) > 0.0
+        v = add_column(v, jacobian_rows, j, where(active, -load(x_rows, j), 0.0))
         for k in range(6):
-            store(free_rows, 6 * j + k, where(held, 0.0, load(jacobian_rows, 6 * j + k)))
+            store(free_rows, 6 * j + k, where(active, 0.0, load(jacobian_rows, 6 * j + k)))
     solve_damped(free_rows, x_rows.shape[0], splat(damping, v[0]), v, system_rows)
     for j in range(x_rows.shape[0]):
         goal = back_to_joints(free_rows, j, system_rows)
-        store(goal_rows, j, where(load(held_rows, j) > 0.0, load(x_rows, j), goal))
+        store(goal_rows, j, where(load(active_rows, j) > 0.0, load(x_rows, j), goal))
     return v
 
 
 @kernel
-def aim_by_values(rest, damping, by_values, x_rows, held_rows, goal_rows, free_rows, turned_rows):
-    """Step 2 by singular values, where they are asked for. Returns v - J x at the solution; spoils free_rows."""
+def solve_free_by_singular_values(rest, damping, by_values, x_rows, active_rows, goal_rows, free_rows, rotated_rows):
+    """Step 2 by singular values, in the lanes of by_values. Returns v - J x at the solution; overwrites free_rows."""
     n_dof = x_rows.shape[0]
-    residual = damped_by_singular_values(free_rows, n_dof, splat(damping, rest[0]), rest, turned_rows)
+    residual = damped_by_singular_values(free_rows, n_dof, splat(damping, rest[0]), rest, rotated_rows)
     for j in range(n_dof):
-        goal = where(load(held_rows, j) > 0.0, load(x_rows, j), sum_of_rows(free_rows, j, turned_rows))
+        goal = where(load(active_rows, j) > 0.0, load(x_rows, j), sum_of_rows(free_rows, j, rotated_rows))
         store(goal_rows, j, where(by_values, goal, load(goal_rows, j)))
     return residual
 
 
 @kernel
-def approach(bound_rows, x_rows, held_rows, goal_rows, running):
-    """Step 3: go towards the goal until an entry meets its bound; its number, or -1 where none does."""
+def step_to_bound(bound_rows, x_rows, active_rows, goal_rows, running):
+    """Step 3: move towards the goal until an entry reaches its bound. Returns the index of that entry, or -1."""
     n_dof = x_rows.shape[0]
-    share, met = splat(2.0, running), splat(-1.0, running)
+    fraction, blocking = splat(2.0, running), splat(-1.0, running)
     for j in range(n_dof):
         x, goal, low, high = load(x_rows, j), load(goal_rows, j), load(bound_rows, j), load(bound_rows, n_dof + j)
         over, under = goal > high, goal < low
-        room = where(over, high - x, where(under, x - low, 2.0)) / where(over | under, abs(goal - x), 1.0)
-        sooner = room < share
-        share, met = where(sooner, room, share), where(sooner, float(j), met)
-    share = where(share < 1.0, share, 1.0)
+        step = where(over, high - x, where(under, x - low, 2.0)) / where(over | under, abs(goal - x), 1.0)
+        shorter = step < fraction
+        fraction, blocking = where(shorter, step, fraction), where(shorter, float(j), blocking)
+    fraction = where(fraction < 1.0, fraction, 1.0)
     for j in range(n_dof):
         x, goal = load(x_rows, j), load(goal_rows, j)
-        at_bound = (abs(met - j) < 0.5) & (running > 0.0)
+        at_bound = (abs(blocking - j) < 0.5) & (running > 0.0)
         bound = where(goal > x, load(bound_rows, n_dof + j), load(bound_rows, j))
-        moved = within_bounds(x + share * (goal - x), bound_rows, j)
+        moved = within_bounds(x + fraction * (goal - x), bound_rows, j)
         store(x_rows, j, where(running > 0.0, where(at_bound, bound, moved), x))
-        store(held_rows, j, where(at_bound, 1.0, load(held_rows, j)))
-    return met
+        store(active_rows, j, where(at_bound, 1.0, load(active_rows, j)))
+    return blocking
 
 
 @kernel
-def release(jacobian_rows, v, damping, bound_rows, x_rows, held_rows, settled, by_values, residual):
-    """Step 4: let go the held entry that gains most, where a lane has settled; its number, or -1 where none gains.
+def release_steepest(jacobian_rows, v, damping, bound_rows, x_rows, active_rows, settled, by_values, residual):
+    """Step 4: release the active entry of steepest descent in settled lanes. Returns its index, or -1 if none descends.
 
-    residual: v - J x where x is by singular values, as exact as lambda x, of whose size it may be.
+    residual: v - J x where x was computed by singular values, with a small relative error.
     """
     n_dof = x_rows.shape[0]
     e = -v[0], -v[1], -v[2], -v[3], -v[4], -v[5]
     for j in range(n_dof):
         e = add_column(e, jacobian_rows, j, load(x_rows, j))
     e = minus_where(by_values, residual, e)
-    most, let_go = splat(0.0, v[0]), splat(-1.0, v[0])
+    most, released = splat(0.0, v[0]), splat(-1.0, v[0])
     for j in range(n_dof):
         x, low, high = load(x_rows, j), load(bound_rows, j), load(bound_rows, n_dof + j)
         slope = gradient(jacobian_rows, j, e) + damping * x
-        gain = where((load(held_rows, j) > 0.0) & (low < high), where(x <= low, -slope, slope), 0.0)
+        gain = where((load(active_rows, j) > 0.0) & (low < high), where(x <= low, -slope, slope), 0.0)
         sizes = where(by_values, sizes_of_gradient(jacobian_rows, j, e) + damping * abs(x), 1.0)
         better = (gain > most) & (gain > _FLAT * sizes)
-        most, let_go = where(better, gain, most), where(better, float(j), let_go)
+        most, released = where(better, gain, most), where(better, float(j), released)
     for j in range(n_dof):
-        store(held_rows, j, where(settled & (abs(let_go - j) < 0.5), 0.0, load(held_rows, j)))
-    return let_go
+        store(active_rows, j, where(settled & (abs(released - j) < 0.5), 0.0, load(active_rows, j)))
+    return released
 
 
 @kernel
@@ -134,7 +136,7 @@ def minus_where(mask, a, b):
 
 @kernel
 def sizes_of_gradient(jacobian_rows, j, e):
-    """The terms of entry j of J' e, added up regardless of their signs."""
+    """The sum of the absolute terms of entry j of J' e."""
     total = abs(load(jacobian_rows, 6 * j) * e[0])
     for k in range(1, 6):
         total = total + abs(load(jacobian_rows, 6 * j + k) * e[k])

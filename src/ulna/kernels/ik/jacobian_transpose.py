@@ -1,4 +1,4 @@
-"""Computes the step of the Jacobian transpose, steepest descent. Used by ``drivers.single_start``.
+"""Computes the step of the Jacobian transpose, steepest descent. Used by ``textbook``.
 
 Source: Wolovich and Elliott (CDC 1984); the step length is Buss's (Introduction to Inverse Kinematics, 2004, eq. 7).
 

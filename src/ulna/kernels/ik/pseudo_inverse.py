@@ -1,4 +1,4 @@
-"""Computes the step of the pseudo-inverse, dq = J^+ e. Used by ``drivers.single_start``.
+"""Computes the step of the pseudo-inverse, dq = J^+ e. Used by ``textbook`` and ``singular_values``.
 
 It is the shortest of all steps that would reach the target if the arm were linear.
 
@@ -26,7 +26,7 @@ def pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows):
     for _ in range(SWEEPS):
         for p in range(5):
             for r in range(p + 1, 6):
-                make_square(jacobian_rows, n_dof, error_rows, p, r)
+                orthogonalise(jacobian_rows, n_dof, error_rows, p, r)
     largest = splat(0.0, load(error_rows, 0))
     for k in range(6):
         largest = maximum(largest, dot_rows(jacobian_rows, n_dof, k, k))
@@ -41,16 +41,16 @@ def pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows):
 
 
 @kernel
-def make_square(jacobian_rows, n_dof, error_rows, p, r):
+def orthogonalise(jacobian_rows, n_dof, error_rows, p, r):
     """Turn rows p and r of [J | e] by the angle that makes those of J square to each other."""
-    cosine, sine = squaring_angle(jacobian_rows, n_dof, p, r)
-    turn_rows(error_rows, p, r, cosine, sine)
+    cosine, sine = jacobi_rotation(jacobian_rows, n_dof, p, r)
+    rotate_rows(error_rows, p, r, cosine, sine)
     for j in range(n_dof):
-        turn_rows(jacobian_rows, 6 * j + p, 6 * j + r, cosine, sine)
+        rotate_rows(jacobian_rows, 6 * j + p, 6 * j + r, cosine, sine)
 
 
 @kernel
-def squaring_angle(jacobian_rows, n_dof, p, r):
+def jacobi_rotation(jacobian_rows, n_dof, p, r):
     """Cosine and sine of the angle that makes rows p and r of J square to each other."""
     a, b, c = dot_rows(jacobian_rows, n_dof, p, p), dot_rows(jacobian_rows, n_dof, r, r), dot_rows(jacobian_rows, n_dof, p, r)
     needed = c * c > _SQUARE * a * b
@@ -62,7 +62,7 @@ def squaring_angle(jacobian_rows, n_dof, p, r):
 
 
 @kernel
-def turn_rows(rows, p, r, cosine, sine):
+def rotate_rows(rows, p, r, cosine, sine):
     """Rows p and r turned by an angle."""
     x, y = load(rows, p), load(rows, r)
     store(rows, p, cosine * x - sine * y)

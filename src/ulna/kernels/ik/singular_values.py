@@ -1,87 +1,88 @@
-"""Damped least squares by singular values, for a damping so small that J J' + lambda I would lose it to rounding.
+"""Solves damped least squares by singular values, for very small damping. Used by ``bounded_least_squares``.
 
 Source: Nakamura and Hanafusa (J. Dyn. Sys., Meas., Control 1986) for sigma / (sigma^2 + lambda);
-the singular values are those of ``pseudo_inverse``. To the square of each lambda is added by itself, so none is lost.
+the singular values are those of ``pseudo_inverse``. lambda is added to each sigma^2 separately, so it is not lost to rounding
+as it would be in J J' + lambda I.
 
-1. Turn pairs of rows of [J | e | I] until all rows of J are square to each other: U' J = S V', U' e, U'.
-2. x = sum of v sigma / (sigma^2 + lambda) (U' e), and e - J x = sum of u lambda / (sigma^2 + lambda) (U' e), which is right in
-   relation to itself, where the difference would be all rounding.
-3. A sigma within the rounding of J counts as 0: whether the arm can move in its direction nobody knows.
+1. Rotate pairs of rows of [J | e | I] until all rows of J are orthogonal: U' J = S V', U' e, U'.
+2. x = sum of v sigma / (sigma^2 + lambda) (U' e), and e - J x = sum of u lambda / (sigma^2 + lambda) (U' e), which has a small
+   relative error, while the difference e - J x would be nothing but rounding.
+3. A sigma within the rounding of J counts as 0: rounding hides whether the arm can move in its direction.
 """
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, splat, store, where
-from ulna.kernels.ik.pseudo_inverse import SWEEPS, dot_rows, squaring_angle, turn_rows
+from ulna.kernels.ik.pseudo_inverse import SWEEPS, dot_rows, jacobi_rotation, rotate_rows
 
 _NOISE = 1e-14  # of the root of all squares
 
 
 @routine
-def damped_by_singular_values(jacobian_rows, n_dof, damping, e, turned_rows):
+def damped_by_singular_values(jacobian_rows, n_dof, damping, e, rotated_rows):
     """The residual e - J x of x = J' (J J' + damping I)^-1 e, six numbers.
 
     J is spoilt: x is the sum of its six rows by what turned_rows[:6] then holds (``sum_of_rows``).
     """
-    begin_turning(e, turned_rows)
-    square_rows(jacobian_rows, n_dof, turned_rows)
+    begin_rotation(e, rotated_rows)
+    orthogonalise_all(jacobian_rows, n_dof, rotated_rows)
     total = splat(0.0, e[0])
     for k in range(6):
         total = total + dot_rows(jacobian_rows, n_dof, k, k)
     zero = splat(0.0, e[0])
     residual = zero, zero, zero, zero, zero, zero
     for k in range(6):
-        square, along = dot_rows(jacobian_rows, n_dof, k, k), load(turned_rows, k)
+        square, along = dot_rows(jacobian_rows, n_dof, k, k), load(rotated_rows, k)
         usable = square > _NOISE**2 * total
         share = where(usable, along / where(usable, square + damping, 1.0), 0.0)
-        residual = add_turned(residual, turned_rows, k, where(usable, share * damping, along))
-        store(turned_rows, k, share)
+        residual = add_rotated(residual, rotated_rows, k, where(usable, share * damping, along))
+        store(rotated_rows, k, share)
     return residual
 
 
 @kernel
-def begin_turning(e, turned_rows):
+def begin_rotation(e, rotated_rows):
     """Write [e | I]."""
-    store(turned_rows, 0, e[0])
-    store(turned_rows, 1, e[1])
-    store(turned_rows, 2, e[2])
-    store(turned_rows, 3, e[3])
-    store(turned_rows, 4, e[4])
-    store(turned_rows, 5, e[5])
+    store(rotated_rows, 0, e[0])
+    store(rotated_rows, 1, e[1])
+    store(rotated_rows, 2, e[2])
+    store(rotated_rows, 3, e[3])
+    store(rotated_rows, 4, e[4])
+    store(rotated_rows, 5, e[5])
     for column in range(6):
         for k in range(6):
-            store(turned_rows, 6 + 6 * column + k, splat(1.0 if k == column else 0.0, e[0]))
+            store(rotated_rows, 6 + 6 * column + k, splat(1.0 if k == column else 0.0, e[0]))
 
 
 @kernel
-def square_rows(jacobian_rows, n_dof, turned_rows):
+def orthogonalise_all(jacobian_rows, n_dof, rotated_rows):
     """Step 1; n_dof columns of J, and seven others."""
     for _ in range(SWEEPS):
         for p in range(5):
             for r in range(p + 1, 6):
-                cosine, sine = squaring_angle(jacobian_rows, n_dof, p, r)
+                cosine, sine = jacobi_rotation(jacobian_rows, n_dof, p, r)
                 for j in range(n_dof):
-                    turn_rows(jacobian_rows, 6 * j + p, 6 * j + r, cosine, sine)
+                    rotate_rows(jacobian_rows, 6 * j + p, 6 * j + r, cosine, sine)
                 for column in range(7):
-                    turn_rows(turned_rows, 6 * column + p, 6 * column + r, cosine, sine)
+                    rotate_rows(rotated_rows, 6 * column + p, 6 * column + r, cosine, sine)
 
 
 @kernel
-def add_turned(v, turned_rows, k, rate):
+def add_rotated(v, rotated_rows, k, rate):
     """The six numbers v + u_k rate."""
     return (
-        v[0] + load(turned_rows, 6 + k) * rate,
-        v[1] + load(turned_rows, 12 + k) * rate,
-        v[2] + load(turned_rows, 18 + k) * rate,
-        v[3] + load(turned_rows, 24 + k) * rate,
-        v[4] + load(turned_rows, 30 + k) * rate,
-        v[5] + load(turned_rows, 36 + k) * rate,
+        v[0] + load(rotated_rows, 6 + k) * rate,
+        v[1] + load(rotated_rows, 12 + k) * rate,
+        v[2] + load(rotated_rows, 18 + k) * rate,
+        v[3] + load(rotated_rows, 24 + k) * rate,
+        v[4] + load(rotated_rows, 30 + k) * rate,
+        v[5] + load(rotated_rows, 36 + k) * rate,
     )
 
 
 @kernel
-def sum_of_rows(jacobian_rows, j, turned_rows):
+def sum_of_rows(jacobian_rows, j, rotated_rows):
     """Entry j of x, once ``damped_by_singular_values`` is done."""
-    total = load(jacobian_rows, 6 * j) * load(turned_rows, 0)
+    total = load(jacobian_rows, 6 * j) * load(rotated_rows, 0)
     for k in range(1, 6):
-        total = total + load(jacobian_rows, 6 * j + k) * load(turned_rows, k)
+        total = total + load(jacobian_rows, 6 * j + k) * load(rotated_rows, k)
     return total

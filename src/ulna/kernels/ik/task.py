@@ -1,4 +1,4 @@
-"""Reduces a pose error and its Jacobian to what a task asks for. Used by ``levenberg_marquardt``, ``drivers.single_start``.
+"""Reduces a pose error and its Jacobian to the rows of a task. Used by ``levenberg_marquardt``, ``textbook``, ``single_start``.
 
 Source: the bounds of TRAC-IK (Beeson and Ames, Humanoids 2015); the swing of an axis is the shortest rotation between two
 directions.
@@ -10,7 +10,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, store, where
 from ulna.kernels.ik.search_layout import POINTING, SLACK, TASK
 from ulna.kernels.spatial.elementary import first_quadrant_angle
-from ulna.kernels.spatial.vectors import cross, turn_into
+from ulna.kernels.spatial.vectors import cross, rotate_inverse
 
 _TINY = 1e-12  # of a sine: below it the axis of a half turn is chosen, not computed
 
@@ -23,7 +23,7 @@ def task_error(settings, pose, target, e, jacobian_rows):
     2. Take the slack from each component; one within its slack counts as zero, and its row of J too, so that it stays free.
     """
     w = swing(pose, target) if int(settings[TASK]) == POINTING else (e[3], e[4], e[5])
-    v, w = turn_into(target, (e[0], e[1], e[2])), turn_into(target, w)
+    v, w = rotate_inverse(target, (e[0], e[1], e[2])), rotate_inverse(target, w)
     c0, f0 = beyond(v[0], settings[SLACK])
     c1, f1 = beyond(v[1], settings[SLACK + 1])
     c2, f2 = beyond(v[2], settings[SLACK + 2])
@@ -33,7 +33,7 @@ def task_error(settings, pose, target, e, jacobian_rows):
     for j in range(jacobian_rows.shape[0] // 6):
         v = load(jacobian_rows, 6 * j), load(jacobian_rows, 6 * j + 1), load(jacobian_rows, 6 * j + 2)
         w = load(jacobian_rows, 6 * j + 3), load(jacobian_rows, 6 * j + 4), load(jacobian_rows, 6 * j + 5)
-        v, w = turn_into(target, v), turn_into(target, w)
+        v, w = rotate_inverse(target, v), rotate_inverse(target, w)
         store(jacobian_rows, 6 * j, v[0] * f0)
         store(jacobian_rows, 6 * j + 1, v[1] * f1)
         store(jacobian_rows, 6 * j + 2, v[2] * f2)

@@ -16,7 +16,7 @@ surfaces (SIGGRAPH 1978), and Reeves et al., Rendering antialiased shadows with 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import rint, sqrt
 from ulna.kernels.render.raster import row
-from ulna.kernels.spatial.vectors import dot, plus, step, times
+from ulna.kernels.spatial.vectors import add_scaled, dot, plus, scaled
 
 SKY, GROUND, SUN, FRONT, HIGHLIGHT = 0.40, 0.20, 0.62, 0.14, 0.25  # amounts of light
 SHADE = 0.58  # of its light a floor keeps in the shadow
@@ -33,13 +33,13 @@ LAMP_REACH, LAMP_SHARE = 0.17, 0.9  # [m] how far its light reaches on the floor
 @kernel
 def unit(a):
     """The vector a, of length 1."""
-    return times(a, 1.0 / sqrt(dot(a, a)))
+    return scaled(a, 1.0 / sqrt(dot(a, a)))
 
 
 @kernel
 def mixed(a, b, x):
     """a, and b as far as x goes from 0 to 1."""
-    return step(times(a, 1.0 - x), x, b)
+    return add_scaled(scaled(a, 1.0 - x), x, b)
 
 
 @kernel
@@ -52,7 +52,7 @@ def ramp(x, low, high):
 @kernel
 def ray(camera, x, y):
     """The direction of sight through the place (x, y) of the raster."""
-    return plus(row(camera, 1), plus(times(row(camera, 2), x), times(row(camera, 3), y)))
+    return plus(row(camera, 1), plus(scaled(row(camera, 2), x), scaled(row(camera, 3), y)))
 
 
 @routine
@@ -91,15 +91,15 @@ def side_part(m, offset):
 @kernel
 def surface_light(sun, shadows, sight, p, normal, color):
     """The light of a surface of a colour at p, seen along ``sight``: the normal is turned to the side that is seen."""
-    to_sun, to_eye, n = unit(row(sun, 2)), times(unit(sight), -1.0), unit(normal)
+    to_sun, to_eye, n = unit(row(sun, 2)), scaled(unit(sight), -1.0), unit(normal)
     if dot(n, to_eye) < 0.0:
-        n = times(n, -1.0)
+        n = scaled(n, -1.0)
     direct = max(dot(n, to_sun), 0.0)
     if direct > 0.0:
-        direct *= sunlit(sun, shadows, step(p, LIFT, n))
+        direct *= sunlit(sun, shadows, add_scaled(p, LIFT, n))
     diffuse = GROUND + (SKY - GROUND) * (0.5 + 0.5 * n[2]) + FRONT * max(dot(n, to_eye), 0.0) + SUN * direct
     gloss = max(dot(n, unit(plus(to_sun, to_eye))), 0.0) ** 32
-    return plus(times(color, diffuse), times((HIGHLIGHT, HIGHLIGHT, HIGHLIGHT), gloss * direct))
+    return plus(scaled(color, diffuse), scaled((HIGHLIGHT, HIGHLIGHT, HIGHLIGHT), gloss * direct))
 
 
 @kernel
@@ -119,12 +119,12 @@ def floor_light(camera, sun, shadows, floor, x, y):
     if not (sight[2] < -1e-6 and drop > 0.0):
         return air_light(sight)
     away = -drop / sight[2]
-    p, cell = step(eye, away, sight), floor[1]
+    p, cell = add_scaled(eye, away, sight), floor[1]
     gone = ramp(sqrt(p[0] * p[0] + p[1] * p[1]) / cell, NEAR_EDGE, FAR_EDGE)
     if gone >= 1.0:
         return air_light(sight)
     color = grid_color(camera, sight, p, away, cell)
-    light = lamp_light(floor, p, times(color, SHADE + (1.0 - SHADE) * sunlit(sun, shadows, p)))
+    light = lamp_light(floor, p, scaled(color, SHADE + (1.0 - SHADE) * sunlit(sun, shadows, p)))
     return mixed(light, air_light(sight), gone) if gone > 0.0 else light
 
 

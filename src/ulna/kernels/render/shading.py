@@ -4,7 +4,7 @@ from ulna.engine.decorators import kernel, routine
 from ulna.kernels.render.illumination import floor_light, ray, surface_light
 from ulna.kernels.render.raster import corners, row, twice_area, weights
 from ulna.kernels.render.render_layout import NOTHING
-from ulna.kernels.spatial.vectors import dot, plus, step, times
+from ulna.kernels.spatial.vectors import add_scaled, dot, plus, scaled
 
 _SAME_DEPTH, _SAME_TURN = 0.02, 0.95  # two samples within these show the same piece of surface
 
@@ -34,16 +34,18 @@ def sample_light(points, triangles, skin, turns, camera, sun, shadows, floor, k,
         return floor_light(camera, sun, shadows, floor, x, y)
     normals, colors, glow, owners = skin
     if glow[k] > 0.0:
-        return times(row(colors, k), glow[k])
+        return scaled(row(colors, k), glow[k])
     a, b, c = corners(points, triangles, k)
     u, v = weights(a, b, c, twice_area(a, b, c), x, y)
     near = c[2] + u * (a[2] - c[2]) + v * (b[2] - c[2])
     u, v = u * a[2] / near, v * b[2] / near  # the weights in space
-    n = plus(plus(times(row(normals, 3 * k), u), times(row(normals, 3 * k + 1), v)), times(row(normals, 3 * k + 2), 1.0 - u - v))
+    n = plus(
+        plus(scaled(row(normals, 3 * k), u), scaled(row(normals, 3 * k + 1), v)), scaled(row(normals, 3 * k + 2), 1.0 - u - v)
+    )
     m = owners[k]
     n = dot(axis_row(turns, m, 0), n), dot(axis_row(turns, m, 1), n), dot(axis_row(turns, m, 2), n)
     sight = ray(camera, x, y)
-    return surface_light(sun, shadows, sight, step(row(camera, 0), 1.0 / near, sight), n, row(colors, k))
+    return surface_light(sun, shadows, sight, add_scaled(row(camera, 0), 1.0 / near, sight), n, row(colors, k))
 
 
 @kernel

@@ -17,13 +17,13 @@ def minus(a, b):
 
 
 @kernel
-def times(a, x):
+def scaled(a, x):
     """The vector a times a number."""
     return a[0] * x, a[1] * x, a[2] * x
 
 
 @kernel
-def step(a, x, b):
+def add_scaled(a, x, b):
     """a + x b."""
     return a[0] + x * b[0], a[1] + x * b[1], a[2] + x * b[2]
 
@@ -59,8 +59,8 @@ def origin(a):
 
 
 @kernel
-def turn(a, v):
-    """The vector v, given in the axes of pose a, in the axes of the frame in which a is given: R v."""
+def rotate(a, v):
+    """R v: the vector v from the axes of pose a to the axes of its parent frame."""
     return (
         a[0] * v[0] + a[1] * v[1] + a[2] * v[2],
         a[4] * v[0] + a[5] * v[1] + a[6] * v[2],
@@ -69,8 +69,8 @@ def turn(a, v):
 
 
 @kernel
-def turn_into(a, v):
-    """The vector v, given in the frame in which pose a is given, in the axes of a: R' v."""
+def rotate_inverse(a, v):
+    """R' v: the vector v from the axes of the parent frame to the axes of pose a."""
     return (
         a[0] * v[0] + a[4] * v[1] + a[8] * v[2],
         a[1] * v[0] + a[5] * v[1] + a[9] * v[2],
@@ -79,12 +79,12 @@ def turn_into(a, v):
 
 
 @kernel
-def place(a, p):
-    """The point p, given in the frame of pose a, in the frame in which a is given: R p + t."""
-    return plus(turn(a, p), origin(a))
+def transform(a, p):
+    """R p + t: the point p from the frame of pose a to its parent frame."""
+    return plus(rotate(a, p), origin(a))
 
 
 @kernel
-def seen_from(a, p):
-    """The point p, given in the frame in which pose a is given, in the frame of a: R' (p - t)."""
-    return turn_into(a, minus(p, origin(a)))
+def transform_inverse(a, p):
+    """R' (p - t): the point p from the parent frame to the frame of pose a."""
+    return rotate_inverse(a, minus(p, origin(a)))

@@ -1,7 +1,7 @@
-"""One more line, and a weak one: an audit hook (PEP 578), by which this interpreter itself refuses files, imports and processes.
+"""Refuses files, imports and processes by an audit hook (PEP 578), a weak second line. Used by ``main``.
 
-It is no sandbox. Whoever runs Python code of his own in this process can reach the hook and what it does. It is there for a
-fault of ours: a file that xacro would open, or a module that it would import, behind the parent's back.
+This interpreter itself refuses them. It is no sandbox: Python code that runs in this process can reach the hook and undo it. It
+is there for mistakes of ours, such as a file that xacro opens, or a module that it imports, without asking the parent.
 """
 
 import sys

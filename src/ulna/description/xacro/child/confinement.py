@@ -1,4 +1,4 @@
-"""What the process gives up before it sees a document, by the operating system: all files, processes, sockets, and much memory.
+"""Takes files, processes, sockets and much memory from the process, by the operating system. Used by ``main``.
 
 =============  =====================================  ========================================
 system         what holds                             what is left out
@@ -16,6 +16,6 @@ from ulna.description.xacro.child.seccomp import give_up_calls
 
 
 def confine(memory: int, seconds: float) -> dict[str, str]:
-    """Give up what can be given up, for good; what could not be, by its name, with the reason."""
+    """Give up, for good, what this system can take away; return the rest by name, with the reason."""
     left_out = {"Landlock": give_up_files(), **set_limits(memory, seconds), "seccomp": give_up_calls()}
     return {name: why for name, why in left_out.items() if why}

@@ -1,8 +1,8 @@
-"""The expressions of a xacro document, computed from their syntax tree.
+"""Computes the expressions of a xacro document from their syntax tree. Used by ``hooks``.
 
-Known are literals, names, arithmetic, comparisons, ``and``, ``or``, ``not``, ``a if b else c``, subscripts, lists, tuples, dicts,
-and calls of the functions and methods of ``functions``. An attribute is an entry of a YAML dictionary or of a namespace, never an
-attribute of a Python object. All else is refused before anything is computed.
+It supports literals, names, arithmetic, comparisons, ``and``, ``or``, ``not``, ``a if b else c``, subscripts, lists, tuples,
+dicts, and calls of the functions and methods of ``functions``. An attribute is an entry of a YAML dictionary or of a namespace,
+never an attribute of a Python object. Everything else is refused before anything is computed.
 """
 
 import ast

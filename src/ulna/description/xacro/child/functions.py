@@ -1,4 +1,7 @@
-"""The functions and methods that an expression may call: of what xacro offers, those that only compute."""
+"""Lists the functions and methods that an expression may call. Used by ``expressions`` and ``hooks``.
+
+Of what xacro offers, these only compute.
+"""
 
 import math
 from collections.abc import Callable

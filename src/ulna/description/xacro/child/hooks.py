@@ -1,4 +1,7 @@
-"""What xacro does elsewise here: it evaluates by ``expressions``, and reads by the parent."""
+"""Replaces how xacro evaluates expressions and reads files. Used by ``main``.
+
+Expressions go to ``expressions``; files are read by the parent process.
+"""
 
 import os
 from types import ModuleType, SimpleNamespace
@@ -37,7 +40,7 @@ class Arguments(dict):
 
 
 def teach_xacro(parent: Parent, arguments: Arguments, file: str | None) -> None:
-    """Replace what xacro evaluates and reads with. A xacro that lacks one of these names would do it elsewise: it is refused."""
+    """Replace what xacro evaluates and reads with. A version of xacro that lacks one of these names is refused."""
     missing = [f"{module.__name__}.{name}" for module, names in _REPLACED.items() for name in names if not hasattr(module, name)]
     if missing:
         raise RefusedError(f"this version of the package xacro is not known here (no {missing[0]}); 2.1.1 is")

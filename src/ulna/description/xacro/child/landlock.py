@@ -1,4 +1,4 @@
-"""Landlock: a Linux process gives up files, sockets and signals for good. No rule is added, so nothing is left open.
+"""Takes files, sockets and signals from a Linux process for good, by Landlock. Used by ``confinement``.
 
 Source: linux/landlock.h, and https://docs.kernel.org/userspace-api/landlock.html.
 """
@@ -28,7 +28,7 @@ def version() -> int:
 
 
 def give_up_files() -> str:
-    """Give up every right that the kernel's version knows, and return why that could not be; nothing if it could."""
+    """Give up every right that the kernel's version knows, and return why that failed; nothing if it did not."""
     known = version()
     if not known:
         return "this system has no Landlock"

@@ -1,4 +1,4 @@
-"""The limits of a process that POSIX knows: memory, time of the processor, and that it opens, writes and starts nothing more."""
+"""Sets the POSIX limits of the process: memory, processor time, files, processes. Used by ``confinement``."""
 
 try:
     import resource

@@ -1,4 +1,4 @@
-"""The program of the child process: a request comes in, the process is confined, the document is expanded."""
+"""Reads a request, confines its process, expands the document. Used by ``xacro.process``, which starts it."""
 
 import io
 import json

@@ -1,4 +1,4 @@
-"""The parent process, which alone opens files: one line of JSON asks it, one line is what it found."""
+"""Asks the parent process, which alone opens files, by one line of JSON. Used by ``hooks`` and ``main``."""
 
 import io
 import json

@@ -1,4 +1,4 @@
-"""The error of a document that reaches for what it may not have."""
+"""Defines the error for a document that asks for what it may not have. Used by the modules of this folder."""
 
 
 class RefusedError(Exception):

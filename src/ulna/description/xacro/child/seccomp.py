@@ -1,4 +1,4 @@
-"""seccomp: a Linux process keeps the system calls that computing takes, and gives up all others for good.
+"""Takes all system calls but those that computing needs from a Linux process, for good. Used by ``confinement``.
 
 Source: seccomp(2); linux/filter.h and linux/seccomp.h for the numbers of the filter, <asm/unistd.h> for those of the calls.
 """
@@ -46,7 +46,7 @@ def known() -> bool:
 
 
 def give_up_calls() -> str:
-    """Give up all system calls but those, in all threads; return why that could not be, nothing if it could."""
+    """Give up all system calls but those, in all threads; return why that failed, nothing if it did not."""
     if not known():
         return "this system has no seccomp, or its numbers are not known here"
     kernel = ctypes.CDLL(None, use_errno=True)

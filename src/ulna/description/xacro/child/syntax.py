@@ -1,4 +1,4 @@
-"""The syntax that expressions may have, checked before anything is computed."""
+"""Checks the syntax of expressions before anything is computed. Used by ``expressions``."""
 
 import ast
 from functools import lru_cache

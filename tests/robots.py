@@ -2,7 +2,7 @@
 
 import numpy as np
 
-import naive
+import formulas
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link, Mimic
 
 X, Y, Z = np.eye(3)
@@ -32,7 +32,7 @@ def unit(*axis):
 
 def place(k):
     """One of a few skew origins."""
-    return naive.from_rpy(*_PLACES[k % len(_PLACES)])
+    return formulas.from_rpy(*_PLACES[k % len(_PLACES)])
 
 
 def two_links(kind, axis, *, origin=None, **other):
@@ -64,4 +64,4 @@ def every_joint():
         Joint("rotor joint", JointType.REVOLUTE, "drone", "propeller", place(1), X, turn),
     )
     names = ("fingertip", "base", "arm", "hand", "fixture", "tray", "rail", "rotor", "drone", "propeller")
-    return Description("zoo", tuple(Link(name) for name in names), joints)
+    return Description("every joint", tuple(Link(name) for name in names), joints)

@@ -76,9 +76,9 @@ def test_no_joint_passes_the_largest_step_and_the_refusal_tells_by_how_much(pand
 
 def test_a_seed_further_beyond_its_limits_than_it_may_move_is_refused(panda):
     T = panda.forward_kinematics(panda.upper)
-    with pytest.raises(InputError, match=r"^q_seed: a joint stands further beyond its limits"):
+    with pytest.raises(InputError, match=r"^q_seed: a joint is further beyond its limits"):
         panda.inverse_kinematics(T, q_seed=panda.upper + 1, max_step=0.1)
-    with pytest.raises(InputError, match=r"^q_seed: a joint that is held stands further beyond"):
+    with pytest.raises(InputError, match=r"^q_seed: a joint that is held is further beyond"):
         panda.inverse_kinematics(T, q_seed=panda.upper + 1, held="panda_joint3")
     back = panda.inverse_kinematics(T, q_seed=panda.upper + 0.05, max_step=0.1)
     assert np.abs(back.q - panda.upper - 0.05).max() <= 0.1 + 1e-15

@@ -19,7 +19,7 @@ def mirrored():
     return TARGET @ np.diag([1.0, 1, -1, 1])
 
 
-NOT_POSES = {
+INVALID_POSES = {
     "nan in the rotation": (spoilt(((0, 0), np.nan)), "has an entry that is not finite"),
     "nan in the position": (spoilt(((1, 3), np.nan)), "has an entry that is not finite"),
     "infinite position": (spoilt(((2, 3), np.inf)), "has an entry that is not finite"),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ik_methods import METHODS, TEXTBOOK
-from not_poses import NOT_POSES
+from invalid_poses import INVALID_POSES
 from ulna import InputError, Task
 from ulna.drivers.multi_start import search_jobs
 from ulna.drivers.single_start import follow_each
@@ -88,10 +88,10 @@ def test_the_short_way_and_the_long_refuse_the_same_seeds_in_the_same_words(pand
     assert short.startswith("q_seed")
 
 
-@pytest.mark.parametrize("name", NOT_POSES)
+@pytest.mark.parametrize("name", INVALID_POSES)
 @pytest.mark.parametrize("method", METHODS)
 def test_the_short_way_and_the_long_refuse_the_same_targets_in_the_same_words(panda, name, method):
-    T, _ = NOT_POSES[name]
+    T, _ = INVALID_POSES[name]
     short = refusal(lambda: panda.inverse_kinematics(T, method=method))
     assert short == refusal(lambda: panda.inverse_kinematics(T.tolist(), method=method, max_iterations=7))
     assert short.startswith("T: ")
