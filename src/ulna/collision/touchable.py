@@ -41,6 +41,12 @@ def scene_of(joints: NDArray[np.float64], bodies: Bodies, pairs: NDArray[np.int6
     return joints, bodies.table, vertices, pairs, objects.table, points, objects.nodes, objects.n_unindexed
 
 
+def shapes_of(scene: Scene) -> tuple:
+    """What of a scene says where things are and what they are like."""
+    joints, bodies, vertices, _, objects, points, _, _ = scene
+    return joints, bodies, vertices, objects, points
+
+
 def touchable_parts(joints: NDArray[np.float64], bodies: Bodies, objects: Objects) -> tuple[Part, ...]:
     """A part for the objects of each set of links that may touch them: with the other links, and without self-collision."""
     parts = []
