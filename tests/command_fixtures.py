@@ -80,6 +80,8 @@ def refusal(run):
         result = run(*arguments)
         assert result.exit_code == 2
         assert result.stdout == ""
+        if "--json" in arguments:
+            return json.loads(result.stderr)["message"]
         assert re.fullmatch(r"ulna: .*\n", result.stderr)
         return result.stderr.removeprefix("ulna: ").rstrip()
 

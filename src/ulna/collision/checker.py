@@ -3,7 +3,6 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,8 @@ from ulna.collision.allowed import AllowedCollisions, as_link_pairs
 from ulna.collision.attached import Attached
 from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
 from ulna.collision.edge_report import EdgeReport
+from ulna.collision.near_pairs import report_at
 from ulna.collision.objects import Objects
-from ulna.collision.report import Pair, Report
 from ulna.collision.sampled_pairs import find_allowed
 from ulna.collision.touchable import NO_PAIRS, Part, scene_of, touchable_parts
 from ulna.collision.world import World
@@ -25,16 +24,12 @@ from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
     BODY,
     CONTACT_WIDTH,
-    DISTANCE,
     EDGE_CONTACT,
     EDGE_OUT_OF_RANGE,
     NEAREST,
     NEAREST_WIDTH,
-    NORMAL,
     OUT_OF_RANGE,
     OVERLAPS,
-    WITNESS_A,
-    WITNESS_B,
 )
 from ulna.kernels.collision.scene import Scene
 from ulna.kinematics.out import as_out
@@ -46,7 +41,6 @@ NO_OBJECTS = World().objects()
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 REPORTS = 256  # of a part: most of the time for a report is Python's
-FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,14 +188,14 @@ class Checker:
         parts = Part(self._scene(objects, self_collision), self.bodies, objects.names), *self._others(objects)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
-            return self._report(q, parts, float(max_distance))
+            return report_at(q, parts, float(max_distance))
         refuse_out_of_range(q)
         reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)
         of_rows = reports.reshape(-1)
 
         def run(part: slice) -> bool:
             for i in range(part.start, part.stop):
-                of_rows[i] = self._report(rows[i], parts, float(max_distance))
+                of_rows[i] = report_at(rows[i], parts, float(max_distance))
             return True
 
         in_parts(run, len(rows), least=REPORTS, threads=threads)
@@ -251,41 +245,6 @@ class Checker:
             refuse_out_of_range(q)
         return nearest
 
-    def _report(self, q: NDArray[np.float64], parts: tuple[Part, ...], max_distance: float) -> Report:
-        if len(parts) == 1:
-            return Report(self._pairs_within(q, parts[0], max_distance))
-        pairs = [pair for part in parts for pair in self._pairs_within(q, part, max_distance)]
-        return Report(tuple(sorted(pairs, key=attrgetter("signed_distance"))))
-
-    def _pairs_within(self, q: NDArray[np.float64], part: Part, max_distance: float) -> tuple[Pair, ...]:
-        """The pairs of a part that are no farther apart, the nearest first."""
-        scene, object_names = part.scene, part.object_names
-        candidates = self._candidates(q, scene, max_distance)
-        found = np.empty((len(candidates), CONTACT_WIDTH))
-        rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, self.tree.n_dof))
-        write = entry("contacts.contacts_each")
-        if not write(*scene, for_kernel(q)[None], rows, candidates, found, no_gradients):
-            refuse_out_of_range(q)
-        near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
-        order = near[np.argsort(found[near, DISTANCE], kind="stable")]
-        n, reported = len(part.bodies.names), {}
-        for k, (a, b) in zip(
-            order, candidates[order].tolist(), strict=True
-        ):  # of an object of many solids the nearest is reported
-            reported.setdefault((a, b if b < n else object_names[b - n]), k)
-        return tuple(_pair(part, candidates[k], found[k]) for k in reported.values())
-
-    def _candidates(self, q: NDArray[np.float64], scene: Scene, max_distance: float) -> NDArray[np.int64]:
-        """The pairs that may be near enough."""
-        n, n_unindexed, n_indexed = len(scene.bodies), scene.n_unindexed, len(scene.objects) - scene.n_unindexed
-        robot = scene.joints, scene.bodies, scene.nodes
-        unindexed = np.stack(np.meshgrid(np.arange(n), n + np.arange(n_unindexed), indexing="ij"), axis=-1).reshape(-1, 2)
-        indexed, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_indexed else 0
-        while len(indexed) < count:
-            indexed = np.empty((count, 2), dtype=np.int64)
-            count = entry("contacts.indexed_candidates")(*robot, n_indexed, max_distance, for_kernel(q), indexed)
-        return np.concatenate([unindexed, indexed[:count] + np.array((0, n + n_unindexed)), scene.pairs])
-
     def _objects(self, world: World | None) -> Objects:
         if world is not None and not isinstance(world, World):
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
@@ -311,10 +270,3 @@ class Checker:
             parts = touchable_parts(self.tree.joints, self.bodies, objects)
             self.__dict__["_last_others"] = objects, parts
         return parts
-
-
-def _pair(part: Part, candidate: NDArray[np.int64], found: Array) -> Pair:
-    (a, b), names, owners = candidate.tolist(), part.bodies.names, part.bodies.owners
-    name_b, link_b = (names[b], owners[b]) if b < len(names) else (part.object_names[b - len(names)], None)
-    points = (found[first : first + 3].copy() for first in (WITNESS_A, WITNESS_B, NORMAL))
-    return Pair(names[a], name_b, owners[a], link_b, float(found[DISTANCE]), *points)

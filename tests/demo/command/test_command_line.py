@@ -18,7 +18,6 @@ import ulna.description.names.panda as panda
 rows = [list(row) for row in panda.DH_ROWS]
 rows[4][1] += 1e-4
 panda.DH_ROWS = rows  # before ulna.demo.checks is imported, whose default it becomes
-from command_fixtures import without_announcements
 from ulna.cli.app import app
 app(["demo", "--check"], prog_name="ulna")
 """

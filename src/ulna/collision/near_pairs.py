@@ -1,0 +1,59 @@
+"""Finds the pairs of a report: what overlaps at q, or is near, how deep and where. Used by ``checker``."""
+
+from operator import attrgetter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.report import Pair, Report
+from ulna.collision.touchable import Part
+from ulna.drivers import entry
+from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NORMAL, WITNESS_A, WITNESS_B
+from ulna.kernels.collision.scene import Scene
+from ulna.kinematics.positions import for_kernel, refuse_out_of_range
+
+Array = NDArray[np.float64]
+FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
+
+
+def report_at(q: Array, parts: tuple[Part, ...], max_distance: float) -> Report:
+    """The pairs of all parts that are no farther apart at q, shape (n_dof,), the nearest first."""
+    if len(parts) == 1:
+        return Report(_pairs_within(q, parts[0], max_distance))
+    pairs = [pair for part in parts for pair in _pairs_within(q, part, max_distance)]
+    return Report(tuple(sorted(pairs, key=attrgetter("signed_distance"))))
+
+
+def _pairs_within(q: Array, part: Part, max_distance: float) -> tuple[Pair, ...]:
+    scene, object_names = part.scene, part.object_names
+    candidates = _candidates(q, scene, max_distance)
+    found = np.empty((len(candidates), CONTACT_WIDTH))
+    rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, len(q)))
+    write = entry("contacts.contacts_each")
+    if not write(*scene, for_kernel(q)[None], rows, candidates, found, no_gradients):
+        refuse_out_of_range(q)
+    near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
+    order = near[np.argsort(found[near, DISTANCE], kind="stable")]
+    n, reported = len(part.bodies.names), {}
+    for k, (a, b) in zip(order, candidates[order].tolist(), strict=True):  # of an object of many solids the nearest
+        reported.setdefault((a, b if b < n else object_names[b - n]), k)
+    return tuple(_pair(part, candidates[k], found[k]) for k in reported.values())
+
+
+def _candidates(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64]:
+    """The pairs that may be near enough."""
+    n, n_unindexed, n_indexed = len(scene.bodies), scene.n_unindexed, len(scene.objects) - scene.n_unindexed
+    robot = scene.joints, scene.bodies, scene.nodes
+    unindexed = np.stack(np.meshgrid(np.arange(n), n + np.arange(n_unindexed), indexing="ij"), axis=-1).reshape(-1, 2)
+    indexed, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_indexed else 0
+    while len(indexed) < count:
+        indexed = np.empty((count, 2), dtype=np.int64)
+        count = entry("contacts.indexed_candidates")(*robot, n_indexed, max_distance, for_kernel(q), indexed)
+    return np.concatenate([unindexed, indexed[:count] + np.array((0, n + n_unindexed)), scene.pairs])
+
+
+def _pair(part: Part, candidate: NDArray[np.int64], found: Array) -> Pair:
+    (a, b), names, owners = candidate.tolist(), part.bodies.names, part.bodies.owners
+    name_b, link_b = (names[b], owners[b]) if b < len(names) else (part.object_names[b - len(names)], None)
+    points = (found[first : first + 3].copy() for first in (WITNESS_A, WITNESS_B, NORMAL))
+    return Pair(names[a], name_b, owners[a], link_b, float(found[DISTANCE]), *points)
