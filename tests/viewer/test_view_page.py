@@ -138,6 +138,44 @@ def test_out_of_reach_the_mark_is_red_and_the_page_says_why(view, page, camera):
     wait_to_see(
         page, lambda: np.allclose(view.hand.handles.pose, view.session.hand_pose, atol=1e-4), "the handles back at the hand"
     )
+    wait_to_see(page, lambda: not view.hand.reason.visible and not view.session.trouble, "no reason any more")
+    page.get_by_text("drag the handles to move the hand").wait_for()
+
+
+def test_avoiding_collisions_it_says_that_it_stopped_and_before_what(view, page, camera):
+    tab(page, "Move")
+    view.world.add("table", ulna.Box((0.4, 0.4, 0.05)), ulna.pose((0.55, 0.0, 0.25)))
+    page.get_by_role("checkbox", name="Avoid collisions").check()
+    wait_to_see(page, lambda: view.session.avoiding, "a hand that avoids")
+    T, size = view.session.hand_pose, view.hand.handles.control.scale
+    drag(page, view.hand.handles, arrow(camera, T, 2, size), (0, 150), "blue")
+    wait_to_see(page, lambda: view.session.stopped, "a hand that stops")
+    page.get_by_text("stopped before panda_link7 (box 12) and table touch").wait_for()
+    page.get_by_text("free", exact=True).first.wait_for()
+    assert count(around(pixels(page), project(camera, view.hand.handles.pose[:3, 3]), 14), "red") < 100
+    page.mouse.up()
+    page.get_by_text("drag the handles to move the hand").wait_for()
+
+
+def test_a_negative_extent_is_refused_and_the_field_goes_back(view, page, camera):
+    tab(page, "Obstacles")
+    page.get_by_role("button", name="Box").click()
+    wait_to_see(page, lambda: view.world.names, "a box")
+    (name,), field = view.world.names, page.get_by_label("Extents [m]", exact=True)
+    shape, shown = view.world.shape(name), field.input_value()
+    field.click()
+    field.press("Control+a")
+    field.press_sequentially("-0.2", delay=60)
+    assert view.world.shape(name) == shape
+    field.press("Tab")
+    page.get_by_text("Not changed").wait_for()
+    wait_to_see(page, lambda: field.input_value() == shown, "the extent that it has")
+    assert view.world.shape(name) == shape
+    field.click()
+    field.press("Control+a")
+    field.press_sequentially("0.3", delay=60)
+    field.press("Enter")
+    wait_to_see(page, lambda: view.world.shape(name).extents[0] == 0.3, "a wider box")
 
 
 def test_obstacles_are_added_sized_moved_named_and_deleted(view, page, camera):
@@ -165,7 +203,7 @@ def test_the_nearest_pair_has_a_line_with_its_distance(view, page, camera, panda
     wait_to_see(page, lambda: view.session.clearance.nearest is not None, "a nearest pair")
     pair = view.session.clearance.nearest
     distance = panda.signed_distance(panda.home, view.world, self_collision=False)
-    page.get_by_text(f"{1000 * distance:.1f} mm: {pair.name_a} and ball").wait_for()
+    page.get_by_text(f"{1000 * distance:.1f} mm: panda_link7 ({pair.name_a}) and ball").wait_for()
     assert pair.name_b == "ball"
     middle = project(camera, (pair.witness_a + pair.witness_b) / 2)
     wait_to_see(page, lambda: np.count_nonzero(around(pixels(page), middle, 8).max(axis=-1) < 130) > 5, "a dark line")

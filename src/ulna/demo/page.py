@@ -19,6 +19,7 @@ from ulna.viewer.page import HOST, Page
 
 FRAMES_PER_SECOND = 30.0
 STOP_WITHIN_S = 2.0
+_FOLLOW_S = 0.1  # between two settings of the sliders while the arm moves
 
 
 def serve(demo: Demo, host: str = HOST, port: int = 8080, *, open_browser: bool = True) -> None:
@@ -48,11 +49,12 @@ class DemoApp:
 
     def __init__(self, demo: Demo, host: str = HOST, port: int = 8080) -> None:
         self.demo = demo
-        self.page = Page(host, port)
+        self.page = Page(host, port, title=f"{demo.robot.name} - Ulna demo")
         self.server, self.url = self.page.server, self.page.url
         self.player = Player(demo, self)
         self._loop = Loop("ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND, self._failed)
-        self._last = time.perf_counter()
+        self._last = self._followed = time.perf_counter()
+        self._shown = self.player.q  # what the sliders show
         with self.page.ending_if_it_fails():
             self._build()
         self._loop.start()
@@ -77,7 +79,7 @@ class DemoApp:
         with self.player.lock, self.server.atomic():
             self.playing.value = False
             self.player.move_to(q)
-            self._show_joints()
+            self._follow(self._last)
 
     def put_box(self, T_base_box: ArrayLike) -> None:
         """Put the box at a pose, shape (4, 4), unless somebody holds it."""
@@ -101,7 +103,6 @@ class DemoApp:
         self.verdict = gui.add_html("")
         self.notice = Notice(gui)
         self.playing = gui.add_checkbox("Play", initial_value=True, hint="The arm repeats its trajectory")
-        self.playing.on_update(lambda _: self._show_joints())
         self.speed = gui.add_slider("Speed", min=0.0, max=3.0, step=0.1, initial_value=1.0, hint="1 is real time")
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
         self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
@@ -122,14 +123,15 @@ class DemoApp:
                 self.set_configuration(q)
             elif self.playing.value and self.speed.value > 0.0:
                 self.player.advance(seconds * self.speed.value)
+            self._follow(now)
             self.recording.take(now)
 
     def _failed(self, error: Exception | None) -> None:
         """Show on the page that a frame has failed, and why; None takes it back."""
         self.notice.show_failure(error)
 
-    def _show_joints(self) -> None:
-        """Set the sliders to where the arm stands. Not while it moves: that would take a number out of the hands that type it."""
-        with self.player.lock:
-            if not self.playing.value:
-                self.joints.show(self.player.q)
+    def _follow(self, now: float) -> None:
+        """Set the sliders to where the arm is; a tab keeps the number that somebody types in it (``viewer.typed``)."""
+        if self._shown is not self.player.q and (now - self._followed >= _FOLLOW_S or not self.playing.value):
+            self._shown, self._followed = self.player.q, now
+            self.joints.show(self.player.q)

@@ -10,6 +10,7 @@ from ulna.demo.scenario import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, Demo, light
 from ulna.viewer.arm import Arm
 from ulna.viewer.handles import Handles
 from ulna.viewer.palette import MOVABLE
+from ulna.viewer.stage import stand_back_where_narrow
 
 
 class DemoScene:
@@ -28,6 +29,7 @@ class DemoScene:
         server.initial_camera.position = (1.75, -1.45, 1.0)
         server.initial_camera.look_at = (0.2, 0.0, 0.36)
         server.initial_camera.fov = 0.7
+        stand_back_where_narrow(server, 0.9)
         self.arm = Arm(server, demo.robot, "/arm")
         untouched = Report(())
         color = light_color(untouched)

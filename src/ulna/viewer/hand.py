@@ -1,4 +1,4 @@
-"""Shows the hand: handles, a mark that is red while it cannot follow, and words in the panel. Used by ``view``."""
+"""Shows the hand: handles, a mark that is red while it cannot follow, orange where it stops, and words. Used by ``view``."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from ulna.viewer.html import marked
 from ulna.viewer.palette import GREEN, RED
 from ulna.viewer.session.session import Session
 
-_RESTING = (120, 128, 138)
+_RESTING, _STOPPED = (120, 128, 138), (225, 140, 20)
 
 
 class HandPanel:
@@ -52,7 +52,7 @@ class HandPanel:
         pulled = session.target is not None
         if not pulled:
             self.handles.put(session.hand_pose)
-        color = RED if trouble else GREEN if pulled else _RESTING
+        color = _STOPPED if session.stopped else RED if trouble else GREEN if pulled else _RESTING
         words = trouble or (
             "the hand waits for the compiler"
             if session.waiting
@@ -62,7 +62,8 @@ class HandPanel:
             if pulled
             else "drag the handles to move the hand"
         )
-        self.mark.color, self.reason.text, self.reason.visible = color, trouble.partition(":")[0], bool(trouble)
+        label = "stopped" if session.stopped else trouble.partition(":")[0]
+        self.mark.color, self.reason.text, self.reason.visible = color, label, bool(trouble)
         self.status.content = marked(words, color, filled=bool(trouble))
         if session.link != self._shown:  # else it is a person's choice, of which the session has not heard yet
             self._shown = self.link.value = session.link

@@ -48,9 +48,9 @@ class ObstacleForm:
             "Obstacle", [_NONE], initial_value=_NONE, hint="Or click it in the scene"
         )
         self.name = gui.add_text("Name", "", visible=False)
-        self.extents = gui.add_vector3("Extents [m]", zero, min=zero, step=0.001, visible=False, hint="Edges along x, y, z")
-        self.radius = gui.add_number("Radius [m]", 0.0, min=0.0, step=0.001, visible=False)
-        self.length = gui.add_number("Length [m]", 0.0, min=0.0, step=0.001, visible=False)
+        self.extents = gui.add_vector3("Extents [m]", zero, step=0.001, visible=False, hint="Edges along x, y, z")
+        self.radius = gui.add_number("Radius [m]", 0.0, step=0.001, visible=False)
+        self.length = gui.add_number("Length [m]", 0.0, step=0.001, visible=False)
         self.xyz = gui.add_vector3("Position [m]", zero, step=0.001, visible=False, hint="Of its centre, in the base frame")
         self.rpy = gui.add_vector3("Roll, pitch, yaw [rad]", zero, step=0.01, visible=False)
         self.choice.on_update(self._chosen)
@@ -67,12 +67,11 @@ class ObstacleForm:
         self._next, self._changed = name, True
 
     def take(self) -> bool:
-        """Apply what was typed since the last call. Returns whether another obstacle was chosen."""
+        """Apply what was typed since the last call; where that cannot be, show again what is. Whether another one was chosen."""
         edits, self._edits = self._edits, {}
-        for edit in sorted(
-            edits.values(), key=lambda edit: edit.field is self.name
-        ):  # the name last: the other edits have the old one
-            self._apply(edit)
+        in_turn = sorted(edits.values(), key=lambda edit: edit.field is self.name)  # the name last: the others have the old one
+        if not all([self._apply(edit) for edit in in_turn]):
+            self.show({name: (shape, T) for name, shape, T in self._world.items()})
         changed, self._changed = self._changed, False
         return changed
 
@@ -125,11 +124,11 @@ class ObstacleForm:
             self._edits[id(event.target)] = Edit(event.target, self.chosen, event.target.value, event.client)
             self._moved()
 
-    def _apply(self, edit: Edit) -> None:
-        """Change an obstacle as one field says."""
+    def _apply(self, edit: Edit) -> bool:
+        """Change an obstacle as one field says, if that can be: a size may be negative, or a name taken."""
         known = {name: (shape, T) for name, shape, T in self._world.items()}
         if edit.name not in known:
-            return
+            return True
         field, (shape, T) = edit.field, known[edit.name]
         name = (edit.value.strip() if field is self.name else "") or edit.name
         try:
@@ -139,7 +138,9 @@ class ObstacleForm:
                 T[:3, :3] = pose(rpy=_retyped(rpy_from_matrix(T), edit.value))[:3, :3]
             self._change(edit.name, self._shape(shape, field, edit.value), T, name)
         except UlnaError as error:
-            edit.client.add_notification("That cannot be", str(error), color="red")
+            edit.client.add_notification("Not changed", str(error), color="red")
+            return False
+        return True
 
     def _shape(self, shape: Obstacle, field: Any, value: Any) -> Obstacle:
         """The shape with one size changed; unchanged if the field is not a size."""

@@ -1,4 +1,4 @@
-"""Sets the floor and the camera of a page to the size of its robot. Used by ``view``."""
+"""Sets the floor and the camera of a page to the size of its robot. Used by ``view`` and the demo."""
 
 import numpy as np
 import viser
@@ -8,6 +8,7 @@ from ulna.viewer.arm import Extent
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
 _FROM = np.array([0.77, -0.72, 0.36])  # the direction of the camera, seen from the robot
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
+_ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
 
 
 def add_stage(server: viser.ViserServer, extent: Extent) -> None:
@@ -30,3 +31,18 @@ def add_stage(server: viser.ViserServer, extent: Extent) -> None:
     server.initial_camera.look_at = tuple(centre)
     server.initial_camera.position = tuple(centre + distance * _FROM / np.linalg.norm(_FROM))
     server.initial_camera.far = max(100.0, 20 * distance)
+    stand_back_where_narrow(server, _ASPECT)
+
+
+def stand_back_where_narrow(server: viser.ViserServer, aspect: float) -> None:
+    """Move the camera of each new tab back whose scene is narrower, so that as much is seen from side to side."""
+
+    def stand_back(client: viser.ClientHandle) -> None:
+        factor = aspect / max(client.camera.aspect, 0.1)
+        if factor > 1.0:
+            start, middle = server.initial_camera.position, server.initial_camera.look_at
+            with client.atomic():
+                client.camera.position = middle + factor * (start - middle)
+                client.camera.look_at = middle  # viser moves it with the position
+
+    server.on_client_connect(stand_back)

@@ -55,7 +55,7 @@ class View:
         self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self.session.moving else IDLE_S, self._failed)
         self.compiler = Compiler(self._loop.wake)
         self.session = Session(robot, world, q, self.compiler.ask)
-        self.page = Page(host, port, title=f"Ulna: {robot.name}", origins=origins)
+        self.page = Page(host, port, title=f"{robot.name} - Ulna", origins=origins)
         with self.page.ending_if_it_fails():
             self._build()
         self._loop.start()
@@ -76,7 +76,7 @@ class View:
             self.joints = JointSliders(server.gui, robot, self._happened)
         with tabs.add_tab("Obstacles"):
             beside = np.round([extent.high[0] + 0.2 * extent.radius, 0.0, extent.centre[2]], 2)
-            self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened)
+            self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened, session.names.taken)
             self.itself = server.gui.add_checkbox(
                 "Check the robot against itself",
                 initial_value=session.itself,

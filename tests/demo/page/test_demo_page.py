@@ -164,3 +164,18 @@ def test_record_gives_a_video_of_what_was_seen(app, page, still):
     colors = [max(("green", "red"), key=lambda color: count(around(frame, place, 8), color)) for frame in (frames[0], frames[-1])]
     assert colors == ["green", "red"]
     page.get_by_role("button", name="Record").wait_for()
+
+
+def test_the_sliders_follow_the_arm_while_it_plays(app, page, still):
+    field = page.get_by_role("textbox", name="joint2")
+    app.playing.value = True
+    seen = set()
+
+    def several():
+        seen.add(field.input_value())
+        return len(seen) > 3
+
+    wait_to_see(page, several, "joint 2 on its way")
+    page.get_by_role("checkbox", name="Play").uncheck()
+    wait_to_see(page, lambda: not app.playing.value, "an arm at rest")
+    wait_to_see(page, lambda: float(field.input_value()) == pytest.approx(app.player.q[1], abs=6e-4), "joint 2 where the arm is")

@@ -15,6 +15,7 @@ from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.robot import Robot
 from ulna.viewer.session.clearance import Clearance, clearance
 from ulna.viewer.session.hand import Hand, palm
+from ulna.viewer.session.shape_names import ShapeNames
 
 Array = NDArray[np.float64]
 HAND, COLLISIONS = "the motion of the hand", "collisions and distances"  # what is asked in a frame
@@ -41,7 +42,9 @@ class Session:
         target: The pose that the hand is pulled to, T_base_link, shape (4, 4); None if it is not pulled.
         avoiding: Whether the pulled hand stays clear of the world and the robot itself.
         itself: Whether the verdict counts the robot's links against each other too.
-        trouble: Why the hand is not where it is pulled; empty if it is, or while it is on its way.
+        trouble: Why the hand is not where it is pulled; empty if it is, while it is on its way, and when it is let go.
+        stopped: Whether ``trouble`` is that it would touch something, while nothing touches.
+        names: How the robot's collision shapes are called.
         clearance: What the robot touches, and what it is nearest to.
         waiting: Whether the pulled hand waits for its kernels.
         lock: Held during a frame; hold it to do two things as one.
@@ -62,8 +65,9 @@ class Session:
         self.lock, self.ask = threading.RLock(), ask
         self.avoiding, self.itself = False, not self.unchecked
         self.clearance = Clearance(None, refusal=self.unchecked)
+        self.names = ShapeNames(robot)
         self.q = robot.home if q is None else q
-        self._hand = Hand(robot, palm(robot)) if robot.n_dof else None
+        self._hand = Hand(robot, palm(robot), self.names) if robot.n_dof else None
         self._seen: tuple | None = None
         self._letting_go = self.waiting = self._checked = False
 
@@ -89,7 +93,8 @@ class Session:
             raise InputError("q", f"shape {positions.shape}; one configuration, shape ({self.robot.n_dof},), is expected")
         refuse_out_of_range(positions)
         with self.lock:
-            self._q, self.target, self.trouble = positions.copy(), None, ""
+            self._q = positions.copy()
+            self._rest()
 
     @property
     def link(self) -> str:
@@ -102,7 +107,8 @@ class Session:
             raise UnknownNameError("link", name, self.robot.link_names)
         with self.lock:
             if self._hand is not None:
-                self._hand, self.target, self.trouble = Hand(self.robot, name), None, ""
+                self._hand = Hand(self.robot, name, self.names)
+                self._rest()
 
     @property
     def hand_pose(self) -> Array:
@@ -139,7 +145,7 @@ class Session:
         """Find the clearance, and tell whether it is known now."""
         found = Clearance(None, refusal=self.unchecked)
         if not self.unchecked:
-            found = self.ask(COLLISIONS, clearance, self.robot, self._q.copy(), self.world, itself=self.itself)
+            found = self.ask(COLLISIONS, clearance, self.robot, self._q.copy(), self.world, itself=self.itself, names=self.names)
         self._checked = found is not None
         self.clearance = found or Clearance(None)
         return self._checked
@@ -154,5 +160,10 @@ class Session:
         if followed is None:
             return
         self._q, self.trouble, self._on_the_way = followed.q, followed.reason, followed.moving
+        self.stopped = followed.stopped
         if self._letting_go and not followed.moving:
-            self.target, self._letting_go = None, False
+            self._rest()
+
+    def _rest(self) -> None:
+        """Nothing pulls the hand."""
+        self.target, self.trouble, self.stopped, self._letting_go = None, "", False, False
