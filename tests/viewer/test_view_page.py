@@ -144,13 +144,16 @@ def test_out_of_reach_the_mark_is_red_and_the_page_says_why(view, page, camera):
 
 def test_avoiding_collisions_it_says_that_it_stopped_and_before_what(view, page, camera):
     tab(page, "Move")
-    view.world.add("table", ulna.Box((0.4, 0.4, 0.05)), ulna.pose((0.55, 0.0, 0.25)))
+    view.world.add("table", ulna.Box((1.0, 1.0, 0.1)), ulna.pose((0.6, 0.0, 0.2)))
     page.get_by_role("checkbox", name="Avoid collisions").check()
     wait_to_see(page, lambda: view.session.avoiding, "a hand that avoids")
     T, size = view.session.hand_pose, view.hand.handles.control.scale
     drag(page, view.hand.handles, arrow(camera, T, 2, size), (0, 150), "blue")
     wait_to_see(page, lambda: view.session.stopped, "a hand that stops")
-    page.get_by_text("stopped before panda_link7 (box 12) and table touch").wait_for()
+    status = page.get_by_role("status").nth(1)
+    wait_to_see(
+        page, lambda: status.inner_text().strip().startswith("stopped before panda_link7 (box 12) and table"), "what stops it"
+    )
     page.get_by_text("free", exact=True).first.wait_for()
     assert count(around(pixels(page), project(camera, view.hand.handles.pose[:3, 3]), 14), "red") < 100
     page.mouse.up()

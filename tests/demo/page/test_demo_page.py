@@ -158,7 +158,7 @@ def test_record_gives_a_video_of_what_was_seen(app, page, still):
     with av.open(str(download.value.path())) as container:
         frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in container.decode(video=0)]
     assert 30 <= len(frames) <= 30 * seconds + 1  # as long as it was recorded
-    assert frames[0].shape[1] / frames[0].shape[0] == pytest.approx(SIZE[0] / SIZE[1], rel=0.02)
+    assert frames[0].shape[1] / frames[0].shape[0] == pytest.approx(still.image_width / still.image_height, rel=0.02)
     scale = frames[0].shape[0] / SIZE[1]
     place = [scale * along for along in project(still, LIGHT_POSITION)]
     colors = [max(("green", "red"), key=lambda color: count(around(frame, place, 8), color)) for frame in (frames[0], frames[-1])]
