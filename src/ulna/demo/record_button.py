@@ -49,13 +49,13 @@ class RecordButton:
     def take(self, now: float) -> None:
         """Keep what is shown at a time [s], if it is recorded; called in the page's loop with the player's lock held."""
         client = self._client
-        if client is None:
+        if client is None or self.player.report is None:
             return
         if self._shots and now - self._shots[0][0] > LONGEST_S:
             self._finish(client)
             return
         player, camera = self.player, client.camera
-        moment = Moment(player.q, player.demo.world.pose(BOX_NAME), player.demo.check(player.q))
+        moment = Moment(player.q, player.demo.world.pose(BOX_NAME), self.player.report)
         seen = Camera(_three(camera.position), _three(camera.look_at), float(camera.fov))
         self._shots.append((now, demo_picture(player.demo.robot, moment, seen, boxes=self._boxes_shown())))
 

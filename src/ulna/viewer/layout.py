@@ -1,6 +1,6 @@
 """Where the panel is: beside the scene on a wide page, below it on a phone; it covers nothing. Used by ``page``, ``document``.
 
-On a wide page viser docks it. On a phone viser lays it over the lower part of the scene: a style sheet sets it below, at full width.
+On a wide page viser docks it. On a phone viser lays it over the lower part of the scene: a style sheet sets it below it.
 """
 
 import viser

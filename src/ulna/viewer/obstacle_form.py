@@ -70,7 +70,8 @@ class ObstacleForm:
         """Apply what was typed since the last call; where that cannot be, show again what is. Whether another one was chosen."""
         edits, self._edits = self._edits, {}
         in_turn = sorted(edits.values(), key=lambda edit: edit.field is self.name)  # the name last: the others have the old one
-        if not all([self._apply(edit) for edit in in_turn]):
+        refused = [edit for edit in in_turn if not self._apply(edit)]
+        if refused:
             self.show({name: (shape, T) for name, shape, T in self._world.items()})
         changed, self._changed = self._changed, False
         return changed

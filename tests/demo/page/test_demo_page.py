@@ -1,4 +1,6 @@
 import asyncio
+import subprocess
+import sys
 import threading
 import time
 from types import SimpleNamespace
@@ -10,7 +12,7 @@ import pytest
 from browser import SIZE, around, pixels, project, wait_to_see
 from colors import count
 from processes import wait_for
-from ulna.demo.page import DemoApp
+from ulna.demo.page import DemoApp, serve
 from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, Demo
 from ulna.description.pose import pose
 
@@ -111,6 +113,49 @@ def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
 def test_the_page_asks_nothing_of_the_network(page):
     assert page.addresses
     assert all(address.startswith(("http://127.0.0.1:", "ws://127.0.0.1:", "data:", "blob:")) for address in page.addresses)
+
+
+# A program of its own, in which no kernel is loaded; that compiles nothing while another thread holds Numba's lock.
+HELD = """
+from numba.core.compiler_lock import global_compiler_lock
+from processes import wait_for
+from ulna.demo.page import DemoApp
+from ulna.demo.scenario import Demo
+from ulna.viewer.palette import GREEN, UNKNOWN
+
+demo = Demo()
+demo.robot.link_poses(demo.robot.home)  # all that the first picture needs
+with global_compiler_lock:
+    app = DemoApp(demo, port=0)
+    wait_for(lambda: "Compiling for this machine (once): " in app.notice.text, "the word of it")
+    assert app.scene.light.color == UNKNOWN
+    assert "compiling ..." in app.verdict.content
+app.wait_until_compiled()
+wait_for(lambda: app.scene.light.color == GREEN, "a light that knows", looks=None)
+wait_for(lambda: app.player.time > 0, "an arm that moves", looks=None)
+app.stop()
+print("done")
+"""
+
+
+def test_the_page_is_there_before_the_check_is_compiled_and_its_light_is_grey_until_then():
+    path = ":".join(sys.path)
+    done = subprocess.run([sys.executable, "-c", HELD], env={"PYTHONPATH": path}, capture_output=True, text=True, check=False)
+    assert done.stdout == "done\n", done.stderr
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_the_page_is_open_while_the_checks_run_and_ends_if_one_fails(passed, monkeypatch, capsys):
+    seen = []
+
+    def meanwhile():
+        seen.append(capsys.readouterr().out)
+        return passed
+
+    monkeypatch.setattr(DemoApp, "wait", lambda _: seen.append("waits"))
+    assert serve(Demo(), port=0, open_browser=False, meanwhile=meanwhile) == passed
+    assert seen[0].startswith("The Panda is at http://127.0.0.1:")
+    assert ("waits" in seen) == passed
 
 
 def test_stopping_leaves_no_thread_behind():

@@ -53,7 +53,9 @@ def server():
 
 @pytest.fixture
 def button(server, demo):
-    button = RecordButton(server, Player(demo, SCREEN), lambda: True)
+    player = Player(demo, SCREEN)
+    player.check()
+    button = RecordButton(server, player, lambda: True)
     yield button
     button.close()
 
