@@ -5,6 +5,7 @@ import http
 from typing import Any
 
 from ulna.viewer import accessible_names, drags, layout, typed
+from ulna.viewer.configuration import COPY_SCRIPT
 
 _TITLE = b"<title>Viser</title>"
 
@@ -15,7 +16,7 @@ def completed(response: Any, title: str) -> Any:
         return response
     head, found, rest = response.body.partition(b"</head>")
     head = head.replace(_TITLE, f"<title>{html.escape(title)}</title>".encode())
-    response.body = head + accessible_names.SCRIPT + drags.SCRIPT + typed.SCRIPT + layout.STYLE + found + rest
+    response.body = head + accessible_names.SCRIPT + drags.SCRIPT + typed.SCRIPT + COPY_SCRIPT + layout.STYLE + found + rest
     del response.headers["Content-Length"]
     response.headers["Content-Length"] = str(len(response.body))
     return response

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import viser
 
 from ulna.robot import Robot
+from ulna.viewer.hand_pose import HandPose
 from ulna.viewer.handles import Handles
 from ulna.viewer.html import marked
 from ulna.viewer.palette import GREEN, RED
@@ -33,6 +34,7 @@ class HandPanel:
             disabled=bool(session.unchecked),
             hint=session.unchecked or "The hand stops rather than touch the obstacles or the robot itself",
         )
+        self.pose = HandPose(gui, session, moved)
         self.status = gui.add_html("")
         self._shown = session.link
         self.link.on_update(self._choose)
@@ -40,6 +42,7 @@ class HandPanel:
 
     def take(self) -> None:
         """Pull the hand to where a person has dragged the handles, or let go of it."""
+        self.pose.take()
         released = self.handles.take_release()  # looked at first: the last move comes before the end of a drag
         if self.handles.take():
             self._session.pull(self.handles.pose)
@@ -48,7 +51,7 @@ class HandPanel:
 
     def show(self) -> None:
         """Say how it is with the hand; at rest the handles stand on it."""
-        session, trouble = self._session, self._session.trouble
+        session, trouble = self._session, self._session.trouble or self._session.missed
         pulled = session.target is not None
         if not pulled:
             self.handles.put(session.hand_pose)
@@ -63,8 +66,9 @@ class HandPanel:
             else "drag the handles to move the hand"
         )
         label = "stopped" if session.stopped else trouble.partition(":")[0]
-        self.mark.color, self.reason.text, self.reason.visible = color, label, bool(trouble)
+        self.mark.color, self.reason.text, self.reason.visible = color, label, bool(session.trouble)
         self.status.content = marked(words, color, filled=bool(trouble))
+        self.pose.show()
         if session.link != self._shown:  # else it is a person's choice, of which the session has not heard yet
             self._shown = self.link.value = session.link
 

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import numpy as np
 import viser
 from numpy.typing import NDArray
 
@@ -13,9 +12,9 @@ from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.errors import UlnaError
+from ulna.viewer.retyped import retyped, rounded
 
 _NONE: str = "none"
-_DIGITS = 4  # decimals: tenths of millimetres
 Known = dict[str, tuple[Obstacle, NDArray[Any]]]
 Change = Callable[[str, Obstacle, NDArray[Any], str], object]
 
@@ -91,8 +90,8 @@ class ObstacleForm:
         self._write(self.name, chosen)
         for field, value in self._sizes(shape):
             self._write(field, value)
-        self._write(self.xyz, _rounded(T[:3, 3]))
-        self._write(self.rpy, _rounded(rpy_from_matrix(T)))
+        self._write(self.xyz, rounded(T[:3, 3]))
+        self._write(self.rpy, rounded(rpy_from_matrix(T)))
 
     def _show_fields(self, shape: Obstacle | None) -> None:
         sized = [field for field, _ in self._sizes(shape)]
@@ -134,9 +133,9 @@ class ObstacleForm:
         name = (edit.value.strip() if field is self.name else "") or edit.name
         try:
             if field is self.xyz:
-                T[:3, 3] = _retyped(T[:3, 3], edit.value)
+                T[:3, 3] = retyped(T[:3, 3], edit.value)
             elif field is self.rpy:
-                T[:3, :3] = pose(rpy=_retyped(rpy_from_matrix(T), edit.value))[:3, :3]
+                T[:3, :3] = pose(rpy=retyped(rpy_from_matrix(T), edit.value))[:3, :3]
             self._change(edit.name, self._shape(shape, field, edit.value), T, name)
         except UlnaError as error:
             edit.client.add_notification("Not changed", str(error), color="red")
@@ -152,12 +151,3 @@ class ObstacleForm:
         if field is self.length and isinstance(shape, Cylinder | Capsule):
             return replace(shape, length=value)
         return shape
-
-
-def _retyped(exact: NDArray[Any], typed: tuple[float, ...]) -> NDArray[Any]:
-    """The typed numbers that differ from what the form showed; the exact ones for the others, which the form rounds."""
-    return np.where(np.equal(typed, _rounded(exact)), exact, typed)
-
-
-def _rounded(values: NDArray[Any]) -> tuple[float, ...]:
-    return tuple(float(value) + 0.0 for value in values.round(_DIGITS))

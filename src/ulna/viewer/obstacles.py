@@ -13,12 +13,12 @@ from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
 from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, quaternion_from_matrix
-from ulna.description.shapes import Box, Cylinder, Sphere
+from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
 from ulna.errors import InputError, UlnaError
 from ulna.viewer.handles import Handles
 from ulna.viewer.nodes import add_shape
 from ulna.viewer.obstacle_form import ObstacleForm
-from ulna.viewer.palette import MOVABLE, TOUCHING, obstacle_opacity
+from ulna.viewer.palette import GROUND, MOVABLE, PALE, TOUCHING, obstacle_opacity
 
 _EDGE = 0.15  # of a new obstacle, against the robot's size
 _NEW = {
@@ -144,16 +144,16 @@ class Obstacles:
                 self.handles.put(T)
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
-        color = TOUCHING if red else MOVABLE
+        color, opacity = TOUCHING if red else MOVABLE, obstacle_opacity(touching=red)
+        if isinstance(shape, HalfSpace):  # all that is above it is seen against it
+            color, opacity = TOUCHING if red else GROUND, PALE
         if name not in self._drawn:
             self._count += 1
-            node = self.nodes[name] = add_shape(
-                self._server.scene, f"/obstacles/{self._count}", shape, color, obstacle_opacity(touching=red), T
-            )
+            node = self.nodes[name] = add_shape(self._server.scene, f"/obstacles/{self._count}", shape, color, opacity, T)
             node.on_click(lambda _: self._pick(name))
         elif not np.array_equal(self._drawn[name][1], T):
             self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
-        self.nodes[name].color, self.nodes[name].opacity = color, obstacle_opacity(touching=red)
+        self.nodes[name].color, self.nodes[name].opacity = color, opacity
         self._drawn[name] = (shape, T)
 
     def _pick(self, name: str) -> None:

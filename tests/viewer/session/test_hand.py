@@ -89,7 +89,7 @@ def test_avoiding_collisions_it_slides_along_what_is_in_its_way(panda, hand):
     world.add("table", ulna.Box((1.0, 1.0, 0.1)), ulna.pose((0.6, 0, 0.2)))
     for along in ((0.1, 0.2), (-0.1, -0.3)):
         T = shifted(panda, panda.home, (*along, -0.3))
-        way, last = pulled(hand, panda.home, T, world)
+        way, _ = pulled(hand, panda.home, T, world)
         off = panda.forward_kinematics(way[-1])[:3, 3] - T[:3, 3]
         assert np.abs(off[:2]).max() < 0.01, "as far along the table as it is pulled"
         assert off[2] < 0.09, "and as deep as the table lets it"

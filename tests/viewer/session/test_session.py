@@ -158,3 +158,22 @@ def test_a_link_that_nothing_moves_has_a_flat_ellipsoid():
     found = mobility(robot, robot.home, robot.tip)
     assert np.array_equal(found.radii, np.zeros(3))
     assert found.singular_values.size == 0
+
+
+def test_a_hand_that_is_sent_arrives_on_any_branch_and_says_afterwards_why_it_did_not(panda, rng):
+    session = Session(panda)
+    for q in rng.uniform(panda.lower, panda.upper, (5, 7)):
+        session.q = panda.home
+        T = panda.forward_kinematics(q)
+        session.send(T)
+        while session.target is not None:
+            session.frame()
+        assert np.allclose(session.hand_pose, T, atol=2e-5)
+        assert session.missed == ""
+    T[:3, 3] = (5.0, 0, 0)
+    session.send(T)
+    while session.target is not None:
+        session.frame()
+    assert session.missed.startswith("unreachable")
+    session.q = panda.home
+    assert session.missed == ""

@@ -82,8 +82,14 @@ class Hand:
         if against:
             words = f"stopped before {self._names.listed(against)} touch"
             return Followed(nearer, reached=False, moving=False, reason=words, stopped=True)
-        reason = f"{found.status}: {found.reason}" if found.reason else str(found.status)
-        return Followed(nearer, reached=False, moving=False, reason=reason)
+        return Followed(nearer, reached=False, moving=False, reason=_words(found))
+
+    def place(self, q: Array, T: Array, world: World | None = None) -> Followed:
+        """A configuration at a pose, on any branch, however far its joints are from q; see ``follow``."""
+        found = self.robot.inverse_kinematics(T, q, self.link, held=self.held, world=world)
+        if found.success:
+            return Followed(found.q, reached=True, moving=False)
+        return Followed(q, reached=False, moving=False, reason=_words(found))
 
     def _search(self, q: Array, T: Array, world: World | None, max_iterations: int | None = None) -> IKResult:
         return self.robot.inverse_kinematics(
@@ -127,6 +133,11 @@ class Hand:
         """Whether a step ends free of collision, or less deep in one in which it began."""
         after = self.robot.signed_distance(nearer, world)
         return after > 0.0 or after > self.robot.signed_distance(q, world)
+
+
+def _words(found: IKResult) -> str:
+    """Why a search has not arrived."""
+    return f"{found.status}: {found.reason}" if found.reason else str(found.status)
 
 
 def _shortened(change: Array) -> Array:

@@ -122,7 +122,12 @@ def _followers(robot: Robot) -> list[Follower]:
 
 
 def _group_name(limb: list[str]) -> str:
-    """What the names of most of a limb's joints begin with; else the first and the last of them."""
+    """What the names of most of a limb's joints begin with; else what all begin with, and the first and the last of them."""
     stems = [name.removesuffix("_joint").rstrip("_0123456789") for name in limb]
     stem, count = Counter(stems).most_common(1)[0]
-    return stem if 2 * count > len(limb) and len(stem) > 1 else f"{stems[0]} … {stems[-1]}"
+    if 2 * count > len(limb) and len(stem) > 1:
+        return stem
+    words = [stem.split("_") for stem in stems]
+    shared = next((k for k, each in enumerate(zip(*words, strict=False)) if len(set(each)) > 1), 0)
+    first, last = ("_".join(names[shared:]) for names in (words[0], words[-1]))
+    return f"{'_'.join(words[0][:shared])}: {first} to {last}" if shared else f"{first} to {last}"

@@ -43,6 +43,7 @@ class Session:
         avoiding: Whether the pulled hand stays clear of the world and the robot itself.
         itself: Whether the verdict counts the robot's links against each other too.
         trouble: Why the hand is not where it is pulled; empty if it is, while it is on its way, and when it is let go.
+        missed: Why the last pose that it was sent to was not reached; empty if it was, and when something else moves it.
         stopped: Whether ``trouble`` is that it would touch something, while nothing touches.
         names: How the robot's collision shapes are called.
         clearance: What the robot touches, and what it is nearest to.
@@ -119,6 +120,13 @@ class Session:
         """Pull the hand to a pose; the frames to come bring it there."""
         with self.lock:
             self.target, self._letting_go = as_one_pose(T_base_hand, "T_base_hand"), False
+            self._sent, self.missed = False, ""
+
+    def send(self, T_base_hand: ArrayLike) -> None:
+        """Send the hand to a pose, on any branch; the frames to come bring it there, or say in ``missed`` why not."""
+        with self.lock:
+            self.pull(T_base_hand)
+            self._sent = self._letting_go = True
 
     def let_go(self) -> None:
         """End the pull: the hand goes on to its target, and rests."""
@@ -129,7 +137,15 @@ class Session:
         """Go on by a frame. Returns whether anything that is seen has changed."""
         with self.lock:
             self._follow()
-            seen = (self._q.tobytes(), self.world.objects(), self.itself, self.link, self.trouble, self.target is None)
+            seen = (
+                self._q.tobytes(),
+                self.world.objects(),
+                self.itself,
+                self.link,
+                self.trouble,
+                self.missed,
+                self.target is None,
+            )
             changed = self._seen is None or not all(a is b or a == b for a, b in zip(seen, self._seen, strict=True))
             self._seen = seen
             return (changed or not self._checked) and (self._check() or changed)
@@ -155,15 +171,21 @@ class Session:
             self.waiting = False
             return
         world = self.world if self.avoiding else None
-        followed = self.ask(COLLISIONS if self.avoiding else HAND, self._hand.follow, self._q.copy(), self.target.copy(), world)
+        name = COLLISIONS if self.avoiding else HAND
+        followed = self.ask(name, self._hand.follow, self._q.copy(), self.target.copy(), world)
+        if self._sent and followed is not None and not followed.moving and not followed.reached:
+            followed = self.ask(name, self._hand.place, self._q.copy(), self.target.copy(), world)
         self.waiting = followed is None
         if followed is None:
             return
         self._q, self.trouble, self._on_the_way = followed.q, followed.reason, followed.moving
         self.stopped = followed.stopped
         if self._letting_go and not followed.moving:
+            missed = self.trouble if self._sent else ""
             self._rest()
+            self.missed = missed
 
     def _rest(self) -> None:
         """Nothing pulls the hand."""
-        self.target, self.trouble, self.stopped, self._letting_go = None, "", False, False
+        self.target, self.trouble, self.missed, self.stopped = None, "", "", False
+        self._letting_go = self._sent = False
