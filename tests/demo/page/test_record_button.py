@@ -72,13 +72,31 @@ def test_from_press_to_press_a_video_is_made(server, button):
     assert server.files["ulna-demo.mp4"][4:8] == b"ftyp"
 
 
+def test_while_the_video_is_made_it_says_how_much_there_is_to_make(server, button, monkeypatch):
+    said = []
+    monkeypatch.setattr(
+        record_button, "record_pictures", lambda *_: [_[3](k) or said.append(server.button.label) for k in (30, 60)]
+    )
+    server.press()
+    button.take(0.0)
+    button.take(3.0)
+    server.press()
+    wait_for(lambda: server.button.label == "Record", "the end")
+    assert said == ["Making the video: 1 s of 3 s", "Making the video: 2 s of 3 s"]
+
+
 def test_a_video_that_cannot_be_made_is_told_to_its_reader(server, button, monkeypatch, capsys):
     def fail(*_):
         raise ulna.FileError("ulna-demo.mp4", "cannot be written: no space")
 
-    monkeypatch.setattr(record_button, "record_pictures", fail)
-    told = []
-    server.client.add_notification = lambda *words, **_: told.append(words)
+    def record(form, _robot, pictures, tell):
+        assert len(pictures) == 91
+        for done in (30, 60):
+            tell(done)
+            said.append(server.button.label)
+        form.path.touch()
+
+    monkeypatch.setattr(record_button, "record_pictures", record)
     server.press()
     button.take(0.0)
     server.press()
