@@ -74,9 +74,15 @@ def test_from_press_to_press_a_video_is_made(server, button):
 
 def test_while_the_video_is_made_it_says_how_much_there_is_to_make(server, button, monkeypatch):
     said = []
-    monkeypatch.setattr(
-        record_button, "record_pictures", lambda *_: [_[3](k) or said.append(server.button.label) for k in (30, 60)]
-    )
+
+    def record(form, _robot, pictures, tell):
+        assert len(pictures) == 91
+        for done in (30, 60):
+            tell(done)
+            said.append(server.button.label)
+        form.path.touch()
+
+    monkeypatch.setattr(record_button, "record_pictures", record)
     server.press()
     button.take(0.0)
     button.take(3.0)
@@ -89,14 +95,9 @@ def test_a_video_that_cannot_be_made_is_told_to_its_reader(server, button, monke
     def fail(*_):
         raise ulna.FileError("ulna-demo.mp4", "cannot be written: no space")
 
-    def record(form, _robot, pictures, tell):
-        assert len(pictures) == 91
-        for done in (30, 60):
-            tell(done)
-            said.append(server.button.label)
-        form.path.touch()
-
-    monkeypatch.setattr(record_button, "record_pictures", record)
+    monkeypatch.setattr(record_button, "record_pictures", fail)
+    told = []
+    server.client.add_notification = lambda *words, **_: told.append(words)
     server.press()
     button.take(0.0)
     server.press()
