@@ -15,14 +15,19 @@ from ulna.demo.scenario import BOX_START, Demo, light_color, light_word
 from ulna.demo.scene import DemoScene
 from ulna.description.pose import pose
 from ulna.viewer.compiler import Compiler
-from ulna.viewer.html import marked
+from ulna.viewer.html import marked, plain
 from ulna.viewer.joints import JointSliders
 from ulna.viewer.loop import Loop
 from ulna.viewer.notice import Notice
 from ulna.viewer.page import HOST, Page
+from ulna.viewer.visibility import REAL_ARM
 
 FRAMES_PER_SECOND = 30.0
 STOP_WITHIN_S = 2.0
+_WHAT = (
+    "A university assignment (hw2 in the repository): the Panda repeats a trajectory. Drag the box by its arrows; the light says "
+    "which of the arm's twelve boxes it touches."
+)
 _FOLLOW_S = 0.1  # between two settings of the sliders while the arm moves
 
 
@@ -134,6 +139,9 @@ class DemoApp:
 
     def _add_widgets(self) -> None:
         gui = self.server.gui
+        gui.add_html(plain(_WHAT))
+        if self.scene.arm.missing:
+            gui.add_html(plain(REAL_ARM))
         self.verdict = gui.add_html(marked(light_word(None), light_color(None), filled=False))
         self.notice = Notice(gui)
         self.playing = gui.add_checkbox("Play", initial_value=True, hint="The arm repeats its trajectory")
