@@ -68,8 +68,8 @@ class Arm:
             self._scene.add_glb(f"{root}/{number[name]}/body", export_glb(scene)) for name, scene in visuals.scenes.items()
         ]
         self.names = [
-            self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor=side)
-            for (k, name), side in zip(_names_by_origin(robot), cycle(("bottom-right", "bottom-left")), strict=False)
+            self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor=f"bottom-{side}")  # type: ignore[arg-type]
+            for (k, name), side in zip(_names_by_origin(robot), cycle(("right", "left")), strict=False)
         ]
         self.solids = self._add_solids(number)
         self.held = {

@@ -43,7 +43,8 @@ class HandPose:
         T = self._session.hand_pose
         for name, field, values in (("xyz", self.xyz, T[:3, 3]), ("rpy", self.rpy, rpy_from_matrix(T))):
             if name not in self._typed:
-                field.value = rounded(values)
+                x, y, z = rounded(values)
+                field.value = (x, y, z)
 
     def _listener(self, name: str) -> Callable:
         async def listen(event: viser.GuiEvent) -> None:

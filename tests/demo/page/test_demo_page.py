@@ -110,6 +110,23 @@ def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
     wait_to_see(page, lambda: not page.get_by_role("checkbox", name="Play").is_checked(), "the box Play unchecked")
 
 
+def test_on_a_phone_the_box_the_light_and_the_hand_are_seen_above_the_panel(app, open_page):
+    page = open_page(app.url, size=(390, 844))
+    camera = next(iter(wait_to_see(page, app.server.get_clients, "a tab").values())).camera
+    hand = app.demo.robot.forward_kinematics(app.demo.robot.home)[:3, 3]
+
+    def all_in_sight():
+        width, height = page.evaluate(
+            "(({width, height}) => [width, height])(document.querySelector('canvas').getBoundingClientRect())"
+        )
+        top = page.get_by_role("status").bounding_box()["y"]
+        seen = np.array([project(camera, point) for point in (BOX_START, LIGHT_POSITION, hand)])
+        return height < top and (seen > 10).all() and (seen < (width - 10, height - 10)).all()
+
+    wait_to_see(page, all_in_sight, "the box, the light and the hand")
+    assert page.title() == "panda - Ulna demo"
+
+
 def test_the_page_asks_nothing_of_the_network(page):
     assert page.addresses
     assert all(address.startswith(("http://127.0.0.1:", "ws://127.0.0.1:", "data:", "blob:")) for address in page.addresses)
