@@ -45,8 +45,9 @@ def project(camera, point) -> np.ndarray:
     from ulna.description.pose import inverse, pose
 
     x, y, z = (inverse(pose(camera.position, wxyz=camera.wxyz)) @ [*point, 1.0])[:3]
-    focal = SIZE[1] / 2 / np.tan(camera.fov / 2)
-    return np.array([SIZE[0] / 2 + focal * x / z, SIZE[1] / 2 + focal * y / z])
+    width, height = camera.image_width, camera.image_height  # of the scene: the panel is beside it
+    focal = height / 2 / np.tan(camera.fov / 2)
+    return np.array([width / 2 + focal * x / z, height / 2 + focal * y / z])
 
 
 def around(image: np.ndarray, centre, half: int) -> np.ndarray:

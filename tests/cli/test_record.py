@@ -1,7 +1,9 @@
 import sys
 
+import numpy as np
 import pytest
 
+import ulna
 from ulna.cli import record as record_file
 
 
@@ -11,6 +13,46 @@ def test_a_picture_of_any_robot(run, tmp_path, slider):
     assert result.stderr == ""
     assert result.stdout.startswith(f"{tmp_path}/slider.png: a picture of 64x48, 0.0")
     assert (tmp_path / "slider.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_robot_moves_along_the_rows_of_a_file_among_the_obstacles_of_a_scene(run, tmp_path):
+    world = ulna.World()
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.6, 0, 0.3)))
+    ulna.save_world(world, tmp_path / "scene.json")
+    home = ulna.load("panda").home
+    rows = np.array([home, home + 0.2])
+    np.save(tmp_path / "rows.npy", rows)
+    np.savetxt(tmp_path / "rows.csv", rows, delimiter=",", header="j1,j2,j3,j4,j5,j6,j7", comments="")
+    videos = []
+    for name in ("rows.npy", "rows.csv"):
+        out = tmp_path / f"{name}.mp4"
+        options = ("--scene", tmp_path / "scene.json", "--trajectory", tmp_path / name, "--seconds", "0.3", "--size", "64x48")
+        result = run("record", out, *options)
+        assert (result.exit_code, result.stderr) == (0, "")
+        assert "9 pictures, 0.3 s, of 64x48" in result.stdout
+        videos.append(out.read_bytes())
+    assert videos[0] == videos[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.csv", "1,2\n", "--trajectory: a.csv has shape (1, 2); rows of 7 joint positions are expected"),
+        ("a.csv", "", "--trajectory: a.csv has shape (0, 0); rows of 7"),
+        ("a.csv", "0,0,0,0,0,0,0\nx\n", "--trajectory: a.csv:2: 'x' is no row of numbers"),
+        ("a.csv", "0,0,0,0,0,0,0\n1,2\n", "--trajectory: a.csv:2: 2 numbers, but 7 in the row before"),
+        ("a.csv", "0,0,0,nan,0,0,0\n", "--trajectory: a.csv: row 0 is not finite"),
+        ("a.npy", "1,2", "--trajectory: a.npy is no .npy file of numbers"),
+    ],
+)
+def test_a_trajectory_that_is_none_is_refused_in_one_line(refusal, tmp_path, name, content, message):
+    (tmp_path / name).write_text(content)
+    assert refusal("record", tmp_path / "a.mp4", "--trajectory", tmp_path / name).startswith(message)
+    assert not (tmp_path / "a.mp4").exists()
+
+
+def test_joint_positions_are_given_once(refusal, tmp_path):
+    assert refusal("record", tmp_path / "a.mp4", "--trajectory", "a.csv", "--q", "0").startswith("--q: does not go with")
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """Videos and pictures of the demo, read again and looked at: what is seen is held against the collision checker."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -7,9 +9,11 @@ from PIL import Image
 from browser import around
 from colors import count
 from ulna.collision.world import World
+from ulna.demo.drawing import box_handles
 from ulna.demo.film import DEMO_CAMERA, record_demo
 from ulna.demo.scenario import BOX, LIGHT_POSITION, Demo
 from ulna.demo.script import Script
+from ulna.description.pose import pose
 from ulna.robot import load
 from ulna.viewer.film.record import make_form
 from videos import decoded
@@ -103,3 +107,21 @@ def test_a_picture_of_any_shape_shows_the_arm_the_box_and_the_light(tmp_path, si
     assert count(pixels, "green") > 10
     orange = (pixels[..., 0] > 150) & (pixels[..., 2] < 80) & (pixels[..., 1] > 90)
     assert np.count_nonzero(orange) > 10
+
+
+def test_the_box_is_in_sight_in_every_frame():
+    story = Script(Demo(), 30.0)
+    corners = np.array(list(product((-1, 1), repeat=3))) * BOX.half_extents
+    for k in range(900):
+        T = story.box_pose(k / 900)
+        for corner in corners:
+            x, y = DEMO_CAMERA.place(T[:3, :3] @ corner + T[:3, 3], 1280, 720)
+            assert 0 < x < 1280
+            assert 0 < y < 720
+
+
+def test_the_arrows_of_the_box_point_along_its_axes():
+    T = pose((0.4, 0.1, 0.5), (0.3, 0.4, 0.5))
+    heads = {solid.name[7]: solid.pose[:3, 3] - T[:3, 3] for solid in box_handles(load("panda"), T) if "head" in solid.name}
+    for k, axis in enumerate("xyz"):
+        assert np.allclose(heads[axis], 0.2 * T[:3, k])

@@ -85,6 +85,9 @@ def test_a_server_that_came_up_unguarded_is_stopped(monkeypatch):
 def test_the_address_is_one_that_leads_to_the_page(monkeypatch, host, name):
     monkeypatch.setattr(page, "_refuse_busy", lambda *_: None)  # not every machine has addresses of version 6
     monkeypatch.setattr(page, "refusing_foreign_pages", lambda *_: contextlib.nullcontext())
-    server = SimpleNamespace(gui=SimpleNamespace(configure_theme=lambda **_: None), get_port=lambda: 8080)
+    server = SimpleNamespace(
+        gui=SimpleNamespace(configure_theme=lambda **_: None, main_panel=SimpleNamespace(dock_right=lambda: None)),
+        get_port=lambda: 8080,
+    )
     monkeypatch.setattr(viser, "ViserServer", lambda **_: server)
     assert Page(host).url == f"http://{name}:8080"

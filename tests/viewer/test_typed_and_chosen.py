@@ -11,6 +11,7 @@ from ulna.viewer.hand import HandPanel
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import Page
 from ulna.viewer.session.session import Session
+from ulna.viewer.session.shape_names import ShapeNames
 
 
 @pytest.fixture(scope="module")
@@ -94,8 +95,25 @@ def test_what_cannot_be_is_said_to_who_typed_it(obstacles):
     choose(obstacles, "ball")
     person_sets(obstacles.form.radius, -1.0, client=client)
     obstacles.take()
-    assert told[0][0] == "That cannot be"
+    assert told[0][0] == "Not changed"
     assert obstacles.world.shape("ball") == ulna.Sphere(0.1)
+    assert obstacles.form.radius.value == 0.1
+
+
+def test_an_obstacle_is_not_called_like_a_part_of_the_robot(server, panda):
+    told = []
+    client = SimpleNamespace(add_notification=lambda *words, **_: told.append(words))
+    obstacles = Obstacles(server, ulna.World(), np.zeros(3), 1.0, lambda: None, ShapeNames(panda).taken)
+    obstacles.add("Box")
+    obstacles.add("Sphere")
+    assert obstacles.world.names == ("new box 1", "sphere 1")
+    choose(obstacles, "new box 1")
+    for name in ("box 7", "panda_link3", "panda_link1 (box 2)"):
+        person_sets(obstacles.form.name, name, client=client)
+        obstacles.take()
+    assert obstacles.world.names == ("new box 1", "sphere 1")
+    assert obstacles.form.name.value == "new box 1"
+    assert [words[0] for words in told] == 3 * ["Not changed"]
 
 
 def test_a_frame_does_not_take_back_the_link_that_was_just_chosen(server, panda):

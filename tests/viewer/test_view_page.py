@@ -9,6 +9,7 @@ import ulna
 from browser import around, arrow, drag, pixels, project, wait_to_see
 from colors import count
 from processes import wait_for
+from ulna.viewer.configuration import as_text
 from ulna.viewer.ellipsoid import COLOR
 
 NAMELESS = """() => [...document.querySelectorAll('input:not([type=hidden]), textarea, button, [role=slider], [role=tab]')]
@@ -138,6 +139,94 @@ def test_out_of_reach_the_mark_is_red_and_the_page_says_why(view, page, camera):
     wait_to_see(
         page, lambda: np.allclose(view.hand.handles.pose, view.session.hand_pose, atol=1e-4), "the handles back at the hand"
     )
+    wait_to_see(page, lambda: not view.hand.reason.visible and not view.session.trouble, "no reason any more")
+    page.get_by_text("drag the handles to move the hand").wait_for()
+
+
+def test_avoiding_collisions_it_says_that_it_stopped_and_before_what(view, page, camera):
+    tab(page, "Move")
+    view.world.add("table", ulna.Box((1.0, 1.0, 0.1)), ulna.pose((0.6, 0.0, 0.2)))
+    page.get_by_role("checkbox", name="Avoid collisions").check()
+    wait_to_see(page, lambda: view.session.avoiding, "a hand that avoids")
+    T, size = view.session.hand_pose, view.hand.handles.control.scale
+    drag(page, view.hand.handles, arrow(camera, T, 2, size), (0, 150), "blue")
+    wait_to_see(page, lambda: view.session.stopped, "a hand that stops")
+    status = page.get_by_role("status").nth(1)
+    wait_to_see(
+        page, lambda: status.inner_text().strip().startswith("stopped before panda_link7 (box 12) and table"), "what stops it"
+    )
+    page.get_by_text("free", exact=True).first.wait_for()
+    assert count(around(pixels(page), project(camera, view.hand.handles.pose[:3, 3]), 14), "red") < 100
+    page.mouse.up()
+    page.get_by_text("drag the handles to move the hand").wait_for()
+
+
+def test_a_typed_pose_sends_the_hand_there_or_says_why_not(view, page, camera):
+    tab(page, "Move")
+    field, T = page.get_by_label("Hand xyz [m], z"), view.session.hand_pose
+    wait_to_see(page, lambda: float(field.input_value()) == pytest.approx(T[2, 3], abs=6e-4), "the hand's height")
+    field.fill("0.35")
+    field.press("Enter")
+    wait_to_see(page, lambda: view.session.hand_pose[2, 3] == pytest.approx(0.35, abs=1e-4), "the hand there")
+    T[2, 3] = 0.35
+    assert np.allclose(view.session.hand_pose, T, atol=1e-4)
+    field.fill("9")
+    field.press("Enter")
+    status = page.get_by_role("status").nth(1)
+    wait_to_see(page, lambda: status.inner_text().strip().startswith("unreachable: "), "why not")
+    wait_to_see(page, lambda: float(field.input_value()) < 2, "the height that it has")
+    page.get_by_role("button", name="home").click()
+    wait_to_see(page, lambda: np.array_equal(view.q, view.session.robot.home), "the arm at home")
+    page.get_by_text("drag the handles to move the hand").wait_for()
+
+
+def test_q_is_copied_saved_and_loaded(view, page, camera, tmp_path):
+    tab(page, "Move")
+    view.q = q = view.session.robot.home + 0.1
+    page.get_by_text("Copy, save, load q").click()
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    wait_to_see(page, lambda: page.locator("[data-copy]").get_attribute("data-copy") == as_text(q), "q as text")
+    page.get_by_role("button", name="Copy q").click()
+    page.get_by_text("Copied").wait_for()
+    assert page.evaluate("navigator.clipboard.readText()") == as_text(q)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save q").click()
+    path = tmp_path / "q.csv"
+    download.value.save_as(path)
+    view.q = view.session.robot.home
+    page.locator("input[type=file]").first.set_input_files(path)
+    wait_to_see(page, lambda: np.array_equal(view.q, q), "the saved q")
+
+
+def test_a_floor_is_an_obstacle_that_the_base_does_not_touch(view, page, camera):
+    tab(page, "Obstacles")
+    page.get_by_role("checkbox", name="Floor").check()
+    wait_to_see(page, lambda: view.world.names == ("floor",), "a floor")
+    wait_to_see(page, lambda: view.session.clearance.nearest is not None, "its distance")
+    assert view.session.clearance.verdict == "free"
+    page.get_by_role("checkbox", name="Floor").uncheck()
+    wait_to_see(page, lambda: view.world.names == (), "none")
+
+
+def test_a_negative_extent_is_refused_and_the_field_goes_back(view, page, camera):
+    tab(page, "Obstacles")
+    page.get_by_role("button", name="Box").click()
+    wait_to_see(page, lambda: view.world.names, "a box")
+    (name,), field = view.world.names, page.get_by_label("Extents [m]", exact=True)
+    shape, shown = view.world.shape(name), field.input_value()
+    field.click()
+    field.press("Control+a")
+    field.press_sequentially("-0.2", delay=60)
+    assert view.world.shape(name) == shape
+    field.press("Tab")
+    page.get_by_text("Not changed").wait_for()
+    wait_to_see(page, lambda: field.input_value() == shown, "the extent that it has")
+    assert view.world.shape(name) == shape
+    field.click()
+    field.press("Control+a")
+    field.press_sequentially("0.3", delay=60)
+    field.press("Enter")
+    wait_to_see(page, lambda: view.world.shape(name).extents[0] == 0.3, "a wider box")
 
 
 def test_obstacles_are_added_sized_moved_named_and_deleted(view, page, camera):
@@ -165,7 +254,7 @@ def test_the_nearest_pair_has_a_line_with_its_distance(view, page, camera, panda
     wait_to_see(page, lambda: view.session.clearance.nearest is not None, "a nearest pair")
     pair = view.session.clearance.nearest
     distance = panda.signed_distance(panda.home, view.world, self_collision=False)
-    page.get_by_text(f"{1000 * distance:.1f} mm: {pair.name_a} and ball").wait_for()
+    page.get_by_text(f"{1000 * distance:.1f} mm: panda_link7 ({pair.name_a}) and ball").wait_for()
     assert pair.name_b == "ball"
     middle = project(camera, (pair.witness_a + pair.witness_b) / 2)
     wait_to_see(page, lambda: np.count_nonzero(around(pixels(page), middle, 8).max(axis=-1) < 130) > 5, "a dark line")
@@ -204,10 +293,10 @@ def test_a_scene_is_saved_and_loaded_by_the_page(view, page, camera, tmp_path):
     text = json.loads(path.read_text())
     text["objects"][0]["name"] = "globe"
     path.write_text(json.dumps(text))
-    page.locator("input[type=file]").set_input_files(path)
+    page.locator("input[type=file]").last.set_input_files(path)
     wait_to_see(page, lambda: view.world.names == ("globe",), "the loaded scene")
     path.write_text('{"ulna_scene": 1, "objects": [{"name": "a", "shape": "bix"}]}')
-    page.locator("input[type=file]").set_input_files(path.rename(tmp_path / "bad.json"))
+    page.locator("input[type=file]").last.set_input_files(path.rename(tmp_path / "bad.json"))
     page.get_by_text("bad.json: object 1 'a': 'bix' is no shape; did you mean 'box'?").wait_for()
     assert view.world.names == ("globe",)
 

@@ -11,9 +11,10 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ulna.cli.options import Degrees, PackageDirs, Positions, XacroArgs, as_options, load_robot, positions
+from ulna.cli.options import Degrees, PackageDirs, Positions, Scene, XacroArgs, as_options, load_robot, positions, world_of
 from ulna.cli.output import printable, warn
 from ulna.cli.plugins import FILMS, load_plugins
+from ulna.cli.trajectory import read_trajectory
 from ulna.errors import InputError, needs_extra
 
 Out = Annotated[Path, typer.Argument(metavar="OUT", help="The file: .mp4, .gif, or .png for a single picture.")]
@@ -22,7 +23,13 @@ Size = Annotated[str | None, typer.Option(metavar="WxH", help="In pixels; 1280x7
 Rate = Annotated[int | None, typer.Option(help="Pictures a second; 30, or 10 of a .gif.")]
 At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Which moment of the demo a .png shows.")]
 RecordedRobot = Annotated[
-    str | None, typer.Option(metavar="ROBOT", help="A robot, instead of the demo; the camera goes round it.")
+    str | None,
+    typer.Option(
+        metavar="ROBOT", help="A robot, instead of the demo; without --scene and --trajectory the camera goes round it."
+    ),
+]
+Trajectory = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Rows of joint positions, .csv or .npy: the robot moves along them.")
 ]
 Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes that collisions of the arm are checked with.")]
 _OPTIONS = {"path": "OUT", "seconds": "--seconds", "size": "--size", "rate": "--fps", "at": "--at"}
@@ -46,6 +53,8 @@ def record(
     robot: RecordedRobot = None,
     q: Positions = None,
     degrees: Degrees = False,
+    scene: Scene = None,
+    trajectory: Trajectory = None,
     boxes: Boxes = True,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
@@ -53,8 +62,11 @@ def record(
     """Record the demo as a video, with no display: the box goes round the moving arm, and the light says what it touches.
 
     As in: ulna record out.mp4. A picture of any robot: ulna record arm.png --robot ur5 --q "0, -pi/3, pi/3, 0, pi/2, 0".
+    A robot among obstacles: ulna record arm.mp4 --robot panda --scene scene.json --trajectory rows.csv.
     """
-    of_robot = robot is not None or q is not None
+    of_robot = not (robot is None and q is None and scene is None and trajectory is None)
+    if q is not None and trajectory is not None:
+        raise InputError("--q", "does not go with --trajectory, which has the joint positions")
     _refuse_what_does_not_go_together(out, (seconds, fps, at), of_robot=of_robot, of_files=bool(xacro_arg or package_dir))
     if degrees and q is None:
         raise InputError("--degrees", "goes with --q")
@@ -73,7 +85,12 @@ def record(
 
         if film is None:
             arm = load_robot(robot or "panda", xacro_arg, package_dir)
-            missing = recorder.record_robot(form, arm, positions("--q", q, arm, degrees=degrees), boxes=boxes, tell=tell)
+            still = positions("--q", q, arm, degrees=degrees)
+            if scene is None and trajectory is None:
+                missing = recorder.record_robot(form, arm, still, boxes=boxes, tell=tell)
+            else:
+                path = still[None] if trajectory is None else read_trajectory(trajectory, arm)
+                missing = _moving().record_moving(form, arm, path, world_of(scene), boxes=boxes, tell=tell)
         else:
             film(form, at, boxes=boxes, tell=tell)
     for mesh in missing:
@@ -97,6 +114,12 @@ def _recorder() -> ModuleType:
     with needs_extra(*_EXTRA):
         from ulna.viewer.film import record as recorder  # noqa: PLC0415 -- needs the extra
     return recorder
+
+
+def _moving() -> ModuleType:
+    with needs_extra(*_EXTRA):
+        from ulna.viewer.film import moving  # noqa: PLC0415 -- needs the extra
+    return moving
 
 
 def _film() -> Film:

@@ -26,25 +26,28 @@ DEMO_KEYS = "passed; checks: name, figure, bound, passed."
 def demo(
     *, check: ChecksOnly = False, host: Host = None, port: Port = None, no_open: NoOpen = False, as_json: Json = False
 ) -> None:
-    """The assignment: its checks, run on this machine, and then the arm, the box and the light in the browser.
+    """The assignment: the arm, the box and the light in the browser, and meanwhile its checks, run on this machine.
 
-    Exit status 1 if a check fails; then nothing is served.
+    Exit status 1 if a check fails; then the page ends.
     """
     if as_json and not check:
         raise InputError("--json", "goes with --check; the view is no JSON")
     if check and (no_open or host is not None or port is not None):
         raise InputError("--host, --port, --no-open", "go with the view; --check stops before it")
-    if not show_checks(run_checks(), as_json=as_json):
+    if check:
+        passed = show_checks(run_checks(), as_json=as_json)
+    else:
+        passed = _serve("127.0.0.1" if host is None else host, 8080 if port is None else port, open_browser=not no_open)
+    if not passed:
         raise typer.Exit(1)
-    if not check:
-        _serve("127.0.0.1" if host is None else host, 8080 if port is None else port, open_browser=not no_open)
 
 
-def _serve(host: str, port: int, *, open_browser: bool) -> None:
+def _serve(host: str, port: int, *, open_browser: bool) -> bool:
+    """Serve the page, and run the checks while it is open. Whether all passed."""
     with needs_extra("the view", "viewer", "viser", "trimesh", "av", "PIL"):
         from ulna.demo.page import serve  # noqa: PLC0415 -- the one layer that needs the extra
     with as_options(SERVED):
-        serve(demo=Demo(), host=host, port=port, open_browser=open_browser)
+        return serve(Demo(), host, port, open_browser=open_browser, meanwhile=lambda: show_checks(run_checks(), as_json=False))
 
 
 def show_checks(checks: Iterable[Check], *, as_json: bool) -> bool:

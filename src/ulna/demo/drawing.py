@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from math import pi
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,9 @@ from ulna.viewer.palette import MOVABLE
 from ulna.viewer.solid import Solid, collision_boxes
 
 WORD_POSITION = (0.0, 0.0, -LIGHT.length)  # of the word beside the light, in the light's frame [m]
+_SHAFT, _HEAD = Cylinder(radius=0.004, length=0.2), Cylinder(radius=0.011, length=0.03)
+_ALONG = {"x": (0.0, pi / 2, 0.0), "y": (-pi / 2, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}  # roll, pitch, yaw that turn z onto an axis
+_AXES = ((255, 46, 100), (60, 190, 110), (50, 130, 220))
 WORD_POSITION_IN_BASE = (LIGHT_POSITION[0], LIGHT_POSITION[1], LIGHT_POSITION[2] - LIGHT.length)
 
 
@@ -34,6 +38,14 @@ def light(robot: Robot, report: Report) -> Solid[Cylinder]:
 def movable_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Solid[Box]:
     """The box that a person drags."""
     return Solid(BOX_NAME, robot.base, T_base_box, BOX, MOVABLE)
+
+
+def box_handles(robot: Robot, T_base_box: NDArray[np.float64]) -> Iterator[Solid[Cylinder]]:
+    """The arrows by which the box is dragged, along its axes, as the page and RViz have them: x red, y green, z blue."""
+    for (axis, rpy), color in zip(_ALONG.items(), _AXES, strict=True):
+        for part, shape, middle in (("shaft", _SHAFT, _SHAFT.length / 2), ("head", _HEAD, _SHAFT.length)):
+            T = T_base_box @ pose((0, 0, 0), rpy) @ pose((0, 0, middle))
+            yield Solid(f"handle {axis}, {part}", robot.base, T, shape, color)
 
 
 def joint_positions(robot: Robot, q: ArrayLike) -> dict[str, float]:

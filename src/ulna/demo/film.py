@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import atan, tan
 
-from ulna.demo.drawing import WORD_POSITION_IN_BASE, light, movable_box
+from ulna.demo.drawing import WORD_POSITION_IN_BASE, box_handles, light, movable_box
 from ulna.demo.scenario import Demo
 from ulna.demo.script import Moment, Script
 from ulna.errors import InputError
@@ -16,7 +16,7 @@ from ulna.viewer.film.painter import Ground, Picture
 from ulna.viewer.film.record import Form, Tell, report_nothing, write_pictures
 from ulna.viewer.solid import collision_boxes
 
-DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.37), fov=0.62)
+DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.45), fov=0.72)  # the box stays in sight
 DEMO_GROUND = Ground(middle=(0.1, 0.0, 0.4), radius=1.3)
 DEMO_ASPECT = 1.3  # width by height: in a narrower picture the camera sees more above and below
 
@@ -49,7 +49,8 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
 def demo_picture(robot: Robot, moment: Moment, camera: Camera, *, boxes: bool = True) -> Picture:
     """One moment of the demo as it is seen from a camera."""
     panes = tuple(collision_boxes(robot, moment.report.touching)) if boxes else ()
-    solids = (*panes, movable_box(robot, moment.T_base_box), light(robot, moment.report))
+    box = movable_box(robot, moment.T_base_box), *box_handles(robot, moment.T_base_box)
+    solids = (*panes, *box, light(robot, moment.report))
     return Picture(moment.q, camera, solids, Caption(str(moment.report), WORD_POSITION_IN_BASE))
 
 

@@ -2,13 +2,17 @@
 
 import threading
 import time
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.report import Report
 from ulna.demo.scenario import Demo
+from ulna.viewer.session.session import ask_at_once
+
+_COLLISIONS, _TRAJECTORY = "what the box touches", "the trajectory"  # as the page names what is compiled
 
 
 class Screen(Protocol):
@@ -24,15 +28,23 @@ class Screen(Protocol):
 class Player:
     """One demo on one screen. Every method may be called from any thread.
 
+    Args:
+        demo: What is played.
+        screen: What draws it.
+        ask: Asks the named questions; it may return None while their kernels are compiled elsewhere. Then the arm waits, or the
+            report is not known.
+
     Attributes:
+        report: What the box touches; None while that is not known.
         q: Joint positions of the arm [rad], shape (n_dof,).
         time: How much of the trajectory was played [s].
         answer_time: From the last drag to the end of drawing its result [s].
         lock: Held while drawing; hold it to do two things as one.
     """
 
-    def __init__(self, demo: Demo, screen: Screen) -> None:
-        self.demo, self.screen = demo, screen
+    def __init__(self, demo: Demo, screen: Screen, ask: Callable[..., Any] = ask_at_once) -> None:
+        self.demo, self.screen, self._ask = demo, screen, ask
+        self.report: Report | None = None
         self.q = demo.robot.home
         self.time = self.answer_time = 0.0
         self.lock = threading.RLock()
@@ -47,8 +59,10 @@ class Player:
     def advance(self, seconds: float) -> None:
         """Play the trajectory for some seconds more."""
         with self.lock:
-            self.time += seconds
-            self.move_to(self.demo.trajectory.at(self.time))
+            trajectory = self._ask(_TRAJECTORY, lambda: self.demo.trajectory)
+            if trajectory is not None:
+                self.time += seconds
+                self.move_to(trajectory.at(self.time))
 
     def drag(self, T_base_box: ArrayLike) -> None:
         """Move the box to a pose, shape (4, 4), and draw what it touches at once."""
@@ -58,5 +72,12 @@ class Player:
             self._draw_report()
             self.answer_time = time.perf_counter() - start
 
+    def check(self) -> None:
+        """Ask again what the box touches, and draw it."""
+        with self.lock:
+            self._draw_report()
+
     def _draw_report(self) -> None:
-        self.screen.draw_report(self.demo.check(self.q))
+        self.report = self._ask(_COLLISIONS, self.demo.check, self.q)
+        if self.report is not None:
+            self.screen.draw_report(self.report)

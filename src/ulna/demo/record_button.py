@@ -7,6 +7,7 @@ processor (``viewer.film``), so that no frame is lost to a slow browser, and the
 import threading
 import traceback
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -49,13 +50,13 @@ class RecordButton:
     def take(self, now: float) -> None:
         """Keep what is shown at a time [s], if it is recorded; called in the page's loop with the player's lock held."""
         client = self._client
-        if client is None:
+        if client is None or self.player.report is None:
             return
         if self._shots and now - self._shots[0][0] > LONGEST_S:
             self._finish(client)
             return
         player, camera = self.player, client.camera
-        moment = Moment(player.q, player.demo.world.pose(BOX_NAME), player.demo.check(player.q))
+        moment = Moment(player.q, player.demo.world.pose(BOX_NAME), self.player.report)
         seen = Camera(_three(camera.position), _three(camera.look_at), float(camera.fov))
         self._shots.append((now, demo_picture(player.demo.robot, moment, seen, boxes=self._boxes_shown())))
 
@@ -97,7 +98,7 @@ class RecordButton:
                 path = Path(folder) / "ulna-demo.mp4"
                 pictures = evenly_spaced(shots, RATE)
                 form = Form(path, len(pictures) / RATE, _size(client.camera.aspect), RATE)
-                record_pictures(form, self.player.demo.robot, pictures, self._tell)
+                record_pictures(form, self.player.demo.robot, pictures, partial(self._tell, of=len(pictures)))
                 if client.client_id in self.server.get_clients():
                     client.send_file_download(path.name, path.read_bytes())
         except _GivenUpError:
@@ -108,11 +109,11 @@ class RecordButton:
         finally:
             self.button.label, self.button.disabled = _RECORD, False
 
-    def _tell(self, done: int) -> None:
+    def _tell(self, done: int, of: int) -> None:
         if self._closed:
             raise _GivenUpError
         if done % RATE == 0:
-            self.button.label = f"{_MAKING}: {done / RATE:g} s"
+            self.button.label = f"{_MAKING}: {done / RATE:g} s of {of / RATE:.0f} s"
 
 
 class _GivenUpError(Exception):

@@ -4,6 +4,7 @@ Used by the page, the ROS nodes and the film. The figures are the assignment's (
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from math import pi
 
@@ -16,7 +17,7 @@ from ulna.description.pose import pose, rpy_from_matrix
 from ulna.description.shapes import Box, Cylinder
 from ulna.errors import UlnaError
 from ulna.robot import Robot, load
-from ulna.viewer.palette import GREEN, RED
+from ulna.viewer.palette import GREEN, RED, UNKNOWN
 
 RATE_HZ = 10.0
 SEGMENT_S = 3.0
@@ -90,9 +91,17 @@ class Demo:
 
     def __init__(self, robot: Robot | None = None) -> None:
         self.robot = load("panda") if robot is None else robot
-        self.trajectory = make_trajectory(self.robot)
         self.world = World()
         self.world.add(BOX_NAME, BOX, pose(BOX_START))
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """What the arm repeats; found when it is first asked for.
+
+        Raises:
+            TrajectoryError: A sample was not reached.
+        """
+        return make_trajectory(self.robot)
 
     def move_box(self, T_base_box: ArrayLike) -> None:
         """Put the movable box at a pose, shape (4, 4)."""
@@ -103,6 +112,13 @@ class Demo:
         return self.robot.check_collision(q, self.world, self_collision=False)
 
 
-def light_color(report: Report) -> tuple[int, int, int]:
-    """Red while anything touches, else green; red, green, blue in 0..255."""
+def light_color(report: Report | None) -> tuple[int, int, int]:
+    """Red while anything touches, else green; grey while that is not known. Red, green, blue in 0..255."""
+    if report is None:
+        return UNKNOWN
     return RED if report.in_collision else GREEN
+
+
+def light_word(report: Report | None) -> str:
+    """The word beside the light."""
+    return "compiling ..." if report is None else str(report)

@@ -6,10 +6,11 @@ import viser
 
 from ulna.collision.report import Report
 from ulna.demo.drawing import WORD_POSITION
-from ulna.demo.scenario import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, Demo, light_color
+from ulna.demo.scenario import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, Demo, light_color, light_word
 from ulna.viewer.arm import Arm
 from ulna.viewer.handles import Handles
 from ulna.viewer.palette import MOVABLE
+from ulna.viewer.stage import stand_back_where_narrow
 
 
 class DemoScene:
@@ -28,20 +29,19 @@ class DemoScene:
         server.initial_camera.position = (1.75, -1.45, 1.0)
         server.initial_camera.look_at = (0.2, 0.0, 0.36)
         server.initial_camera.fov = 0.7
+        stand_back_where_narrow(server, 0.9)
         self.arm = Arm(server, demo.robot, "/arm")
-        untouched = Report(())
-        color = light_color(untouched)
-        self.light = scene.add_cylinder("/light", LIGHT.radius, LIGHT.length, color, position=LIGHT_POSITION)
+        self.light = scene.add_cylinder("/light", LIGHT.radius, LIGHT.length, light_color(None), position=LIGHT_POSITION)
         self.word = scene.add_label(
-            "/light/word", str(untouched), position=WORD_POSITION, anchor="top-center", font_screen_scale=1.3
+            "/light/word", light_word(None), position=WORD_POSITION, anchor="top-center", font_screen_scale=1.3
         )
         self.handles = Handles(scene, "/movable", 0.22, moved)
         self.handles.put(demo.world.pose(BOX_NAME))
         scene.add_box("/movable/box", MOVABLE, BOX.extents)
 
-    def draw_report(self, report: Report) -> None:
-        """Colour the light, its word and the boxes that touch."""
-        if self.word.text != str(report):
+    def draw_report(self, report: Report | None) -> None:
+        """Colour the light, its word and the boxes that touch; grey while nothing is known."""
+        if self.word.text != light_word(report):
             self.light.color = light_color(report)
-            self.word.text = str(report)
-            self.arm.mark_touching(report.touching)
+            self.word.text = light_word(report)
+            self.arm.mark_touching(report.touching if report is not None else ())

@@ -1,15 +1,10 @@
-"""Gives the controls of viser's page the names that screen readers need. Used by ``origin``.
+"""Gives the controls of viser's page the names that screen readers need. Used by ``document``.
 
 viser writes a label beside each field, but ties it to the first control alone, or to none: not to sliders, their numbers, text
 fields, and the second and third number of a vector. A script in the page ties the others. Source: WCAG 2.2, criterion 4.1.2.
 """
 
-import http
-from typing import Any
-
-from ulna.viewer import drags
-
-_SCRIPT = b"""<script>
+SCRIPT = b"""<script>
 (() => {
   const FIELDS = 'input:not([type=hidden]):not([type=file]), textarea, [role=slider]';
   const named = (e) => e.ariaLabel || (e.labels && e.labels.length) || e.getAttribute('aria-labelledby');
@@ -40,23 +35,3 @@ _SCRIPT = b"""<script>
   }).observe(document, { childList: true, subtree: true });
 })();
 </script>"""
-
-
-def with_names(response: Any) -> Any:
-    """The response with this script and that of ``drags``, if it is the page; any other unchanged."""
-    if response is None or response.status_code != http.HTTPStatus.OK:
-        return response
-    head, found, rest = response.body.partition(b"</head>")
-    response.body = head + _SCRIPT + drags.SCRIPT + found + rest
-    del response.headers["Content-Length"]
-    response.headers["Content-Length"] = str(len(response.body))
-    return response
-
-
-def asks_for_page(request: Any) -> bool:
-    """Whether a request is for the page itself; then it is changed to ask for uncompressed text."""
-    if request.path.partition("?")[0] not in ("/", "/index.html"):
-        return False
-    while "Accept-Encoding" in request.headers:
-        del request.headers["Accept-Encoding"]
-    return True

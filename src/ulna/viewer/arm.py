@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -67,8 +68,8 @@ class Arm:
             self._scene.add_glb(f"{root}/{number[name]}/body", export_glb(scene)) for name, scene in visuals.scenes.items()
         ]
         self.names = [
-            self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor="bottom-center")
-            for k, name in _names_by_origin(robot)
+            self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor=f"bottom-{side}")  # type: ignore[arg-type]
+            for (k, name), side in zip(_names_by_origin(robot), cycle(("right", "left")), strict=False)
         ]
         self.solids = self._add_solids(number)
         self.held = {

@@ -27,7 +27,7 @@ class ClearancePanel:
         """Show what touches and what is nearest."""
         color = {"free": GREEN, "collision": RED}.get(clearance.verdict, UNKNOWN)
         pair = clearance.nearest
-        words = clearance.refusal if pair is None else f"{clearance.distance}: {pair.name_a} and {pair.name_b}"
+        words = clearance.refusal if pair is None else f"{clearance.distance}: {clearance.apart}"
         for element, content in (
             (self.verdict, marked(str(clearance), color, filled=clearance.verdict == "collision")),
             (self.nearest, plain(words) if words else ""),

@@ -23,7 +23,7 @@ class EllipsoidPanel:
         self.on = server.gui.add_checkbox(
             "Manipulability",
             initial_value=False,
-            hint="How fast the hand can move in each direction: half axes are a quarter second of motion at unit joint speed",
+            hint="The hand's linear velocities for joint velocities of norm 1: 0.25 m of a half axis are 1 m/s",
         )
         self.numbers = server.gui.add_html("", visible=False)
         self.on.on_update(lambda _: self.show())

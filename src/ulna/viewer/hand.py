@@ -1,16 +1,17 @@
-"""Shows the hand: handles, a mark that is red while it cannot follow, and words in the panel. Used by ``view``."""
+"""Shows the hand: handles, a mark that is red while it cannot follow, orange where it stops, and words. Used by ``view``."""
 
 from collections.abc import Callable
 
 import viser
 
 from ulna.robot import Robot
+from ulna.viewer.hand_pose import HandPose
 from ulna.viewer.handles import Handles
 from ulna.viewer.html import marked
 from ulna.viewer.palette import GREEN, RED
 from ulna.viewer.session.session import Session
 
-_RESTING = (120, 128, 138)
+_RESTING, _STOPPED = (120, 128, 138), (225, 140, 20)
 
 
 class HandPanel:
@@ -33,6 +34,7 @@ class HandPanel:
             disabled=bool(session.unchecked),
             hint=session.unchecked or "The hand stops rather than touch the obstacles or the robot itself",
         )
+        self.pose = HandPose(gui, session, moved)
         self.status = gui.add_html("")
         self._shown = session.link
         self.link.on_update(self._choose)
@@ -40,6 +42,7 @@ class HandPanel:
 
     def take(self) -> None:
         """Pull the hand to where a person has dragged the handles, or let go of it."""
+        self.pose.take()
         released = self.handles.take_release()  # looked at first: the last move comes before the end of a drag
         if self.handles.take():
             self._session.pull(self.handles.pose)
@@ -48,11 +51,11 @@ class HandPanel:
 
     def show(self) -> None:
         """Say how it is with the hand; at rest the handles stand on it."""
-        session, trouble = self._session, self._session.trouble
+        session, trouble = self._session, self._session.trouble or self._session.missed
         pulled = session.target is not None
         if not pulled:
             self.handles.put(session.hand_pose)
-        color = RED if trouble else GREEN if pulled else _RESTING
+        color = _STOPPED if session.stopped else RED if trouble else GREEN if pulled else _RESTING
         words = trouble or (
             "the hand waits for the compiler"
             if session.waiting
@@ -62,8 +65,10 @@ class HandPanel:
             if pulled
             else "drag the handles to move the hand"
         )
-        self.mark.color, self.reason.text, self.reason.visible = color, trouble.partition(":")[0], bool(trouble)
+        label = "stopped" if session.stopped else trouble.partition(":")[0]
+        self.mark.color, self.reason.text, self.reason.visible = color, label, bool(session.trouble)
         self.status.content = marked(words, color, filled=bool(trouble))
+        self.pose.show()
         if session.link != self._shown:  # else it is a person's choice, of which the session has not heard yet
             self._shown = self.link.value = session.link
 

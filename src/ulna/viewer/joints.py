@@ -28,10 +28,11 @@ class JointSliders:
                 self._add_group(gui, group, robot.home)
 
     def take(self, q: NDArray[np.float64]) -> bool:
-        """Write what a person has moved into q, and tell whether there was anything."""
+        """Write what a person has moved into q, within the limits, and tell whether there was anything."""
         dirty, self._dirty = self._dirty, set()
         for column in dirty:
-            q[column] = self.sliders[column][1].value
+            slide, slider = self.sliders[column]
+            q[column] = min(max(slider.value, slide.low), slide.high)
         return bool(dirty)
 
     def show(self, q: NDArray[np.float64]) -> None:

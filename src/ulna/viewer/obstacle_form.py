@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import numpy as np
 import viser
 from numpy.typing import NDArray
 
@@ -13,9 +12,9 @@ from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.errors import UlnaError
+from ulna.viewer.retyped import retyped, rounded
 
 _NONE: str = "none"
-_DIGITS = 4  # decimals: tenths of millimetres
 Known = dict[str, tuple[Obstacle, NDArray[Any]]]
 Change = Callable[[str, Obstacle, NDArray[Any], str], object]
 
@@ -48,9 +47,9 @@ class ObstacleForm:
             "Obstacle", [_NONE], initial_value=_NONE, hint="Or click it in the scene"
         )
         self.name = gui.add_text("Name", "", visible=False)
-        self.extents = gui.add_vector3("Extents [m]", zero, min=zero, step=0.001, visible=False, hint="Edges along x, y, z")
-        self.radius = gui.add_number("Radius [m]", 0.0, min=0.0, step=0.001, visible=False)
-        self.length = gui.add_number("Length [m]", 0.0, min=0.0, step=0.001, visible=False)
+        self.extents = gui.add_vector3("Extents [m]", zero, step=0.001, visible=False, hint="Edges along x, y, z")
+        self.radius = gui.add_number("Radius [m]", 0.0, step=0.001, visible=False)
+        self.length = gui.add_number("Length [m]", 0.0, step=0.001, visible=False)
         self.xyz = gui.add_vector3("Position [m]", zero, step=0.001, visible=False, hint="Of its centre, in the base frame")
         self.rpy = gui.add_vector3("Roll, pitch, yaw [rad]", zero, step=0.01, visible=False)
         self.choice.on_update(self._chosen)
@@ -67,12 +66,12 @@ class ObstacleForm:
         self._next, self._changed = name, True
 
     def take(self) -> bool:
-        """Apply what was typed since the last call. Returns whether another obstacle was chosen."""
+        """Apply what was typed since the last call; where that cannot be, show again what is. Whether another one was chosen."""
         edits, self._edits = self._edits, {}
-        for edit in sorted(
-            edits.values(), key=lambda edit: edit.field is self.name
-        ):  # the name last: the other edits have the old one
-            self._apply(edit)
+        in_turn = sorted(edits.values(), key=lambda edit: edit.field is self.name)  # the name last: the others have the old one
+        refused = [edit for edit in in_turn if not self._apply(edit)]
+        if refused:
+            self.show({name: (shape, T) for name, shape, T in self._world.items()})
         changed, self._changed = self._changed, False
         return changed
 
@@ -91,8 +90,8 @@ class ObstacleForm:
         self._write(self.name, chosen)
         for field, value in self._sizes(shape):
             self._write(field, value)
-        self._write(self.xyz, _rounded(T[:3, 3]))
-        self._write(self.rpy, _rounded(rpy_from_matrix(T)))
+        self._write(self.xyz, rounded(T[:3, 3]))
+        self._write(self.rpy, rounded(rpy_from_matrix(T)))
 
     def _show_fields(self, shape: Obstacle | None) -> None:
         sized = [field for field, _ in self._sizes(shape)]
@@ -125,21 +124,23 @@ class ObstacleForm:
             self._edits[id(event.target)] = Edit(event.target, self.chosen, event.target.value, event.client)
             self._moved()
 
-    def _apply(self, edit: Edit) -> None:
-        """Change an obstacle as one field says."""
+    def _apply(self, edit: Edit) -> bool:
+        """Change an obstacle as one field says, if that can be: a size may be negative, or a name taken."""
         known = {name: (shape, T) for name, shape, T in self._world.items()}
         if edit.name not in known:
-            return
+            return True
         field, (shape, T) = edit.field, known[edit.name]
         name = (edit.value.strip() if field is self.name else "") or edit.name
         try:
             if field is self.xyz:
-                T[:3, 3] = _retyped(T[:3, 3], edit.value)
+                T[:3, 3] = retyped(T[:3, 3], edit.value)
             elif field is self.rpy:
-                T[:3, :3] = pose(rpy=_retyped(rpy_from_matrix(T), edit.value))[:3, :3]
+                T[:3, :3] = pose(rpy=retyped(rpy_from_matrix(T), edit.value))[:3, :3]
             self._change(edit.name, self._shape(shape, field, edit.value), T, name)
         except UlnaError as error:
-            edit.client.add_notification("That cannot be", str(error), color="red")
+            edit.client.add_notification("Not changed", str(error), color="red")
+            return False
+        return True
 
     def _shape(self, shape: Obstacle, field: Any, value: Any) -> Obstacle:
         """The shape with one size changed; unchanged if the field is not a size."""
@@ -150,12 +151,3 @@ class ObstacleForm:
         if field is self.length and isinstance(shape, Cylinder | Capsule):
             return replace(shape, length=value)
         return shape
-
-
-def _retyped(exact: NDArray[Any], typed: tuple[float, ...]) -> NDArray[Any]:
-    """The typed numbers that differ from what the form showed; the exact ones for the others, which the form rounds."""
-    return np.where(np.equal(typed, _rounded(exact)), exact, typed)
-
-
-def _rounded(values: NDArray[Any]) -> tuple[float, ...]:
-    return tuple(float(value) + 0.0 for value in values.round(_DIGITS))

@@ -1,7 +1,8 @@
 """Shows the obstacles, and lets them be added, edited, dragged, deleted, saved and loaded. Used by ``view``."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,12 @@ from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
 from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, quaternion_from_matrix
-from ulna.description.shapes import Box, Cylinder, Sphere
-from ulna.errors import UlnaError
+from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
+from ulna.errors import InputError, UlnaError
 from ulna.viewer.handles import Handles
 from ulna.viewer.nodes import add_shape
 from ulna.viewer.obstacle_form import ObstacleForm
-from ulna.viewer.palette import MOVABLE, TOUCHING, obstacle_opacity
+from ulna.viewer.palette import GROUND, MOVABLE, PALE, TOUCHING, obstacle_opacity
 
 _EDGE = 0.15  # of a new obstacle, against the robot's size
 _NEW = {
@@ -36,12 +37,19 @@ class Obstacles:
         place: The position of a new obstacle in the base frame [m], shape (3,).
         size: The robot's size [m].
         moved: Called when there is something to do.
+        taken: What no obstacle is to be called: the names of the robot's parts.
     """
 
     def __init__(
-        self, server: viser.ViserServer, world: World, place: NDArray[np.float64], size: float, moved: Callable[[], None]
+        self,
+        server: viser.ViserServer,
+        world: World,
+        place: NDArray[np.float64],
+        size: float,
+        moved: Callable[[], None],
+        taken: Collection[str] = (),
     ) -> None:
-        self._server, self.world, self._place, self.moved = server, world, place, moved
+        self._server, self.world, self._place, self.moved, self._taken = server, world, place, moved, taken
         self._edge = round(_EDGE * size, 2) or 0.01
         self.nodes: dict[str, Any] = {}
         self._drawn: dict[str, tuple[Obstacle, NDArray[np.float64]]] = {}
@@ -68,9 +76,11 @@ class Obstacles:
     def add(self, kind: str) -> None:
         """Add an obstacle, and choose it."""
         with self.lock:
-            number = next(n for n in range(1, len(self.world.names) + 2) if f"{kind.lower()} {n}" not in self.world.names)
-            self.world.add(f"{kind.lower()} {number}", _NEW[kind](self._edge), pose(self._place))
-            self.form.choose(f"{kind.lower()} {number}")
+            stem = f"new {kind.lower()}" if f"{kind.lower()} 1" in self._taken else kind.lower()
+            names = (f"{stem} {n}" for n in count(1))
+            name = next(name for name in names if name not in self.world.names and name not in self._taken)
+            self.world.add(name, _NEW[kind](self._edge), pose(self._place))
+            self.form.choose(name)
         self.moved()
 
     def remove(self) -> None:
@@ -81,7 +91,13 @@ class Obstacles:
         self.moved()
 
     def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
-        """Give an obstacle another shape, pose or name."""
+        """Give an obstacle another shape, pose or name.
+
+        Raises:
+            InputError: The name is that of a part of the robot, or of another obstacle.
+        """
+        if new_name != name and new_name in self._taken:
+            raise InputError("name", f"{new_name!r} is a part of the robot")
         with self.lock:
             if new_name == name:
                 self.world.reshape(name, shape)
@@ -128,16 +144,16 @@ class Obstacles:
                 self.handles.put(T)
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
-        color = TOUCHING if red else MOVABLE
+        color, opacity = TOUCHING if red else MOVABLE, obstacle_opacity(touching=red)
+        if isinstance(shape, HalfSpace):  # all that is above it is seen against it
+            color, opacity = TOUCHING if red else GROUND, PALE
         if name not in self._drawn:
             self._count += 1
-            node = self.nodes[name] = add_shape(
-                self._server.scene, f"/obstacles/{self._count}", shape, color, obstacle_opacity(touching=red), T
-            )
+            node = self.nodes[name] = add_shape(self._server.scene, f"/obstacles/{self._count}", shape, color, opacity, T)
             node.on_click(lambda _: self._pick(name))
         elif not np.array_equal(self._drawn[name][1], T):
             self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
-        self.nodes[name].color, self.nodes[name].opacity = color, obstacle_opacity(touching=red)
+        self.nodes[name].color, self.nodes[name].opacity = color, opacity
         self._drawn[name] = (shape, T)
 
     def _pick(self, name: str) -> None:

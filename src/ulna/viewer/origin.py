@@ -15,7 +15,7 @@ import websockets.asyncio.server
 from websockets.datastructures import Headers
 
 from ulna.errors import UlnaError
-from ulna.viewer.accessible_names import asks_for_page, with_names
+from ulna.viewer.document import asks_for_page, completed
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - no hosts, and where this machine finds itself
@@ -41,8 +41,8 @@ def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bo
 
 
 @contextlib.contextmanager
-def refusing_foreign_pages(host: str, others: Collection[str] = ()) -> Iterator[None]:
-    """A block in which a server of viser is started; it refuses foreign pages with status 403.
+def refusing_foreign_pages(host: str, others: Collection[str] = (), title: str = "Ulna") -> Iterator[None]:
+    """A block in which a server of viser is started; it refuses foreign pages with status 403, and its page has the title.
 
     viser has no argument for it, so the call of websockets that it makes is replaced.
 
@@ -54,7 +54,7 @@ def refusing_foreign_pages(host: str, others: Collection[str] = ()) -> Iterator[
         serve = websockets.asyncio.server.serve  # read here: before, it may be what another thread has put in its place
 
         def guarding(*arguments: Any, process_request: Callable, **options: Any) -> Any:
-            guarded.append(_asking(process_request, host, others))
+            guarded.append(_asking(process_request, host, others, title))
             return serve(*arguments, process_request=guarded[-1], **options)
 
         websockets.asyncio.server.serve = guarding  # type: ignore[assignment,misc]
@@ -66,7 +66,7 @@ def refusing_foreign_pages(host: str, others: Collection[str] = ()) -> Iterator[
         raise UlnaError("this version of viser starts its server in a way that lets foreign pages in; viser 1.1.1 is known to do")
 
 
-def _asking(process_request: Callable, host: str, others: Collection[str]) -> Callable:
+def _asking(process_request: Callable, host: str, others: Collection[str], title: str) -> Callable:
     """The handler of requests: it refuses foreign pages, and leaves the others to viser."""
 
     def ask(connection: Any, request: Any) -> Any:
@@ -74,6 +74,6 @@ def _asking(process_request: Callable, host: str, others: Collection[str]) -> Ca
             return connection.respond(http.HTTPStatus.FORBIDDEN, "This page is not one of this server.\n")
         document = asks_for_page(request)
         response = process_request(connection, request)
-        return with_names(response) if document else response
+        return completed(response, title) if document else response
 
     return ask

@@ -14,6 +14,7 @@ import rich
 import viser
 
 from ulna.errors import InputError, UlnaError
+from ulna.viewer.layout import dock
 from ulna.viewer.origin import EVERYWHERE, refusing_foreign_pages
 
 HOST = "127.0.0.1"
@@ -31,15 +32,13 @@ class Page:
         _refuse_busy(host, port)
         logging.getLogger("websockets").setLevel(logging.ERROR)
         try:
-            with _quiet(), refusing_foreign_pages(host, origins):
+            with _quiet(), refusing_foreign_pages(host, origins, title):
                 self.server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
         except UlnaError:  # it listens, but unguarded
             self.stop()
             raise
         self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
-        self.server.gui.configure_theme(
-            control_layout="floating", control_width="medium", show_logo=False, show_share_button=False
-        )
+        dock(self.server)
         name = EVERYWHERE.get(host, host)
         name = f"[{name}]" if ":" in name else name
         self.url = f"http://{name}:{self.server.get_port()}"

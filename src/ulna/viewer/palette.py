@@ -12,6 +12,7 @@ INK: Color = (40, 45, 52)  # words and lines
 FREE: Color = (90, 140, 220)  # collision shapes of the robot
 TOUCHING: Color = RED
 MOVABLE: Color = (240, 170, 40)  # obstacles
+GROUND: Color = (150, 160, 172)  # half-spaces among them
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
 
 

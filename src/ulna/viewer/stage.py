@@ -1,4 +1,4 @@
-"""Sets the floor and the camera of a page to the size of its robot. Used by ``view``."""
+"""Sets the floor and the camera of a page to the size of its robot. Used by ``view`` and the demo."""
 
 import numpy as np
 import viser
@@ -8,12 +8,14 @@ from ulna.viewer.arm import Extent
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
 _FROM = np.array([0.77, -0.72, 0.36])  # the direction of the camera, seen from the robot
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
+_ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
 
 
-def add_stage(server: viser.ViserServer, extent: Extent) -> None:
-    """The floor lies under the robot's lowest point, z is up, and the camera sees all of the robot."""
+def add_stage(server: viser.ViserServer, extent: Extent) -> float:
+    """Set the floor under the lowest point, z up, and a camera that sees all of the robot. Returns the floor's height [m]."""
     radius, centre = extent.radius, extent.centre
     cell = next((step for step in _STEPS if step > radius / 10), _STEPS[-1])
+    height = min(float(extent.low[2]), 0.0) - 1e-3
     server.scene.set_up_direction("+z")
     server.scene.add_grid(
         "/floor",
@@ -23,10 +25,26 @@ def add_stage(server: viser.ViserServer, extent: Extent) -> None:
         section_size=6 * cell,
         cell_color=(225, 228, 232),
         section_color=(190, 194, 200),
-        position=(0.0, 0.0, min(float(extent.low[2]), 0.0) - 1e-3),
+        position=(0.0, 0.0, height),
     )
     distance = 1.15 * radius / np.sin(_FIELD_OF_VIEW / 2)
     server.initial_camera.fov = _FIELD_OF_VIEW
     server.initial_camera.look_at = tuple(centre)
     server.initial_camera.position = tuple(centre + distance * _FROM / np.linalg.norm(_FROM))
     server.initial_camera.far = max(100.0, 20 * distance)
+    stand_back_where_narrow(server, _ASPECT)
+    return height
+
+
+def stand_back_where_narrow(server: viser.ViserServer, aspect: float) -> None:
+    """Move the camera of each new tab back whose scene is narrower, so that as much is seen from side to side."""
+
+    def stand_back(client: viser.ClientHandle) -> None:
+        factor = aspect / max(client.camera.aspect, 0.1)
+        if factor > 1.0:
+            start, middle = server.initial_camera.position, server.initial_camera.look_at
+            with client.atomic():
+                client.camera.position = middle + factor * (start - middle)
+                client.camera.look_at = middle  # viser moves it with the position
+
+    server.on_client_connect(stand_back)

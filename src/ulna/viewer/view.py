@@ -12,7 +12,9 @@ from ulna.robot import Robot
 from ulna.viewer.arm import Arm
 from ulna.viewer.clearance import ClearancePanel
 from ulna.viewer.compiler import Compiler
+from ulna.viewer.configuration import ConfigurationPanel
 from ulna.viewer.ellipsoid import EllipsoidPanel
+from ulna.viewer.floor import Floor, floor_height
 from ulna.viewer.hand import HandPanel
 from ulna.viewer.joints import JointSliders
 from ulna.viewer.loop import Loop
@@ -55,7 +57,7 @@ class View:
         self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self.session.moving else IDLE_S, self._failed)
         self.compiler = Compiler(self._loop.wake)
         self.session = Session(robot, world, q, self.compiler.ask)
-        self.page = Page(host, port, title=f"Ulna: {robot.name}", origins=origins)
+        self.page = Page(host, port, title=f"{robot.name} - Ulna", origins=origins)
         with self.page.ending_if_it_fails():
             self._build()
         self._loop.start()
@@ -66,17 +68,19 @@ class View:
         self.arm = Arm(server, robot)
         self.arm.move_to(session.q)
         extent = self.arm.extent
-        add_stage(server, extent)
+        ground = add_stage(server, extent)
         self.clearance = ClearancePanel(server, extent.radius)
         self.notice = Notice(server.gui)
         tabs = server.gui.add_tab_group()
         with tabs.add_tab("Move"):
             self.hand = HandPanel(server, session, extent.radius, self._happened) if robot.n_dof else None
+            self.configuration = ConfigurationPanel(server.gui, session, self._happened)
             self.ellipsoid = EllipsoidPanel(server, session)
             self.joints = JointSliders(server.gui, robot, self._happened)
         with tabs.add_tab("Obstacles"):
             beside = np.round([extent.high[0] + 0.2 * extent.radius, 0.0, extent.centre[2]], 2)
-            self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened)
+            self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened, session.names.taken)
+            self.floor = Floor(server.gui, session.world, floor_height(robot, ground), self._happened)
             self.itself = server.gui.add_checkbox(
                 "Check the robot against itself",
                 initial_value=session.itself,
@@ -195,7 +199,9 @@ class View:
         self.clearance.show(session.clearance)
         self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None})
         self.ellipsoid.show()
+        self.floor.show()
         self.joints.show(session.q)
+        self.configuration.show(session.q)
         if self.hand is not None:
             self.hand.show()
 

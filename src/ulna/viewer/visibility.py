@@ -3,7 +3,9 @@
 import viser
 
 from ulna.viewer.arm import Arm
-from ulna.viewer.html import listed, tree_html
+from ulna.viewer.html import listed, plain, tree_html
+
+REAL_ARM = "Drawn as plain tubes. For the real arm: pip install example-robot-data (131 MB, 431 MB unpacked), and start again."
 
 
 class VisibilityPanel:
@@ -23,6 +25,8 @@ class VisibilityPanel:
         arm.show_solids(visible=solids)
         if arm.missing:
             with gui.add_folder(f"Missing meshes ({len(arm.missing)})", expand_by_default=False):
+                if arm.robot.name == "panda":
+                    gui.add_html(plain(REAL_ARM))
                 gui.add_html(listed(arm.missing))
         with gui.add_folder(f"Tree ({len(arm.robot.link_names)} links)", expand_by_default=False):
             gui.add_html(tree_html(arm.robot))

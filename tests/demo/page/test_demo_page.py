@@ -1,4 +1,6 @@
 import asyncio
+import subprocess
+import sys
 import threading
 import time
 from types import SimpleNamespace
@@ -10,7 +12,7 @@ import pytest
 from browser import SIZE, around, pixels, project, wait_to_see
 from colors import count
 from processes import wait_for
-from ulna.demo.page import DemoApp
+from ulna.demo.page import DemoApp, serve
 from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, Demo
 from ulna.description.pose import pose
 
@@ -108,9 +110,69 @@ def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
     wait_to_see(page, lambda: not page.get_by_role("checkbox", name="Play").is_checked(), "the box Play unchecked")
 
 
+def test_on_a_phone_the_box_the_light_and_the_hand_are_seen_above_the_panel(app, open_page):
+    page = open_page(app.url, size=(390, 844))
+    camera = next(iter(wait_to_see(page, app.server.get_clients, "a tab").values())).camera
+    hand = app.demo.robot.forward_kinematics(app.demo.robot.home)[:3, 3]
+
+    def all_in_sight():
+        width, height = page.evaluate(
+            "(({width, height}) => [width, height])(document.querySelector('canvas').getBoundingClientRect())"
+        )
+        top = page.get_by_role("status").bounding_box()["y"]
+        seen = np.array([project(camera, point) for point in (BOX_START, LIGHT_POSITION, hand)])
+        return height < top and (seen > 10).all() and (seen < (width - 10, height - 10)).all()
+
+    wait_to_see(page, all_in_sight, "the box, the light and the hand")
+    assert page.title() == "panda - Ulna demo"
+
+
 def test_the_page_asks_nothing_of_the_network(page):
     assert page.addresses
     assert all(address.startswith(("http://127.0.0.1:", "ws://127.0.0.1:", "data:", "blob:")) for address in page.addresses)
+
+
+# A program of its own, in which no kernel is loaded; that compiles nothing while another thread holds Numba's lock.
+HELD = """
+from numba.core.compiler_lock import global_compiler_lock
+from processes import wait_for
+from ulna.demo.page import DemoApp
+from ulna.demo.scenario import Demo
+from ulna.viewer.palette import GREEN, UNKNOWN
+
+demo = Demo()
+demo.robot.link_poses(demo.robot.home)  # all that the first picture needs
+with global_compiler_lock:
+    app = DemoApp(demo, port=0)
+    wait_for(lambda: "Compiling for this machine (once): " in app.notice.text, "the word of it")
+    assert app.scene.light.color == UNKNOWN
+    assert "compiling ..." in app.verdict.content
+app.wait_until_compiled()
+wait_for(lambda: app.scene.light.color == GREEN, "a light that knows", looks=None)
+wait_for(lambda: app.player.time > 0, "an arm that moves", looks=None)
+app.stop()
+print("done")
+"""
+
+
+def test_the_page_is_there_before_the_check_is_compiled_and_its_light_is_grey_until_then():
+    path = ":".join(sys.path)
+    done = subprocess.run([sys.executable, "-c", HELD], env={"PYTHONPATH": path}, capture_output=True, text=True, check=False)
+    assert done.stdout == "done\n", done.stderr
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_the_page_is_open_while_the_checks_run_and_ends_if_one_fails(passed, monkeypatch, capsys):
+    seen = []
+
+    def meanwhile():
+        seen.append(capsys.readouterr().out)
+        return passed
+
+    monkeypatch.setattr(DemoApp, "wait", lambda _: seen.append("waits"))
+    assert serve(Demo(), port=0, open_browser=False, meanwhile=meanwhile) == passed
+    assert seen[0].startswith("The Panda is at http://127.0.0.1:")
+    assert ("waits" in seen) == passed
 
 
 def test_stopping_leaves_no_thread_behind():
@@ -158,9 +220,24 @@ def test_record_gives_a_video_of_what_was_seen(app, page, still):
     with av.open(str(download.value.path())) as container:
         frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in container.decode(video=0)]
     assert 30 <= len(frames) <= 30 * seconds + 1  # as long as it was recorded
-    assert frames[0].shape[1] / frames[0].shape[0] == pytest.approx(SIZE[0] / SIZE[1], rel=0.02)
+    assert frames[0].shape[1] / frames[0].shape[0] == pytest.approx(still.image_width / still.image_height, rel=0.02)
     scale = frames[0].shape[0] / SIZE[1]
     place = [scale * along for along in project(still, LIGHT_POSITION)]
     colors = [max(("green", "red"), key=lambda color: count(around(frame, place, 8), color)) for frame in (frames[0], frames[-1])]
     assert colors == ["green", "red"]
     page.get_by_role("button", name="Record").wait_for()
+
+
+def test_the_sliders_follow_the_arm_while_it_plays(app, page, still):
+    field = page.get_by_role("textbox", name="joint2")
+    app.playing.value = True
+    seen = set()
+
+    def several():
+        seen.add(field.input_value())
+        return len(seen) > 3
+
+    wait_to_see(page, several, "joint 2 on its way")
+    page.get_by_role("checkbox", name="Play").uncheck()
+    wait_to_see(page, lambda: not app.playing.value, "an arm at rest")
+    wait_to_see(page, lambda: float(field.input_value()) == pytest.approx(app.player.q[1], abs=6e-4), "joint 2 where the arm is")

@@ -53,7 +53,9 @@ def server():
 
 @pytest.fixture
 def button(server, demo):
-    button = RecordButton(server, Player(demo, SCREEN), lambda: True)
+    player = Player(demo, SCREEN)
+    player.check()
+    button = RecordButton(server, player, lambda: True)
     yield button
     button.close()
 
@@ -68,6 +70,25 @@ def test_from_press_to_press_a_video_is_made(server, button):
     wait_for(lambda: server.button.label == "Record", "the video")
     assert not server.button.disabled
     assert server.files["ulna-demo.mp4"][4:8] == b"ftyp"
+
+
+def test_while_the_video_is_made_it_says_how_much_there_is_to_make(server, button, monkeypatch):
+    said = []
+
+    def record(form, _robot, pictures, tell):
+        assert len(pictures) == 91
+        for done in (30, 60):
+            tell(done)
+            said.append(server.button.label)
+        form.path.touch()
+
+    monkeypatch.setattr(record_button, "record_pictures", record)
+    server.press()
+    button.take(0.0)
+    button.take(3.0)
+    server.press()
+    wait_for(lambda: server.button.label == "Record", "the end")
+    assert said == ["Making the video: 1 s of 3 s", "Making the video: 2 s of 3 s"]
 
 
 def test_a_video_that_cannot_be_made_is_told_to_its_reader(server, button, monkeypatch, capsys):

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 import robots
 import ulna
 from ulna.robot.palm import palm
+from ulna.viewer.session.contacts import _rate
 from ulna.viewer.session.hand import MOST_A_FRAME, Hand, rotation_vector
 
 FRAMES = 200
@@ -77,11 +78,47 @@ def test_avoiding_collisions_it_never_touches_and_names_what_is_in_the_way(panda
     way, last = pulled(hand, panda.home, T, world)
     assert not panda.in_collision(way, world).any()
     assert not last.reached
-    assert last.reason.startswith("in collision: ")
-    assert "table" in last.reason
+    assert last.stopped
+    assert last.reason.startswith("stopped before panda_link7 (box 12) and table")
     through, free = pulled(hand, panda.home, T)
     assert free.reached
     assert panda.in_collision(through[-1], world)
+
+
+def test_avoiding_collisions_it_slides_along_what_is_in_its_way(panda, hand):
+    world = ulna.World()
+    world.add("table", ulna.Box((1.0, 1.0, 0.1)), ulna.pose((0.6, 0, 0.2)))
+    for along in ((0.1, 0.2), (-0.1, -0.3)):
+        T = shifted(panda, panda.home, (*along, -0.3))
+        way, _ = pulled(hand, panda.home, T, world)
+        off = panda.forward_kinematics(way[-1])[:3, 3] - T[:3, 3]
+        assert np.abs(off[:2]).max() < 0.01, "as far along the table as it is pulled"
+        assert off[2] < 0.09, "and as deep as the table lets it"
+        assert panda.signed_distance(way, world).min() > 0
+
+
+def test_among_any_obstacles_it_never_touches(panda, hand, rng):
+    for _ in range(20):
+        world = ulna.World()
+        for k in range(4):
+            world.add(
+                f"{k}",
+                ulna.Box(rng.uniform(0.05, 0.4, 3)),
+                ulna.pose(rng.uniform((-0.8, -0.8, 0), (0.8, 0.8, 1)), rng.uniform(-3, 3, 3)),
+            )
+        q = rng.uniform(panda.lower, panda.upper)
+        if panda.in_collision(q, world):
+            continue
+        way, _ = pulled(hand, q, panda.forward_kinematics(rng.uniform(panda.lower, panda.upper)), world)
+        assert not panda.in_collision(way, world).any()
+
+
+def test_the_rate_of_a_distance_is_its_gradient(panda, rng):
+    world = ulna.World()
+    world.add("ball", ulna.Sphere(0.1), ulna.pose((0.3, 0.2, 0.4)))
+    for q in rng.uniform(panda.lower, panda.upper, (30, 7)):
+        pair = panda.check_collision(q, world, max_distance=np.inf).pairs[0]
+        assert np.allclose(_rate(panda, q, pair), panda.distance_gradient(q, world), atol=1e-6)
 
 
 def test_it_finds_its_way_out_of_a_collision(panda, hand):

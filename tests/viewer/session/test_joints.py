@@ -73,7 +73,8 @@ def test_the_outline_has_every_link_below_the_one_that_carries_it(talos):
         assert line.depth == parent.depth + 1
 
 
-def test_the_folders_of_a_hand_with_many_fingers_have_short_names_of_their_own():
-    names = [group.name for group in slide_groups(ulna.load("tiago"))]
-    assert "hand_thumb: abd … flex" in names
-    assert len(set(names)) == len(names)
+def test_folders_of_one_robot_have_names_of_their_own():
+    folders = {name: [group.name for group in slide_groups(ulna.load(name))] for name in ("tiago", "pr2")}
+    assert all(len(set(names)) == len(names) for names in folders.values())
+    assert "r: shoulder_pan to gripper_l_finger" in folders["pr2"]
+    assert "hand_thumb: abd to flex" in folders["tiago"]

@@ -9,6 +9,7 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.viewer.session.clearance import clearance
 from ulna.viewer.session.ellipsoid import mobility
 from ulna.viewer.session.session import Session
+from ulna.viewer.session.shape_names import ShapeNames
 
 
 @pytest.fixture
@@ -57,6 +58,34 @@ def test_letting_go_on_the_way_ends_the_way_first(panda):
     while session.moving:
         session.frame()
     assert np.allclose(session.hand_pose, T, atol=2e-5)
+
+
+def test_the_reason_goes_when_the_hand_is_let_go(panda):
+    session = Session(panda)
+    T = session.hand_pose
+    T[:3, 3] += (2.0, 0, 0)
+    session.pull(T)
+    while session.frame() and session.moving:
+        pass
+    assert session.trouble.startswith("unreachable")
+    session.let_go()
+    session.frame()
+    assert (session.target, session.trouble) == (None, "")
+
+
+def test_shapes_are_named_by_their_links_and_never_like_an_obstacle(panda):
+    names = ShapeNames(panda)
+    assert [names.of_shape(name) for name in ("box 1", "box 6")] == ["panda_link1 (box 1)", "panda_link3"]
+    world = ulna.World()
+    world.add("box 1", ulna.Box((0.15, 0.09, 0.126)), ulna.pose((0.3, 0, 0.5)))
+    assert str(clearance(panda, panda.home, world)) == "collision: panda_link7 (box 12) and obstacle box 1"
+    slider = ulna.load("panda").with_attached("bar", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0, 0, 0.1)))
+    assert "bar" in ShapeNames(slider).taken
+
+
+def test_a_link_of_one_shape_gives_it_its_name():
+    names = ShapeNames(ulna.load("ur5").with_convex_hulls())
+    assert names.of_shape("forearm_link_collision") == "forearm_link"
 
 
 def test_what_cannot_be_is_refused_by_name(panda):
@@ -129,3 +158,22 @@ def test_a_link_that_nothing_moves_has_a_flat_ellipsoid():
     found = mobility(robot, robot.home, robot.tip)
     assert np.array_equal(found.radii, np.zeros(3))
     assert found.singular_values.size == 0
+
+
+def test_a_hand_that_is_sent_arrives_on_any_branch_and_says_afterwards_why_it_did_not(panda, rng):
+    session = Session(panda)
+    for q in rng.uniform(panda.lower, panda.upper, (5, 7)):
+        session.q = panda.home
+        T = panda.forward_kinematics(q)
+        session.send(T)
+        while session.target is not None:
+            session.frame()
+        assert np.allclose(session.hand_pose, T, atol=2e-5)
+        assert session.missed == ""
+    T[:3, 3] = (5.0, 0, 0)
+    session.send(T)
+    while session.target is not None:
+        session.frame()
+    assert session.missed.startswith("unreachable")
+    session.q = panda.home
+    assert session.missed == ""

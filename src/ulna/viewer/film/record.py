@@ -101,7 +101,7 @@ def record_robot(
     aspect = form.size[0] / form.size[1]
     turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
     pictures = [Picture(q, Camera.around(ball.centre, ball.radius, turn, aspect), solids) for turn in turns]
-    write_pictures(form, model, pictures, _ground(ball), tell)
+    write_pictures(form, model, pictures, ground_of(ball), tell)
     return model.missing
 
 
@@ -116,7 +116,7 @@ def write_pictures(form: Form, model: Model, pictures: Sequence[Picture], ground
     write_film(form.path, film)
 
 
-def _ground(ball: BoundingBall) -> Ground:
+def ground_of(ball: BoundingBall) -> Ground:
     """A floor under the lowest point, or at the base if that is lower; its cells are about a tenth of the robot's size."""
     cell = 10.0 ** np.round(np.log10(max(ball.radius, 1e-3) / 6.0))
     return Ground(tuple(ball.centre.tolist()), 1.5 * ball.radius, min(ball.lowest, 0.0), float(cell))

@@ -8,6 +8,7 @@ from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
 from ulna.errors import GeometryError
 from ulna.robot import Robot
+from ulna.viewer.session.shape_names import ShapeNames
 
 _ROUNDING = 1e-5  # [m] by which the distance of one pair may differ when it is measured again
 
@@ -20,11 +21,15 @@ class Clearance:
         report: What touches; None where the robot's shapes cannot be checked, or are not checked yet.
         nearest: The nearest, or deepest, pair of the robot and the world; None if the world is empty.
         refusal: Why the shapes cannot be checked; empty if they are not checked yet.
+        touching: The pairs that touch, in words; empty if none does.
+        apart: The nearest pair in words; empty if there is none.
     """
 
     report: Report | None
     nearest: Pair | None = None
     refusal: str = ""
+    touching: str = ""
+    apart: str = ""
 
     @property
     def verdict(self) -> str:
@@ -39,15 +44,19 @@ class Clearance:
         return "" if self.nearest is None else f"{1e3 * self.nearest.signed_distance:.1f} mm"
 
     def __str__(self) -> str:
-        if self.report is None:
-            return self.verdict
-        hits = [f"{pair.name_a} and {pair.name_b}" for pair in self.report.pairs if pair.signed_distance <= 0.0]
-        more = f" and {len(hits) - 3} more" if len(hits) > 3 else ""
-        return f"collision: {', '.join(hits[:3])}{more}" if hits else "free"
+        return f"{self.verdict}: {self.touching}" if self.touching else self.verdict
 
 
-def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True) -> Clearance:
-    """What touches at q, shape (n_dof,), and the nearest pair; ``itself`` checks the robot's links against each other too."""
+def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True, names: ShapeNames | None = None) -> Clearance:
+    """What touches at q, shape (n_dof,), and the nearest pair.
+
+    Args:
+        robot: The robot.
+        q: Joint positions [rad or m], shape (n_dof,).
+        world: The obstacles.
+        itself: Whether to check the robot's links against each other too.
+        names: How the robot's shapes are called; made anew unless given.
+    """
     try:
         report = robot.check_collision(q, world, itself)
         distance = robot.signed_distance(q, world, self_collision=False)
@@ -58,4 +67,6 @@ def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True) 
         if world.names
         else ()
     )
-    return Clearance(report, near[0] if near else None)
+    names = names or ShapeNames(robot)
+    touching = names.listed(pair for pair in report.pairs if pair.signed_distance <= 0.0)
+    return Clearance(report, near[0] if near else None, touching=touching, apart=names.listed(near[:1]))

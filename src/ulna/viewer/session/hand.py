@@ -6,11 +6,14 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.report import Pair
 from ulna.collision.world import World
 from ulna.description.pose import quaternion_from_matrix
 from ulna.description.robot_description import Joint, JointType, Limits
-from ulna.ik.result import IKResult, Status
+from ulna.ik.result import IKResult
 from ulna.robot import Robot
+from ulna.viewer.session.contacts import along_contacts
+from ulna.viewer.session.shape_names import ShapeNames
 
 MOST_A_FRAME = 0.25  # [rad or m] of any joint: at 60 frames a second faster than arms are, and never another branch
 _GLIDES, _DAMPING = 10, 0.03  # steps of differential inverse kinematics in a frame, and their damping
@@ -29,12 +32,14 @@ class Followed:
         reached: Whether the link is at the target.
         moving: Whether another frame would bring it nearer.
         reason: Why the target is not reached; see ``IKResult.reason``.
+        stopped: Whether the reason is that the arm would touch something: it is free where it is.
     """
 
     q: Array
     reached: bool
     moving: bool
     reason: str = ""
+    stopped: bool = False
 
 
 class Hand:
@@ -43,10 +48,11 @@ class Hand:
     Args:
         robot: The robot.
         link: The link's name; see ``robot.palm``.
+        names: How the robot's shapes are called; made anew unless given.
     """
 
-    def __init__(self, robot: Robot, link: str) -> None:
-        self.robot, self.link = robot, link
+    def __init__(self, robot: Robot, link: str, names: ShapeNames | None = None) -> None:
+        self.robot, self.link, self._names = robot, link, names or ShapeNames(robot)
         joints = robot.description.joints
         self.held = tuple(joint.name for joint in joints if joint.type in BASES and joint.name in robot.joint_names)
         unhurried = tuple(_unhurried(joint) for joint in joints)
@@ -56,7 +62,7 @@ class Hand:
         """One frame towards a pose.
 
         The search continues the branch of q and may move no joint by more than MOST_A_FRAME. Where that does not arrive, the arm
-        glides nearer by differential inverse kinematics, until nothing leads nearer.
+        glides nearer by differential inverse kinematics, until nothing leads nearer; along obstacles if these are to be avoided.
 
         Args:
             q: Joint positions [rad or m], shape (n_dof,).
@@ -66,33 +72,41 @@ class Hand:
         found = self._search(q, T, world, max_iterations=_QUICK)
         if found.success:
             return Followed(found.q, reached=True, moving=False)
-        nearer = self._glide(q, T)
-        if world is not None and not self._may_go(q, nearer, world):
-            return Followed(q, reached=False, moving=False, reason=self._hits(nearer, world))
+        nearer, against = self._glide(q, T, world)
         if self._miss(q, T) - self._miss(nearer, T) > _AT_REST:
             return Followed(nearer, reached=False, moving=True)
         found = self._search(nearer, T, world)  # at rest: time to ask why
         if found.success:
             return Followed(found.q, reached=True, moving=False)
-        reason = f"{found.status}: {found.reason}" if found.reason else str(found.status)
-        return Followed(nearer, reached=False, moving=False, reason=reason)
+        if against:
+            words = f"stopped before {self._names.listed(against)} touch"
+            return Followed(nearer, reached=False, moving=False, reason=words, stopped=True)
+        return Followed(nearer, reached=False, moving=False, reason=_words(found))
+
+    def place(self, q: Array, T: Array, world: World | None = None) -> Followed:
+        """A configuration at a pose, on any branch, however far its joints are from q; see ``follow``."""
+        found = self.robot.inverse_kinematics(T, q, self.link, held=self.held, world=world)
+        if found.success:
+            return Followed(found.q, reached=True, moving=False)
+        return Followed(q, reached=False, moving=False, reason=_words(found))
 
     def _search(self, q: Array, T: Array, world: World | None, max_iterations: int | None = None) -> IKResult:
         return self.robot.inverse_kinematics(
             T, q, self.link, held=self.held, max_step=MOST_A_FRAME, world=world, max_iterations=max_iterations
         )
 
-    def _glide(self, q: Array, T: Array) -> Array:
-        """As near to the pose as a frame leads."""
-        miss = self._miss(q, T)
+    def _glide(self, q: Array, T: Array, world: World | None) -> tuple[Array, tuple[Pair, ...]]:
+        """As near to the pose as a frame leads, and the pairs that would touch if it went nearer."""
+        miss, against = self._miss(q, T), ()
         for _ in range(_GLIDES):
             change = self._loop.differential_ik(q, self._error(q, T), 1.0, self.link, damping=_DAMPING)
-            change *= min(1.0, MOST_A_FRAME / _GLIDES / max(float(np.abs(change).max()), 1e-12))
-            nearer = np.clip(q + change, self.robot.lower, self.robot.upper)
+            if world is not None:
+                change, against = self._kept_off(q, _shortened(change), world)
+            nearer = np.clip(q + _shortened(change), self.robot.lower, self.robot.upper)
             if (left := self._miss(nearer, T)) > miss - _AT_REST / _GLIDES:
                 break
             q, miss = nearer, left
-        return q
+        return q, against
 
     def _error(self, q: Array, T: Array) -> Array:
         """The displacement and the rotation vector that are left, in the axes of the base, shape (6,)."""
@@ -103,14 +117,31 @@ class Hand:
         error = self._error(q, T)
         return float(error @ error)
 
+    def _kept_off(self, q: Array, change: Array, world: World) -> tuple[Array, tuple[Pair, ...]]:
+        """A step that touches nothing, for a wanted one, and the pairs that have changed it; 0 where there is none."""
+        slid = along_contacts(self.robot, q, change, self.link, world)
+        for part in (1.0, 0.25):
+            step = part * slid.change
+            nearer = np.clip(q + _shortened(step), self.robot.lower, self.robot.upper)
+            if self._may_go(q, nearer, world):
+                return step, slid.against
+        hits = tuple(pair for pair in self.robot.check_collision(nearer, world).pairs if pair.signed_distance <= 0.0)
+        return np.zeros_like(change), slid.against or hits
+
     def _may_go(self, q: Array, nearer: Array, world: World) -> bool:
         """Whether a step ends free of collision, or less deep in one in which it began."""
         after = self.robot.signed_distance(nearer, world)
         return after > 0.0 or after > self.robot.signed_distance(q, world)
 
-    def _hits(self, q: Array, world: World) -> str:
-        pairs = self.robot.check_collision(q, world).pairs[:4]
-        return f"{Status.IN_COLLISION}: " + ", ".join(f"{pair.name_a} hits {pair.name_b}" for pair in pairs)
+
+def _words(found: IKResult) -> str:
+    """Why a search has not arrived."""
+    return f"{found.status}: {found.reason}" if found.reason else str(found.status)
+
+
+def _shortened(change: Array) -> Array:
+    """A step of which no joint is longer than a glide's."""
+    return change * min(1.0, MOST_A_FRAME / _GLIDES / max(float(np.abs(change).max()), 1e-12))
 
 
 def rotation_vector(R: Array) -> Array:

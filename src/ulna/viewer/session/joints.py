@@ -2,7 +2,6 @@
 
 from collections import Counter
 from dataclasses import dataclass
-from itertools import takewhile
 from math import pi
 
 import numpy as np
@@ -123,12 +122,12 @@ def _followers(robot: Robot) -> list[Follower]:
 
 
 def _group_name(limb: list[str]) -> str:
-    """What the names of most of a limb's joints begin with; else the first and the last of them, their common words once."""
+    """What the names of most of a limb's joints begin with; else what all begin with, and the first and the last of them."""
     stems = [name.removesuffix("_joint").rstrip("_0123456789") for name in limb]
     stem, count = Counter(stems).most_common(1)[0]
     if 2 * count > len(limb) and len(stem) > 1:
         return stem
-    words = [one.split("_") for one in stems]
-    n_common = sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*(one[:-1] for one in words), strict=False)))
-    common, first, last = ("_".join(some) for some in (words[0][:n_common], words[0][n_common:], words[-1][n_common:]))
-    return f"{common}: " * bool(common) + f"{first} … {last}"
+    words = [stem.split("_") for stem in stems]
+    shared = next((k for k, each in enumerate(zip(*words, strict=False)) if len(set(each)) > 1), 0)
+    first, last = ("_".join(names[shared:]) for names in (words[0], words[-1]))
+    return f"{'_'.join(words[0][:shared])}: {first} to {last}" if shared else f"{first} to {last}"

@@ -16,6 +16,7 @@ from ulna.robot import Robot
 from ulna.robot.palm import palm
 from ulna.viewer.session.clearance import Clearance, clearance
 from ulna.viewer.session.hand import Hand
+from ulna.viewer.session.shape_names import ShapeNames
 
 Array = NDArray[np.float64]
 HAND, COLLISIONS = "the motion of the hand", "collisions and distances"  # what is asked in a frame
@@ -42,7 +43,10 @@ class Session:
         target: The pose that the hand is pulled to, T_base_link, shape (4, 4); None if it is not pulled.
         avoiding: Whether the pulled hand stays clear of the world and the robot itself.
         itself: Whether the verdict counts the robot's links against each other too.
-        trouble: Why the hand is not where it is pulled; empty if it is, or while it is on its way.
+        trouble: Why the hand is not where it is pulled; empty if it is, while it is on its way, and when it is let go.
+        missed: Why the last pose that it was sent to was not reached; empty if it was, and when something else moves it.
+        stopped: Whether ``trouble`` is that it would touch something, while nothing touches.
+        names: How the robot's collision shapes are called.
         clearance: What the robot touches, and what it is nearest to.
         waiting: Whether the pulled hand waits for its kernels.
         lock: Held during a frame; hold it to do two things as one.
@@ -63,8 +67,9 @@ class Session:
         self.lock, self.ask = threading.RLock(), ask
         self.avoiding, self.itself = False, not self.unchecked
         self.clearance = Clearance(None, refusal=self.unchecked)
+        self.names = ShapeNames(robot)
         self.q = robot.home if q is None else q
-        self._hand = Hand(robot, palm(robot)) if robot.n_dof else None
+        self._hand = Hand(robot, palm(robot), self.names) if robot.n_dof else None
         self._seen: tuple | None = None
         self._letting_go = self.waiting = self._checked = False
 
@@ -90,7 +95,8 @@ class Session:
             raise InputError("q", f"shape {positions.shape}; one configuration, shape ({self.robot.n_dof},), is expected")
         refuse_out_of_range(positions)
         with self.lock:
-            self._q, self.target, self.trouble = positions.copy(), None, ""
+            self._q = positions.copy()
+            self._rest()
 
     @property
     def link(self) -> str:
@@ -103,7 +109,8 @@ class Session:
             raise UnknownNameError("link", name, self.robot.link_names)
         with self.lock:
             if self._hand is not None:
-                self._hand, self.target, self.trouble = Hand(self.robot, name), None, ""
+                self._hand = Hand(self.robot, name, self.names)
+                self._rest()
 
     @property
     def hand_pose(self) -> Array:
@@ -114,6 +121,13 @@ class Session:
         """Pull the hand to a pose; the frames to come bring it there."""
         with self.lock:
             self.target, self._letting_go = as_one_pose(T_base_hand, "T_base_hand"), False
+            self._sent, self.missed = False, ""
+
+    def send(self, T_base_hand: ArrayLike) -> None:
+        """Send the hand to a pose, on any branch; the frames to come bring it there, or say in ``missed`` why not."""
+        with self.lock:
+            self.pull(T_base_hand)
+            self._sent = self._letting_go = True
 
     def let_go(self) -> None:
         """End the pull: the hand goes on to its target, and rests."""
@@ -124,7 +138,15 @@ class Session:
         """Go on by a frame. Returns whether anything that is seen has changed."""
         with self.lock:
             self._follow()
-            seen = (self._q.tobytes(), self.world.objects(), self.itself, self.link, self.trouble, self.target is None)
+            seen = (
+                self._q.tobytes(),
+                self.world.objects(),
+                self.itself,
+                self.link,
+                self.trouble,
+                self.missed,
+                self.target is None,
+            )
             changed = self._seen is None or not all(a is b or a == b for a, b in zip(seen, self._seen, strict=True))
             self._seen = seen
             return (changed or not self._checked) and (self._check() or changed)
@@ -140,7 +162,7 @@ class Session:
         """Find the clearance, and tell whether it is known now."""
         found = Clearance(None, refusal=self.unchecked)
         if not self.unchecked:
-            found = self.ask(COLLISIONS, clearance, self.robot, self._q.copy(), self.world, itself=self.itself)
+            found = self.ask(COLLISIONS, clearance, self.robot, self._q.copy(), self.world, itself=self.itself, names=self.names)
         self._checked = found is not None
         self.clearance = found or Clearance(None)
         return self._checked
@@ -150,10 +172,21 @@ class Session:
             self.waiting = False
             return
         world = self.world if self.avoiding else None
-        followed = self.ask(COLLISIONS if self.avoiding else HAND, self._hand.follow, self._q.copy(), self.target.copy(), world)
+        name = COLLISIONS if self.avoiding else HAND
+        followed = self.ask(name, self._hand.follow, self._q.copy(), self.target.copy(), world)
+        if self._sent and followed is not None and not followed.moving and not followed.reached:
+            followed = self.ask(name, self._hand.place, self._q.copy(), self.target.copy(), world)
         self.waiting = followed is None
         if followed is None:
             return
         self._q, self.trouble, self._on_the_way = followed.q, followed.reason, followed.moving
+        self.stopped = followed.stopped
         if self._letting_go and not followed.moving:
-            self.target, self._letting_go = None, False
+            missed = self.trouble if self._sent else ""
+            self._rest()
+            self.missed = missed
+
+    def _rest(self) -> None:
+        """Nothing pulls the hand."""
+        self.target, self.trouble, self.missed, self.stopped = None, "", "", False
+        self._letting_go = self._sent = False

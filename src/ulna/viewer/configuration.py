@@ -1,0 +1,94 @@
+"""Brings a robot to a configuration: home, a named one, one of a file; and gives q to copy and to save. Used by ``view``."""
+
+import html
+from collections.abc import Callable
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from ulna.errors import InputError, UlnaError
+from ulna.viewer.session.session import Session
+
+COPY_SCRIPT = b"""<script>
+addEventListener('click', (e) => {
+  const button = e.target.closest?.('[data-copy]');
+  if (!button) return;
+  const text = button.dataset.copy;
+  const old = () => {
+    const area = document.body.appendChild(document.createElement('textarea'));
+    area.value = text;
+    area.select();
+    document.execCommand('copy');
+    area.remove();
+  };
+  (navigator.clipboard ? navigator.clipboard.writeText(text).catch(old) : Promise.resolve(old()))
+    .then(() => { button.textContent = 'Copied'; });
+});
+</script>"""
+_BUTTON = "border:1px solid #228be6;border-radius:2px;background:#fff;color:#228be6;padding:0.2em 0.7em;cursor:pointer"
+_MOST_BYTES = 1_000_000
+
+
+class ConfigurationPanel:
+    """A list of configurations, and q as text. ``moved`` is called when there is something to do."""
+
+    def __init__(self, gui: viser.GuiApi, session: Session, moved: Callable[[], None]) -> None:
+        self._session, self._moved = session, moved
+        named = {name: q for name, q in session.robot.named_configurations.items() if np.shape(q) == (session.robot.n_dof,)}
+        self._known = {"home": session.robot.home, **named}
+        self.names = gui.add_button_group("Go to", tuple(self._known))
+        with gui.add_folder("Copy, save, load q", expand_by_default=False):
+            self.text = gui.add_html("")
+            self.save = gui.add_button("Save q", hint="Download q as a .csv file of one row")
+            self.load = gui.add_upload_button("Load q", hint="Go to the first row of a .csv file", mime_type="text/csv")
+        self.names.on_click(lambda event: self._go(self._known[event.target.value]))
+        self.save.on_click(self._download)
+        self.load.on_upload(self._upload)
+        self._shown = b""
+
+    def show(self, q: NDArray[np.float64]) -> None:
+        """Show q as text that can be copied."""
+        if q.tobytes() != self._shown:
+            self._shown, words = q.tobytes(), as_text(q)
+            short = html.escape(", ".join(f"{value:.4g}" for value in q))
+            button = f'<button data-copy="{html.escape(words, quote=True)}" style="{_BUTTON}">Copy q</button>'
+            self.text.content = f'<div style="padding:0 0.75em 0.4em;font-size:0.8em">{short}<br>{button}</div>'
+
+    def _go(self, q: NDArray[np.float64]) -> None:
+        self._session.q = q
+        self._moved()
+
+    def _download(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            content = f"{as_text(self._session.q)}\n".encode()
+            event.client.send_file_download(f"{self._session.robot.name}_q.csv", content, save_immediately=True)
+
+    def _upload(self, event: viser.GuiEvent) -> None:
+        try:
+            self._go(first_row(self.load.value.content, self._session.robot.n_dof))
+        except UlnaError as error:
+            if event.client is not None:
+                event.client.add_notification("q was not loaded", str(error), color="red")
+
+
+def as_text(q: NDArray[np.float64]) -> str:
+    """All digits of q, shape (n_dof,), as ``--q`` takes it."""
+    return ", ".join(repr(float(value)) for value in q)
+
+
+def first_row(content: bytes, n_dof: int) -> NDArray[np.float64]:
+    """The first row of a .csv file, shape (n_dof,).
+
+    Raises:
+        InputError: It has other than n_dof numbers.
+    """
+    lines = content[:_MOST_BYTES].decode(errors="replace").split("\n")
+    words = next((line for line in lines if line.strip()), "").replace(",", " ").split()
+    try:
+        q = np.array([float(word) for word in words])
+    except ValueError:
+        raise InputError("q", f"{' '.join(words)[:60]!r}; numbers with commas between them are expected") from None
+    if len(q) != n_dof:
+        raise InputError("q", f"{len(q)} numbers, but {n_dof} are expected")
+    return q

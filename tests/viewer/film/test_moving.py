@@ -1,0 +1,42 @@
+"""Films of a robot along rows of q among obstacles, looked at: what touches is red when the checker says so."""
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna.viewer.film.moving import record_moving
+from ulna.viewer.film.record import make_form
+from videos import decoded
+
+
+@pytest.fixture
+def world():
+    world = ulna.World()
+    world.add("crate", ulna.Box((0.15, 0.15, 0.15)), ulna.pose((0.45, 0.0, 0.35)))
+    world.add("floor", ulna.HalfSpace(), ulna.pose((0, 0, -0.1)))
+    return world
+
+
+def is_red(frame):
+    return np.count_nonzero((frame[..., 0] > 150) & (frame[..., 1:].max(axis=-1) < 110)) > 60
+
+
+def test_an_obstacle_is_red_in_the_frames_in_which_the_checker_finds_a_collision(panda, world, tmp_path):
+    away, into = panda.home + np.array([1.2, 0, 0, 0, 0, 0, 0]), panda.home + np.array([0, 0.35, 0, 0, 0, 0, 0])
+    path = np.array([away, into, away])
+    record_moving(make_form(tmp_path / "a.mp4", 1.5, (320, 240), 10), panda, path, world, boxes=False)
+    q = np.array([np.interp(place, range(3), path[:, k]) for place in np.linspace(0, 2, 15) for k in range(7)]).reshape(15, 7)
+    expected = panda.in_collision(q, world)
+    frames = decoded(tmp_path / "a.mp4")[0]
+    assert len(frames) == 15
+    assert [is_red(frame.astype(int)) for frame in frames] == expected.tolist()
+    assert 0 < expected.sum() < 15
+
+
+def test_obstacles_of_any_shape_are_drawn(panda, tmp_path):
+    world = ulna.World()
+    world.add("ball", ulna.Sphere(0.1), ulna.pose((0.6, 0, 0.3)))
+    world.add("rod", ulna.Capsule(0.03, 0.3), ulna.pose((0.0, 0.5, 0.3)))
+    world.add("cloud", ulna.PointCloud(points=[(0.5, 0.5, 0.5), (0.6, 0.5, 0.5)], radius=0.02))
+    record_moving(make_form(tmp_path / "a.png", 1.0, (320, 240)), panda, panda.home[None], world)
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")

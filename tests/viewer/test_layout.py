@@ -1,0 +1,37 @@
+"""The panel covers nothing of the scene: beside it on a wide page, below it on a phone; and the page has its robot's title."""
+
+import numpy as np
+import pytest
+
+import ulna
+from browser import SIZE, project, wait_to_see
+
+PHONE = (390, 844)
+SHEET = """() => {
+    const scene = document.querySelector('canvas').getBoundingClientRect();
+    const panel = document.querySelector('[role=tab]').getBoundingClientRect();
+    return [scene.width, scene.height, panel.left, panel.top];
+}"""
+
+
+@pytest.mark.parametrize("size", [SIZE, PHONE])
+def test_the_robot_its_hand_and_a_new_obstacle_are_seen_beside_the_panel(open_page, size):
+    robot = ulna.load("ur5")
+    with ulna.view(robot) as view:
+        page = open_page(view.url, size=size)
+        clients = wait_to_see(page, view.page.server.get_clients, "a tab")
+        camera = next(iter(clients.values())).camera
+        page.get_by_role("tab", name="Obstacles").click()
+        page.get_by_role("button", name="Box").click()
+        wait_to_see(page, lambda: view.world.names, "an obstacle")
+        (name,) = view.world.names
+        points = [*robot.link_poses(view.q)[:, :3, 3], view.world.pose(name)[:3, 3]]
+
+        def all_in_sight():
+            width, height, left, top = page.evaluate(SHEET)
+            clear = width <= left if size == SIZE else height <= top
+            seen = np.array([project(camera, point) for point in points])
+            return clear and (seen > 10).all() and (seen[:, 0] < width - 10).all() and (seen[:, 1] < height - 10).all()
+
+        wait_to_see(page, all_in_sight, "all of it, beside the panel")
+        assert page.title() == "ur5 - Ulna"
