@@ -35,7 +35,7 @@ announces = True
 
 @cache
 def compiler_hash() -> str:
-    """Hash of what makes machine code of any entry, in hexadecimal: the compiler's versions and settings, and our part in it."""
+    """Hash of what makes machine code of any entry, in hexadecimal: the versions and settings of the compiler, and our sources."""
     versions = platform.python_version(), numba.__version__, llvmlite.__version__, np.__version__
     settings = (str(getattr(config, name, None)) for name in _SETTINGS)
     ours = sources_hash(str(Path(__file__).with_name("decorators.py")))
@@ -124,8 +124,7 @@ class _CacheImpl(CompileResultCacheImpl):
 class _Files(IndexDataCacheFile):
     """A file for each signature and processor.
 
-    Numba numbers the files and keeps an index of them, which two processes that write at once can leave with the one's entry for
-    the other's file.
+    Numba numbers the files and keeps an index of them. Two processes that write at once can corrupt that index.
     """
 
     def load(self, key):
