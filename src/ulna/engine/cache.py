@@ -35,7 +35,7 @@ announces = True
 
 @cache
 def compiler_hash() -> str:
-    """Hash of what makes machine code of any entry, in hexadecimal: the versions and settings of the compiler, and our sources."""
+    """Hash of what makes machine code of any entry, in hexadecimal: the compiler, its settings, and our sources."""
     versions = platform.python_version(), numba.__version__, llvmlite.__version__, np.__version__
     settings = (str(getattr(config, name, None)) for name in _SETTINGS)
     ours = sources_hash(str(Path(__file__).with_name("decorators.py")))
