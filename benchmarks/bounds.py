@@ -32,7 +32,7 @@ from ulna.kernels.chain.chain import chain_pose
 from ulna.kernels.distance.box_sat import boxes_overlap
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE
-from ulna.kernels.collision.posed_pair import balls_meet, half_extents, place_bodies
+from ulna.kernels.collision.posed_pair import balls_overlap, half_extents, place_bodies
 from ulna.kernels.spatial.se3 import load_pose
 
 class Counting(np.ndarray):
@@ -61,8 +61,8 @@ if len(sys.argv) > 1:
     place_bodies(joints, bodies, q, rows(12 * len(joints)), body_rows)
     counts["place_bodies"], Counting.operations = Counting.operations, 0
     a, b = load_pose(body_rows, 0), load_pose(body_rows, 1)
-    balls_meet(bodies, 0, a, bodies, 1, b)
-    counts["balls_meet"], Counting.operations = Counting.operations, 0
+    balls_overlap(bodies, 0, a, bodies, 1, b)
+    counts["balls_overlap"], Counting.operations = Counting.operations, 0
     boxes_overlap(a, half_extents(bodies, 0, a[0]), b, half_extents(bodies, 1, a[0]))
     counts["boxes_overlap"] = Counting.operations
 print(json.dumps(counts))

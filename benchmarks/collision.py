@@ -98,7 +98,9 @@ def growth_rows(robot: Robot, peak: float) -> list[dict]:
             free = q[~robot.in_collision(q, world, self_collision=False)][:N]
             if not len(free):
                 continue  # so crowded that the arm has no room
-            bound = (counts["place_bodies"] + n * n_bodies * counts["balls_meet"]) / WIDTH * peak if n <= MOST_UNINDEXED else None
+            bound = (
+                (counts["place_bodies"] + n * n_bodies * counts["balls_overlap"]) / WIDTH * peak if n <= MOST_UNINDEXED else None
+            )
             rows.append({
                 "boxes": n, "world": density, "pairs": n * n_bodies, "built_ms": build_ms, **_growth(robot, world, free),
                 "bound_ns": bound,

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of what Ulna computes: NumPy written down from the definitions.
+"""Slow, obvious formulas of what Ulna computes: NumPy, from the definitions.
 
 Of Ulna they read only the plain data of a ``Description``. Nothing here is fast, and nothing here branches for accuracy.
 """

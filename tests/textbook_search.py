@@ -1,4 +1,4 @@
-"""The textbook searches by their kernel, with everything that it needs but the question."""
+"""Runs a textbook search by its entry, with all its arrays made here."""
 
 import numpy as np
 

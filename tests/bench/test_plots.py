@@ -53,8 +53,8 @@ def test_more_pairs_need_more_operations_and_a_tree_has_no_such_bound(panda, mon
     one, three, hung = (row for row in collision.growth_rows(panda, peak=1.0) if row["world"] == "as dense")
     assert (one["pairs"], three["pairs"], hung["bound_ns"]) == (12, 36, None)
     counts = bounds.count_operations(panda, with_boxes=True)
-    assert three["bound_ns"] - one["bound_ns"] == pytest.approx(24 * counts["balls_meet"] / 8)
-    assert counts["boxes_overlap"] > 5 * counts["balls_meet"] > 0
+    assert three["bound_ns"] - one["bound_ns"] == pytest.approx(24 * counts["balls_overlap"] / 8)
+    assert counts["boxes_overlap"] > 5 * counts["balls_overlap"] > 0
 
 
 def test_a_scene_that_says_otherwise_is_not_timed(panda, monkeypatch):

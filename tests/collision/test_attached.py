@@ -23,7 +23,7 @@ def test_the_robot_itself_is_not_changed(panda, holding):
     assert holding.collision_names == (*panda.collision_names, "cup")
 
 
-def test_it_stands_where_the_link_holds_it(panda, holding):
+def test_it_is_where_the_link_holds_it(panda, holding):
     poses = holding.collision_poses(panda.home)
     np.testing.assert_allclose(poses[-1], panda.forward_kinematics(panda.home) @ ABOVE, rtol=0, atol=1e-14)
 

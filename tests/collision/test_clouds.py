@@ -60,7 +60,7 @@ def test_it_is_the_same_as_its_solids_one_by_one(panda, worlds, rng):
     assert_close(edges[0].in_collision, edges[1].in_collision)
 
 
-def test_a_report_tells_the_nearest_of_it_once_for_each_shape_of_the_robot(panda, worlds, rng):
+def test_a_report_has_the_nearest_of_it_once_for_each_shape_of_the_robot(panda, worlds, rng):
     one, many = worlds
     for q in rng.uniform(panda.lower, panda.upper, (10, 7)):
         told = panda.check_collision(q, one, self_collision=False, max_distance=0.3).pairs

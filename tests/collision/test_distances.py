@@ -54,7 +54,7 @@ def test_witness_points_stand_on_the_shapes_as_far_apart_as_they_say(panda, worl
                 assert (np.abs(at) <= np.array(shape.half_extents) + 1e-9).all()
 
 
-def test_a_report_tells_of_pairs_up_to_the_distance_asked_for(panda, world, rng):
+def test_a_report_has_the_pairs_up_to_the_given_distance(panda, world, rng):
     q = random_positions(panda, rng, 1)[0]
     everything = [pair.signed_distance for pair in panda.check_collision(q, world, max_distance=np.inf).pairs]
     assert everything == sorted(everything)

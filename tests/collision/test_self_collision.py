@@ -151,7 +151,7 @@ def test_what_is_not_a_pair_of_links_is_refused(pairs):
         ulna.load(ROW).with_allowed_collisions(pairs)
 
 
-def test_an_unknown_link_is_told_with_the_nearest():
+def test_an_unknown_link_is_reported_with_the_nearest():
     with pytest.raises(UnknownNameError, match="did you mean 'hand'"):
         ulna.load(ROW).with_allowed_collisions([("hnd", "base")])
     with pytest.raises(UnknownNameError, match="allowed pair"):

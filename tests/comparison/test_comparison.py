@@ -80,7 +80,7 @@ def test_a_robot_is_the_same_as_itself(panda, name):
     assert comparison.max_rotation_difference == 0.0
 
 
-def test_the_bundled_panda_stands_where_that_of_example_robot_data_does(panda):
+def test_the_bundled_panda_is_where_that_of_example_robot_data_does(panda):
     other = ulna.load(EXAMPLES / "panda_description/urdf/panda.urdf")
     comparison = ulna.compare(panda, other)
     assert {kind for kind, _ in found(comparison)} == {"link", "joint", "collision", "visual"}
@@ -115,7 +115,7 @@ def test_a_tolerance_decides_on_both_sides_of_its_border(name, written, instead,
     assert not ulna.compare(*pair, **{name: 0.99 * amount}).same
 
 
-def test_the_order_of_q_and_of_the_links_is_told():
+def test_the_order_of_q_and_of_the_links_is_reported():
     robot = every_joint()
     links = Robot(replace(robot, links=(*robot.links[1:], robot.links[0])))
     assert found(ulna.compare(Robot(robot), links)) == [("order", "links")]

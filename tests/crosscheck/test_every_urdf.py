@@ -41,7 +41,7 @@ def test_there_are_as_many_files_as_the_package_had_when_this_was_written():
     assert {file.stem for file in FILES} >= {*NOT_LOADED, *DEFEAT_THE_MIMIC_OPTION, *N_DOF}
 
 
-def test_every_link_stands_where_pinocchio_puts_it(peer):
+def test_every_link_is_where_pinocchio_puts_it(peer):
     assert farthest_link(peer) < 1e-9
 
 

@@ -24,7 +24,7 @@ def panda_peer(panda):
     return Peer(panda, pin.buildModelFromXML(panda.to_urdf()))
 
 
-def test_the_panda_stands_where_pinocchio_puts_it_in_every_link(panda, panda_peer):
+def test_the_panda_is_where_pinocchio_puts_it_in_every_link(panda, panda_peer):
     q = np.vstack([panda.home, np.zeros(7), panda.lower, panda.upper, random_positions(panda, 100)])
     expected = np.array([panda_peer.link_poses(row) for row in q])
     np.testing.assert_allclose(panda.link_poses(q), expected, rtol=0, atol=1e-12)

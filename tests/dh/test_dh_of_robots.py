@@ -89,7 +89,7 @@ def test_chains_with_skew_axes_slides_and_mimics_have_a_table(convention, link):
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @pytest.mark.parametrize("tilt", [0, 1e-16, 1e-12, 1e-9, 1e-7, 9.99e-7, 1.01e-6, 1e-5, 1e-4, 9.9e-4, 1.01e-3, 1e-2])
 @pytest.mark.parametrize("gap", [0.0, 1e-7, 1e-5, 0.3])
-def test_nearly_parallel_axes_give_finite_rows_and_no_loss_that_the_proof_does_not_tell(convention, tilt, gap):
+def test_nearly_parallel_axes_give_finite_rows_and_no_loss_that_the_proof_does_not_report(convention, tilt, gap):
     chain = of_chain("revolute", "revolute", "revolute").joints
     tilted = [
         formulas.from_rpy((gap, 0.1, 0.2), (0.6 * tilt, 0.8 * tilt, 0)),

@@ -45,7 +45,7 @@ def test_every_frame_is_the_running_product_of_the_written_matrices(convention, 
         np.testing.assert_array_equal(robot.forward_kinematics(q), robot.forward_kinematics(q, link="link5"))
 
 
-def test_the_two_conventions_are_told_apart_by_one_row():
+def test_the_two_conventions_differ_in_one_row():
     q = [0.7]
     modified, standard = (Robot.from_dh(ROWS[:1], convention=name).forward_kinematics(q) for name in DH_FORMULAS)
     assert np.abs(modified - standard).max() > 0.05

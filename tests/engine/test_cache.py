@@ -63,7 +63,7 @@ def test_a_second_process_compiles_nothing(tmp_path):
     assert second[:2] == [AT_ZERO, "1 0"]
 
 
-def test_a_change_in_a_kernel_that_an_entry_calls_is_never_answered_from_the_cache(clone, tmp_path):
+def test_a_change_in_a_kernel_that_an_entry_calls_is_never_served_from_the_cache(clone, tmp_path):
     """Numba's own cache looks at the entry's file alone, and would. And what another clone put there stays."""
     changed = clone / "ulna" / "kernels" / "spatial" / "se3.py"
     original = changed.read_text()
@@ -261,7 +261,7 @@ def test_what_another_user_planted_is_not_run(tmp_path, mode):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-def test_a_terminal_is_told_of_a_compilation_and_only_of_that(tmp_path):
+def test_a_terminal_shows_a_compilation_and_only_that(tmp_path):
     said = []
     for _ in range(2):
         leader, follower = os.openpty()

@@ -111,7 +111,7 @@ def test_a_batch_that_threads_share_has_the_rows_of_small_ones(panda, name, monk
 
 @pytest.mark.usefixtures("three_processors")
 @pytest.mark.parametrize("name", LONG)
-def test_a_row_out_of_range_is_told_whichever_thread_meets_it(panda, name):
+def test_a_row_out_of_range_is_reported_whichever_thread_finds_it(panda, name):
     q = np.tile(panda.home, (3 * LEAST_POSES, 1))
     q[-1, 2] = np.nan
     with pytest.raises(InputError, match=rf"q\[{len(q) - 1}, 2\]"):

@@ -19,7 +19,7 @@ from cuda_arguments import SCENE_OF_BOXES, argument_types, place_of
 
 COMPILED = "chain", "collision", "distance", "ik", "spatial"
 LEFT_OUT = {"render": "films are drawn by the CPU"}
-SHAPES_ALONE = {"collision.posed_pair.others_overlap"}  # not called where all bodies are boxes
+SHAPES_ALONE = {"collision.posed_pair.convex_overlap"}  # not called where all bodies are boxes
 
 
 def kernels():

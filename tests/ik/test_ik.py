@@ -48,7 +48,7 @@ def assert_within_limits(robot, q) -> None:
     assert (q <= robot.upper).all()
 
 
-def test_the_errors_that_are_told_are_those_that_pinocchio_finds(panda, judge):
+def test_the_errors_that_are_reported_are_those_that_pinocchio_finds(panda, judge):
     targets = np.array([judge.pose(q) for q in random_positions(panda, 1000)])
     result = panda.inverse_kinematics(targets)
     assert result.success.all()
@@ -82,7 +82,7 @@ def test_a_target_in_the_corner_of_all_limits_is_reached(panda, judge, end):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("away", [(3.0, 0, 0), (0, 0, -50.0), (1e5, -1e5, 1e5)], ids=["3 m", "50 m", "100 km"])
-def test_a_target_out_of_reach_is_a_result_that_tells_its_true_errors(panda, judge, method, away):
+def test_a_target_out_of_reach_is_a_result_that_reports_its_true_errors(panda, judge, method, away):
     target = shifted(judge.pose(panda.home), away)
     result = panda.inverse_kinematics(target, method=method)
     assert not result.success

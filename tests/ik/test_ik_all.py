@@ -49,7 +49,7 @@ def test_a_target_at_the_end_of_the_reach_has_one_solution_and_beyond_it_none(pl
     assert planar.inverse_kinematics_all(ulna.pose((sum(LINKS) + 1e-3, 0, 0)), task="position").shape == (0, 2)
 
 
-def test_every_solution_of_a_ur5e_is_one_and_none_stands_twice(ur5e):
+def test_every_solution_of_a_ur5e_is_one_and_none_is_repeated(ur5e):
     q = np.random.default_rng(5).uniform(-np.pi, np.pi, (20, 6))
     for x, T in zip(q, ur5e.forward_kinematics(q), strict=True):
         found = ur5e.inverse_kinematics_all(T)

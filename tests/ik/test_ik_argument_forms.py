@@ -1,4 +1,4 @@
-"""However the same thing is asked, the answer is the same: in any form of array, alone, in threads, and after a pickle."""
+"""The result does not depend on the form of the arguments: any kind of array, alone, in threads, and after a pickle."""
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -27,7 +27,7 @@ FORMS = {
     "big-endian": lambda a: a.astype(">f8"),
     "longdouble": np.longdouble,
 }
-# Said or left unsaid, a default is the same wish; words may be made at run time, numbers be NumPy's.
+# A default may be passed or left out; strings may be made at run time, numbers be NumPy's.
 SAID = {
     "threads": {"threads": 1},
     "max_iterations": {"max_iterations": 16_000},
@@ -45,7 +45,7 @@ SAID = {
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("seeded", [False, True], ids=["from home", "from a seed"])
-def test_one_target_has_one_answer_in_every_form(panda, targets, q, form, seeded):
+def test_one_target_has_one_result_in_every_form(panda, targets, q, form, seeded):
     for T, x in zip(targets, q + 0.1, strict=True):
         plain = panda.inverse_kinematics(T, x if seeded else None)
         other = panda.inverse_kinematics(FORMS[form](T), FORMS[form](x) if seeded else None)
@@ -54,7 +54,7 @@ def test_one_target_has_one_answer_in_every_form(panda, targets, q, form, seeded
 
 
 @pytest.mark.parametrize("name", SAID)
-def test_a_default_that_is_said_changes_nothing(panda, targets, name):
+def test_a_default_that_is_passed_changes_nothing(panda, targets, name):
     for T in targets:
         assert np.array_equal(panda.inverse_kinematics(T, **SAID[name]).q, panda.inverse_kinematics(T).q)
 
@@ -80,7 +80,7 @@ def refusal(call):
 
 
 @pytest.mark.parametrize("name", NO_SEEDS)
-def test_the_short_way_and_the_long_refuse_the_same_seeds_in_the_same_words(panda, targets, name):
+def test_the_fast_path_and_the_general_one_refuse_the_same_seeds_in_the_same_words(panda, targets, name):
     seed = NO_SEEDS[name]
     short = refusal(lambda: panda.inverse_kinematics(targets[0], seed))
     assert short == refusal(lambda: panda.inverse_kinematics(targets[0], seed, time_limit=10))
@@ -90,7 +90,7 @@ def test_the_short_way_and_the_long_refuse_the_same_seeds_in_the_same_words(pand
 
 @pytest.mark.parametrize("name", INVALID_POSES)
 @pytest.mark.parametrize("method", METHODS)
-def test_the_short_way_and_the_long_refuse_the_same_targets_in_the_same_words(panda, name, method):
+def test_the_fast_path_and_the_general_one_refuse_the_same_targets_in_the_same_words(panda, name, method):
     T, _ = INVALID_POSES[name]
     short = refusal(lambda: panda.inverse_kinematics(T, method=method))
     assert short == refusal(lambda: panda.inverse_kinematics(T.tolist(), method=method, max_iterations=7))

@@ -1,4 +1,4 @@
-"""What may be asked of a solution beyond the pose: joints that are held, a largest step; and wishes that cannot be."""
+"""Options of a search besides the task: joints that are held, a largest step; and options that cannot be taken."""
 
 import numpy as np
 import pytest
@@ -59,7 +59,7 @@ def test_joints_that_are_held_elsewhere_are_named(panda, q, targets):
 
 
 @pytest.mark.parametrize("max_step", [0.02, 0.1, 0.5])
-def test_no_joint_passes_the_largest_step_and_the_refusal_tells_by_how_much(panda, q, targets, max_step):
+def test_no_joint_passes_the_largest_step_and_the_error_says_by_how_much(panda, q, targets, max_step):
     seeds = near(panda, q, 0.2)
     result = panda.inverse_kinematics(targets, q_seed=seeds, max_step=max_step)
     assert np.abs(result.q - seeds).max() <= max_step + 1e-15
@@ -135,7 +135,7 @@ def test_without_a_bound_a_path_is_followed_and_with_one_it_is_followed_alike(pa
     ids=str,
 )
 @pytest.mark.parametrize("batch", [False, True], ids=["one", "batch"])
-def test_a_wish_that_cannot_be_is_refused_by_its_name(panda, options, error, message, batch):
+def test_an_option_that_cannot_be_taken_is_refused_by_its_name(panda, options, error, message, batch):
     T = panda.forward_kinematics(panda.home + 0.01)
     with pytest.raises(error, match=f"^{message}"):
         panda.inverse_kinematics(T[None] if batch else T, **{"q_seed": panda.home, **options})

@@ -59,7 +59,7 @@ def test_every_target_is_reached_within_the_limits(path):
 
 
 @five_joints
-def test_five_joints_point_where_they_are_told_whatever_the_turn_about_the_axis(path):
+def test_five_joints_point_along_the_target_whatever_the_turn_about_the_axis(path):
     robot = peer_of(path).robot
     goals = pinocchio_poses(path, positions_of(path, 100))
     turn = np.random.default_rng(9).uniform(-np.pi, np.pi, 100)
@@ -73,7 +73,7 @@ def test_five_joints_point_where_they_are_told_whatever_the_turn_about_the_axis(
 
 
 @five_joints
-def test_of_an_orientation_that_five_joints_cannot_meet_the_best_is_told(path):
+def test_of_an_orientation_that_five_joints_cannot_reach_the_nearest_is_found(path):
     robot = peer_of(path).robot
     goals = pinocchio_poses(path, positions_of(path, 20))
     targets = np.array(

@@ -44,7 +44,7 @@ def test_numpys_own_random_state_is_neither_used_nor_moved(panda):
 
 
 @pytest.mark.parametrize("method", ["levenberg_marquardt", "jacobian_transpose"])
-def test_a_row_is_the_same_bits_whatever_stands_beside_it(panda, method):
+def test_a_row_has_the_same_bits_whatever_rows_are_beside_it(panda, method):
     T = shifted(panda.forward_kinematics(panda.home), np.random.default_rng(2).uniform(-0.1, 0.1, (20, 3)))
     options = {"q_seed": panda.home, "method": method, "max_iterations": 50}
     whole = panda.inverse_kinematics(T, **options)
@@ -196,7 +196,7 @@ def test_with_a_seed_the_branch_of_the_seed_wins_even_where_another_is_found_soo
     assert np.abs(result.q - expected).max() < 1.0
 
 
-def test_an_arm_with_one_answer_to_a_branch_retraces_the_path_of_its_joints():
+def test_an_arm_with_one_solution_to_a_branch_retraces_the_path_of_its_joints():
     """Six joints, elbow and wrist kept bent: the only way to follow the targets without a jump is the path they came from."""
     arm = Robot.from_dh(robots.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
     phase = np.linspace(0, 2 * np.pi, 500)[:, None] * [1, 2, 1, 3, 1, 2] + np.arange(6)

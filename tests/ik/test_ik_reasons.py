@@ -21,7 +21,7 @@ def planar(limits=None):
 
 @pytest.mark.parametrize("task", ["position", "pose"])
 @pytest.mark.parametrize(("radius", "gap"), [(1.7, 0.1), (1.6 + 3e-5, 3e-5), (50.0, 48.4)])
-def test_beyond_the_outer_radius_the_gap_is_told_to_rounding(task, radius, gap):
+def test_beyond_the_outer_radius_the_gap_is_reported_to_rounding(task, radius, gap):
     for angle in (0.0, 2.0, -3.0):
         target = ulna.pose((radius * np.cos(angle), radius * np.sin(angle), 0), (0, 0, angle))
         result = planar().inverse_kinematics(target, task=task)
@@ -34,7 +34,7 @@ def test_beyond_the_outer_radius_the_gap_is_told_to_rounding(task, radius, gap):
 
 
 @pytest.mark.parametrize(("radius", "gap"), [(0.3, 0.1), (0.4 - 3e-5, 3e-5), (0.0, 0.4)])
-def test_within_the_inner_hole_the_gap_is_told_to_rounding(radius, gap):
+def test_within_the_inner_hole_the_gap_is_reported_to_rounding(radius, gap):
     result = planar().inverse_kinematics(ulna.pose((radius, 0, 0)), task="position")
     assert result.status == "unreachable"
     assert result.reach_excess == pytest.approx(gap, abs=1e-12)
@@ -49,7 +49,7 @@ def test_a_hair_out_of_reach_is_within_the_tolerance(radius):
     assert result.reach_excess == 0.0
 
 
-def test_a_batch_tells_the_gap_of_each():
+def test_a_batch_reports_the_gap_of_each():
     T = np.array([ulna.pose((x, 0, 0)) for x in (1.0, 2.0, 0.1, 1.5)])
     result = planar().inverse_kinematics(T, task="position")
     assert result.status.tolist() == ["solved", "unreachable", "unreachable", "solved"]
@@ -142,7 +142,7 @@ def test_the_gap_is_never_larger_than_the_true_one(rng):
 
 
 @pytest.mark.parametrize("q", [(1.3, 0.5), (0.0, 2.5), (-1.2, 2.1), (0.9, 2.4)], ids=str)
-def test_the_limits_that_stand_in_the_way_are_told_with_what_is_missing(q):
+def test_the_limits_that_prevent_a_solution_are_reported_with_the_excess(q):
     """A pose leaves a planar arm of two joints no choice: the angles that make it are the ones that are missing."""
     arm = planar(limits=[(-1.0, 1.0), (0.1, 2.0)])
     result = arm.inverse_kinematics(arm.forward_kinematics(q))
@@ -154,7 +154,7 @@ def test_the_limits_that_stand_in_the_way_are_told_with_what_is_missing(q):
         assert (name in str(result)) == (excess > 0)
 
 
-def test_of_two_elbows_that_pass_a_limit_the_lesser_is_told():
+def test_of_two_elbows_that_pass_a_limit_the_lesser_is_reported():
     arm = planar(limits=[(-1.0, 1.0), (0.5, 2.0)])
     target = arm.forward_kinematics([0.2, 0.3])  # the other elbow is at -0.3
     result = arm.inverse_kinematics(target, task="position")
@@ -202,6 +202,6 @@ def test_a_budget_that_runs_out_is_not_called_impossible(panda, options):
     assert panda.inverse_kinematics(T).success
 
 
-def test_without_a_step_a_target_where_the_arm_stands_is_met(panda):
+def test_without_a_step_a_target_at_the_present_pose_is_solved(panda):
     result = panda.inverse_kinematics(panda.forward_kinematics(panda.home), max_iterations=0, time_limit=0)
     assert (result.status, result.iterations, result.starts) == ("solved", 0, 1)

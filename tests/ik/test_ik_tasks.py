@@ -72,7 +72,7 @@ def test_an_axis_exactly_opposite_to_the_starts_is_turned_round(axis):
     assert reached[:3, :3] @ unit == pytest.approx(opposite[:3, :3] @ unit, abs=1.01e-5)
 
 
-def test_the_residual_is_told_in_the_targets_axes_whatever_the_axis(panda, poses):
+def test_the_residual_is_reported_in_the_targets_axes_whatever_the_axis(panda, poses):
     for task in ("pose", "position", Task.pointing((1, 2, 0))):
         result = panda.inverse_kinematics(poses[:40], task=task)
         reached = panda.forward_kinematics(result.q)

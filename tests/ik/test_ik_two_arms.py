@@ -62,7 +62,7 @@ def test_a_leader_whose_follower_it_does_not_move_stays_too():
     assert (arm.manipulability(result.q, "tip") > 0.0).any()
 
 
-def test_every_branch_of_the_arm_stands_once(arms):
+def test_every_branch_of_the_arm_is_found_once(arms):
     alone = Robot.from_dh(robots.UR5, convention="standard", limits=[(-np.pi, np.pi)] * 6)
     q = [0.3, -1.2, 1.5, -0.7, 1.1, 0.4]
     branches = alone.inverse_kinematics_all(alone.forward_kinematics(q))

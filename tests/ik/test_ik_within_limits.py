@@ -42,7 +42,7 @@ def assert_solves(robot, result, T, link):
 
 
 @pytest.mark.parametrize("q", MISSED)
-def test_what_is_found_a_whole_turn_beyond_a_limit_is_turned_back_and_is_the_answer(q):
+def test_what_is_found_a_whole_turn_beyond_a_limit_is_turned_back_and_is_the_result(q):
     robot = ur5e()
     T = robot.forward_kinematics(q)
     result = robot.inverse_kinematics(T, trace=True)
@@ -52,7 +52,7 @@ def test_what_is_found_a_whole_turn_beyond_a_limit_is_turned_back_and_is_the_ans
     assert result.trace[-1, 0] == pytest.approx(result.position_error, abs=1e-12)
 
 
-def test_what_is_found_at_the_limits_without_heed_of_them_is_the_answer():
+def test_what_is_found_at_the_limits_without_heed_of_them_is_the_result():
     robot = Robot.from_dh(SIX, limits=SIX_LIMITS)
     T = robot.forward_kinematics((*AT_THE_LIMITS, -2.417922039885789))
     assert_solves(robot, robot.inverse_kinematics(T), T, "link6")

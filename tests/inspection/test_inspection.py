@@ -90,13 +90,13 @@ def test_a_mesh_that_cannot_be_read_is_a_warning(tmp_path, content, reason):
     assert reason in finding.message
 
 
-def test_the_grippers_of_the_pr2_are_told_to_contradict_themselves():
+def test_the_grippers_of_the_pr2_are_reported_as_contradicting_themselves():
     inspection = ulna.inspect(EXAMPLES / "pr2_description/urdf/pr2.urdf")
     contradictions = [finding.where for finding in inspection.findings if "no room" in finding.message]
     assert contradictions == ["joint 'r_gripper_r_parallel_root_joint'", "joint 'l_gripper_r_parallel_root_joint'"]
 
 
-def test_a_follower_that_contradicts_another_follower_is_told_and_its_limits_do_not_hold():
+def test_a_follower_that_contradicts_another_follower_is_reported_and_its_limits_do_not_hold():
     third = """<link name="third"/><joint name="grip three" type="prismatic"><parent link="upper"/><child link="third"/>
     <axis xyz="1 0 0"/><limit lower="0.3" upper="0.4" velocity="2" effort="3"/><mimic joint="grip"/></joint></robot>"""
     text = SOUND.replace('lower="0" upper="0.4"', 'lower="0" upper="0.1"').replace("</robot>", third)

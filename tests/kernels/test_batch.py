@@ -1,4 +1,4 @@
-"""Between a batch and rows of lanes, and the range that positions are held to."""
+"""Gathering a batch into rows of lanes, and the range of positions."""
 
 import numpy as np
 import pytest

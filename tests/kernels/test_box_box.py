@@ -43,7 +43,7 @@ def test_the_widest_gap_is_that_of_the_corners_shadows(run, rng):
 
 
 @pytest.mark.parametrize("axis", range(15))
-def test_each_axis_alone_can_tell_two_boxes_apart(run, rng, axis):
+def test_each_axis_alone_can_separate_two_boxes(run, rng, axis):
     """Move B along the axis until the shadows are 1e-6 apart, or overlap by 1e-6; keep pairs that no other axis separates."""
     tried = 0
     while tried < 5:
@@ -97,7 +97,7 @@ def test_boxes_that_meet_at_an_edge_or_a_corner_touch(run):
     assert list(gap) == [0.0, 0.0]
 
 
-def test_the_answer_is_the_same_from_either_side(run, rng):
+def test_the_result_is_the_same_from_either_side(run, rng):
     pairs = random_pairs(rng, 300)
     swapped_axis = [3, 4, 5, 0, 1, 2, *(6 + 3 * j + i for i in range(3) for j in range(3))]
     overlap, gap, axis = ask(run, pairs)

@@ -1,4 +1,4 @@
-"""The tree of bounds finds what a look at each object finds, whatever their number."""
+"""The BVH finds what a test of each object finds, whatever their number."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def found_in(low, high, at_low, at_high):
 
 
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 63, 64, 65, 512, 513, 700])
-def test_the_tree_finds_exactly_the_objects_whose_bounds_meet_those_given(rng, n):
+def test_the_bvh_finds_exactly_the_objects_whose_bounds_overlap_those_given(rng, n):
     low = rng.uniform(-1, 1, (n, 3))
     high = low + rng.uniform(0, 0.3, (n, 3))
     for _ in range(20):
@@ -33,7 +33,7 @@ def test_the_tree_finds_exactly_the_objects_whose_bounds_meet_those_given(rng, n
     assert found_in(low, high, np.full(3, -9.0), np.full(3, 9.0)) == list(range(n))
 
 
-def test_bounds_that_touch_meet_and_a_hair_apart_they_do_not():
+def test_bounds_that_touch_overlap_and_a_hair_apart_they_do_not():
     low, high = np.zeros((1, 3)), np.ones((1, 3))
     for axis in np.eye(3):
         assert found_in(low, high, axis, axis + 1) == [0]

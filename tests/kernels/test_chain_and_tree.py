@@ -43,14 +43,14 @@ def rows_of(q):
     return q.T if q.shape[1] else np.zeros((1, len(q)))
 
 
-def test_every_link_stands_where_the_products_put_it(run, description, tree, q):
+def test_every_link_is_where_the_products_put_it(run, description, tree, q):
     n_joints, n_links = len(tree.joints), len(tree.link_names)
     out = run(probes.frames_of_tree, rows_of(q), 12 * (n_joints + n_links), tree.joints, tree.link_frames)
     found = out[12 * n_joints :].T.reshape(N, n_links, 3, 4)
     assert_close(found, [formulas.link_poses(description, x)[:, :3] for x in q], atol=2e-14)
 
 
-def test_the_end_of_every_chain_stands_where_the_products_put_it(run, description, tree, q):
+def test_the_end_of_every_chain_is_where_the_products_put_it(run, description, tree, q):
     expected = np.array([formulas.link_poses(description, x)[:, :3] for x in q])
     for k, link in enumerate(tree.link_names):
         found = run(probes.end_of_chain, rows_of(q), 12, tree.chain(link)).T.reshape(N, 3, 4)
@@ -79,7 +79,7 @@ def test_one_configuration_gives_what_the_batch_gives(description, tree, q):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -2e6])
-def test_the_entries_tell_of_an_entry_out_of_range(bad, rng):
+def test_the_entries_report_an_entry_out_of_range(bad, rng):
     tree = build_tree(ROBOTS["every joint"])
     chain, links = tree.chain("hand"), len(tree.link_names)
     with np.errstate(invalid="ignore"):

@@ -34,7 +34,7 @@ def test_the_system_is_solved_as_numpy_solves_it(run, rng, n_dof, damping):
 
 
 @pytest.mark.parametrize("damping", [1e-6, 1e-9, 1e-12])
-def test_with_little_damping_a_redundant_arm_meets_the_error(run, rng, damping):
+def test_with_little_damping_a_redundant_arm_removes_the_error(run, rng, damping):
     J, e, rows = problems(rng, 9, damping)
     y = run(probes.damped_system, rows, 27, 9)[21:].T
     residual = np.einsum("nij,nkj,nk->ni", J, J, y) + damping * y - e

@@ -101,7 +101,7 @@ def test_the_entries_give_six_rows_a_configuration(rng, frame):
     assert_close(first, J[0], atol=1e-14)
 
 
-def test_the_entries_tell_of_an_entry_out_of_range(rng):
+def test_the_entries_report_an_entry_out_of_range(rng):
     tree = build_tree(ZOO)
     q, chain = rng.normal(size=(9, tree.n_dof)), tree.chain("hand")
     q[8, 2] = np.nan

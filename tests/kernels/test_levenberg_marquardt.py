@@ -64,7 +64,7 @@ def goals(panda, rng):
     return q, np.array([formulas.link_pose(panda.description, x, "panda_ee") for x in q])
 
 
-def test_every_answer_tells_its_true_errors_and_lies_within_the_bounds(panda, search, goals):
+def test_every_result_has_its_true_errors_and_lies_within_the_bounds(panda, search, goals):
     _, targets = goals
     q, info = search(targets, panda.home[None])
     assert ((q >= panda.lower) & (q <= panda.upper)).all()
@@ -94,7 +94,7 @@ def test_the_residual_is_the_error_in_the_targets_axes(panda, from_seed, goals):
         assert_close(residual, expected, atol=1e-8)
 
 
-def test_a_job_is_answered_alike_in_any_company_and_in_any_lane(panda, search, goals):
+def test_a_job_has_the_same_result_beside_any_others_and_in_any_lane(panda, search, goals):
     _, targets = goals
     q, info = search(targets, panda.home[None])
     for order in ([0], [N - 1], [3, 1], [2, 2, 0, 2], list(range(N))[::-1]):
@@ -153,7 +153,7 @@ def test_where_the_first_wins_one_row_holds_the_first_that_solves(panda, search,
     assert np.array_equal(q[0, 0], every_q[0, int(info[0, 0, layout.START])])
 
 
-def test_where_the_first_wins_and_none_does_the_nearest_is_told(panda, search):
+def test_where_the_first_wins_and_none_does_the_nearest_is_reported(panda, search):
     every_q, every = search(NO_TARGET[None], panda.home[None])
     q, info = search(NO_TARGET[None], panda.home[None], first_wins=True)
     nearest = every[0, :, layout.MISSED].argmin()
@@ -193,7 +193,7 @@ def test_a_target_however_far_is_refused_or_leaves_a_configuration_within_the_li
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e9])
-def test_a_seed_that_is_no_configuration_is_told_and_spoils_no_other(panda, from_seed, goals, bad):
+def test_a_seed_that_is_no_configuration_is_reported_and_spoils_no_other(panda, from_seed, goals, bad):
     _, targets = goals
     seeds = np.tile(panda.home, (3, 1))
     q, info = from_seed(targets[:3], seeds)
@@ -205,7 +205,7 @@ def test_a_seed_that_is_no_configuration_is_told_and_spoils_no_other(panda, from
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e9])
-def test_what_is_no_pose_is_told_and_spoils_no_other_target(panda, search, goals, bad):
+def test_what_is_no_pose_is_reported_and_spoils_no_other_target(panda, search, goals, bad):
     _, targets = goals
     q, info = search(targets[:3], panda.home[None])
     for entry in [(0, 0), (2, 1), (3, 3)]:

@@ -168,7 +168,7 @@ def test_a_crumb_within_any_box_of_the_robot_is_met(panda, bodies, rng, k):
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 2e6])
 @pytest.mark.parametrize("n", [4, MOST_UNINDEXED + 1])
-def test_an_entry_out_of_range_is_told_and_never_free(panda, bodies, rng, bad, n):
+def test_an_entry_out_of_range_is_reported_and_never_free(panda, bodies, rng, bad, n):
     q, world = configurations(panda, rng, 9), table_of(scattered(rng, n, 0.1))
     q[8, 3] = bad
     with np.errstate(invalid="ignore"):

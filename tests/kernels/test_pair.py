@@ -22,14 +22,14 @@ def kinds(request):
     return request.param
 
 
-def test_every_answer_proves_itself(run, rng, kinds):
+def test_every_result_proves_itself(run, rng, kinds):
     pairs = random_pairs(rng, kinds, N)
     answer = ask(run, pairs)
     assert 0.1 < answer[4].mean() < 0.9
     assert_proved(pairs, answer, max(EXACTNESS.get(kind, 1e-11) for kind in kinds))
 
 
-def test_no_way_out_is_shorter(run, rng, kinds):
+def test_no_translation_that_separates_is_shorter(run, rng, kinds):
     pairs = random_pairs(rng, kinds, 12, 0.2)
     for pair, d in zip(pairs, ask(run, pairs)[0], strict=True):
         assert solids.widest_gap_found(*pair, rng, 4) <= d + 2e-9
@@ -46,7 +46,7 @@ def test_from_the_other_side_it_is_the_same(run, rng, kinds):
     assert answer[4].tolist() == (d <= 0).tolist()
 
 
-def test_a_rigid_motion_of_both_moves_the_answer(run, rng, kinds):
+def test_a_rigid_motion_of_both_moves_the_result(run, rng, kinds):
     pairs, T = random_pairs(rng, kinds, N), solids.random_pose(rng, 10)
     d, p, _, n, _ = ask(run, pairs)
     d_moved, p_moved, _, n_moved, _ = ask(run, [(a, T @ T_a, b, T @ T_b) for a, T_a, b, T_b in pairs])
@@ -83,7 +83,7 @@ def stretched(T, s):
 
 
 @pytest.mark.parametrize("kind", solids.KINDS)
-def test_a_floor_meets_the_lowest_point(run, rng, kind):
+def test_a_floor_touches_the_lowest_point(run, rng, kind):
     shape, floor = solids.random_solid(rng, kind), ulna.HalfSpace()
     poses = [(solids.random_pose(rng, 0.5), solids.random_pose(rng, 0.5)) for _ in range(N)]
     for floor_first in (False, True):

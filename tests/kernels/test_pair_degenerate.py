@@ -60,7 +60,7 @@ def test_at_one_place_points_touch(run, kinds):
 
 
 @pytest.mark.parametrize("kinds", [pair for pair in solids.PAIRS if "hull" not in pair], ids="-".join)
-def test_flat_bodies_answer_with_proofs(run, rng, kinds):
+def test_flat_bodies_have_contacts_with_proofs(run, rng, kinds):
     a, b = (FLAT[kind] for kind in kinds)
     pairs = [(a, solids.random_pose(rng, 0.2), b, solids.random_pose(rng, 0.2)) for _ in range(20)]
     assert_proved(pairs, ask(run, pairs), 1e-8 if "cylinder" in kinds else 1e-11)

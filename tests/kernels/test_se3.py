@@ -70,7 +70,7 @@ def test_turning_twice_adds_the_angles(run, rng):
     assert_close(twice, run(probes.turn_and_slide, np.vstack([rows(A), x + y]), 24)[:12], atol=4e-15)
 
 
-def test_a_constant_pose_stands_in_its_row(run, rng):
+def test_a_constant_pose_is_in_its_row(run, rng):
     table = rng.normal(size=(3, 17))
     assert np.array_equal(run(probes.constant, np.zeros((1, 9)), 12, table), np.tile(table[1, :12], (9, 1)).T)
 

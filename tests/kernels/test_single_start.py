@@ -64,7 +64,7 @@ def test_a_step_is_the_textbooks(panda, problem, method):
 
 
 @methods
-def test_without_a_step_the_seed_is_told_with_its_errors(panda, problem, method):
+def test_without_a_step_the_seed_is_reported_with_its_errors(panda, problem, method):
     seeds, targets = problem
     q, info = search(method, panda.tree, "panda_ee", seeds, targets, 0)
     assert np.array_equal(q, seeds)
@@ -111,7 +111,7 @@ def test_each_target_is_searched_for_alone(panda, problem, method):
 
 
 @methods
-def test_what_is_no_pose_is_told_and_spoils_no_other_target(panda, problem, method):
+def test_what_is_no_pose_is_reported_and_spoils_no_other_target(panda, problem, method):
     seeds, targets = problem
     _, before = search(method, panda.tree, "panda_ee", seeds, targets, 10)
     spoilt = targets.copy()
@@ -123,7 +123,7 @@ def test_what_is_no_pose_is_told_and_spoils_no_other_target(panda, problem, meth
 
 
 @methods
-def test_the_trace_tells_each_step_as_it_was(panda, problem, method):
+def test_the_trace_reports_each_step_as_it_was(panda, problem, method):
     seeds, targets = problem
     steps = 12
     _, info, trace = search(method, panda.tree, "panda_ee", seeds[:1], targets[:1], steps, 1e-9, trace=True)

@@ -102,7 +102,7 @@ def test_what_is_no_array_of_numbers_is_refused(pair, q):
         pair[0](q)
 
 
-def test_q_itself_is_no_place_for_the_answer(pair, rng):
+def test_q_itself_cannot_be_out(pair, rng):
     compiled, _ = pair
     block = np.zeros(2 * compiled(ZOO.home).size)
     q, out = block[: ZOO.n_dof], block[: block.size // 2].reshape(compiled(ZOO.home).shape)
@@ -156,7 +156,7 @@ def test_another_process_can_be_sent_one():
     assert done.stdout.decode().strip() == str(panda.forward_kinematics(panda.home)[:3, 3].round(12).tolist())
 
 
-def test_many_threads_at_once_each_get_their_own_answer(pair, rng):
+def test_many_threads_at_once_each_get_their_own_result(pair, rng):
     compiled, method = pair
     batches = positions(rng, 4, 300)
     answers = [None] * len(batches)

@@ -116,7 +116,7 @@ def test_a_floating_joint_without_a_rotation_is_refused(value, expected):
         robot_with(f'<group_state name="s"><joint name="fly" value="{value}"/></group_state>')
 
 
-def test_a_mimic_may_repeat_what_follows_from_its_leader_and_is_told_where_it_does_not():
+def test_a_mimic_may_repeat_what_follows_from_its_leader_and_is_reported_where_it_does_not():
     state = '<group_state name="s"><joint name="grip" value="0.5"/><joint name="follow" value="{}"/></group_state>'
     assert robot_with(state.format(-0.9)).srdf.warnings == ()
     with pytest.warns(DescriptionWarning, match="joint 'follow' follows 'grip'; its own value 0.5 is ignored"):

@@ -44,7 +44,7 @@ def test_a_posture_costs_no_solution(panda, rng, seeded):
     np.testing.assert_allclose(panda.forward_kinematics(found.q), T, rtol=0, atol=3e-5)
 
 
-def test_two_shapes_of_one_name_are_told_apart():
+def test_two_shapes_of_one_name_get_different_names():
     box = '<collision name="hull"><geometry><box size="1 1 1"/></geometry></collision>'
     joint = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/><origin xyz="5 0 0"/></joint>'
     text = f'<robot name="r"><link name="a">{box}{box}</link><link name="b">{box}</link>{joint}</robot>'

@@ -43,7 +43,7 @@ def filled(answer):
 
 
 @pytest.mark.parametrize("part", [..., 0, (1, 3), slice(0, 0)], ids=["batch", "rows", "one", "none"])
-def test_the_answer_is_written_where_it_is_asked_for(call, q, part):
+def test_the_result_is_written_where_it_is_asked_for(call, q, part):
     expected = call(q[part])
     out = filled(expected)
     assert call(q[part], out=out) is out
@@ -93,7 +93,7 @@ def test_memory_of_q_is_refused(call, q):
     assert call(shared, out=beside).tobytes() == expected.tobytes()
 
 
-def test_the_place_for_one_answer_is_an_array_without_axes(panda):
+def test_the_place_for_one_result_is_an_array_without_axes(panda):
     hit, distance = np.empty((), dtype=bool), np.empty(())
     assert panda.in_collision(panda.home, WORLD, out=hit) is hit
     assert panda.signed_distance(panda.home, WORLD, out=distance) is distance
@@ -102,7 +102,7 @@ def test_the_place_for_one_answer_is_an_array_without_axes(panda):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no resource module")
-def test_a_million_poses_take_no_more_memory_than_their_answer():
+def test_a_million_poses_take_no_more_memory_than_their_result():
     code = """
 import resource, sys
 import numpy as np

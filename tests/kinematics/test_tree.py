@@ -59,7 +59,7 @@ def test_a_joint_of_several_positions_cannot_be_mimicked(leader):
 
 
 @pytest.mark.parametrize("follower", ["revolute", "prismatic"])
-def test_a_mimic_of_a_fixed_joint_stands_still_at_its_offset(follower):
+def test_a_mimic_of_a_fixed_joint_is_constant_at_its_offset(follower):
     description = pair_with_mimic("fixed", follower)
     robot = ulna.Robot(description)
     assert robot.n_dof == 0

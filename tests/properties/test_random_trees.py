@@ -40,7 +40,7 @@ def positions(description, n):
 
 @settings(max_examples=80)
 @given(descriptions())
-def test_every_link_stands_where_the_twin_puts_it(description):
+def test_every_link_is_where_the_twin_puts_it(description):
     robot, q = ulna.Robot(description), positions(description, 9)
     poses = robot.link_poses(q)
     assert_close(poses, [formulas.link_poses(description, x) for x in q], atol=1e-13)

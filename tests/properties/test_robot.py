@@ -56,7 +56,7 @@ def test_every_array_that_it_shows_is_read_only(robot):
 
 
 @pytest.mark.parametrize("way", COPIES)
-def test_a_copy_answers_alike_to_the_last_bit(robot, rng, way):
+def test_a_copy_computes_the_same_bits(robot, rng, way):
     q = rng.uniform(-1, 1, (9, robot.n_dof))
     link = robot.link_names[-1]
     before = robot.link_poses(q), robot.jacobian(q, link=link)
@@ -114,7 +114,7 @@ print(*set(answers))
 """
 
 
-def test_threads_that_are_the_first_to_ask_get_the_answer_of_any_other_process(panda):
+def test_threads_that_are_the_first_to_ask_get_the_result_of_any_other_process(panda):
     environment = {**os.environ, "PYTHONPATH": str(Path(ulna.__file__).parents[1])}
     done = subprocess.run([sys.executable, "-c", IN_A_FRESH_PROCESS], env=environment, capture_output=True, text=True, check=True)
     T = panda.forward_kinematics(np.random.default_rng(1).uniform(panda.lower, panda.upper, (20, 7)))

@@ -113,7 +113,7 @@ def test_an_unknown_link_is_refused_with_the_nearest_name(panda, method):
 
 
 @pytest.mark.parametrize("method", TAKE_LINK)
-def test_a_name_like_no_other_is_answered_with_a_list(method):
+def test_an_unknown_name_gets_a_list_of_the_known_ones(method):
     error = refusal(UnknownNameError, TAKE_LINK[method], Robot(robots.two_links("revolute", robots.Z)), "gripper")
     assert str(error) == "no link is called 'gripper'; there are 'a', 'b'"
 

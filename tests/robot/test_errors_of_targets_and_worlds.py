@@ -149,7 +149,7 @@ def test_a_robot_without_joints_has_nothing_to_solve_for():
     assert message == "T: the robot has no moving joints, so nothing can be solved for"
 
 
-def test_a_link_that_no_joint_moves_is_reached_where_it_stands_and_nowhere_else(panda):
+def test_a_link_that_no_joint_moves_is_reached_at_its_pose_and_nowhere_else(panda):
     there = panda.inverse_kinematics(np.eye(4), link="panda_link0")
     assert (bool(there.success), int(there.iterations)) == (True, 0)
     missed = panda.inverse_kinematics(ulna.pose((0.1, 0, 0)), link="panda_link0")
@@ -192,7 +192,7 @@ def test_an_object_that_is_not_there_is_refused_with_the_nearest_name(world, cal
     assert refused(UnknownNameError, getattr(world, call), "crate", *arguments).endswith("; there are none")
 
 
-def test_a_name_stands_for_one_object(world):
+def test_a_name_is_that_of_one_object(world):
     message = refused(InputError, world.add, "crate", Box((1, 1, 1)))
     assert message == "name: the world already has an object 'crate'; move() moves it"
     assert world.shape("crate") == Box((0.1, 0.2, 0.3))

@@ -50,7 +50,7 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     """The collision bodies of a robot.
 
     Raises:
-        GeometryError: It has no collision shapes, or has meshes, which need not be convex: a query would be wrong without a word.
+        GeometryError: It has no collision shapes, or has meshes, which need not be convex: a query could be wrong.
     """
     parts = [(link.name, link.name, body.name, body.shape, body.pose) for link in description.links for body in link.collisions]
     if not parts:
@@ -72,8 +72,8 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
 def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attached: tuple[Attached, ...]) -> NDArray[np.int64]:
     """The pairs of bodies that may not touch, two indices a row.
 
-    Not checked are links that are allowed to touch, an attached object and the links that it may touch, and what no joint moves
-    against each other.
+    These are not checked: links that are allowed to touch, an attached object with the links that it may touch, and bodies that
+    no joint moves relative to each other.
     """
     free = {pair.links for pair in allowed}
     free |= {frozenset((held.name, other)) for held in attached for other in held.touch_links}

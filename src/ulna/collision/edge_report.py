@@ -13,8 +13,8 @@ class EdgeReport:
 
     Attributes:
         in_collision: True if it does: a bool for one edge, else shape (...,).
-        free_until: The share of the way, in [0, 1], that is free for sure; 1 if all of it is. Where ``in_collision``, something
-            is as near as the resolution here, or touches.
+        free_until: The fraction of the line, in [0, 1], that is certainly free; 1 if all of it is. Where ``in_collision``,
+            something touches here, or is as near as the resolution.
         q: The configuration at ``free_until`` [rad or m], shape (..., n_dof).
     """
 

@@ -19,7 +19,7 @@ class Solids:
 
     Attributes:
         places: The centre of each in the frame of the object [m], shape (n, 3). None is turned.
-        columns: What the kernels read of its shape (``cores.shape_columns``), shape (n, 8).
+        columns: What the kernels read of its shape (``rounded_shapes.shape_columns``), shape (n, 8).
         vertices: Those of a hull, shape (m, 3).
     """
 

@@ -98,7 +98,7 @@ def compact_order(centres: NDArray[np.float64]) -> NDArray[np.int64]:
     """
     n = len(centres)
     size = 1 << max(n - 1, 0).bit_length()
-    filled = np.full((3, size), np.inf)  # what fills up is farthest in every direction, so it stays behind all others
+    filled = np.full((3, size), np.inf)  # the padding is farthest in every direction, so it is sorted last
     filled[:, :n] = centres.T
     order = np.arange(size)
     while size > WIDTH:

@@ -18,11 +18,11 @@ class PointCloud:
 
     Args:
         points: Points [m] in the frame of the object, shape (n, 3), n at least 1.
-        radius: Of each ball [m]: half the distance of neighbours leaves no gaps.
+        radius: Of each ball [m]: with half the distance of neighbours there are no gaps.
 
     Raises:
-        InputError: They are not points, none, not finite (a sensor's NaN is no free space: leave it out knowingly), or farther
-            out than a million metres.
+        InputError: They are not points, none, not finite (a sensor's NaN does not mean free space: leave such points out), or
+            farther out than a million metres.
 
     Example:
         >>> PointCloud([(0.5, 0, 0.2), (0.5, 0.01, 0.2)], radius=0.005)

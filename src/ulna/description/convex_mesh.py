@@ -16,10 +16,10 @@ from ulna.kernels.layout import LARGEST
 class ConvexMesh:
     """The convex hull of points: a polytope, or flat where all points lie in a plane, as a box without thickness is.
 
-    A query costs time for every point; ``from_points`` keeps those alone that the hull needs.
+    A query takes time for every point; ``from_points`` keeps only those that the hull needs.
 
     Args:
-        vertices: Points [m] in the frame of the shape, shape (n, 3), n at least 1. Those within the hull do no harm.
+        vertices: Points [m] in the frame of the shape, shape (n, 3), n at least 1. Points inside the hull are allowed.
 
     Raises:
         InputError: They are not points, none, not finite, or farther out than a million metres.

@@ -13,7 +13,7 @@ from ulna.errors import FileError, InputError
 
 @dataclass(frozen=True)
 class Document:
-    """Text, what messages call it, the folder it lies in (None for text that was given as such), and where packages lie."""
+    """Text, its name in messages, its folder (None for text that was passed as such), and the folders of packages."""
 
     text: bytes
     source: str
@@ -22,7 +22,7 @@ class Document:
 
 
 def is_text(source: str) -> bool:
-    """Whether a string is a document itself, and no path."""
+    """Whether a string is a document itself, not a path."""
     return source.lstrip("\ufeff \t\r\n").startswith("<")
 
 

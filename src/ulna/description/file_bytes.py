@@ -15,7 +15,7 @@ _AT_ONCE = 1 << 20
 
 
 def file_bytes(path: str | Path, most: int) -> bytes:
-    """The bytes of a file, a device or a pipe, up to one more than ``most``.
+    """The bytes of a file, a device or a pipe, at most ``most`` + 1 of them.
 
     Raises:
         OSError: It cannot be opened or read, or is a pipe through which nothing comes for ``PIPE_PATIENCE_S`` seconds.
@@ -29,7 +29,7 @@ def file_bytes(path: str | Path, most: int) -> bytes:
 
 
 def regular_file_bytes(path: str | Path, most: int) -> bytes:
-    """The same of a regular file only, for a path that comes from a stranger.
+    """The same of a regular file only, for a path from an untrusted description.
 
     Raises:
         OSError: It cannot be opened or read, or is not a file.

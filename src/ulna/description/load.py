@@ -74,11 +74,11 @@ def _document(source: str | Path, xacro_args: Mapping[str, object], package_dirs
 
 
 def _may_be_a_name(source: str) -> bool:
-    """Whether it looks like no path, and no file is called so."""
+    """Whether it does not look like a path, and there is no file of that name."""
     path = Path(source)
     try:
         return path.name == source and path.suffix not in _SUFFIXES and len(source) < _LONGEST_NAME and not path.exists()
-    except (OSError, ValueError):  # no path is so long, or has such a character
+    except (OSError, ValueError):  # too long for a path, or with a character that no path has
         return False
 
 

@@ -74,8 +74,8 @@ def _is_package(folder: Path, name: str) -> bool:
 def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> dict[Path, Path | None]:
     """Where the file behind an address may lie, best first, each with the folder of its package (None for no package's).
 
-    The address is ``package://``, ``file://`` or a plain path, the last two relative to the description. Signs may stand in
-    percent, but a plain path is first taken as it is written. One that climbs out of its package with ``..`` leads nowhere.
+    The address is ``package://``, ``file://`` or a plain path, the last two relative to the description. It may be
+    percent-encoded, but a plain path is first tried as written. An address that leaves its package by ``..`` has no file.
     """
     scheme, _, rest = uri.partition("://")
     if scheme == "package":

@@ -24,7 +24,7 @@ class OutsideError(Exception):
 class Readable:
     """The folders that a description may read.
 
-    A link counts where it leads to, not where it lies. The links of an installed package are the exception: ``colcon build
+    A symbolic link counts by its target. The links of an installed package are the exception: ``colcon build
     --symlink-install`` and some installers of Python packages make every file a link.
     """
 

@@ -53,7 +53,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Safety:
-    """What a ``safety_controller`` holds a joint to: soft limits [rad or m], infinite where none is given, and the gains."""
+    """The ``safety_controller`` of a joint: soft limits [rad or m], infinite where none is given, and the gains."""
 
     k_velocity: float
     k_position: float = 0.0
@@ -140,7 +140,7 @@ def _remake(kind: type, contents: tuple):
 class Description:
     """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages.
 
-    ``folder`` is where that file lies and ``package_dirs`` where its packages do, for whoever looks for its meshes.
+    ``folder`` is where that file lies and ``package_dirs`` where its packages do, to find its meshes.
     ``srdf`` is its semantic description, whose names are all the robot's; empty where none was given.
     """
 

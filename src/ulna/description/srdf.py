@@ -25,7 +25,7 @@ def read_srdf(text: bytes, source: str) -> Srdf:
 
 
 class _Reader(Reader):
-    """Walks one SRDF document."""
+    """Reads one SRDF document."""
 
     def srdf(self, root: etree._Element) -> Srdf:
         if root.tag != "robot":

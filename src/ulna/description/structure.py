@@ -172,7 +172,7 @@ def bounds_of_q(
 
     The bounds are infinite for continuous, planar and floating joints. ``bounds_of`` gives those of a joint: ``hard_bounds`` or
     ``soft_bounds``. The bounds of a joint that mimics another narrow the other's. Where they would leave it no room at all they
-    are ignored: such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its writers meant it to move.
+    are ignored: such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its authors meant it to move.
     """
     bounds: list[tuple[float, float]] = []
     ignored: set[str] = set()
@@ -200,7 +200,7 @@ def hard_bounds(joint: Joint) -> tuple[float, float]:
 def soft_bounds(joint: Joint) -> tuple[float, float]:
     """The soft limits of a joint's safety controller, never wider than its limits; these alone where it has none.
 
-    Soft limits that lie wholly outside the limits would leave nothing: they are ignored too.
+    Soft limits that lie wholly outside the limits would leave no range: they are ignored too.
     """
     lower, upper = hard_bounds(joint)
     if joint.safety is None or joint.safety.soft_lower > upper or joint.safety.soft_upper < lower:

@@ -46,7 +46,7 @@ def decoded(root: etree._Element, text: bytes, source: str) -> str:
 
 
 class _Reader(Reader):
-    """Walks one URDF document; holds its named materials."""
+    """Reads one URDF document; holds its named materials."""
 
     def __init__(self, source: str) -> None:
         super().__init__(source)

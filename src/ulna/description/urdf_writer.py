@@ -14,7 +14,7 @@ from ulna.errors import DescriptionError, InputError
 
 
 def write_urdf(description: Description) -> str:
-    """The URDF document of a description: kinematics, limits and shapes. What the model lacks, as inertia, is not in it."""
+    """The URDF document of a description: kinematics, limits and shapes. It lacks what the model lacks, such as inertia."""
     robot = etree.Element("robot", name=description.name)
     for link in description.links:
         robot.append(_link(link))

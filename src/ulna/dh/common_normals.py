@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_SLACK = 1e-9  # a turn by a quarter, or by a half, is one to the left, also after rounding
+_SLACK = 1e-9  # a turn by a quarter or a half counts as positive, also after rounding
 _AT_THE_ENDS = 1e-3
 
 
@@ -149,7 +149,7 @@ def _project(point: Array, p: Array, u: Array) -> Array:
 
 
 def _perpendicular(vector: Array, z: Array) -> Array:
-    """The unit vector along what of a vector is square to z."""
+    """The unit vector along the part of a vector that is orthogonal to z."""
     across = vector - (vector @ z) * z
     return across / np.linalg.norm(across)
 

@@ -19,7 +19,7 @@ from ulna.kinematics.tree import Tree, motion_along_z
 
 Array = NDArray[np.float64]
 _ROUNDING = 1e-14  # of a number that went through the products of a chain
-_WORTH_A_NOTE, _NEARLY_PARALLEL = 1e-12, 1e-3  # rad: below the one it is rounding, below the other it may be a mistake
+_WORTH_A_NOTE, _NEARLY_PARALLEL = 1e-12, 1e-3  # rad: below the first it is rounding, below the second it may be a mistake
 _N_CONFIGURATIONS = 1000
 
 
@@ -51,7 +51,7 @@ def _axes(chain: DHChain, tolerance: float) -> Axes:
     z = frames[:, :3, 2].copy()
     axes = Axes(frames[:, :3, 3], z, (False, *(chain.table[:, KIND] == PRISMATIC), False), chain.T_base_tip[:3, 0])
     if axes.parallel(tolerance)[0]:
-        z[0] = np.copysign(1.0, z[0] @ z[1]) * z[1]  # T_base_0 takes the tilt
+        z[0] = np.copysign(1.0, z[0] @ z[1]) * z[1]  # T_base_0 includes the tilt
     return axes
 
 
@@ -78,7 +78,7 @@ def _as_they_are_and_cleaned(rows: Array, T_base_0: Array) -> Iterator[tuple[Arr
 
 
 def _decimal(values: Array) -> Array:
-    """Numbers of at most twelve decimals that rounding has spoilt, mended."""
+    """The values; those within rounding of a number of at most twelve decimals are replaced by it."""
     short = np.round(values, 12) + 0.0
     return np.where(np.abs(values - short) < _ROUNDING, short, values)
 
@@ -93,7 +93,7 @@ def _table(
     T_base_0: Array,
     notes: tuple[str, ...],
 ) -> DHTable:
-    """The table of these rows; what they leave to the tip at zero goes into ``T_n_tip``."""
+    """The table of these rows; the remaining pose of the tip at zero is ``T_n_tip``."""
     nowhere = np.zeros((1, len(rows)))
     T_n_tip = _decimal(inverse(_frame_n(rows, convention, T_base_0, chain, nowhere)[0]) @ chain.T_base_tip)
     q = random_positions(tree, _N_CONFIGURATIONS)

@@ -34,7 +34,7 @@ _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO
 
 @cache
 def compiler_hash() -> str:
-    """Hash of what makes machine code of any entry, in hexadecimal: the compiler's versions and settings, and our part in it."""
+    """Hash of what makes machine code of any entry, in hexadecimal: the compiler, its settings, and our sources."""
     versions = platform.python_version(), numba.__version__, llvmlite.__version__, np.__version__
     settings = (str(getattr(config, name, None)) for name in _SETTINGS)
     ours = sources_hash(str(Path(__file__).with_name("decorators.py")))
@@ -123,8 +123,7 @@ class _CacheImpl(CompileResultCacheImpl):
 class _Files(IndexDataCacheFile):
     """A file for each signature and processor.
 
-    Numba numbers the files and keeps an index of them, which two processes that write at once can leave with the one's entry for
-    the other's file.
+    Numba numbers the files and keeps an index of them. Two processes that write at once can corrupt that index.
     """
 
     def load(self, key):

@@ -19,12 +19,12 @@ def rint(x):
 
 
 def where(mask, x, y):
-    """x where the mask is true, y elsewhere: how a kernel chooses without branching."""
+    """x where the mask is true, y elsewhere: a choice without branching."""
     return np.where(mask, x, y)[()]
 
 
 def logical_not(mask):
-    """The mask turned round (``~`` would make -2 of a Python bool)."""
+    """The negated mask (``~True`` would be -2)."""
     return np.logical_not(mask)
 
 
@@ -34,7 +34,7 @@ def any_lane(mask):
 
 
 def lane_bits(mask):
-    """The mask as a whole number: bit k is lane k. For a search that one number leads and eight things await."""
+    """The mask as a whole number: bit k is lane k. For a search in which eight children are tested at once."""
     return int(np.sum(np.asarray(mask, dtype=np.int64) << np.arange(np.size(mask))))
 
 

@@ -26,7 +26,7 @@ _MOST = 2**31 - 1
 
 
 def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, threads: int | None = None) -> bool:
-    """Call an entry for rows 0 to n in parts; True if it returned True for all. However this ends, no part runs on behind it.
+    """Call an entry for rows 0 to n in parts; True if it returned True for all. When it returns or raises, no part is running.
 
     Args:
         run: Calls the entry for the rows of a slice; the entry releases the interpreter's lock (``nogil``).
@@ -56,13 +56,13 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
         helpers.extend(_pool().submit(_run_waiting, run, waiting) for _ in range(min(threads, _pool_size()) - 1))
         good = _run_waiting(run, waiting)
         return all([good, *(helper.result() for helper in helpers if not helper.cancel())])
-    finally:  # whatever happened, the caller's array is the caller's again
+    finally:  # nothing writes to the caller's array any more
         waiting.clear()
         wait([helper for helper in helpers if not helper.cancel()])
 
 
 def _run_waiting(run: Callable[[slice], bool], waiting: deque[slice]) -> bool:
-    """Run the parts that no other thread has taken yet; after one that fails no thread takes another."""
+    """Run the parts that no other thread has taken yet; after a failure no thread takes another."""
     good = False
     try:
         while (part := _next_of(waiting)) is not None:
@@ -125,7 +125,7 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def _forget() -> None:
-    """What holds for a process and not for its forks: its affinity, its environment, its threads."""
+    """State of a process that its forks do not share: affinity, environment, threads."""
     default_threads.cache_clear()
     _pool.cache_clear()
 

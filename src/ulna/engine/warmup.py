@@ -42,7 +42,7 @@ class Compiled(NamedTuple):
 
 
 def all_jobs(entries: Entries) -> list[Job]:
-    """Every signature of every entry; those that take longest, by the number of their arguments, first."""
+    """Every signature of every entry; those that take longest, estimated by the number of their arguments, first."""
     if is_plain():
         return []
     jobs = [

@@ -17,7 +17,7 @@ from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
 
 Array = NDArray[np.float64]
-_STARTS = 64  # tried without limits before the limits are not to blame
+_STARTS = 64  # tried without limits, before limits are ruled out as the reason
 _AT_LIMITS, _AT_ONCE = 512, 64  # starts with joints at their limits, before limits are the reason; targets at once
 _SETTLED, _SETTLING_STEPS = 16, 100  # starts that converge to the nearest pose of an unsolved target, and their steps
 _SINGULAR = 1e-3  # of the largest singular value times the error's size
@@ -40,7 +40,7 @@ def close_unreachable(search: Search) -> None:
 
 
 def reach_in_words(problem: Problem, i: int) -> str:
-    """What the certificate of unreachable target i says."""
+    """The certificate of unreachable target i, in words."""
     reach, whole_pose = problem.query.reach, problem.query.options.task.kind == layout.WHOLE_POSE
     if reach is None:
         return ""
@@ -58,7 +58,7 @@ def _link_targets(problem: Problem, order: NDArray[np.int64] | list[int]) -> Arr
 
 
 def explain_open(search: Search, *, out_of_time: bool) -> None:
-    """Give every target that is still open the status that says why, or the solution that the search for a reason finds."""
+    """Set the status of every unsolved target, or the solution that the search for a reason finds."""
     problem, options = search.problem, search.problem.query.options
     close_unreachable(search)
     open_ = _close_collided(search)
@@ -76,7 +76,7 @@ def explain_open(search: Search, *, out_of_time: bool) -> None:
 
 
 def _close_collided(search: Search) -> NDArray[np.int64]:
-    """Close the targets of which all solutions found collide; the numbers of those that stay open."""
+    """Close the targets whose solutions all collide. Returns the indices of the others."""
     open_ = np.flatnonzero(search.open)
     collided = np.isin(open_, list(search.rejected))
     for i in open_[collided]:
@@ -91,10 +91,10 @@ def _set(search: Search, targets: NDArray[np.int64], status: Status) -> None:
 
 
 def _search_beyond(search: Search, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.int64]:
-    """Search within wider bounds; where that solves, note by how much the problem's own are passed: by the least of those found.
+    """Search within wider bounds; if that solves, record the least excess over the problem's own bounds.
 
-    What is found may lie within the problem's own bounds, or close to a solution that does, so the search first goes on within
-    them from there. Returns the numbers of the targets that nothing explains.
+    A result may be within the problem's own bounds, or close to a solution that is, so the search first continues within them
+    from there. Returns the indices of the targets that remain unexplained.
     """
     problem = replace(search.problem, bounds=bounds)
     q, info = run_starts(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
@@ -125,7 +125,7 @@ def _search_at_limits(search: Search, order: NDArray[np.int64]) -> None:
 
 
 def _without_limits(problem: Problem) -> Array:
-    """Bounds that let every joint of the chain go anywhere; slides start within their length of their range."""
+    """Bounds that leave every joint of the chain free; starts of slides are within one length of their range."""
     bounds = problem.query.limits.copy()
     width = np.maximum(bounds[0, 3] - bounds[0, 2], 1e-3)
     for row in problem.chain:
@@ -154,7 +154,7 @@ def settle_open(search: Search, *, out_of_time: bool) -> None:
     part = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True)
     before, with_posture = search.info[rest], search.with_posture[rest]
     q, info = run_starts(replace(problem, seeds=search.q), rest, part)
-    for column in (layout.START, layout.ITERATIONS):  # of the search: what follows is no step towards the target
+    for column in (layout.START, layout.ITERATIONS):  # of the search: the steps that follow do not count
         info[:, :, column] = before[:, None, column]
     search.keep(rest, q, info, part)
     search.with_posture[rest] = with_posture
@@ -163,7 +163,7 @@ def settle_open(search: Search, *, out_of_time: bool) -> None:
 
 
 def _is_singular(problem: Problem, i: int, q: Array, info: Array) -> bool:
-    """Whether no joint, free of its limits, can lessen what is missing: J' e = 0, for an arm of six joints or more."""
+    """Whether, limits aside, no joint reduces the error to first order: J' e = 0, for an arm of six joints or more."""
     query = problem.query
     if query.options.task.kind != layout.WHOLE_POSE:
         return False

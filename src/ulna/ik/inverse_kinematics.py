@@ -21,7 +21,7 @@ from ulna.ik.textbook import TextbookSolver
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-SOLVERS: tuple[type[Solver], ...] = (SingleTargetSolver, NumericSolver, TextbookSolver)  # in the order in which they are asked
+SOLVERS: tuple[type[Solver], ...] = (SingleTargetSolver, NumericSolver, TextbookSolver)  # in the order in which they are tried
 _MOST_KEPT = 64  # queries of a robot
 
 

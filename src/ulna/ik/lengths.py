@@ -5,7 +5,7 @@ import numpy as np
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, PRISMATIC, RATIO
 from ulna.kinematics.tree import Tree
 
-_TIMES = 2.0  # the length of an arm: two points of its reach are no further apart
+_TIMES = 2.0  # times the length of an arm is the greatest distance of two points that it reaches
 _LEAST = 1e-6  # m
 _USUAL = 32.0  # m, and 1 / 32 m: an arm between them is measured in metres
 

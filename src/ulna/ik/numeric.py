@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from ulna.collision.world import World
 
 Array = NDArray[np.float64]
-_FEW, _MANY = 2, 16  # random starts of the first round: where any solution will do, and where the best is to be chosen
+_FEW, _MANY = 2, 16  # random starts of the first round: if any solution will do, and if the best is chosen
 
 
 class NumericSolver:
-    """The search that every query can be left to; see ``ik.solver.Solver``."""
+    """The solver for any query; see ``ik.solver.Solver``."""
 
     def __init__(self, query: Query) -> None:
         self._query = query

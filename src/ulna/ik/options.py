@@ -63,7 +63,7 @@ class Options:
 
     @property
     def is_textbook(self) -> bool:
-        """Whether the method goes from the seed alone."""
+        """Whether the method searches from the seed alone."""
         return self.method in TEXTBOOK
 
     @property

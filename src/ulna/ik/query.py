@@ -26,7 +26,7 @@ class Query:
     Attributes:
         tree: The robot.
         home: Where a search without a seed starts [rad or m], shape (n_dof,).
-        checker: The robot's collision checker, asked where a world is given.
+        checker: The robot's collision checker, used if a world is given.
         link: The link that is brought to the target.
         options: What the caller chose.
 

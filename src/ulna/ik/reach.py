@@ -22,7 +22,7 @@ from ulna.kinematics.tree import row_pose
 Array = NDArray[np.float64]
 _SWEEPS = 60
 _ROUNDING = 1e-9
-_ENDLESS = 1e100  # m: what ends beyond has no square
+_ENDLESS = 1e100  # m: a larger length has no finite square
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,9 +69,9 @@ class Search:
         cost: Which of several solutions is taken; None if the first is as good as any.
         q: Shape (n, n_dof).
         info: Shape (n, N_INFO).
-        open: Whether a target is neither solved nor given up, shape (n,).
-        rejected: Of the configurations that solve a target and collide one each, with its information.
-        origins: Where results that no start of a round led to were searched from.
+        open: Whether a target is still searched for, shape (n,).
+        rejected: For each target one configuration that solves it and collides, with its information.
+        origins: The configurations from which other results were searched.
         reach_excess: By how much targets lie beyond the reach [m].
         limit_excess: How far joints would have to go beyond their bounds [rad or m].
         with_posture: Whether a result comes from a start with a posture, shape (n,).
@@ -97,7 +97,7 @@ class Search:
         return cls(problem, cost, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), np.zeros(n, dtype=bool))
 
     def run(self, part: Restart) -> None:
-        """Give every open target the starts of a round, and keep what is better than before."""
+        """Give every open target the starts of a round, and keep better results."""
         order = np.flatnonzero(self.open)
         size = max(1, _JOBS_AT_ONCE // part.count)  # the results of all would fill the memory otherwise
         for piece in (order[begin : begin + size] for begin in range(0, len(order), size)):
@@ -124,7 +124,7 @@ class Search:
             self.origins[int(order[row])] = seeds[row * k + int(self.info[order[row], layout.START])]
 
     def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart) -> None:
-        """Keep what is better than before for some targets, and close those that are solved."""
+        """Keep better results for some targets, and close those that are solved."""
         solved = info[:, :, layout.STATUS] == layout.SOLVED
         costs = np.full(solved.shape, np.inf)
         costs[solved] = 0.0 if self.cost is None else self.cost(order[solved.nonzero()[0]], q[solved])
@@ -156,7 +156,7 @@ def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Arra
 def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search], None], *, seed_alone: bool) -> bool:
     """All rounds until no target is open, the budget is spent or time is up; True if time was up.
 
-    The first random round has ``n_first`` starts for every target; after it ``give_up`` closes targets that are hopeless.
+    The first random round has ``n_first`` starts for every target; after it ``give_up`` closes targets that are out of reach.
     """
     limit = search.problem.query.options.time_limit
     end = np.inf if limit is None else time.monotonic() + limit
@@ -200,7 +200,7 @@ def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tu
 
 
 def _as_near_as_turns(problem: Problem, order: NDArray[np.int64], q: Array) -> Array:
-    """q (m, n_starts, n_dof), by whole turns as near as can be to what the problem wants the nearest of, if anything."""
+    """q (m, n_starts, n_dof), moved by whole turns as near as possible to ``nearest_to``, if that is given."""
     if problem.nearest_to is None:
         return q
     goal, bounds = problem.nearest_to, problem.bounds

@@ -64,9 +64,9 @@ class IKResult:
     ``beyond max_step``       Solutions found, all beyond ``max_step``; ``limit_excess`` holds by how much.
     ``held joints``           Solutions found, all with joints moved that are held; ``limit_excess`` holds by how much.
     ``in collision``          Every configuration found collides; ``collisions`` names the pairs.
-    ``singular``              No joint lessens what is missing to first order, limits aside: |J' e| < 0.001 |J| |e|.
-    ``stationary``            Steepest descent came to rest short of the target.
-    ``budget spent``          ``max_iterations`` or ``time_limit`` ran out before the search had tried what it tries by default.
+    ``singular``              Limits aside, no joint reduces the error to first order: |J' e| < 0.001 |J| |e|.
+    ``stationary``            Steepest descent converged short of the target.
+    ``budget spent``          ``max_iterations`` or ``time_limit`` ran out before the default number of starts was tried.
     ``not found``             None of these: ``q`` is the best configuration found.
     ========================= ========================================================================================
     """
@@ -140,7 +140,7 @@ class IKResult:
 
     @property
     def iterations(self) -> int | NDArray[np.int64]:
-        """Steps taken from the start that led to ``q``; of what was found beyond the limits, since it was brought within."""
+        """Steps taken from the start that led to ``q``; for results found beyond the limits, since they were moved within."""
         steps = self.info[:, layout.ITERATIONS].astype(np.int64)
         return steps.reshape(self._batch) if self._batch else int(steps[0])
 
@@ -175,7 +175,7 @@ class IKResult:
     def trace(self) -> Array:
         """With ``trace=True``, a row a step: position error [m], rotation error [rad], largest joint step [rad or m], damping.
 
-        Where the target is not solved it ends where the best start ended, before that was let come to rest.
+        If the target is not solved, it ends where the best start ended.
 
         Raises:
             AttributeError: No trace was recorded.
@@ -186,7 +186,7 @@ class IKResult:
 
     @property
     def reason(self) -> str:
-        """For one target: why it was not reached, as far as that is known, in words; else empty."""
+        """For one target: why it was not reached, as a sentence; else empty."""
         return "" if self._batch or self.success else _reason(self)
 
     def __str__(self) -> str:

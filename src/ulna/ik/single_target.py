@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ulna.collision.world import World
 
 Array = NDArray[np.float64]
-_STARTS = 64  # eight in each lane; a target that needs more is left to the next solver
+_STARTS = 64  # eight in each lane; the next solver takes a target that needs more
 _MATRIX = (4, 4)
 
 

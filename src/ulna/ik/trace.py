@@ -18,7 +18,7 @@ def convergence(problem: Problem, info: Array, origin: Array | None = None, *, w
 
     origin: where the result was searched from, (n_dof,), if by no start of a round.
 
-    No step depends on those before it but for where they led, so taking them one at a time leads the same way.
+    A step depends on the configuration alone, so taking them one at a time gives the same result.
     """
     start, steps = int(info[layout.START]), int(info[layout.ITERATIONS])
     q = _start(problem, start) if origin is None else origin

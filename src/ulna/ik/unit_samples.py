@@ -9,7 +9,7 @@ from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 _TABLE = 1024  # shares that are kept
-_OWN_STREAM = 0x756C6E61  # a caller who draws targets with the same seed must not draw the very starts
+_OWN_STREAM = 0x756C6E61  # a caller who draws targets with the same seed must not draw the same numbers
 
 
 def seed_sample(n_dof: int) -> Array:
@@ -20,7 +20,7 @@ def seed_sample(n_dof: int) -> Array:
 def unit_samples(tree: Tree, link: str, seed: int, first: int, count: int) -> Array:
     """The random starts ``first`` to ``first + count``: shape (count, n_dof), in [0, 1).
 
-    What does not move the link is NaN, which stays at the seed: where it went would be by chance.
+    Entries of q that do not move the link are NaN, and stay at the seed.
     """
     blocks = range(first // _TABLE, (first + count - 1) // _TABLE + 1)
     rows = np.concatenate([_block(tree.n_dof, seed, block) for block in blocks])

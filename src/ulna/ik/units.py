@@ -38,7 +38,7 @@ def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> 
 
 
 def too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
-    """Which targets (m,) have numbers beyond what kernels take, if they are measured in a unit: out of reach, at any rate."""
+    """Which targets (m,) exceed the range of the kernels when measured in a unit: they are out of reach."""
     seeds = problem.seeds[np.minimum(order, len(problem.seeds) - 1)] / _slide_units(problem, unit)
     far = (np.abs(problem.targets[order, :3, 3]) > LARGEST * unit).any(axis=1)
     return np.logical_or(far, (np.abs(seeds) > LARGEST).any(axis=1))
@@ -65,7 +65,7 @@ def in_unit(problem: Problem, unit: float) -> Problem:
 
 
 def in_metres(problem: Problem, unit: float, q: Array, info: Array) -> None:
-    """Bring what a search in a unit has found back, in its place: q (..., n_dof), info (..., N_INFO) but for what was missed."""
+    """Convert the result of a search in a unit back to metres, in place: q (..., n_dof), info (..., N_INFO) but for MISSED."""
     q *= _slide_units(problem, unit)
     info[..., [layout.POSITION_ERROR, *range(layout.RESIDUAL, layout.RESIDUAL + 3)]] *= unit
 

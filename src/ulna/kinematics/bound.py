@@ -12,7 +12,7 @@ FunctionT = TypeVar("FunctionT")
 class Bound(dict[KeyT, FunctionT], Generic[KeyT, FunctionT]):
     """The bound functions of one robot, made when first asked for.
 
-    A dict, because a look-up in one is the quickest way from ``robot.forward_kinematics(q)`` to the function. Where two threads
+    A dict, because a look-up in one is the fastest way from ``robot.forward_kinematics(q)`` to the function. Where two threads
     make the same function at once, the first is kept.
     """
 

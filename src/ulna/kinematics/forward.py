@@ -53,7 +53,7 @@ class CompiledForward:
         return self._validated(q, out, threads)
 
     def _validated(self, q: ArrayLike, out: Array | None, threads: int | None) -> Array:
-        """The same for a batch, and for what has to be converted or refused."""
+        """The same for a batch, and for arguments that must be converted or refused."""
         q = as_positions(q, self._tree)
         T = as_out(out, (*q.shape[:-1], 4, 4), q)
         if q.ndim == 1:

@@ -41,5 +41,5 @@ def as_out(
 
 
 def _share(a: NDArray[Any], b: NDArray[Any]) -> bool:
-    """Whether two arrays may share memory; two that own theirs do not, which is found out in a third of the time."""
+    """Whether two arrays may share memory; two that own theirs do not, and that test is three times faster."""
     return a is b or (not (a.flags.owndata and b.flags.owndata) and np.may_share_memory(a, b))

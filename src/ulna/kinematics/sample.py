@@ -7,11 +7,11 @@ from ulna.errors import InputError
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, PARENT, PRISMATIC
 from ulna.kinematics.tree import Tree
 
-_NO_LIMIT = 1e3  # descriptions write 1e16 where they mean none; positions scattered over that would be of no use
+_NO_LIMIT = 1e3  # descriptions write 1e16 for no limit; positions drawn from such a range would be useless
 
 
 def usual_range(lower: ArrayLike, upper: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The limits; where one is infinite, or as good as, a turn from the other one, or pi to both sides of zero."""
+    """The limits; if one is infinite or very large, a turn from the other one, or pi to both sides of zero."""
     sides = (np.asarray(side, dtype=np.float64) for side in (lower, upper))
     lower, upper = (np.where(np.abs(side) > _NO_LIMIT, np.copysign(np.inf, side), side) for side in sides)
     low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)

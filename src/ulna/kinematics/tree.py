@@ -128,7 +128,7 @@ class Tree:
         return _frame_row(self.link_row[link], self.link_offset[link] @ T_link_frame)
 
     def __setstate__(self, state: dict) -> None:
-        """Arrays come out of a pickle writable: nothing of a robot is."""
+        """Unpickled arrays are writable; those of a robot must not be."""
         self.__dict__.update(state)
         kept = [*state.values(), *self.link_offset.values(), *self._chains.values()]
         for array in kept:

@@ -21,16 +21,16 @@ ulna = sys.modules["ulna"] = types.ModuleType("ulna")
 ulna.__path__ = [sys.argv[1]]
 from ulna.description.xacro.child.main import main
 main()
-"""  # the package without its face, which would load NumPy
+"""  # the package without its ``__init__.py``, which would load NumPy
 _KEPT = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "PYTHONHOME", "SYSTEMROOT")  # without which some Pythons do not start
 
 
 class _DiedError(Exception):
-    """The child ended, or said what it never says."""
+    """The child ended, or sent an invalid message."""
 
 
 def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, seconds: float, source: str) -> dict[str, Any]:
-    """What the child makes of a request: ``urdf``, and the names ``asked`` for.
+    """The reply of the child to a request: ``urdf``, and the names of arguments that were ``asked`` for.
 
     Raises:
         DescriptionError: The document fails, runs too long or reaches outside.
@@ -54,7 +54,7 @@ def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, 
 
 @contextmanager
 def _child(memory: int, seconds: float, folder: Path | None) -> Iterator[tuple[subprocess.Popen, threading.Event]]:
-    """A child process, and the event that its time is over. Its environment holds nothing of the user's."""
+    """A child process, and the event that its time is over. Its environment has no variables of the user."""
     command = [sys.executable, "-P", "-c", _START, str(Path(__file__).parents[2])]
     command.append(json.dumps({"memory": memory, "seconds": seconds}))
     environment = {name: os.environ[name] for name in _KEPT if name in os.environ}
@@ -91,7 +91,7 @@ def _served(child: subprocess.Popen, request: dict[str, Any], readable: Readable
 
 
 def _found(message: dict[str, Any], readable: Readable) -> dict[str, Any]:
-    """What there is to a question, or why not."""
+    """The reply to a request of the child, or the error."""
     ((kind, name),) = message.items()
     if not isinstance(name, str):
         raise _DiedError
@@ -152,5 +152,5 @@ def _limits(memory: int, seconds: float, left_out: dict[str, str]) -> str:
 
 
 def _printable(text: str) -> str:
-    """Text that a terminal shows and does not obey."""
+    """Text without control characters, safe to print on a terminal."""
     return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)

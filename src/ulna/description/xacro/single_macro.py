@@ -12,7 +12,7 @@ from ulna.errors import DescriptionError, did_you_mean
 NAMESPACES = ("http://www.ros.org/wiki/xacro", "http://ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
 _WORD = r"""(?:'[^']*+'|"[^"]*+"|[^\s'"]++)++"""
 _DEFAULT = re.compile(rf"\s*([^\s:=]++)\s*+:?=\s*+(?:\^\|?)?(?:\$\{{[^}}]*+\}}|\$\([^)]*+\)|{_WORD}|)(?:\s++|$)(.*)", re.DOTALL)
-"""``name:=default``, as the package xacro reads it; but without trying again, which took it time without end."""
+"""``name:=default``, as the package xacro reads it; but without backtracking, which can take exponential time."""
 
 
 def only_defines(root: etree._Element) -> bool:

@@ -22,7 +22,7 @@ _SQUARE = 1e-30  # of the product of two rows' squares: below it they count as s
 
 @routine
 def pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows):
-    """Write J^+ e; both J and the six error rows are spoilt."""
+    """Write J^+ e; both J and the six error rows are overwritten."""
     for _ in range(SWEEPS):
         for p in range(5):
             for r in range(p + 1, 6):

@@ -21,7 +21,7 @@ _NOISE = 1e-14  # of the root of all squares
 def damped_by_singular_values(jacobian_rows, n_dof, damping, e, rotated_rows):
     """The residual e - J x of x = J' (J J' + damping I)^-1 e, six numbers.
 
-    J is spoilt: x is the sum of its six rows by what turned_rows[:6] then holds (``sum_of_rows``).
+    J is overwritten: x is the sum of its six rows weighted by rotated_rows[:6] (``sum_of_rows``).
     """
     begin_rotation(e, rotated_rows)
     orthogonalise_all(jacobian_rows, n_dof, rotated_rows)

@@ -12,12 +12,12 @@ _REFUSED = ("open", "import", "os.", "subprocess.", "socket.", "shutil.", "glob.
 
 
 def audit_hook(event: str, arguments: tuple) -> None:
-    """Refuse an event that has no place in computing."""
+    """Refuse an event that computing does not need."""
     if event.startswith(_REFUSED):
         words = " ".join(argument for argument in arguments if isinstance(argument, str))[:80]
         raise RefusedError(f"a description may not do this: {event} {words}".rstrip())
 
 
 def add_audit_hook() -> None:
-    """From now on, for as long as the process lasts."""
+    """Install the hook, for as long as the process runs."""
     sys.addaudithook(audit_hook)

@@ -59,7 +59,7 @@ def teach_xacro(parent: Parent, arguments: Arguments, file: str | None) -> None:
 
 
 def _without_python(module: ModuleType, parent: Parent) -> None:
-    """A module whose own ``open`` asks the parent, and whose own ``eval`` is refused, should it be called all the same."""
+    """A module whose own ``open`` asks the parent, and whose own ``eval`` is refused if it is called."""
 
     def refused(*_: object, **__: object) -> None:
         raise RefusedError("this version of the package xacro evaluates Python by itself; 2.1.1 does not here")

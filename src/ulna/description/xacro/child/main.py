@@ -20,7 +20,7 @@ from ulna.description.xacro.child.refused import RefusedError
 
 
 def main() -> None:
-    """Expand, and say what came of it; whatever goes wrong is a sentence."""
+    """Expand, and send the result, or the error as a sentence."""
     parent = Parent(sys.stdin.buffer, sys.stdout.buffer)
     sys.stderr = io.StringIO()  # a document may print without end
     _load_what_is_imported_late()
@@ -52,7 +52,7 @@ def _expanded(parent: Parent, request: dict) -> dict[str, Any]:
 
 
 def _sentence(error: BaseException) -> str:
-    """What went wrong, once, in one line."""
+    """The error message in one line."""
     inner: BaseException | None = error
     while inner is not None:
         if isinstance(inner, MemoryError):
@@ -68,7 +68,7 @@ def _sentence(error: BaseException) -> str:
 
 
 def _load_what_is_imported_late() -> None:
-    """What the expansion would import, before files end."""
+    """Import what the expansion needs, before files can no longer be opened."""
     warnings.simplefilter("ignore")  # to show one, Python opens files
     yaml.safe_load("a: [1, 2.0, 2001-01-01, !!binary aa==]")
     xml.dom.minidom.parseString("<a/>").toprettyxml()  # noqa: S318 - our own

@@ -2,4 +2,4 @@
 
 
 class RefusedError(Exception):
-    """A document reached for what it may not have."""
+    """A document asked for what it may not have."""
