@@ -17,7 +17,7 @@ from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
 
 Array = NDArray[np.float64]
-_STARTS = 64  # tried without limits before the limits are not to blame
+_STARTS = 64  # tried without limits, before limits are ruled out as the reason
 _SETTLED, _SETTLING_STEPS = 16, 100  # starts that converge to the nearest pose of an unsolved target, and their steps
 _SINGULAR = 1e-3  # of the largest singular value times the error's size
 
