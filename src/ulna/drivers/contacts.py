@@ -1,4 +1,4 @@
-"""Computes the contacts of chosen pairs. Used by ``collision.checker``."""
+"""Computes the contacts of chosen pairs. Used by ``ulna.collision``."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Ends a drag whose pointer was lost, by a script in the page. Used by ``accessible_names``.
+"""Ends a drag whose pointer was lost, by a script in the page. Used by the pages that ``viewer`` serves.
 
 viser's handles end a drag at ``pointerup`` alone. The browser sends none where it takes the pointer away (``pointercancel``: a
 gesture, a pen that is lost), and may send none while another window is in front; then the handles would follow a pointer with no
