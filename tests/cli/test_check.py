@@ -108,7 +108,7 @@ def test_pairs_that_are_near_are_shown_on_request(ask, slider):
 
 
 def test_the_hulls_of_meshes_are_checked_on_request(ask, run, tmp_path):
-    (tmp_path / "wedge.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n")
+    (tmp_path / "wedge.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n")
     arm = tmp_path / "arm.urdf"
     mesh = '<collision name="wedge"><geometry><mesh filename="wedge.obj"/></geometry></collision>'
     arm.write_text(f'<robot name="r"><link name="base">{mesh}</link></robot>')
