@@ -1,4 +1,4 @@
-"""``python -m benchmarks.meshes``: every mesh that a robot of example-robot-data or rtb-data names, as Ulna and as Assimp read it.
+"""``python -m benchmarks.meshes``: every mesh that robots of example-robot-data and rtb-data name, as Ulna and Assimp read it.
 
 Coal loads them with Assimp. Compared are the bounds of the points that triangles use, and how many distinct points they are. A
 table lists each file that differs. The tests (tests/crosscheck/test_mesh_points.py) do the same for a sample.

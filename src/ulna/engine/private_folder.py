@@ -1,12 +1,24 @@
-"""A folder for machine code, which is run as it is found: nobody but its user may have put anything there."""
+"""Makes folders for machine code, which is run as it is found, so that only its user can have put it there. Used by caches."""
 
 import os
 import stat
+import sys
 from pathlib import Path
 
 
 class SharedFolderError(OSError):
     """Another user can write in a folder, or could have."""
+
+
+def cache_base() -> Path:
+    """Where this user's caches lie: ``NUMBA_CACHE_DIR``, otherwise the user's own cache folder."""
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(os.environ["NUMBA_CACHE_DIR"]) / "ulna"
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "ulna" / "cache"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "ulna"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ulna"
 
 
 def make_private(base: Path, name: str) -> Path:

@@ -15,6 +15,7 @@ from ulna.description.shapes import Mesh
 from ulna.errors import FileError, InputError, needs_extra
 
 Scale = tuple[float, float, float]
+ShapesOf = Callable[[Path, Scale], tuple[tuple[ConvexMesh, ...], float | None]]
 _MOST_KEPT = 256  # hulls, of files that robots share
 _kept: dict[tuple[bytes, str, Scale], ConvexMesh] = {}
 _lock = Lock()
@@ -27,15 +28,16 @@ def with_hulls(description: Description) -> Description:
         FileError: A mesh is not there, lies where the description may not lead, or cannot be read.
         MissingExtraError: The libraries that read meshes and find hulls are not installed.
     """
-    return with_shapes(description, lambda path, scale: (hull_of(path, scale),))
+    return with_shapes(description, lambda path, scale: ((hull_of(path, scale),), None))
 
 
-def with_shapes(description: Description, shapes_of: Callable[[Path, Scale], tuple[ConvexMesh, ...]]) -> Description:
+def with_shapes(description: Description, shapes_of: ShapesOf) -> Description:
     """The description with other shapes in the place of each collision mesh.
 
     Args:
         description: The description.
-        shapes_of: From the path of a mesh file and its scale to shapes in the frame of the mesh.
+        shapes_of: From the path of a mesh file and its scale to shapes in the frame of the mesh, and how far they stand out
+            beyond it [m], None where that is not known.
 
     Raises:
         FileError: A mesh is not there, lies where the description may not lead, or ``shapes_of`` raises it.
@@ -44,18 +46,18 @@ def with_shapes(description: Description, shapes_of: Callable[[Path, Scale], tup
     return replace(description, links=tuple(_with_shapes(link, files, shapes_of) for link in description.links))
 
 
-def _with_shapes(link: Link, files: MeshFiles, shapes_of: Callable[[Path, Scale], tuple[ConvexMesh, ...]]) -> Link:
+def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:
     def shaped(body: Body) -> list[Body]:
         if not isinstance(body.shape, Mesh):
             return [body]
         path = files.find(body.shape.uri)
         try:
-            shapes = shapes_of(path, body.shape.scale)
+            shapes, excess = shapes_of(path, body.shape.scale)
         except (FileError, InputError) as error:
             message = f"the collision mesh {body.name!r} of link {link.name!r} {error.message}"
             raise FileError(str(path), message) from error
         names = [body.name] if len(shapes) == 1 else [f"{body.name} piece {k}" for k in range(1, len(shapes) + 1)]
-        return [replace(body, name=name, shape=shape) for name, shape in zip(names, shapes, strict=True)]
+        return [replace(body, name=name, shape=shape, excess=excess) for name, shape in zip(names, shapes, strict=True)]
 
     return replace(link, collisions=tuple(piece for body in link.collisions for piece in shaped(body)))
 
