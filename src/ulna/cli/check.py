@@ -11,10 +11,10 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from ulna.cli.data import Q_KEYS, Data, data_of_q
+from ulna.cli.meshes import Hulls, Meshes, refuse_meshes, with_chosen_shapes
 from ulna.cli.numbers import BOX, numbers
 from ulna.cli.options import (
     Degrees,
-    Hulls,
     Json,
     PackageDirs,
     Positions,
@@ -27,6 +27,7 @@ from ulna.cli.options import (
 )
 from ulna.cli.output import make_table, number, show, title
 from ulna.collision.report import Report
+from ulna.description.meshes.hulls import in_place_of_meshes
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
 from ulna.robot import Robot
@@ -41,7 +42,8 @@ SelfCollision = Annotated[bool, typer.Option("--self/--no-self", help="Check the
 Within = Annotated[float, typer.Option(min=0, metavar="METRES", help="Show pairs that are free but nearer than this too.")]
 
 CHECK_KEYS = (
-    f"{Q_KEYS}; in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
+    f"{Q_KEYS}; in_place_of_meshes: what of them is checked, in words, or null; "
+    "in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
     "robot; pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
     "witness_a and witness_b: the nearest points, normal from a to b."
 )
@@ -54,6 +56,7 @@ def check(
     scene: Scene = None,
     q: Positions = None,
     itself: SelfCollision = True,
+    meshes: Meshes = None,
     hulls: Hulls = False,
     within: Within = 0.0,
     degrees: Degrees = False,
@@ -66,9 +69,8 @@ def check(
     As in: ulna check --box "0.5,0,0.21,0,0,0,0.15,0.09,0.126", or: ulna check --scene scene.json. Exit status 0 if it is
     free, 1 if not.
     """
-    arm = load_robot(robot, xacro_arg, package_dir)
-    if hulls:
-        arm = arm.with_convex_hulls()
+    arm = with_chosen_shapes(load_robot(robot, xacro_arg, package_dir), meshes, hulls=hulls, quiet=as_json)
+    refuse_meshes(arm)
     world = world_of(scene)
     for k, text in enumerate(box or (), start=1):
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
@@ -84,6 +86,7 @@ def check_data(robot: Robot, q: NDArray[np.float64], report: Report, distance: f
     """The report of a collision check at q, shape (n_dof,), and the least distance [m]; see ``CHECK_KEYS``."""
     return {
         **data_of_q(robot, q),
+        "in_place_of_meshes": in_place_of_meshes(robot.description) or None,
         "in_collision": report.in_collision,
         "signed_distance": distance,
         "touching": report.touching,

@@ -6,10 +6,10 @@ from typing import Annotated
 
 import typer
 
+from ulna.cli.meshes import Hulls, Meshes, with_shapes_if_any
 from ulna.cli.options import (
     SERVED,
     Degrees,
-    Hulls,
     NoOpen,
     PackageDirs,
     Positions,
@@ -34,6 +34,7 @@ def view(
     scene: Scene = None,
     q: Positions = None,
     degrees: Degrees = False,
+    meshes: Meshes = None,
     hulls: Hulls = False,
     host: Host = "127.0.0.1",
     port: Port = 8080,
@@ -45,9 +46,7 @@ def view(
 
     Ctrl-C ends it.
     """
-    arm = load_robot(robot, xacro_arg, package_dir)
-    if hulls:
-        arm = arm.with_convex_hulls()
+    arm = with_shapes_if_any(load_robot(robot, xacro_arg, package_dir), meshes, hulls=hulls)
     start = positions("--q", q, arm, degrees=degrees)
     with as_options(SERVED):
         shown = open_view(arm, world_of(scene), q=start, host=host, port=port, open_browser=not no_open)

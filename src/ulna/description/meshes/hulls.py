@@ -46,6 +46,20 @@ def with_shapes(description: Description, shapes_of: ShapesOf) -> Description:
     return replace(description, links=tuple(_with_shapes(link, files, shapes_of) for link in description.links))
 
 
+def n_collision_meshes(description: Description) -> int:
+    """How many collision shapes are meshes as their files give them."""
+    return sum(isinstance(body.shape, Mesh) for link in description.links for body in link.collisions)
+
+
+def in_place_of_meshes(description: Description) -> str:
+    """What is checked in the place of meshes, in a few words; nothing if nothing is."""
+    shapes = [body for link in description.links for body in link.collisions if isinstance(body.shape, ConvexMesh)]
+    excesses = [body.excess for body in shapes if body.excess is not None]
+    if excesses:
+        return f"collision by {len(excesses)} convex pieces of meshes, which stand out by {1000 * max(excesses):.1f} mm at most"
+    return f"collision by convex hulls of {len(shapes)} mesh{'es' * (len(shapes) != 1)}" if shapes else ""
+
+
 def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:
     def shaped(body: Body) -> list[Body]:
         if not isinstance(body.shape, Mesh):

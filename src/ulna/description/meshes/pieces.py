@@ -84,7 +84,7 @@ def sampled_excess(vertices: Array, faces: Faces, pieces: list[Array]) -> float:
     triangles = vertices[faces]
     points = _samples_of_pieces(pieces, random)
     surface, owner = _samples_of_triangles(triangles, _SURFACE_SAMPLES, random)
-    _, near = KDTree(surface).query(points, k=8)
+    near = np.asarray(KDTree(surface).query(points, k=8)[1])
     distances = np.full(len(points), np.inf)
     for column in near.T:
         closest = trimesh.triangles.closest_point(triangles[owner[column]], points)
@@ -104,7 +104,7 @@ def _samples_of_triangles(triangles: Array, n: int, random: np.random.Generator)
     a, b, c = triangles.transpose(1, 0, 2)
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     chosen = random.choice(len(triangles), n, p=areas / areas.sum())
-    u, v = random.random((2, n, 1))
+    u, v = random.random((n, 1)), random.random((n, 1))
     u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
     return a[chosen] + u * (b - a)[chosen] + v * (c - a)[chosen], chosen
 
