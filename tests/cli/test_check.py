@@ -5,6 +5,8 @@ import re
 
 import pytest
 
+from ulna.errors import MissingExtraError
+
 FAR = "5,0,0,0,0,0,1,1,1"
 NEAR = "1.4,0,0,0,0,0,1,1,1"  # of the cube at q: overlaps by q - 0.4
 
@@ -79,7 +81,8 @@ def test_check_refuses_what_it_cannot_take(refusal, arguments, start):
 
 
 def test_a_robot_whose_shapes_cannot_be_checked_is_an_error(refusal, odd):
-    assert "a Mesh has no collision kernel" in refusal("check", odd, "--box", FAR)
+    assert "mast.stl: no such file" in refusal("check", odd, "--box", FAR)
+    assert "1 of its collision shapes are meshes" in refusal("check", odd, "--meshes", "none", "--box", FAR)
 
 
 def test_a_robot_without_shapes_is_an_error_not_free(refusal, xacro):
@@ -108,15 +111,45 @@ def test_pairs_that_are_near_are_shown_on_request(ask, slider):
     assert pair["witness_b"][0] - pair["witness_a"][0] == pytest.approx(0.3, abs=1e-12)
 
 
-def test_the_hulls_of_meshes_are_checked_on_request(ask, run, tmp_path):
-    (tmp_path / "wedge.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n")
+@pytest.fixture
+def wedge(tmp_path):
+    """An arm of one mesh."""
+    (tmp_path / "wedge.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n")
     arm = tmp_path / "arm.urdf"
     mesh = '<collision name="wedge"><geometry><mesh filename="wedge.obj"/></geometry></collision>'
     arm.write_text(f'<robot name="r"><link name="base">{mesh}</link></robot>')
+    return arm
+
+
+@pytest.mark.parametrize("options", [(), ("--hulls",), ("--meshes", "hulls"), ("--hulls", "--meshes", "hulls")])
+def test_meshes_are_checked_as_their_hulls_and_a_line_says_so(ask, run, wedge, options):
     box = ("--box", "0.2,0.2,0.2,0,0,0,0.1,0.1,0.1")
-    assert run("check", arm, *box).exit_code == 2
-    assert ask("check", arm, "--hulls", *box).touching == ["wedge"]
-    assert ask("check", arm, "--hulls", "--box", "0.9,0.9,0.9,0,0,0,0.1,0.1,0.1").touching == []
+    assert run("check", wedge, *options, *box).stderr.splitlines().count("collision by convex hulls of 1 mesh") == 1
+    found = ask("check", wedge, *options, *box)
+    assert (found.touching, found.in_place_of_meshes) == (["wedge"], "collision by convex hulls of 1 mesh")
+    assert ask("check", wedge, *options, "--box", "0.9,0.9,0.9,0,0,0,0.1,0.1,0.1").touching == []
+
+
+def test_meshes_as_they_are_are_refused_and_the_options_that_help_are_named(run, wedge):
+    result = run("check", wedge, "--meshes", "none")
+    assert result.exit_code == 2
+    assert "--meshes hulls (pip install 'ulna[hulls]')" in result.stderr
+    assert "robot.with" not in result.stderr
+    assert "--hulls" in run("check", wedge, "--meshes", "decompose", "--hulls").stderr
+
+
+def test_a_robot_without_meshes_is_checked_without_a_word_of_them(run):
+    assert run("check", "panda", "--meshes", "decompose").stderr == ""
+
+
+def test_where_the_extra_is_lacking_it_is_named(run, wedge, monkeypatch):
+    def lacking():
+        raise MissingExtraError("reading meshes", "hulls")
+
+    monkeypatch.setattr("ulna.description.meshes.hulls.mesh_reader", lacking)
+    result = run("check", wedge)
+    assert result.exit_code == 2
+    assert "pip install 'ulna[hulls]'" in result.stderr
 
 
 def test_a_scene_says_which_links_may_touch_an_object(ask, slider, tmp_path):

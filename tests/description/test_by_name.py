@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import ulna
+import ulna.description.meshes.reader
 from ulna import FileError
 
 URDF = '<robot name="{0}"><link name="{0}"/></robot>'
@@ -15,6 +16,7 @@ XACRO = (
 PART = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="$(arg side)"/></robot>'
 MESH = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
 MESHES = f'<robot name="r"><link name="l">{MESH.format("ball.stl")}{MESH.format("package://arm_pkg/ball.stl")}</link></robot>'
+BALL = "solid b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0.1 0\nendloop\nendfacet\nendsolid b\n"
 REPOSITORIES = """
 from dataclasses import dataclass
 @dataclass
@@ -116,7 +118,7 @@ def test_a_cached_xacro_robot_has_its_arguments_and_packages_and_ours_come_first
 
 
 def test_the_meshes_of_a_robot_by_name_are_looked_for_where_its_description_lies(descriptions, cache, tmp_path):
-    put(tmp_path / "cache/arms/package/ball.stl", "vertex 0 0 0 vertex 0.1 0.1 0.1")
+    put(tmp_path / "cache/arms/package/ball.stl", BALL)
     put(tmp_path / "cache/arms/package/kr6.urdf", MESHES)
     assert [finding.message for finding in ulna.inspect("kr6").findings] == ["no link has a collision shape"]
 

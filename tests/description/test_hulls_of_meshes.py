@@ -1,5 +1,6 @@
 """``robot.with_convex_hulls()``: a robot's own meshes as their hulls; what cannot be read is refused by name."""
 
+import os
 import pickle
 import sys
 
@@ -8,9 +9,10 @@ import pytest
 
 import ulna
 from assertions import assert_close
+from ulna.description.meshes.hulls import mesh_reader
 
 # A pyramid of 2 x 2 x 1, and a point within it.
-PYRAMID = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 1\nv 0 0 0.1\nf 1 2 5\n"
+PYRAMID = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 1\nv 0 0 0.1\nf 1 2 5\nf 3 4 6\n"
 ARM = """<robot name="r"><link name="base"/>
   <link name="part">
     <visual><geometry><mesh filename="part.obj"/></geometry></visual>
@@ -70,15 +72,41 @@ def test_the_scale_is_the_mesh_s_a_negative_one_mirrors(make):
 
 
 def test_a_flat_mesh_is_a_flat_hull(make):
-    robot = make("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 0\n").with_convex_hulls()
+    robot = make("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n").with_convex_hulls()
     assert gap(robot, 5.4) == pytest.approx(0.3, abs=1e-6)
 
 
-def test_a_file_that_has_changed_is_read_anew(make, tmp_path):
-    assert gap(make().with_convex_hulls(), 6.5) == pytest.approx(0.4, abs=1e-6)
+def test_a_file_that_has_changed_is_read_anew_whatever_its_time(make, tmp_path):
+    before = make()
+    os.utime(tmp_path / "part.obj", (1, 1))
+    assert gap(before.with_convex_hulls(), 6.5) == pytest.approx(0.4, abs=1e-6)
     changed = make(PYRAMID.replace("0 0 1", "0 0 1.2"))
-    (tmp_path / "part.obj").touch()
+    os.utime(tmp_path / "part.obj", (1, 1))
     assert gap(changed.with_convex_hulls(), 6.5) == pytest.approx(0.2, abs=1e-6)
+
+
+def test_files_of_one_relative_name_in_two_folders_have_each_its_own_hull(tmp_path, monkeypatch):
+    widths = []
+    for width in ("1", "10"):
+        folder = tmp_path / width
+        folder.mkdir()
+        (folder / "part.obj").write_text(PYRAMID.replace("v 1", f"v {width}"))
+        (folder / "arm.urdf").write_text(ARM.format(name="part.obj", scale="1 1 1"))
+        os.utime(folder / "part.obj", (1, 1))
+        monkeypatch.chdir(folder)
+        hull = ulna.load("arm.urdf").with_convex_hulls().description.links[1].collisions[0].shape
+        widths.append(hull.vertices[:, 0].max())
+    assert widths == [1, 10]
+
+
+def test_a_copy_of_a_file_shares_its_hull_and_a_scale_has_its_own(make):
+    hulls = [
+        make(name=name, scale=scale).with_convex_hulls()
+        for name, scale in (("a.obj", "1 1 1"), ("b.obj", "1 1 1"), ("a.obj", "1 1 2"))
+    ]
+    first, copy, stretched = (robot.description.links[1].collisions[0].shape for robot in hulls)
+    assert copy is first
+    assert stretched.vertices[:, 2].max() == 2 * first.vertices[:, 2].max()
 
 
 def test_what_the_robot_holds_stays_with_it(make):
@@ -95,11 +123,11 @@ def test_the_robot_can_be_sent_to_another_process(make):
     ("text", "name", "words"),
     [
         (None, "lost.obj", r"lost\.obj: no such file; tried .*lost\.obj"),
-        ("v 0 0", "part.obj", r"collision mesh 'pyramid' of link 'part' has no hull: it has no points"),
-        ("v 0 0 nan\nv 1 0 0", "part.obj", r"not finite"),
-        ("<COLLADA", "part.dae", r"has no hull: "),
-        ("x", "part.glb", r"'\.glb' is not read, only \.stl, \.obj, \.dae"),
-        ("v 0 0 1e9\nv 1 0 0\nv 0 1 0", "part.obj", r"at most 1e\+06 m"),
+        ("v 0 0 0", "part.obj", r"part\.obj: the collision mesh 'pyramid' of link 'part' cannot be read: it has no triangles"),
+        ("v 0 0 nan\nv 1 0 0", "part.obj", r"not .*finite"),
+        ("<COLLADA", "part.dae", r"cannot be read: "),
+        ("x", "part.glb", r"'\.glb', which is not read for collision checking, only \.stl, \.obj, \.dae"),
+        ("v 0 0 1e9\nv 1 0 0\nv 0 1 0\nf 1 2 3", "part.obj", r"at most 1e\+06 m"),
     ],
 )
 def test_what_cannot_be_read_is_refused_by_name(make, text, name, words):
@@ -114,8 +142,12 @@ def test_a_mesh_where_the_description_may_not_lead_is_not_read(make, tmp_path):
             make(None, name).with_convex_hulls()
 
 
-def test_without_scipy_the_extra_is_named(make, monkeypatch):
-    monkeypatch.setitem(sys.modules, "scipy.spatial", None)
+@pytest.mark.parametrize("lacking", ["scipy.spatial", "trimesh", "collada"])
+def test_without_what_it_needs_the_extra_is_named(make, monkeypatch, lacking):
+    mesh_reader.cache_clear()
+    monkeypatch.delitem(sys.modules, "ulna.description.meshes.reader", raising=False)
+    monkeypatch.delattr("ulna.description.meshes.reader", raising=False)
+    monkeypatch.setitem(sys.modules, lacking, None)
     with pytest.raises(ulna.MissingExtraError, match=r"pip install 'ulna\[hulls\]'"):
         make(scale="3 1 1").with_convex_hulls()
 

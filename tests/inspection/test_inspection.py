@@ -8,8 +8,11 @@ from hypothesis import strategies as st
 
 import ulna
 from inspection_cases import DEFECTS, SOUND
+from mesh_texts import stl
 from robot_files import EXAMPLES
-from ulna import InputError, Severity, UlnaError
+from ulna import InputError, MissingExtraError, Severity, UlnaError
+
+LARGE = stl([(0, 0, 0), (120, 0, 0), (0, 30, 0), (0, 0, 60)])
 
 
 def told(inspection):
@@ -71,7 +74,7 @@ def test_missing_meshes_of_one_package_are_one_finding_with_every_path_that_was_
     assert str(tmp_path / "parts" / "y.stl") in finding.tried
     (tmp_path / "parts").mkdir()
     for name in ("x.stl", "y.stl"):
-        (tmp_path / "parts" / name).write_text("solid s\nvertex 0 0 0\nvertex 120 30 60\nendsolid")
+        (tmp_path / "parts" / name).write_text(LARGE)
     messages = [finding.message for finding in ulna.inspect(path).findings]
     assert messages == [f"mesh {name}.stl is 120 x 30 x 60 m: millimetres? Lengths are metres" for name in "yx"]
     path.write_text(path.read_text().replace('.stl"', '.stl" scale="1e-3 1e-3 -1e-3"'))
@@ -79,7 +82,7 @@ def test_missing_meshes_of_one_package_are_one_finding_with_every_path_that_was_
 
 
 @pytest.mark.parametrize(
-    ("content", "reason"), [("solid s", "it has no points"), ("vertex 0 0 nan", "points that are not finite")]
+    ("content", "reason"), [("solid s", "it has no triangles"), (stl([(0, 0, "nan")] * 4), "points that are not finite")]
 )
 def test_a_mesh_that_cannot_be_read_is_a_warning(tmp_path, content, reason):
     path = tmp_path / "arm.urdf"
@@ -88,6 +91,19 @@ def test_a_mesh_that_cannot_be_read_is_a_warning(tmp_path, content, reason):
     [finding] = ulna.inspect(path).findings
     assert (finding.severity, finding.where) == (Severity.WARNING, "link 'base'")
     assert reason in finding.message
+
+
+def test_without_what_reads_meshes_they_are_counted_and_the_extra_is_named(tmp_path, monkeypatch):
+    def lacking():
+        raise MissingExtraError("reading meshes", "hulls")
+
+    monkeypatch.setattr("ulna.inspection.meshes.mesh_reader", lacking)
+    path = tmp_path / "arm.urdf"
+    path.write_text(SOUND.replace('<sphere radius="0.1"/>', '<mesh filename="ball.stl"/>'))
+    (tmp_path / "ball.stl").write_text(LARGE)
+    [finding] = ulna.inspect(path).findings
+    message = "1 meshes were found, but not read: reading meshes needs the hulls extra: pip install 'ulna[hulls]'"
+    assert (finding.severity, finding.message) == (Severity.NOTE, message)
 
 
 def test_the_grippers_of_the_pr2_are_reported_as_contradicting_themselves():
@@ -150,7 +166,7 @@ def test_a_mesh_outside_is_named_and_not_read(tmp_path, by):
     secret, path = tmp_path / "secret" / "key.stl", tmp_path / "in" / "arm.urdf"
     for folder in (secret.parent, path.parent):
         folder.mkdir()
-    secret.write_text("solid s\nvertex 0 0 0\nvertex 120 30 60\nendsolid")
+    secret.write_text(LARGE)
     (path.parent / "linked.stl").symlink_to(secret)
     path.write_text(re.sub("<(sphere|cylinder|box) [^>]*/>", f'<mesh filename="{by.format(tmp_path)}"/>', SOUND))
     messages = {finding.message for finding in ulna.inspect(path).findings}

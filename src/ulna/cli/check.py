@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
+from ulna.cli.meshes import Hulls, Meshes, refuse_meshes, with_chosen_shapes
 from ulna.cli.numbers import BOX, numbers
 from ulna.cli.options import (
     Base,
     Degrees,
-    Hulls,
     Json,
     PackageDirs,
     Positions,
@@ -29,6 +29,7 @@ from ulna.cli.options import (
 )
 from ulna.cli.output import Q_KEYS, Data, data_of_q, make_table, number, show, title
 from ulna.collision.report import Report
+from ulna.description.meshes.hulls import in_place_of_meshes
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
 from ulna.robot import Robot
@@ -43,7 +44,8 @@ SelfCollision = Annotated[bool, typer.Option("--self/--no-self", help="Check the
 Within = Annotated[float, typer.Option(min=0, metavar="METRES", help="Show pairs that are free but nearer than this too.")]
 
 CHECK_KEYS = (
-    f"{Q_KEYS}; in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
+    f"{Q_KEYS}; in_place_of_meshes: what of them is checked, in words, or null; "
+    "in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
     "robot; pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
     "witness_a and witness_b: the nearest points, normal from a to b."
 )
@@ -56,6 +58,7 @@ def check(
     scene: Scene = None,
     q: Positions = None,
     itself: SelfCollision = True,
+    meshes: Meshes = None,
     hulls: Hulls = False,
     within: Within = 0.0,
     degrees: Degrees = False,
@@ -72,8 +75,8 @@ def check(
     free, 1 if not.
     """
     arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
-    if hulls:
-        arm = arm.with_convex_hulls()
+    arm = with_chosen_shapes(arm, meshes, hulls=hulls, quiet=as_json)
+    refuse_meshes(arm)
     world = world_of(scene)
     for k, text in enumerate(box or (), start=1):
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
@@ -89,6 +92,7 @@ def check_data(robot: Robot, q: NDArray[np.float64], report: Report, distance: f
     """The report of a collision check at q, shape (n_dof,), and the least distance [m]; see ``CHECK_KEYS``."""
     return {
         **data_of_q(robot, q),
+        "in_place_of_meshes": in_place_of_meshes(robot.description) or None,
         "in_collision": report.in_collision,
         "signed_distance": distance,
         "touching": report.touching,

@@ -55,7 +55,6 @@ Positions = Annotated[
 ]
 Degrees = Annotated[bool, typer.Option("--degrees", help="All angles given are degrees, not radians.")]
 Scene = Annotated[Path | None, typer.Option(metavar="FILE", help="A scene file: the obstacles, as `ulna view` saves them.")]
-Hulls = Annotated[bool, typer.Option("--hulls", help="Take the convex hulls of meshes as the robot's collision shapes.")]
 NoOpen = Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
 SERVED = {"host": "--host", "port": "--port"}  # arguments of a page, and the options that set them

@@ -8,11 +8,11 @@ from typing import Annotated
 
 import typer
 
+from ulna.cli.meshes import Hulls, Meshes, with_shapes_if_any
 from ulna.cli.options import (
     SERVED,
     Base,
     Degrees,
-    Hulls,
     NoOpen,
     PackageDirs,
     Positions,
@@ -40,6 +40,7 @@ def view(
     scene: Scene = None,
     q: Positions = None,
     degrees: Degrees = False,
+    meshes: Meshes = None,
     hulls: Hulls = False,
     host: Host = "127.0.0.1",
     port: Port = 8080,
@@ -55,8 +56,7 @@ def view(
     Ctrl-C ends it.
     """
     arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
-    if hulls:
-        arm = arm.with_convex_hulls()
+    arm = with_shapes_if_any(arm, meshes, hulls=hulls)
     start = positions("--q", q, arm, degrees=degrees)
     with as_options(SERVED):
         shown = open_view(arm, world_of(scene), q=start, host=host, port=port, open_browser=not no_open)

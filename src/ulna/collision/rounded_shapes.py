@@ -12,6 +12,11 @@ from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 
 NO_VERTICES = np.zeros((0, 3))
 
+_ADVICE = (
+    "robot.with_convex_hulls() (pip install 'ulna[hulls]') or robot.with_convex_pieces() (pip install 'ulna[decompose]') puts"
+    " convex shapes in the place of a robot's meshes, and so does ulna view with --meshes"
+)
+
 
 def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[float, ...]:
     """The columns from SHAPE on of a row of a table of bodies.
@@ -42,9 +47,7 @@ def _core_columns(shape: Shape | HalfSpace, first_vertex: int) -> tuple[float, .
             return HULL, *np.abs(vertices).max(axis=0).tolist(), 0.0, first_vertex, len(vertices)
         case HalfSpace():
             return HALF_SPACE, 0.0, 0.0, 0.0, 0.0, 0, 0
-    raise GeometryError(
-        f"a {type(shape).__name__} has no collision kernel; robot.with_convex_hulls() takes the hulls of a robot's meshes"
-    )
+    raise GeometryError(f"a {type(shape).__name__} has no collision kernel; {_ADVICE}")
 
 
 def shape_vertices(shape: Shape | HalfSpace) -> NDArray[np.float64]:

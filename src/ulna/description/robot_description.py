@@ -101,6 +101,8 @@ class Joint:
 class Body:
     """A shape on a link: ``pose`` is T_link_shape; ``color`` is red, green, blue, alpha in 0..1.
 
+    ``excess`` is how far the convex pieces of a mesh stand out beyond it [m], as sampled; None for any other shape.
+
     Raises:
         InputError: The pose is not a rigid motion.
     """
@@ -109,6 +111,7 @@ class Body:
     shape: Shape
     pose: NDArray[np.float64]
     color: tuple[float, float, float, float] | None = None
+    excess: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "pose", frozen(as_one_pose(self.pose, "pose"), (4, 4)))

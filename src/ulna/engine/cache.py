@@ -10,7 +10,6 @@ import contextlib
 import hashlib
 import os
 import platform
-import sys
 import time
 import warnings
 from collections.abc import Iterable
@@ -25,7 +24,7 @@ from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 
 from ulna.engine.announcements import compilation_begins, compilation_ended
-from ulna.engine.private_folder import SharedFolderError, make_private
+from ulna.engine.private_folder import SharedFolderError, cache_base, make_private
 from ulna.engine.sources import sources_hash
 
 _UNUSED_DAYS = 30
@@ -52,7 +51,7 @@ def cache_folder() -> Path | None:
         RuntimeWarning: Other users could have put code there, so that it is not used.
     """
     try:
-        base = _base_folder()
+        base = cache_base()
         folder = make_private(base, f"kernels-{compiler_hash()}")
         os.utime(folder)
         _remove_unused(folder)
@@ -62,16 +61,6 @@ def cache_folder() -> Path | None:
     except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
         return None
     return folder if os.access(folder, os.W_OK) else None
-
-
-def _base_folder() -> Path:
-    if os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(os.environ["NUMBA_CACHE_DIR"]) / "ulna"
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "ulna" / "cache"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "ulna"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ulna"
 
 
 def _remove_unused(folder: Path) -> None:

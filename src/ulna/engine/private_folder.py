@@ -1,15 +1,27 @@
-"""Makes a folder for machine code that nobody but its user may write to. Used by ``cache``.
+"""Makes folders for machine code that nobody but their user may write to. Used by ``cache`` and by hulls.
 
-The code in it is run as it is found.
+The code in them is run as it is found.
 """
 
 import os
 import stat
+import sys
 from pathlib import Path
 
 
 class SharedFolderError(OSError):
     """Another user can write in a folder, or could have."""
+
+
+def cache_base() -> Path:
+    """Where this user's caches lie: ``NUMBA_CACHE_DIR``, otherwise the user's own cache folder."""
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(os.environ["NUMBA_CACHE_DIR"]) / "ulna"
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "ulna" / "cache"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "ulna"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ulna"
 
 
 def make_private(base: Path, name: str) -> Path:

@@ -3,14 +3,16 @@
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 from lxml import etree
 
 from ulna.description.meshes.files import Located, MeshFiles
-from ulna.description.meshes.points import READABLE, mesh_points
+from ulna.description.meshes.hulls import mesh_reader
+from ulna.description.meshes.plain import CHECKED
 from ulna.description.packages import resolve_uri
-from ulna.errors import FileError
+from ulna.errors import FileError, MissingExtraError
 from ulna.inspection.elements import listed, numbers, of_robot
 from ulna.inspection.result import Finding, Severity
 from ulna.inspection.shapes import size_findings
@@ -24,6 +26,7 @@ def mesh_findings(root: etree._Element, described: Located) -> Iterator[Finding]
         users[mesh.get("filename", ""), numbers(mesh, "scale") or (1.0, 1.0, 1.0)].append(mesh)
     missing: dict[str, list[tuple[str, etree._Element]]] = defaultdict(list)
     unread: dict[str, int] = defaultdict(int)
+    reader, lacking = _reader()
     for (uri, scale), meshes in users.items():
         if min(map(abs, scale)) == 0:
             yield Finding(Severity.WARNING, of_robot(meshes[0]), f"mesh {_short(uri)} is scaled to nothing", meshes[0].sourceline)
@@ -31,22 +34,35 @@ def mesh_findings(root: etree._Element, described: Located) -> Iterator[Finding]
         path, _ = _resolved(uri, folder, package_dirs)
         if path is None:
             missing[_home(uri)].append((uri, meshes[0]))
-        elif path.suffix.lower() in READABLE:
-            yield from _content_findings(uri, files, scale, meshes[0])
+        elif path.suffix.lower() not in CHECKED:
+            unread[f"of kind {path.suffix.lower()!r} were found, but not read"] += 1
+        elif reader is None:
+            unread[f"were found, but not read: {lacking}"] += 1
         else:
-            unread[path.suffix.lower()] += 1
+            yield from _content_findings(uri, files, reader, scale, meshes[0])
     for home, some in missing.items():
         yield _missing(home, some, folder, package_dirs)
-    for suffix, count in unread.items():
-        yield Finding(Severity.NOTE, "document", f"{count} meshes of kind {suffix!r} were found, but not read")
+    for words, count in unread.items():
+        yield Finding(Severity.NOTE, "document", f"{count} meshes {words}")
 
 
-def _content_findings(uri: str, files: MeshFiles, scale: tuple[float, ...], mesh: etree._Element) -> Iterator[Finding]:
+def _reader() -> tuple[ModuleType | None, str]:
+    """What reads meshes; or None, and what to install."""
+    try:
+        return mesh_reader(), ""
+    except MissingExtraError as error:
+        return None, str(error)
+
+
+def _content_findings(
+    uri: str, files: MeshFiles, reader: ModuleType, scale: tuple[float, ...], mesh: etree._Element
+) -> Iterator[Finding]:
     name = _short(uri)
     try:
-        extents = np.ptp(mesh_points(files.find(uri)), axis=0).tolist()
-    except (OSError, ValueError, etree.XMLSyntaxError) as error:
-        reason = error.message if isinstance(error, FileError) else " ".join(str(error).split())[:100]
+        path = files.find(uri)
+        extents = np.ptp(reader.used_points(reader.read_scene(path, reader.mesh_bytes(path))), axis=0).tolist()
+    except FileError as error:
+        reason = error.message.removeprefix("cannot be read: ")
         yield Finding(Severity.WARNING, of_robot(mesh), f"mesh {name} cannot be read: {reason}", mesh.sourceline)
         return
     scaled = [abs(extent * factor) for extent, factor in zip(extents, scale, strict=True)]

@@ -7,7 +7,10 @@ from pathlib import Path
 
 from ulna.description.load import load_description
 from ulna.description.subtree import cut_out
+from ulna.errors import InputError, did_you_mean
 from ulna.robot.robot import Robot
+
+MESHES = ("hulls", "decompose")
 
 
 def load(
@@ -18,6 +21,7 @@ def load(
     base: str | None = None,
     tip: str | None = None,
     srdf: str | Path | None = None,
+    meshes: str | None = None,
 ) -> Robot:
     """The robot of a description.
 
@@ -32,23 +36,39 @@ def load(
         tip: The link to end at: only the chain from base to tip is kept.
         srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
             References in it to parts that the robot lacks are ignored, with a ``DescriptionWarning``.
+        meshes: What to check in the place of collision meshes: None leaves them, and queries refuse them; ``"hulls"``: their
+            convex hulls (``Robot.with_convex_hulls``); ``"decompose"``: convex pieces (``Robot.with_convex_pieces``).
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
         FileError: There is no such file or name, or it cannot be read.
-        InputError: A xacro file has no argument of a name in ``xacro_args``, or an argument has another type than said.
+        InputError: A xacro file has no argument of a name in ``xacro_args``, or an argument has another type than said; or
+            ``meshes`` is none of these words.
+        MissingExtraError: ``meshes`` needs an extra that is not installed.
         UnknownNameError: There is no such ``base`` or ``tip``.
 
     Example:
         >>> load("panda").n_dof
         7
     """
+    if meshes not in (None, *MESHES):
+        raise InputError("meshes", f"{meshes!r} is not known{did_you_mean(str(meshes), MESHES)}")
     description, home = load_description(source, xacro_args or {}, package_dirs, srdf)
     robot = Robot(description, home=home)
-    if base is None and tip is None:
-        return robot
-    part = Robot(cut_out(description, base, tip))
-    return Robot(part.description, home=[robot.home[column] for column in _columns(part, robot)])
+    if base is not None or tip is not None:
+        part = Robot(cut_out(description, base, tip))
+        robot = Robot(part.description, home=[robot.home[column] for column in _columns(part, robot)])
+    return with_meshes(robot, meshes)
+
+
+def with_meshes(robot: Robot, meshes: str | None) -> Robot:
+    """The robot with the shapes of a word of ``MESHES`` in the place of its collision meshes; as it is for None."""
+    match meshes:
+        case "hulls":
+            return robot.with_convex_hulls()
+        case "decompose":
+            return robot.with_convex_pieces()
+    return robot
 
 
 def _columns(part: Robot, whole: Robot) -> list[int]:

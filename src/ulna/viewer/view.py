@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
+from ulna.description.meshes.hulls import in_place_of_meshes
 from ulna.robot import Robot
 from ulna.viewer.arm import Arm
 from ulna.viewer.clearance import ClearancePanel
@@ -16,6 +17,7 @@ from ulna.viewer.configuration import ConfigurationPanel
 from ulna.viewer.ellipsoid import EllipsoidPanel
 from ulna.viewer.floor import Floor, floor_height
 from ulna.viewer.hand import HandPanel
+from ulna.viewer.html import plain
 from ulna.viewer.joints import JointSliders
 from ulna.viewer.loop import Loop
 from ulna.viewer.notice import Notice
@@ -70,6 +72,9 @@ class View:
         extent = self.arm.extent
         ground = add_stage(server, extent)
         self.clearance = ClearancePanel(server, extent.radius)
+        self.in_place_of_meshes = in_place_of_meshes(robot.description)
+        if self.in_place_of_meshes:
+            server.gui.add_html(plain(self.in_place_of_meshes))
         self.notice = Notice(server.gui)
         tabs = server.gui.add_tab_group()
         with tabs.add_tab("Move"):

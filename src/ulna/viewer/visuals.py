@@ -1,18 +1,16 @@
 """Makes the triangles of links and shapes: meshes with their materials, shapes, or the plain body. Used by ``arm``, the film."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from trimesh.resolvers import Resolver
 
 from ulna.collision.expand import expand
 from ulna.description.clouds import HeightMap, PointCloud
 from ulna.description.convex_mesh import ConvexMesh
 from ulna.description.meshes.files import MeshFiles
+from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
 from ulna.description.robot_description import Body
 from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from ulna.errors import FileError
@@ -43,21 +41,17 @@ def link_visuals(robot: Robot) -> Visuals:
 
 
 def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
-    """The triangles of a mesh file, scaled.
+    """The triangles of a mesh file, scaled: those that are checked, with the file's materials.
 
     Raises:
         FileError: It is not there, may not be read, or cannot be understood.
     """
     path = files.find(mesh.uri)
-    try:
-        with path.open("rb") as file:
-            scene = trimesh.load_scene(file, file_type=path.suffix[1:].lower(), resolver=_Beside(files, path))
-        scene.apply_transform(np.diag([*mesh.scale, 1.0]))
-    except FileError:
-        raise
-    except Exception as error:  # noqa: BLE001 -- trimesh and what it calls raise whatever comes to them
-        raise FileError(mesh.uri, f"cannot be read: {' '.join(str(error).split())[:120] or type(error).__name__}") from None
-    return scene
+    scene = read_scene(path, mesh_bytes(path), Beside(files, path))
+    for geometry in scene.geometry.values():
+        if isinstance(geometry, trimesh.Trimesh):
+            geometry.merge_vertices()  # for smooth shading
+    return scene.apply_transform(np.diag([*mesh.scale, 1.0]))
 
 
 def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud | HeightMap) -> trimesh.Trimesh:
@@ -117,22 +111,3 @@ def _lowered(distance: float) -> NDArray[np.float64]:
     T = np.eye(4)
     T[2, 3] = -distance
     return T
-
-
-class _Beside(Resolver):
-    """What a mesh names, such as a texture: files beside it, or in the folders that its description may read."""
-
-    def __init__(self, files: MeshFiles, mesh: Path) -> None:
-        self._files, self._mesh = files, mesh
-
-    def get(self, key: str) -> bytes:
-        return self._files.beside(self._mesh, key).read_bytes()
-
-    def write(self, name: str, data: object) -> None:
-        raise NotImplementedError(f"{name} would be written")
-
-    def namespaced(self, namespace: str) -> Resolver:
-        raise NotImplementedError(namespace)
-
-    def keys(self) -> Iterable[str]:
-        return ()

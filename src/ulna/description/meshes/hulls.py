@@ -1,19 +1,24 @@
 """Replaces the collision meshes of a description by their convex hulls. Used by ``Robot``."""
 
+import hashlib
+from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
-
-from lxml import etree
+from threading import Lock
 
 from ulna.description.convex_mesh import ConvexMesh
 from ulna.description.meshes.files import MeshFiles
-from ulna.description.meshes.points import mesh_points
+from ulna.description.meshes.plain import CHECKED
 from ulna.description.robot_description import Body, Description, Link
 from ulna.description.shapes import Mesh
-from ulna.errors import FileError, InputError
+from ulna.errors import FileError, InputError, needs_extra
 
-_KEPT = 256  # hulls, of files that robots share
+Scale = tuple[float, float, float]
+ShapesOf = Callable[[Path, Scale], tuple[tuple[ConvexMesh, ...], float | None]]
+_MOST_KEPT = 256  # hulls, of files that robots share
+_kept: dict[tuple[bytes, str, Scale], ConvexMesh] = {}
+_lock = Lock()
 
 
 def with_hulls(description: Description) -> Description:
@@ -21,31 +26,103 @@ def with_hulls(description: Description) -> Description:
 
     Raises:
         FileError: A mesh is not there, lies where the description may not lead, or cannot be read.
-        MissingExtraError: SciPy, which finds hulls, is not installed.
+        MissingExtraError: The libraries that read meshes and find hulls are not installed.
+    """
+    return with_shapes(description, lambda path, scale: ((hull_of(path, scale),), None))
+
+
+def with_shapes(description: Description, shapes_of: ShapesOf) -> Description:
+    """The description with other shapes in the place of each collision mesh.
+
+    Args:
+        description: The description.
+        shapes_of: From the path of a mesh file and its scale to shapes in the frame of the mesh, and how far they stand out
+            beyond it [m], None where that is not known.
+
+    Raises:
+        FileError: A mesh is not there, lies where the description may not lead, or ``shapes_of`` raises it.
     """
     files = MeshFiles(description)
-    return replace(description, links=tuple(_hulled(link, files) for link in description.links))
+    return replace(description, links=tuple(_with_shapes(link, files, shapes_of) for link in description.links))
 
 
-def _hulled(link: Link, files: MeshFiles) -> Link:
-    def hulled(body: Body) -> Body:
+def n_collision_meshes(description: Description) -> int:
+    """How many collision shapes are meshes as their files give them."""
+    return sum(isinstance(body.shape, Mesh) for link in description.links for body in link.collisions)
+
+
+def in_place_of_meshes(description: Description) -> str:
+    """What is checked in the place of meshes, in a few words; nothing if nothing is."""
+    shapes = [body for link in description.links for body in link.collisions if isinstance(body.shape, ConvexMesh)]
+    excesses = [body.excess for body in shapes if body.excess is not None]
+    if excesses:
+        return f"collision by {len(excesses)} convex pieces of meshes, which stand out by {1000 * max(excesses):.1f} mm at most"
+    return f"collision by convex hulls of {len(shapes)} mesh{'es' * (len(shapes) != 1)}" if shapes else ""
+
+
+def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:
+    def shaped(body: Body) -> list[Body]:
         if not isinstance(body.shape, Mesh):
-            return body
+            return [body]
         path = files.find(body.shape.uri)
         try:
-            return replace(body, shape=_hull(path, path.stat().st_mtime_ns, body.shape.scale))
-        except (OSError, ValueError, etree.XMLSyntaxError) as error:
-            reason = " ".join(str(error).split())[:200]
-            raise FileError(str(path), f"the collision mesh {body.name!r} of link {link.name!r} has no hull: {reason}") from error
+            shapes, excess = shapes_of(path, body.shape.scale)
+        except (FileError, InputError) as error:
+            message = f"the collision mesh {body.name!r} of link {link.name!r} {error.message}"
+            raise FileError(str(path), message) from error
+        names = [body.name] if len(shapes) == 1 else [f"{body.name} piece {k}" for k in range(1, len(shapes) + 1)]
+        return [replace(body, name=name, shape=shape, excess=excess) for name, shape in zip(names, shapes, strict=True)]
 
-    return replace(link, collisions=tuple(map(hulled, link.collisions)))
+    return replace(link, collisions=tuple(piece for body in link.collisions for piece in shaped(body)))
 
 
-@lru_cache(maxsize=_KEPT)
-def _hull(path: Path, _changed: int, scale: tuple[float, float, float]) -> ConvexMesh:
-    """The hull of a file as it was at one time. A flat mesh, which has no volume, keeps all its points."""
-    points = mesh_points(path) * scale
-    try:
-        return ConvexMesh.from_points(points)
-    except InputError:
-        return ConvexMesh(points)
+def hull_of(path: Path, scale: Scale) -> ConvexMesh:
+    """The hull of a mesh file, kept by the file's content. A flat mesh, which has no volume, keeps all its points.
+
+    Raises:
+        FileError: It cannot be read.
+        InputError: It reaches farther than shapes may.
+        MissingExtraError: The libraries that read meshes and find hulls are not installed.
+    """
+    reader = mesh_reader()
+    refuse_unchecked(path)
+    data = reader.mesh_bytes(path)
+    key = hashlib.sha256(data).digest(), path.suffix.lower(), scale
+    with _lock:
+        found = _kept.pop(key, None)
+    if found is None:
+        points = reader.used_points(reader.read_scene(path, data)) * scale
+        try:
+            found = ConvexMesh.from_points(points)
+        except InputError:
+            found = ConvexMesh(points)
+    with _lock:
+        _kept[key] = found  # last, as the one used most lately
+        while len(_kept) > _MOST_KEPT:
+            del _kept[next(iter(_kept))]
+    return found
+
+
+def refuse_unchecked(path: Path) -> None:
+    """Refuse a file of a kind that is drawn but not checked.
+
+    Raises:
+        FileError: It is one.
+    """
+    if path.suffix.lower() not in CHECKED:
+        kinds = ", ".join(CHECKED)
+        raise FileError(str(path), f"is of kind {path.suffix.lower()!r}, which is not read for collision checking, only {kinds}")
+
+
+@cache
+def mesh_reader():
+    """The module ``reader``, loaded when first needed: it brings trimesh.
+
+    Raises:
+        MissingExtraError: trimesh, pycollada or SciPy is not installed.
+    """
+    with needs_extra("reading meshes", "hulls", "trimesh", "collada", "scipy"):
+        import scipy.spatial  # noqa: F401
+
+        from ulna.description.meshes import reader
+    return reader

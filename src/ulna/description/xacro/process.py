@@ -1,28 +1,16 @@
 """Starts the child process that expands a xacro document, passes it files, and ends it in time. Used by ``expand``."""
 
 import json
-import os
 import subprocess
-import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 from typing import IO, Any
 
+from ulna.description.child_process import child_process, program_of
 from ulna.description.readable import OutsideError, Readable
 from ulna.description.xml import LONGEST
 from ulna.errors import DescriptionError
 
 _LONGEST_MESSAGE = 7 * LONGEST  # of the child: a text of that length, each letter written as \u0000
-_START = """
-import sys, types
-ulna = sys.modules["ulna"] = types.ModuleType("ulna")
-ulna.__path__ = [sys.argv[1]]
-from ulna.description.xacro.child.main import main
-main()
-"""  # the package without its ``__init__.py``, which would load NumPy
-_KEPT = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "PYTHONHOME", "SYSTEMROOT")  # without which some Pythons do not start
+_START = program_of("ulna.description.xacro.child.main")
 
 
 class _DiedError(Exception):
@@ -35,7 +23,7 @@ def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, 
     Raises:
         DescriptionError: The document fails, runs too long or reaches outside.
     """
-    with _child(memory, seconds, readable.folder) as (child, late):
+    with child_process(_START, memory, seconds, readable.folder) as (child, late):
         left_out: dict[str, str] = {}
         try:
             left_out = _received(child)["left_out"]
@@ -50,32 +38,6 @@ def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, 
     if "error" in done:
         raise DescriptionError(f"xacro: {_printable(str(done['error']))}", source)
     return done
-
-
-@contextmanager
-def _child(memory: int, seconds: float, folder: Path | None) -> Iterator[tuple[subprocess.Popen, threading.Event]]:
-    """A child process, and the event that its time is over. Its environment has no variables of the user."""
-    command = [sys.executable, "-P", "-c", _START, str(Path(__file__).parents[2])]
-    command.append(json.dumps({"memory": memory, "seconds": seconds}))
-    environment = {name: os.environ[name] for name in _KEPT if name in os.environ}
-    environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONUTF8": "1"}
-    pipe = subprocess.PIPE
-    child = subprocess.Popen(command, env=environment, cwd=folder, stdin=pipe, stdout=pipe, stderr=pipe)  # noqa: S603 - our module
-    late = threading.Event()
-
-    def end() -> None:
-        late.set()
-        child.kill()
-
-    timer = threading.Timer(seconds, end)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield child, late
-    finally:
-        timer.cancel()
-        child.kill()
-        child.communicate()
 
 
 def _served(child: subprocess.Popen, request: dict[str, Any], readable: Readable) -> dict[str, Any]:

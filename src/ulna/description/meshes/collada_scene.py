@@ -1,0 +1,141 @@
+"""Walks the nodes of a Collada scene, each instance of a geometry with its pose. Used by ``collada``.
+
+A node may be instanced many times, and so may those within it: forty doublings make 10^12 triangles from 3 KB. So the instances
+are counted first, each node once.
+"""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from lxml import etree
+from numpy.typing import NDArray
+
+from ulna.description.meshes.plain import MOST_TRIANGLES
+from ulna.description.pose import matrix_from_quaternion
+
+Array = NDArray[np.float64]
+_MOST_INSTANCES = 10_000
+_DEEPEST = 64  # nodes within one another
+_NUMBERS = {"matrix": 16, "translate": 3, "scale": 3, "rotate": 4, "lookat": 9, "skew": 7}
+
+
+class Scene:
+    """The scene that a document shows.
+
+    Raises:
+        ValueError: There is none.
+    """
+
+    def __init__(self, root: etree._Element) -> None:
+        shown = [_target(one) for one in root.iterfind("{*}scene/{*}instance_visual_scene")]
+        scenes = {scene.get("id"): scene for scene in root.iterfind("{*}library_visual_scenes/{*}visual_scene")}
+        if len(shown) != 1 or shown[0] not in scenes:
+            raise ValueError("it shows no scene")
+        self._nodes = {node.get("id"): node for node in root.iter("{*}node") if node.get("id") is not None}
+        self._top = scenes[shown[0]].findall("{*}node")
+        self._weights: dict[etree._Element, int] = {}
+        instances = self._count(dict.fromkeys(self.urls(), 1), "instances of geometries", _MOST_INSTANCES)
+        if not instances:
+            raise ValueError("its scene shows no geometry")
+
+    def urls(self) -> list[str]:
+        """The geometries that the scene shows, each once."""
+        found: dict[str, None] = {}
+        seen: set[etree._Element] = set()
+        rest = list(self._top)
+        while rest:
+            node = rest.pop()
+            if node in seen:
+                continue
+            seen.add(node)
+            if node.find("{*}instance_controller") is not None:
+                raise ValueError("its scene shows a skin or a morph (instance_controller), which is not read")
+            found |= dict.fromkeys(map(_target, node.iterfind("{*}instance_geometry")))
+            rest += self._below(node)
+        return list(found)
+
+    def count_triangles(self, counts: Mapping[str, int]) -> int:
+        """The triangles of all instances, from those of each geometry.
+
+        Raises:
+            ValueError: They are too many.
+        """
+        return self._count(counts, "triangles", MOST_TRIANGLES)
+
+    def placed(self) -> Iterator[tuple[Array, etree._Element]]:
+        """Each instance of a geometry with its pose in the scene, shape (4, 4)."""
+        for node in self._top:
+            yield from self._placed(node, np.eye(4))
+
+    def _placed(self, node: etree._Element, T: Array) -> Iterator[tuple[Array, etree._Element]]:
+        if not self._weights[node]:
+            return  # a camera, whose pose is nobody's business
+        T = T @ _transform(node)
+        for instance in node.iterfind("{*}instance_geometry"):
+            yield T, instance
+        for child in self._below(node):
+            yield from self._placed(child, T)
+
+    def _below(self, node: etree._Element) -> list[etree._Element]:
+        instances = [self._node(_target(one)) for one in node.iterfind("{*}instance_node")]
+        return [*instances, *node.findall("{*}node")]
+
+    def _node(self, name: str) -> etree._Element:
+        if name not in self._nodes:
+            raise ValueError(f"its scene shows the node {name!r}, which is not in it")
+        return self._nodes[name]
+
+    def _count(self, counts: Mapping[str, int], what: str, most: int) -> int:
+        self._weights = {}
+        total = sum(self._weight(node, counts, 0) for node in self._top)
+        if total > most:
+            raise ValueError(f"its scene has {total} {what}; up to {most} are read")
+        return total
+
+    def _weight(self, node: etree._Element, counts: Mapping[str, int], depth: int) -> int:
+        """The sum over all geometries in and below a node."""
+        if depth > _DEEPEST:
+            raise ValueError("its scene is nested too deep, or without end")
+        if node not in self._weights:
+            own = sum(counts.get(_target(one), 0) for one in node.iterfind("{*}instance_geometry"))
+            self._weights[node] = own + sum(self._weight(child, counts, depth + 1) for child in self._below(node))
+        return self._weights[node]
+
+
+def _target(instance: etree._Element) -> str:
+    url = instance.get("url", "")
+    if not url.startswith("#"):
+        raise ValueError(f"it names {url[:60]!r}, which is not in it")
+    return url[1:]
+
+
+def _transform(node: etree._Element) -> Array:
+    """The product of a node's transformations, in their order."""
+    T = np.eye(4)
+    for element in node.iterchildren(etree.Element):
+        tag = etree.QName(element).localname
+        if tag in _NUMBERS:
+            T = T @ _step(tag, element.text or "")
+    return T
+
+
+def _step(tag: str, text: str) -> Array:
+    values = np.array(text.split(), dtype=np.float64)
+    if len(values) != _NUMBERS[tag] or not np.isfinite(values).all():
+        raise ValueError(f"<{tag}> has {len(values)} numbers; {_NUMBERS[tag]} finite ones are expected")
+    step = np.eye(4)
+    match tag:
+        case "matrix":
+            step = values.reshape(4, 4)
+            if not np.array_equal(step[3], (0, 0, 0, 1)):
+                raise ValueError("a <matrix> ends with another row than 0 0 0 1")
+        case "translate":
+            step[:3, 3] = values
+        case "scale":
+            step[:3, :3] = np.diag(values)
+        case "rotate" if values[:3].any():
+            half, axis = np.radians(values[3]) / 2, values[:3] / np.linalg.norm(values[:3])
+            step[:3, :3] = matrix_from_quaternion([np.cos(half), *(np.sin(half) * axis)])
+        case "lookat" | "skew":
+            raise ValueError(f"a node with a geometry is placed by <{tag}>, which is not read")
+    return step

@@ -1,0 +1,94 @@
+"""Puts convex pieces in the place of a description's collision meshes, by CoACD. Used by ``robot``.
+
+Source: Wei et al., Approximate Convex Decomposition for 3D Meshes with Collision-Aware Concavity and Tree Search, SIGGRAPH 2022.
+"""
+
+import hashlib
+import importlib.metadata
+import io
+import json
+from collections.abc import Callable
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from ulna.description.child_process import child_process, program_of
+from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.meshes import kept_pieces
+from ulna.description.meshes.hulls import Scale, mesh_reader, refuse_unchecked, with_shapes
+from ulna.description.meshes.kept_pieces import Pieces
+from ulna.description.robot_description import Description
+from ulna.errors import FileError, MissingExtraError
+
+TIME_LIMIT_S = 900.0
+MEMORY_LIMIT_BYTES = 6 << 30
+PARAMETERS = {
+    "threshold": 0.05,
+    "preprocess_resolution": 30,
+    "resolution": 500,
+    "mcts_nodes": 10,
+    "mcts_iterations": 30,
+    "mcts_max_depth": 2,
+    "seed": 0,
+}
+_VERSION = 1  # of what is made of CoACD's pieces: another number, and all are made anew
+
+
+def with_pieces(description: Description, announce: Callable[[str], object] = lambda _: None) -> Description:
+    """The description whose collision meshes are convex pieces; what is seen stays as it is.
+
+    Args:
+        description: The description.
+        announce: Called with a sentence before each mesh that is decomposed, which takes seconds to minutes.
+
+    Raises:
+        FileError: A mesh is not there, lies where the description may not lead, cannot be read, or cannot be decomposed.
+        MissingExtraError: CoACD is not installed, or what reads meshes.
+    """
+    return with_shapes(description, partial(_shapes, announce=announce))
+
+
+def _shapes(path: Path, scale: Scale, announce: Callable[[str], object]) -> tuple[tuple[ConvexMesh, ...], float]:
+    pieces = pieces_of_file(path, announce)
+    return tuple(ConvexMesh(points * scale) for points in pieces.points), pieces.excess * max(map(abs, scale))
+
+
+def pieces_of_file(path: Path, announce: Callable[[str], object] = lambda _: None) -> Pieces:
+    """The pieces of a mesh file in its own units; kept on disk by the file's content.
+
+    Raises:
+        FileError: It cannot be read, or not decomposed within the limits of time and memory.
+        MissingExtraError: CoACD is not installed, or what reads meshes.
+    """
+    reader = mesh_reader()
+    if find_spec("coacd") is None:
+        raise MissingExtraError("the decomposition of meshes", "decompose")
+    refuse_unchecked(path)
+    data = reader.mesh_bytes(path)
+    made_by = json.dumps([_VERSION, importlib.metadata.version("coacd"), PARAMETERS, path.suffix.lower()])
+    name = hashlib.sha256(made_by.encode() + b"\0" + data).hexdigest()
+    found = kept_pieces.read(name)
+    if found is None:
+        vertices, faces = reader.merged(reader.read_scene(path, data))
+        announce(f"decomposing {path.name} ({len(faces)} triangles); it is kept for the next time")
+        found = _decomposed(path, vertices, faces)
+        kept_pieces.write(name, found)
+    return found
+
+
+def _decomposed(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Pieces:
+    request = io.BytesIO()
+    np.savez(request, vertices=vertices, faces=faces, parameters=json.dumps(PARAMETERS))
+    program = program_of("ulna.description.meshes.decompose_child")
+    with child_process(program, MEMORY_LIMIT_BYTES, TIME_LIMIT_S, None) as (child, late):
+        output, errors = child.communicate(request.getvalue())
+        try:
+            return kept_pieces.from_bytes(output)
+        except (OSError, ValueError, KeyError):
+            limits = f"its limits are {TIME_LIMIT_S:g} s and {MEMORY_LIMIT_BYTES >> 30} GiB"
+            lines = errors.decode(errors="replace").strip().splitlines()
+            words = "no end" if late.is_set() else (lines[-1] if lines else f"exit status {child.returncode}")
+            words = "".join(letter for letter in words if letter.isprintable())[:200]
+            raise FileError(str(path), f"cannot be decomposed into convex pieces ({words}); {limits}") from None

@@ -1,0 +1,89 @@
+"""Keeps the convex pieces of meshes on disk, in this user's own cache folder. Used by ``decompose`` and its child process."""
+
+import contextlib
+import io
+import os
+import tempfile
+import time
+import zipfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.engine.private_folder import SharedFolderError, cache_base, make_private
+
+_UNUSED_DAYS = 90
+
+
+class Pieces(NamedTuple):
+    """Convex pieces of a mesh.
+
+    Attributes:
+        points: The corners of each, shape (n, 3).
+        excess: How far they stand out beyond the mesh, as sampled (``pieces.sampled_excess``).
+    """
+
+    points: tuple[NDArray[np.float64], ...]
+    excess: float
+
+
+def to_bytes(pieces: Pieces) -> bytes:
+    """The pieces as a file of NumPy's."""
+    file = io.BytesIO()
+    np.savez(file, points=np.concatenate(pieces.points), counts=[len(one) for one in pieces.points], excess=pieces.excess)
+    return file.getvalue()
+
+
+def from_bytes(data: bytes) -> Pieces:
+    """The pieces of such a file.
+
+    Raises:
+        ValueError: It is none.
+    """
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            points, counts, excess = arrays["points"].astype(np.float64), arrays["counts"], float(arrays["excess"])
+    except (OSError, EOFError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        raise ValueError(str(error)) from None
+    if points.ndim != 2 or points.shape[1] != 3 or not len(counts) or counts.min() < 1 or counts.sum() != len(points):
+        raise ValueError("not the points of pieces")
+    return Pieces(tuple(np.split(points, np.cumsum(counts)[:-1])), excess)
+
+
+def read(name: str) -> Pieces | None:
+    """The pieces kept under a name; None if there are none."""
+    folder = _folder()
+    if folder is None:
+        return None
+    path = folder / f"{name}.npz"
+    try:
+        pieces = from_bytes(path.read_bytes())
+        os.utime(path)
+    except (OSError, ValueError):
+        return None
+    return pieces
+
+
+def write(name: str, pieces: Pieces) -> None:
+    """Keep pieces under a name, where something can be kept; those that nobody has used for three months are removed."""
+    folder = _folder()
+    if folder is None:
+        return
+    with contextlib.suppress(OSError):
+        handle, beside = tempfile.mkstemp(dir=folder)  # then renamed: nobody reads a file that is not yet whole
+        with os.fdopen(handle, "wb") as file:
+            file.write(to_bytes(pieces))
+        Path(beside).replace(folder / f"{name}.npz")
+        for path in folder.iterdir():
+            if path.stat().st_mtime < time.time() - _UNUSED_DAYS * 86400:
+                path.unlink()
+
+
+def _folder() -> Path | None:
+    """None where nothing can be kept, or others could change it."""
+    try:
+        return make_private(cache_base(), "pieces")
+    except (SharedFolderError, OSError, RuntimeError):  # RuntimeError: a user without a home folder
+        return None

@@ -1,0 +1,96 @@
+"""Checks a Wavefront OBJ file and writes it with one statement a line, triangles only, indices from 1. Used by ``reader``."""
+
+import re
+from itertools import pairwise
+from math import isfinite
+
+from ulna.description.meshes.plain import Plain
+
+_SURFACES = ("surf", "bzp", "bsp", "cdc", "cdp")
+
+
+def plain_obj(data: bytes) -> Plain:
+    """Its vertices, texture coordinates, normals, faces and materials. Source: Wavefront, Advanced Visualizer, appendix B1.
+
+    Lines end in LF, CR LF or CR, may be indented, and go on after a backslash. A negative index counts back from where it is
+    used. A vertex of four numbers is homogeneous, one of six has a colour, as Assimp reads them. A face of more than three
+    vertices is a fan. Lines and points have no faces and are left out, as are groups.
+
+    Raises:
+        ValueError: A vertex or a face cannot be understood, a face names a vertex that is not there, or it has curved surfaces.
+    """
+    lists: dict[str, list[str]] = {"v": [], "vt": [], "vn": []}
+    faces: list[str] = []
+    libraries: list[str] = []
+    highest, n_triangles, all_coloured = 0, 0, True
+    for number, line in _lines(data):
+        words = line.split()
+        match words[0] if words else "#":
+            case "v":
+                vertex = _vertex(words[1:], number)
+                all_coloured &= len(vertex) == 6
+                lists["v"].append(_joined(vertex))
+            case "vt" | "vn" as kind:
+                lists[kind].append(" ".join(words[1:4]))
+            case "f" | "fo":
+                corners = [_corner(word, lists, number) for word in words[1:]]
+                highest = max([highest, *(int(corner.partition("/")[0]) for corner in corners)])
+                fan = [f"f {corners[0]} {b} {c}" for b, c in pairwise(corners[1:])]
+                n_triangles += len(fan)
+                faces += fan
+            case "usemtl":
+                faces.append(" ".join(words))
+            case "mtllib":
+                libraries.append(line.strip())
+            case word if word in _SURFACES:
+                raise ValueError(f"line {number}: it has curved surfaces ({word}), which are not read")
+    if highest > len(lists["v"]):
+        raise ValueError(f"a face names vertex {highest}; there are {len(lists['v'])}")
+    vertices = lists["v"] if all_coloured else [" ".join(vertex.split()[:3]) for vertex in lists["v"]]
+    text = [*libraries[:1], *(f"v {vertex}" for vertex in vertices)]
+    text += [f"{kind} {row}" for kind in ("vt", "vn") for row in lists[kind]] + faces
+    return Plain("\n".join([*text, ""]).encode(), n_triangles)
+
+
+def _lines(data: bytes) -> list[tuple[int, str]]:
+    """The lines with their numbers, those that go on joined."""
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    number, lines = 1, []
+    for line in re.split(r"(?<!\\)\n", text):
+        lines.append((number, line.replace("\\\n", " ")))
+        number += 1 + line.count("\\\n")
+    return lines
+
+
+def _vertex(words: list[str], number: int) -> list[float]:
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        values = []
+    if len(values) not in (3, 4, 6, 7) or not all(map(isfinite, values)) or (len(values) == 4 and values[3] == 0):
+        raise ValueError(f"line {number}: {' '.join(words)[:60]!r} is no vertex of finite numbers")
+    if len(values) == 4:
+        return [value / values[3] for value in values[:3]]
+    return values[:6]
+
+
+def _corner(word: str, lists: dict[str, list[str]], number: int) -> str:
+    """One corner of a face, ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``, its indices counted from 1."""
+    parts = word.split("/")
+    try:
+        indices = [int(part) if part else None for part in parts]
+    except ValueError:
+        indices = []
+    counts = [len(lists[kind]) for kind in ("v", "vt", "vn")]
+    absolute = [n + 1 + i if i is not None and i < 0 else i for i, n in zip(indices, counts, strict=False)]
+    if not 1 <= len(indices) <= 3 or absolute[0] is None or any(i is not None and i < 1 for i in absolute):
+        raise ValueError(f"line {number}: {word[:30]!r} is no corner of a face")
+    return "/".join("" if i is None else str(i) for i in absolute)
+
+
+def _joined(values: list[float]) -> str:
+    return " ".join(map(repr, values))

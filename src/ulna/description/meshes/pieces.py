@@ -1,0 +1,137 @@
+"""Groups the triangles of a mesh by approximate convex pieces, and measures what their hulls add. Used by ``decompose_child``.
+
+A decomposition works on a closed surface made anew from the mesh, so its pieces are near the mesh but do not hold it. Here each
+triangle of the mesh is given to one piece, and a piece becomes the hull of its triangles: together they hold the whole surface.
+"""
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, KDTree, QhullError
+
+Array = NDArray[np.float64]
+Faces = NDArray[np.int64]
+_FINEST = 0.01  # of the mesh's diagonal: triangles are not cut smaller
+_OUTSIDE = 1e-3  # of the diagonal: a triangle that leaves a piece by less is in it
+_MOST_TRIANGLES = 500_000
+_SURFACE_SAMPLES, _PIECE_SAMPLES = 50_000, 10_000
+_AT_ONCE = 1 << 22  # pairs of points and triangles, of which arrays are made
+
+
+def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
+    """The corners of the hulls of groups of triangles, a group for each hull given, none empty.
+
+    1. A triangle belongs to the hull that it leaves least: the largest distance of its corners from the hull's planes.
+    2. A triangle that leaves every hull is cut at the middle of its longest edge, until it does not or is small.
+
+    Args:
+        vertices: Of the mesh, shape (n, 3).
+        faces: Its triangles, shape (m, 3).
+        hulls: The points of approximate convex pieces, shape (k, 3) each.
+
+    Returns:
+        Points, shape (k, 3) each: their hulls together hold every triangle of the mesh.
+    """
+    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    planes = [ConvexHull(points).equations for points in hulls]
+    triangles, owners, done = vertices[faces], [], []
+    while len(triangles):
+        leaves = np.array([(triangles @ plane[:, :3].T + plane[:, 3]).max(axis=(1, 2)) for plane in planes])
+        edges = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
+        whole = (leaves.min(axis=0) <= _OUTSIDE * size) | (edges.max(axis=1) <= _FINEST * size)
+        if len(triangles) + sum(map(len, done)) > _MOST_TRIANGLES:
+            whole[:] = True
+        owners.append(leaves.argmin(axis=0)[whole])
+        done.append(triangles[whole])
+        triangles = _halved(triangles[~whole], edges[~whole].argmax(axis=1))
+    owner, triangles = np.concatenate(owners), np.concatenate(done)
+    groups = [triangles[owner == k].reshape(-1, 3) for k in range(len(hulls))]
+    return [_corners(group) for group in groups if len(group)]
+
+
+def _halved(triangles: Array, longest: NDArray[np.int64]) -> Array:
+    """Two for each triangle, cut at the middle of the edge that begins at corner ``longest``."""
+    rows = np.arange(len(triangles))
+    a, b, c = (triangles[rows, (longest + k) % 3] for k in range(3))
+    middle = (a + b) / 2
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+
+
+def _corners(points: Array) -> Array:
+    points = np.unique(points, axis=0)
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):  # flat
+        return points
+
+
+def sampled_excess(vertices: Array, faces: Faces, pieces: list[Array]) -> float:
+    """How far pieces stand out beyond a mesh: the largest distance of a sampled point of theirs from the solid that it encloses.
+
+    Samples are 10,000 points on the pieces and within them, spread by area, so the true value is larger, if little. A point is
+    within the mesh where the winding number is above a half (Jacobson et al., Robust Inside-Outside Segmentation, 2013), whose
+    distance is 0; the distance of another is that from the nearest of eight triangles about the nearest points of the surface.
+
+    Args:
+        vertices: Of the mesh, shape (n, 3).
+        faces: Its triangles, shape (m, 3).
+        pieces: The corners of convex pieces, shape (k, 3) each.
+
+    Returns:
+        The distance [the unit of the mesh].
+    """
+    random = np.random.default_rng(0)
+    triangles = vertices[faces]
+    points = _samples_of_pieces(pieces, random)
+    surface, owner = _samples_of_triangles(triangles, _SURFACE_SAMPLES, random)
+    near = np.asarray(KDTree(surface).query(points, k=8)[1])
+    distances = np.full(len(points), np.inf)
+    for column in near.T:
+        closest = trimesh.triangles.closest_point(triangles[owner[column]], points)
+        np.minimum(distances, np.linalg.norm(closest - points, axis=1), out=distances)
+    farthest_first = np.argsort(-distances)
+    step = max(1, _AT_ONCE // len(triangles))
+    for k in range(0, len(points), step):
+        some = farthest_first[k : k + step]
+        outside = np.abs(_winding_numbers(triangles, points[some])) <= 0.5
+        if outside.any():
+            return float(distances[some[outside.argmax()]])
+    return 0.0
+
+
+def _samples_of_triangles(triangles: Array, n: int, random: np.random.Generator) -> tuple[Array, NDArray[np.int64]]:
+    """Points spread over triangles by area, shape (n, 3), and the triangle of each."""
+    a, b, c = triangles.transpose(1, 0, 2)
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    chosen = random.choice(len(triangles), n, p=areas / areas.sum())
+    u, v = random.random((n, 1)), random.random((n, 1))
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    return a[chosen] + u * (b - a)[chosen] + v * (c - a)[chosen], chosen
+
+
+def _samples_of_pieces(pieces: list[Array], random: np.random.Generator) -> Array:
+    """Points on and in the pieces that have a volume, shape (n, 3): half of them on their surfaces."""
+    hulls = []
+    for points in pieces:
+        try:
+            hulls.append((points, ConvexHull(points)))
+        except (QhullError, ValueError):
+            continue  # flat, within the mesh's own surface
+    if not hulls:
+        return np.empty((0, 3))
+    surface = np.concatenate([points[hull.simplices] for points, hull in hulls])
+    middles = np.concatenate([np.repeat(points.mean(axis=0)[None], len(hull.simplices), axis=0) for points, hull in hulls])
+    samples, owner = _samples_of_triangles(surface, _PIECE_SAMPLES, random)
+    inwards = np.where(np.arange(len(samples)) % 2, 1.0, np.cbrt(random.random(len(samples))))[:, None]
+    return middles[owner] + inwards * (samples - middles[owner])
+
+
+def _winding_numbers(triangles: Array, points: Array) -> Array:
+    """How often a surface goes round each point: the sum of solid angles (Van Oosterom and Strackee 1983) over 4 pi."""
+    a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
+    lengths = [np.linalg.norm(one, axis=2) for one in (a, b, c)]
+    determinant = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
+    divisor = lengths[0] * lengths[1] * lengths[2]
+    for one, other, length in ((a, b, lengths[2]), (b, c, lengths[0]), (c, a, lengths[1])):
+        divisor = divisor + np.einsum("ijk,ijk->ij", one, other) * length
+    return np.arctan2(determinant, divisor).sum(axis=1) / (2 * np.pi)

@@ -1,0 +1,166 @@
+"""Reads a mesh file with trimesh, the same for what is checked and what is drawn. Used by ``hulls``, the viewer, ``inspect``.
+
+Before, a file of a format that can be written in many ways is rewritten in one (``stl``, ``obj``, ``collada``). After, the
+triangles are counted. So nothing is passed over: a file is read whole, or refused.
+"""
+
+from collections.abc import Iterable
+from contextlib import suppress
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import collada  # noqa: F401 -- without it trimesh reads no Collada, and does not say why
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.resolvers import Resolver
+
+from ulna.description.file_bytes import regular_file_bytes
+from ulna.description.meshes.collada import plain_collada
+from ulna.description.meshes.files import MeshFiles
+from ulna.description.meshes.obj import plain_obj
+from ulna.description.meshes.plain import MOST_TRIANGLES, Plain
+from ulna.description.meshes.stl import plain_stl
+from ulna.errors import FileError
+
+MOST_BYTES = 100_000_000
+
+
+def mesh_bytes(path: Path) -> bytes:
+    """The bytes of a mesh file.
+
+    Raises:
+        FileError: It cannot be read, is not a regular file, or is too long.
+    """
+    try:
+        data = regular_file_bytes(path, MOST_BYTES)
+    except (OSError, ValueError) as error:
+        raise FileError(str(path), " ".join(str(error).split())) from None
+    if len(data) > MOST_BYTES:
+        raise FileError(str(path), f"is a mesh of more than {MOST_BYTES / 1e6:.0f} MB, the most that is read")
+    return data
+
+
+def read_scene(path: Path, data: bytes, beside: Resolver | None = None) -> trimesh.Scene:
+    """The triangles of a mesh file, Collada's in metres; each instance a geometry of its own.
+
+    Args:
+        path: The file, of whose name the kind is taken, and which errors name.
+        data: Its bytes.
+        beside: Reads the files that it names: materials, textures, buffers. Without it they are left out.
+
+    Raises:
+        FileError: It cannot be understood, has no triangles, points that are not finite, or more triangles than are read.
+    """
+    try:
+        if beside is not None:
+            with suppress(Exception):  # materials may be broken where the triangles are not
+                return _checked(path.suffix.lower(), data, beside)
+        return _checked(path.suffix.lower(), data, None)
+    except MemoryError:
+        raise FileError(str(path), "cannot be read: out of memory") from None
+    except Exception as error:  # noqa: BLE001 -- trimesh and what it calls raise whatever comes to them
+        raise FileError(str(path), f"cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
+
+
+def used_points(scene: trimesh.Scene) -> NDArray[np.float64]:
+    """The points that a triangle uses, shape (n, 3): what else a file lists is no part of the mesh."""
+    return np.concatenate([vertices[np.unique(faces)] for vertices, faces in _parts(scene)])
+
+
+def merged(scene: trimesh.Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """All triangles: vertices, shape (n, 3), no two of them equal, and triangles, shape (m, 3)."""
+    points, triangles = [], []
+    for vertices, faces in _parts(scene):
+        triangles.append(faces + sum(map(len, points)))
+        points.append(vertices)
+    vertices, index = np.unique(np.concatenate(points), axis=0, return_inverse=True)
+    return vertices, index.reshape(-1)[np.concatenate(triangles)]
+
+
+def _checked(kind: str, data: bytes, beside: Resolver | None) -> trimesh.Scene:
+    plain = _plain(kind, data, materials=beside is not None)
+    if plain is not None and plain.n_triangles > MOST_TRIANGLES:
+        raise ValueError(f"it has {plain.n_triangles} triangles; up to {MOST_TRIANGLES} are read")
+    options: dict[str, Any] = {"skip_materials": True} if beside is None and kind == ".obj" else {}
+    stream = BytesIO(data if plain is None else plain.data)
+    resolver = _Nothing() if beside is None else beside
+    with np.errstate(all="ignore"):  # numbers that are not finite are refused below
+        scene = trimesh.load_scene(stream, file_type=kind[1:], resolver=resolver, process=False, **options)
+    _check(scene, plain)
+    return scene
+
+
+def _plain(kind: str, data: bytes, *, materials: bool) -> Plain | None:
+    match kind:
+        case ".stl":
+            return plain_stl(data)
+        case ".obj":
+            return plain_obj(data)
+        case ".dae":
+            return plain_collada(data, materials=materials)
+    return None
+
+
+def _parts(scene: trimesh.Scene) -> Iterable[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+    """Vertices in the scene and triangles of each placed geometry."""
+    for name in scene.graph.nodes_geometry:
+        T, geometry = scene.graph[name]
+        mesh = scene.geometry[geometry]
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused in ``_check``
+                yield np.asarray(mesh.vertices) @ T[:3, :3].T + T[:3, 3], np.asarray(mesh.faces)
+
+
+def _check(scene: trimesh.Scene, plain: Plain | None) -> None:
+    parts = list(_parts(scene))
+    found = sum(len(faces) for _, faces in parts)
+    if not found:
+        raise ValueError("it has no triangles")
+    if plain is not None and found != plain.n_triangles:
+        raise ValueError(f"of its {plain.n_triangles} triangles {found} are understood")
+    if found > MOST_TRIANGLES:
+        raise ValueError(f"it has {found} triangles; up to {MOST_TRIANGLES} are read")
+    for vertices, faces in parts:
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            raise ValueError("a triangle names a vertex that is not there")
+        if not np.isfinite(vertices).all():
+            raise ValueError("it has points that are not finite")
+
+
+class Beside(Resolver):
+    """What a mesh names, such as a texture: files beside it, or in the folders that its description may read."""
+
+    def __init__(self, files: MeshFiles, mesh: Path) -> None:
+        self._files, self._mesh = files, mesh
+
+    def get(self, key: str) -> bytes:
+        """The bytes of a file.
+
+        Raises:
+            FileError: It lies elsewhere, or cannot be read.
+        """
+        return mesh_bytes(self._files.beside(self._mesh, key))
+
+    def write(self, name: str, data: object) -> None:
+        """Nothing is written."""
+        raise NotImplementedError(f"{name} would be written")
+
+    def namespaced(self, namespace: str) -> Resolver:
+        """There are no namespaces."""
+        raise NotImplementedError(namespace)
+
+    def keys(self) -> Iterable[str]:
+        """Nothing is listed."""
+        return ()
+
+
+class _Nothing(Beside):
+    """Refuses every file that a mesh names."""
+
+    def __init__(self) -> None:
+        pass
+
+    def get(self, key: str) -> bytes:
+        raise FileError(key, "a file that a mesh names, which is not needed")

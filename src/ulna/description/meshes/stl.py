@@ -1,0 +1,51 @@
+"""Checks an STL file and writes it as binary STL, which leaves nothing to guess. Used by ``reader``."""
+
+import re
+
+import numpy as np
+
+from ulna.description.meshes.plain import Plain
+
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_HEADER = 84  # bytes: 80 of any text, 4 that count the triangles
+_FACET = b"facet normal x x x outer loop vertex x x x vertex x x x vertex x x x endloop endfacet".split()
+_NUMBERS = np.array([word == b"x" for word in _FACET])
+
+
+def plain_stl(data: bytes) -> Plain:
+    """Binary STL as it is; text as binary STL.
+
+    It is binary where the length is that of the triangles it counts, as Assimp and trimesh decide too. A text must consist of
+    whole facets of three vertices each: one that was cut off is refused.
+
+    Raises:
+        ValueError: It is neither, or has numbers that are none.
+    """
+    count = int.from_bytes(data[80:_HEADER], "little")
+    if len(data) >= _HEADER and len(data) == _HEADER + _TRIANGLE.itemsize * count:
+        return Plain(data, count)
+    numbers = _facets(data)
+    triangles = np.zeros(len(numbers), _TRIANGLE)
+    with np.errstate(over="ignore"):  # what is too large becomes infinite, which the reader refuses
+        triangles["normal"], triangles["corners"] = numbers[:, 0], numbers[:, 1:]
+    return Plain(bytes(80) + len(triangles).to_bytes(4, "little") + triangles.tobytes(), len(triangles))
+
+
+def _facets(data: bytes) -> np.ndarray:
+    """The normal and the three corners of each facet of a text, shape (n, 4, 3)."""
+    text = re.sub(rb"\r\n?", b"\n", data.removeprefix(b"\xef\xbb\xbf"))
+    if not re.match(rb"\s*solid\b", text, re.IGNORECASE):
+        raise ValueError("it is no STL file: neither as long as its header says, nor a text that begins with 'solid'")
+    words = []
+    for line in text.split(b"\n"):
+        some = line.split()
+        if not some or some[0].lower() not in (b"solid", b"endsolid"):  # a name may be any words
+            words += some
+        elif b"endfacet" in line.lower():
+            raise ValueError("a line has both facets and a name")
+    if len(words) % len(_FACET):
+        raise ValueError("its text does not consist of whole facets of three vertices; it may have been cut off")
+    table = np.array(words, dtype="S").reshape(-1, len(_FACET))
+    if not (np.char.lower(table[:, ~_NUMBERS]) == np.array(_FACET)[~_NUMBERS]).all():
+        raise ValueError("its text does not consist of facets of three vertices")
+    return table[:, _NUMBERS].astype(np.float64).reshape(-1, 4, 3)

@@ -1,0 +1,128 @@
+"""``robot.with_convex_pieces()``: meshes as convex pieces that hold them whole and follow their hollows."""
+
+import os
+import sys
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+import ulna
+from ulna.description.meshes import decompose, kept_pieces
+from ulna.description.meshes.kept_pieces import Pieces
+from ulna.description.meshes.pieces import pieces_of, sampled_excess
+
+pytest.importorskip("coacd")
+CORNERS = np.array([(x, y, z) for z in (0.0, 1.0) for x, y in ((0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3))])
+BOTTOM = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]  # of an L of 3 x 3 x 1, its arms 1 wide
+SIDES = [(k, (k + 1) % 6, 6 + (k + 1) % 6) for k in range(6)] + [(k, 6 + (k + 1) % 6, 6 + k) for k in range(6)]
+FACES = np.array([(a, c, b) for a, b, c in BOTTOM] + [(6 + a, 6 + b, 6 + c) for a, b, c in BOTTOM] + SIDES)
+URDF = """<robot name="l"><link name="base"/><link name="part"><collision name="ell"><geometry>
+  <mesh filename="ell.obj" scale="{}"/></geometry></collision></link>
+  <joint name="j" type="fixed"><parent link="base"/><child link="part"/></joint></robot>"""
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "ulna" / "pieces"
+
+
+@pytest.fixture
+def make(tmp_path, cache):
+    """The robot of an L-shaped mesh."""
+
+    def robot(scale="1 1 1"):
+        rows = [f"v {x} {y} {z}" for x, y, z in CORNERS] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in FACES]
+        (tmp_path / "ell.obj").write_text("\n".join(rows))
+        (tmp_path / "ell.urdf").write_text(URDF.format(scale))
+        return ulna.load(tmp_path / "ell.urdf")
+
+    return robot
+
+
+def touches(robot, place, radius=0.1):
+    world = ulna.World()
+    world.add("ball", ulna.Sphere(radius), ulna.pose(place))
+    return robot.in_collision([], world)
+
+
+def test_a_hollow_that_the_hull_fills_is_free_and_the_mesh_is_not(make):
+    robot = make()
+    assert touches(robot.with_convex_hulls(), (1.4, 1.4, 0.5))
+    pieces = robot.with_convex_pieces()
+    assert not touches(pieces, (1.4, 1.4, 0.5))
+    assert touches(pieces, (2.9, 0.5, 0.5))
+    assert touches(pieces, (0.5, 2.9, 1.05))
+
+
+def test_a_mirrored_and_stretched_mesh_has_mirrored_and_stretched_pieces(make):
+    pieces = make("2 -1 1").with_convex_pieces()
+    assert not touches(pieces, (2.8, -1.4, 0.5))
+    assert touches(pieces, (5.8, -0.5, 0.5))
+
+
+def test_each_piece_has_a_name_and_says_how_far_it_stands_out(make):
+    bodies = make().with_convex_pieces().description.links[1].collisions
+    assert [body.name for body in bodies] == [f"ell piece {k}" for k in range(1, len(bodies) + 1)]
+    assert all(0 <= body.excess < 0.1 for body in bodies)
+
+
+def test_load_takes_the_words_and_no_others(make, tmp_path):
+    make()
+    hulls, pieces, none = (ulna.load(tmp_path / "ell.urdf", meshes=word) for word in ("hulls", "decompose", None))
+    assert hulls.collision_names == ("ell",)
+    assert len(pieces.collision_names) > 1
+    assert isinstance(none.description.links[1].collisions[0].shape, ulna.Mesh)
+    with pytest.raises(ulna.InputError, match=r"^meshes: 'hull' is not known; did you mean 'hulls'"):
+        ulna.load(tmp_path / "ell.urdf", meshes="hull")
+
+
+def test_pieces_are_kept_by_content_and_a_broken_file_is_made_anew(make, cache, monkeypatch):
+    first = make().with_convex_pieces()
+    [kept] = cache.iterdir()
+    with monkeypatch.context() as patch:
+        patch.setattr(decompose, "_decomposed", None)  # not called
+        again = make("1 1 2").with_convex_pieces()
+    assert len(again.collision_names) == len(first.collision_names)
+    kept.write_bytes(b"PK damaged")
+    anew = make().with_convex_pieces()
+    for one, other in zip(first.description.links[1].collisions, anew.description.links[1].collisions, strict=True):
+        assert np.array_equal(one.shape.vertices, other.shape.vertices), "the seed is fixed"
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders of Windows have no modes")
+def test_where_others_can_write_nothing_is_kept_or_read(make, cache):
+    kept_pieces.write("name", Pieces((np.zeros((1, 3)),), 0.0))
+    assert kept_pieces.read("name") is not None
+    cache.parent.parent.chmod(0o777)
+    assert kept_pieces.read("name") is None
+
+
+def test_what_takes_too_long_is_ended_and_said(make, monkeypatch):
+    monkeypatch.setattr(decompose, "TIME_LIMIT_S", 0.01)
+    with pytest.raises(ulna.FileError, match=r"ell\.obj.*cannot be decomposed.*no end.*limits are 0\.01 s"):
+        make().with_convex_pieces()
+
+
+def test_without_coacd_the_extra_is_named(make, monkeypatch):
+    monkeypatch.setitem(sys.modules, "coacd", None)
+    monkeypatch.setattr(decompose, "find_spec", lambda _: None)
+    with pytest.raises(ulna.MissingExtraError, match=r"pip install 'ulna\[decompose\]'"):
+        make().with_convex_pieces()
+
+
+def test_pieces_hold_every_triangle_even_of_hulls_that_do_not():
+    """Two boxes that are smaller than the L's arms, as a decomposition of a surface made anew may be."""
+    hulls = [CORNERS[CORNERS[:, 1] <= 1] * 0.98, CORNERS[CORNERS[:, 0] <= 1] * 0.98]
+    pieces = [ConvexHull(points).equations for points in pieces_of(CORNERS, FACES, hulls)]
+    shares = np.random.default_rng(0).dirichlet((1, 1, 1), (500, len(FACES)))
+    points = np.einsum("nfk,fkd->nfd", shares, CORNERS[FACES]).reshape(-1, 3)
+    outside = np.min([(points @ planes[:, :3].T + planes[:, 3]).max(axis=1) for planes in pieces], axis=0)
+    assert outside.max() < 1e-9
+
+
+def test_the_excess_of_the_hull_of_an_l_is_half_the_diagonal_of_its_hollow():
+    """The farthest point of the hull from the L is the middle of the hull's slanted side, from (3, 1) to (1, 3): (2, 2)."""
+    assert sampled_excess(CORNERS, FACES, [CORNERS]) == pytest.approx(1.0, abs=0.03)
+    assert sampled_excess(CORNERS, FACES, [CORNERS[CORNERS[:, 1] <= 1], CORNERS[CORNERS[:, 0] <= 1]]) < 1e-9
