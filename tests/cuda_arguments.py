@@ -92,7 +92,7 @@ TYPES = {
     "ik": {"slack": NUMBER, "dt": NUMBER, **_each("p r", WHOLE), **_each("cosine sine running", NUMBER), "settled": TRUTH},
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
     "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
-    **{f"ik.{name}": {"v": TWIST} for name in ("damped_step.add_column", "singular_values.add_rotated")},
+    **{f"ik.{name}": {"v": TWIST} for name in ("damped_system.add_column", "singular_values.add_rotated")},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "ik.pseudo_inverse.rotate_rows": {"rows": NUMBERS},
 }  # fmt: skip

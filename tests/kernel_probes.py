@@ -9,7 +9,7 @@ from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.tree import frame_pose, tree_poses
 from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
-from ulna.kernels.ik.damped_step import block_joints_at_bounds, solve_damped
+from ulna.kernels.ik.damped_system import block_joints_at_bounds, solve_damped
 from ulna.kernels.ik.jacobian_transpose import transpose_step
 from ulna.kernels.ik.levenberg_marquardt import ALLOWED, CHANGE, LEAST, N_STATE, advance
 from ulna.kernels.ik.pseudo_inverse import pseudo_inverse_step

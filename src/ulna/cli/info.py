@@ -11,7 +11,7 @@ from ulna.cli.output import Data, limit, make_table, show
 from ulna.description.robot_description import JointType
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
-from ulna.robot.palm import palm
+from ulna.robot.hand_link import hand_link
 
 INFO_KEYS = (
     "name; base; tip: null if there are several; hand: the link that other commands take; leaves; n_dof; joints: one for each "
@@ -44,7 +44,7 @@ def info_data(robot: Robot) -> Data:
         "name": robot.name,
         "base": robot.base,
         "tip": robot.tip,
-        "hand": robot.tip or palm(robot),
+        "hand": robot.tip or hand_link(robot),
         "leaves": list(robot.tree.leaves),
         "n_dof": robot.n_dof,
         "joints": [

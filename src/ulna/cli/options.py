@@ -17,7 +17,7 @@ from ulna.collision.world import World
 from ulna.errors import DescriptionWarning, InputError
 from ulna.robot import Robot, load
 from ulna.robot.coordinates import coordinates_of
-from ulna.robot.palm import palm
+from ulna.robot.hand_link import hand_link
 
 
 def _names_that_begin(incomplete: str) -> list[str]:
@@ -103,7 +103,7 @@ def link_or_hand(robot: Robot, link: str | None, *, quietly: bool) -> str:
     known = robot.tip if link is None else link
     if known is not None:
         return known
-    hand = palm(robot)
+    hand = hand_link(robot)
     if not quietly:
         warn(f"{robot.name} has {len(robot.tree.leaves)} tips; {hand} is taken, --link names another")
     return hand

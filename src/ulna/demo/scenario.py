@@ -1,6 +1,6 @@
 """Runs the assignment's demo without a screen: trajectory, movable box, light. Used by the page, the ROS nodes and the film.
 
-Used by the page, the ROS nodes and the film. The figures are the assignment's (section 5 and its demo).
+The figures are the assignment's (section 5 and its demo).
 """
 
 from dataclasses import dataclass

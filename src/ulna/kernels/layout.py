@@ -3,7 +3,7 @@
 Plain numbers only, so that descriptions can be read without a compiler.
 
 One table serves every robot, so one compilation does. A row of the table of joints is a moving joint, which acts about or
-along the z axis of its own frame (the model turns the frames so that this holds):
+along the z axis of its own frame (``kinematics.tree`` turns the frames so that this holds):
 
 ====== =========================================================================================================
 0..11  T_parent_joint at zero, a pose (see the package): the joint's frame in the frame of the joint before it
@@ -39,7 +39,7 @@ JOINT, AT_JOINT = 12, 13
 FRAME_WIDTH = 14
 SHAPE, HALF_EXTENTS, RADIUS, FIRST_VERTEX, N_VERTICES, REACH = 14, 15, 18, 19, 20, 21
 BODY_WIDTH = 22
-SPHERE, CAPSULE, BOX, CYLINDER, HULL, HALF_SPACE = 0, 1, 2, 3, 4, 5  # a pair is worked out with the lower number first
+SPHERE, CAPSULE, BOX, CYLINDER, HULL, HALF_SPACE = 0, 1, 2, 3, 4, 5  # a pair is computed with the lower number first
 CONTACT = 1e-12  # of the sizes of two bodies, added up: no farther apart than this they touch, and their distance is zero
 LARGEST_DEFECT = 1e-6  # of a pose that comes in from a rigid motion
 LARGEST = 1e6  # of a joint position or a coordinate: beyond it sincos' range reduction, and the caller's own number, lose digits

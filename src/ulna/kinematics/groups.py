@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.group_joints import _own_joints
+from ulna.description.group_joints import own_joints
 from ulna.description.pose import matrix_from_quaternion, rpy_from_matrix
 from ulna.description.robot_description import Description, frozen
 from ulna.description.semantic import Group, GroupState
@@ -30,7 +30,7 @@ def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
     """Every group of a robot, by name."""
     groups = {group.name: group for group in description.srdf.groups}
     carriers = {joint.child: joint for joint in description.joints}
-    own = {name: _own_joints(group, carriers) for name, group in groups.items()}
+    own = {name: own_joints(group, carriers) for name, group in groups.items()}
     children = {joint.name: joint.child for joint in description.joints}
     slices = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
     found = {}

@@ -8,7 +8,7 @@ from ulna.collision.world import World
 from ulna.description.pose import pose
 from ulna.description.shapes import Sphere
 from ulna.robot import Robot
-from ulna.robot.palm import palm
+from ulna.robot.hand_link import hand_link
 from ulna.viewer.session.clearance import clearance
 from ulna.viewer.session.ellipsoid import mobility
 from ulna.viewer.session.hand import Hand
@@ -27,7 +27,7 @@ def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[
     world.add("ball", Sphere(1.0), pose((_FAR, 0.0, 0.0)))
     if robot.n_dof:
         yield "dragging the hand", lambda: _drag(robot, None)
-        yield "the singular values of the hand", lambda: mobility(robot, robot.home, palm(robot))
+        yield "the singular values of the hand", lambda: mobility(robot, robot.home, hand_link(robot))
     if checked:
         yield "the distance of any shapes", lambda: clearance(robot, robot.home, world)
     if checked and robot.n_dof:
@@ -36,7 +36,7 @@ def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[
 
 def _drag(robot: Robot, world: World | None) -> None:
     """To where the hand stands already, a little on, and where it cannot go."""
-    hand = Hand(robot, palm(robot))
+    hand = Hand(robot, hand_link(robot))
     for step in (0.0, 0.01, _FAR):
         T = robot.forward_kinematics(robot.home, hand.link).copy()
         T[:3, 3] += np.array((step, 0.0, 0.0))

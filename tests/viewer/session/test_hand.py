@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import robots
 import ulna
-from ulna.robot.palm import palm
+from ulna.robot.hand_link import hand_link
 from ulna.viewer.session.contacts import _rate
 from ulna.viewer.session.hand import MOST_A_FRAME, Hand, rotation_vector
 
@@ -161,4 +161,4 @@ def test_the_rotation_vector_is_scipys(rng):
     ("name", "link"), [("panda", "panda_ee"), ("ur5", "ee_link"), ("pr2", "r_gripper_palm_link"), ("tiago", "hand_palm_link")]
 )
 def test_the_palm_is_what_a_person_takes_for_the_hand(name, link):
-    assert palm(ulna.load(name)) == link
+    assert hand_link(ulna.load(name)) == link

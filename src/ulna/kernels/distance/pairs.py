@@ -30,7 +30,6 @@ from ulna.kernels.layout import (
     FIRST_VERTEX,
     HALF_EXTENTS,
     HALF_SPACE,
-    HULL,
     N_VERTICES,
     RADIUS,
     SHAPE,
@@ -75,8 +74,8 @@ def pair_distance(a, b, scratch):
 
 @kernel
 def is_searched(kind_a, kind_b):
-    """Whether the distance of two cores, the lower kind first, has no closed form."""
-    return kind_b == HULL or (kind_b == CYLINDER and kind_a != SPHERE)
+    """Whether the distance of two cores, the lower kind first, has no closed form; true of every kind not named here."""
+    return not (kind_b <= BOX or kind_b == HALF_SPACE or (kind_a == SPHERE and kind_b == CYLINDER))
 
 
 @kernel

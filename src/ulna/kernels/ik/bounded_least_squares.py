@@ -15,7 +15,7 @@ that are fixed at a bound; the others are free. The problem is strictly convex, 
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, load, splat, store, where
-from ulna.kernels.ik.damped_step import add_column, back_to_joints, gradient, solve_damped, within_bounds
+from ulna.kernels.ik.damped_system import add_column, back_to_joints, gradient, solve_damped, within_bounds
 from ulna.kernels.ik.singular_values import damped_by_singular_values, sum_of_rows
 
 _ROUNDS = 4  # times the number of entries is the limit: each may enter and leave the active set more than once

@@ -9,7 +9,7 @@ falls by a factor and not quadratically. Levenberg-Marquardt (``multi_start``) r
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import splat, store
-from ulna.kernels.ik.damped_step import back_to_joints, solve_damped
+from ulna.kernels.ik.damped_system import back_to_joints, solve_damped
 
 DAMPING = 0.01  # lambda
 

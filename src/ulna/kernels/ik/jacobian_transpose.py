@@ -9,7 +9,7 @@ Source: Wolovich and Elliott (CDC 1984); the step length is Buss's (Introduction
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import splat, store, where
-from ulna.kernels.ik.damped_step import add_column, gradient
+from ulna.kernels.ik.damped_system import add_column, gradient
 
 
 @kernel

@@ -7,7 +7,7 @@ then the upper bounds (2 n_dof); the state, as numbered below.
 2. A lane is solved when its error is within the tolerances and another step no longer makes it four times smaller in square
    (the better of the last two is its result), or when it is negligible; failed when its steps are used up before.
 3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), kept within
-   its bounds (``damped_step``). Further steps of a lane that has ended are ignored: its result is in the rows of the
+   its bounds (``damped_system``). Further steps of a lane that has ended are ignored: its result is in the rows of the
    step before. A CALM search adds |e| to lambda: where the target is out of reach, the curvature of the arm, which J lacks,
    is about as large, and without it the steps would overshoot for ever. |e|^2 counts no distance beyond FAR: a slide is linear
    however far it moves, so its steps need no damping, which would slow a long way down to a standstill.
@@ -22,7 +22,7 @@ from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, logical_not, splat, sqrt, store, where
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE
-from ulna.kernels.ik.damped_step import (
+from ulna.kernels.ik.damped_system import (
     add_column,
     back_to_joints,
     block_joints_at_bounds,

@@ -3,7 +3,7 @@
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store
 from ulna.kernels.ik.damped_least_squares import damped_step
-from ulna.kernels.ik.damped_step import error_squares, pose_error
+from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.jacobian_transpose import transpose_step
 from ulna.kernels.ik.pseudo_inverse import pseudo_inverse_step
 from ulna.kernels.ik.search_layout import DAMPED_LEAST_SQUARES, JACOBIAN_TRANSPOSE, TASK, WHOLE_POSE

@@ -47,7 +47,7 @@ class Hand:
 
     Args:
         robot: The robot.
-        link: The link's name; see ``robot.palm``.
+        link: The link's name; see ``robot.hand_link``.
         names: How the robot's shapes are called; made anew unless given.
     """
 

@@ -13,7 +13,7 @@ from ulna.description.pose import as_one_pose
 from ulna.errors import GeometryError, InputError, UnknownNameError
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.robot import Robot
-from ulna.robot.palm import palm
+from ulna.robot.hand_link import hand_link
 from ulna.viewer.session.clearance import Clearance, clearance
 from ulna.viewer.session.hand import Hand
 from ulna.viewer.session.shape_names import ShapeNames
@@ -69,7 +69,7 @@ class Session:
         self.clearance = Clearance(None, refusal=self.unchecked)
         self.names = ShapeNames(robot)
         self.q = robot.home if q is None else q
-        self._hand = Hand(robot, palm(robot), self.names) if robot.n_dof else None
+        self._hand = Hand(robot, hand_link(robot), self.names) if robot.n_dof else None
         self._seen: tuple | None = None
         self._letting_go = self.waiting = self._checked = False
 

@@ -6,7 +6,7 @@ from ulna.description.robot_description import Joint, JointType
 from ulna.robot.robot import Robot
 
 
-def palm(robot: Robot) -> str:
+def hand_link(robot: Robot) -> str:
     """The hand link: the tip of the longest chain, or the link that carries its fingers."""
     carriers = {joint.child: joint for joint in robot.description.joints}
     tip = max(robot.tree.leaves, key=lambda link: _count(link, carriers, robot))
