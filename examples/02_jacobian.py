@@ -1,5 +1,7 @@
 """Why a Jacobian looks as it does: column i is the motion of the hand when joint i alone turns."""
 
+import sys
+
 import numpy as np
 
 import ulna
@@ -21,3 +23,8 @@ dq = np.full(robot.n_dof, 1e-4)
 moved = robot.forward_kinematics(robot.home + dq)[:3, 3] - T_base_hand[:3, 3]
 print(f"predicted {(J @ dq)[:3]} m, moved {moved} m")
 assert np.abs(moved - (J @ dq)[:3]).max() < 1e-7
+
+if "--view" in sys.argv:
+    with ulna.view(robot, open_browser=True) as view:
+        print(f"{view.url}: drag the hand; Manipulability in the tab Move draws the ellipsoid; Ctrl-C ends", flush=True)
+        view.wait()

@@ -1,5 +1,7 @@
 """Inverse kinematics: the assignment's Jacobian transpose beside Levenberg-Marquardt, and a target out of reach."""
 
+import sys
+
 import ulna
 
 robot = ulna.load("panda")
@@ -18,3 +20,8 @@ print(f"out of reach: {found}")
 assert not found.success
 assert (robot.lower <= found.q).all()
 assert (found.q <= robot.upper).all()
+
+if "--view" in sys.argv:
+    with ulna.view(robot, open_browser=True) as view:
+        print(f"{view.url}: drag the hand, also out of reach; Ctrl-C ends", flush=True)
+        view.wait()

@@ -1,5 +1,7 @@
 """Which of the arm's boxes touch an obstacle, and for how many of a hundred thousand configurations any does."""
 
+import sys
+
 import numpy as np
 
 import ulna
@@ -23,3 +25,8 @@ q = robot.random(100_000, seed=0)
 share = np.mean(robot.in_collision(q, world, self_collision=False))
 print(f"{share:.1%} of random configurations touch the crate")
 assert 0.02 < share < 0.2
+
+if "--view" in sys.argv:
+    with ulna.view(robot, world, open_browser=True) as view:
+        print(f"{view.url}: drag the hand, or the crate in the tab Obstacles; Ctrl-C ends", flush=True)
+        view.wait()

@@ -1,5 +1,7 @@
 """How far the arm with a cup is from two hundred books and from itself, which way leads out, and which motions are free."""
 
+import sys
+
 import numpy as np
 
 import ulna
@@ -31,3 +33,8 @@ print(edges)
 samples = q + np.linspace(0, 1, 1000)[:, None, None] * (goals - q)
 assert not np.any(robot.in_collision(samples[:, ~edges.in_collision], world))
 assert 0 < np.count_nonzero(edges.in_collision) < 40
+
+if "--view" in sys.argv:
+    with ulna.view(robot, world, open_browser=True) as view:
+        print(f"{view.url}: drag the hand among the books; a line joins the nearest pair; Ctrl-C ends", flush=True)
+        view.wait()
