@@ -1,5 +1,5 @@
 #!/bin/sh
-# Prints the arm for RViz: expanded URDF, for franka_robot.urdf only defines a macro. roslaunch runs in a terminal without the
+# Prints the arm for RViz: expanded URDF with the finger joints, for franka_robot.urdf only defines a macro. roslaunch runs in a terminal without the
 # virtual environment, so ulna is also looked for in the usual places: the environments that the README and ros.md make, in this
 # folder or in the one above. Without the meshes the arm is seen by its boxes.
 here=$(dirname "$0")
@@ -7,7 +7,7 @@ for ulna in "${ULNA:-ulna}" "$VIRTUAL_ENV/bin/ulna" \
     "$here/.venv-ros1/bin/ulna" "$here/.venv/bin/ulna" "$here/venv/bin/ulna" \
     "$here/../.venv-ros1/bin/ulna" "$here/../.venv/bin/ulna"; do
     if command -v "$ulna" >/dev/null; then
-        "$ulna" urdf panda --mesh-paths file || "$ulna" urdf panda
+        "$ulna" ros1 description
         exit
     fi
 done

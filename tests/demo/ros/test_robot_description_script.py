@@ -35,7 +35,7 @@ def run(hw2, **variables):
 def test_an_environment_beside_the_script_or_above_it_is_found(hw2, folder):
     ulna = hw2 / folder / "bin" / "ulna"
     put_ulna(ulna)
-    assert run(hw2).stdout == f"{ulna} urdf panda --mesh-paths file\n"
+    assert run(hw2).stdout == f"{ulna} ros1 description\n"
 
 
 def test_what_ULNA_names_comes_first(hw2, tmp_path):  # noqa: N802 - a variable's name

@@ -1,12 +1,20 @@
-"""``ulna ros1 demo`` and ``ulna ros2 demo``: the demo in RViz. Used by ``demo.command``."""
+"""``ulna ros1`` and ``ulna ros2``: the demo in RViz. Used by ``demo.command``."""
 
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.progress import Progress
 
+from ulna.cli.options import as_options
+from ulna.cli.output import printable, warn, write
 from ulna.demo.ros.adapter import load_ros
-from ulna.demo.scenario import Demo
+from ulna.demo.ros.description import robot_description, with_fingers
+from ulna.demo.scenario import RATE_HZ, Demo
+from ulna.errors import needs_extra
+from ulna.robot import load
 
 ros1 = typer.Typer(no_args_is_help=True, help="The demo in ROS 1: docs/ros.md says what it needs.")
 ros2 = typer.Typer(no_args_is_help=True, help="The demo in ROS 2: docs/ros.md says what it needs.")
@@ -20,6 +28,35 @@ def ros1_demo(*, rviz: Annotated[bool, typer.Option(help="Open RViz, if there is
     """
     load_ros(1)
     import_module("ulna.demo.ros.ros1_demo").run(rviz=rviz)
+
+
+@ros1.command("record")
+def ros1_record(
+    path: Annotated[Path, typer.Argument(help="The video, an .mp4.", show_default=False)],
+    *,
+    seconds: Annotated[float, typer.Option(help="How long it is.")] = 30.0,
+) -> None:
+    """Record RViz while the box is dragged by its arrows with the mouse, without a display.
+
+    It needs Xvfb and xdotool too, and starts and ends all that it needs.
+    """
+    load_ros(1)
+    with needs_extra("the video", "viewer", "av", "PIL"):
+        video = import_module("ulna.demo.ros.rviz_video")
+    console = Console(stderr=True)
+    with (
+        as_options({"path": "PATH", "seconds": "--seconds"}),
+        Progress(console=console, transient=True, disable=not console.is_terminal) as progress,
+    ):
+        task = progress.add_task(path.name, total=round(seconds * RATE_HZ))
+        video.record_rviz(path, seconds, lambda done: progress.update(task, completed=done))
+    write(printable(f"{path}: {seconds:g} s, {path.stat().st_size / 1e6:.2f} MB\n"))
+
+
+@ros1.command("description")
+def ros1_description() -> None:
+    """The Panda's URDF for the parameter robot_description: meshes by absolute addresses, and the finger joints. Needs no ROS."""
+    write(with_fingers(robot_description(load("panda"), warn)))
 
 
 @ros2.command("demo")

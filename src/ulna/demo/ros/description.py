@@ -1,9 +1,31 @@
-"""Makes the URDF that RViz and robot_state_publisher read. Used by ``ros1_demo`` and ``ros2``."""
+"""Makes the URDF that RViz and robot_state_publisher read. Used by ``ros1_demo``, ``ros2`` and ``ulna ros1 description``."""
 
 from collections.abc import Callable
 
 from ulna.errors import FileError
 from ulna.robot import Robot
+
+# The Panda's finger joints. The bundled description draws the fingers on the flange, half open, so these links have no shape.
+# Source: franka_description, hand.xacro; the drawn fingers are at the same places, at a position of 0.02 m.
+_FINGERS = """
+  <link name="panda_leftfinger"/>
+  <link name="panda_rightfinger"/>
+  <joint name="panda_finger_joint1" type="prismatic">
+    <parent link="panda_link8"/>
+    <child link="panda_leftfinger"/>
+    <origin xyz="0 0 0.0584" rpy="0 0 -0.7853981633974483"/>
+    <axis xyz="0 1 0"/>
+    <limit lower="0" upper="0.04" velocity="0.2" effort="20"/>
+  </joint>
+  <joint name="panda_finger_joint2" type="prismatic">
+    <parent link="panda_link8"/>
+    <child link="panda_rightfinger"/>
+    <origin xyz="0 0 0.0584" rpy="0 0 2.356194490192345"/>
+    <axis xyz="0 1 0"/>
+    <limit lower="0" upper="0.04" velocity="0.2" effort="20"/>
+  </joint>
+</robot>
+"""
 
 
 def robot_description(robot: Robot, warn: Callable[[str], object]) -> str:
@@ -13,3 +35,8 @@ def robot_description(robot: Robot, warn: Callable[[str], object]) -> str:
     except FileError as error:
         warn(f"the arm is seen by its boxes alone, for its meshes are not here (pip install example-robot-data): {error}")
         return robot.to_urdf()
+
+
+def with_fingers(urdf: str) -> str:
+    """The Panda's URDF with its two finger joints: robot_state_publisher warns of joints in ``joint_states`` that it lacks."""
+    return urdf.rpartition("</robot>")[0].rstrip() + _FINGERS

@@ -1,4 +1,4 @@
-"""Starts everything that the demo needs of ROS 1, and ends it. Used by ``ulna ros1 demo``."""
+"""Starts everything that the demo needs of ROS 1, and ends it. Used by ``ulna ros1 demo`` and ``rviz_video``."""
 
 # pyright: reportMissingImports=false
 
@@ -16,7 +16,7 @@ import rospy
 
 from ulna.demo.ros.adapter import MissingROSError
 from ulna.demo.ros.children import Children, Ended
-from ulna.demo.ros.description import robot_description
+from ulna.demo.ros.description import robot_description, with_fingers
 from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, beat, node
 from ulna.demo.scenario import Demo
 
@@ -36,7 +36,7 @@ def run(*, rviz: bool = True) -> None:
     demo = Demo()
     with ExitStack() as stack:
         master = stack.enter_context(Children())
-        _have_master(master)
+        have_master(master)
         ended = stack.enter_context(node("ulna_demo"))
         config = str(stack.enter_context(as_file(files("ulna.demo.ros") / "demo.rviz"))) if rviz else None
         beside = stack.enter_context(Beside(demo, config))
@@ -52,7 +52,7 @@ def _step(arm: ArmAndLight, master: Children, beside: "Beside", seconds: float) 
         rospy.logwarn(f"{ended}; {'another is started' if beside.begin_again(ended) else 'the demo goes on'}")
     for ended in master.ended():
         rospy.logwarn(f"{ended}; another is started")
-        _have_master(master)
+        have_master(master)
 
 
 class Beside(Children):
@@ -65,8 +65,8 @@ class Beside(Children):
     def meet_master(self) -> None:
         """Tell it the description; start robot_state_publisher, and RViz if there is a picture for it."""
         self.end_all()
-        rospy.set_param("robot_description", robot_description(self._demo.robot, rospy.logwarn))
-        self.start(_PUBLISHER, _find_state_publisher(), quiet=True)  # it complains of the fingers, which no link follows
+        rospy.set_param("robot_description", with_fingers(robot_description(self._demo.robot, rospy.logwarn)))
+        self.start(_PUBLISHER, _find_state_publisher())
         if self._config:
             _open_rviz(self, self._config)
 
@@ -79,7 +79,7 @@ class Beside(Children):
         return True
 
 
-def _have_master(master: Children) -> None:
+def have_master(master: Children) -> None:
     """Start a master where ROS_MASTER_URI says, if none answers."""
     if rosgraph.is_master_online():
         return

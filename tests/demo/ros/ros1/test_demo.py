@@ -14,7 +14,7 @@ import rosgraph
 
 from colors import count
 from processes import running, wait_for
-from rviz_screen import BACKGROUND, CONFIG, View
+from ulna.demo.ros.rviz_view import BACKGROUND, CONFIG, View
 from ulna.demo.scenario import LIGHT_POSITION
 
 FEEDBACK = "visualization_msgs/InteractiveMarkerFeedback"

@@ -10,13 +10,15 @@ import pytest
 pytest.importorskip("rospy", reason="no ROS 1 for this Python: docs/ros.md says how to install it")
 import rospy
 import yaml
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
 import ulna
 from colors import count
 from processes import running, wait_for
-from rviz_screen import BACKGROUND, View
+from ulna.demo.ros.rviz_view import BACKGROUND, View
 from ulna.demo.scenario import BOX_START, LIGHT_POSITION
+from ulna.description.names.panda import FINGER_JOINTS
 
 HW2 = Path(__file__).parents[4] / "hw2"
 AT_ZERO = np.zeros(7)
@@ -26,10 +28,19 @@ pytestmark = pytest.mark.filterwarnings(
 
 
 @pytest.fixture(scope="module")
-def rviz(machine, display):
+def printed(tmp_path_factory):
+    """The file of what roslaunch and its nodes print."""
+    return tmp_path_factory.mktemp("roslaunch") / "printed.txt"
+
+
+@pytest.fixture(scope="module")
+def rviz(machine, display, printed):
     """``roslaunch hw2.launch`` in hw2/, and what RViz shows once it shows its floor."""
     environment = machine | {"DISPLAY": display.name}
-    with running("roslaunch", "hw2.launch", cwd=HW2, env=environment, stdout=subprocess.DEVNULL):
+    with (
+        printed.open("w") as told,
+        running("roslaunch", "hw2.launch", cwd=HW2, env=environment, stdout=told, stderr=subprocess.STDOUT),
+    ):
         wait_for(lambda: (display.pixels() == BACKGROUND).all(axis=-1).sum() > 200_000, "RViz")
         rospy.init_node("test", anonymous=True, disable_signals=True)
         yield View(display.pixels())
@@ -57,9 +68,18 @@ def test_the_path_can_be_said_on_the_command_line(machine, tmp_path):
 
 def test_robot_description_is_the_arm_with_meshes_that_are_there(rviz):
     text = rospy.get_param("robot_description")
-    assert ulna.load(text).joint_names == ulna.load("panda").joint_names
+    assert ulna.load(text).joint_names == (*ulna.load("panda").joint_names, *FINGER_JOINTS)
     assert "file:///" in text
     assert "package://" not in text
+
+
+def test_every_joint_that_is_published_has_its_frame_and_nobody_warns(rviz, printed, script):
+    robot, told = ulna.load("panda"), []
+    fingers = {"panda_leftfinger", "panda_rightfinger"}
+    rospy.Subscriber("/tf", TFMessage, lambda message: told.extend(t.child_frame_id for t in message.transforms))
+    with script("test_collision_boxes.py"):
+        wait_for(lambda: fingers | set(robot.link_names[1:8]) <= set(told), "the frames of all moving links")
+    assert "not found in URDF" not in printed.read_text()
 
 
 def test_the_arm_stands_upright_and_the_static_boxes_about_it(display, rviz, script):

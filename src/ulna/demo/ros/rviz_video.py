@@ -1,0 +1,148 @@
+"""Records RViz on a virtual screen while the box is dragged by its arrows with the mouse: ``ulna ros1 record``.
+
+The video is made picture by picture: the arm goes on by a tenth of a second, the pointer by a step, and the picture is taken once
+RViz has drawn both. So the arm has its speed in the video, however slowly this machine draws.
+"""
+
+# pyright: reportMissingImports=false
+
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from importlib.resources import as_file
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.demo.ros.adapter import MissingROSError
+from ulna.demo.ros.children import Children
+from ulna.demo.ros.drags import DRAGS, steps
+from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, node
+from ulna.demo.ros.ros1_demo import Beside, have_master
+from ulna.demo.ros.rviz_view import CONFIG, View, scene_is_seen
+from ulna.demo.ros.virtual_screen import SIZE, VirtualScreen, virtual_screen
+from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, RATE_HZ, Demo
+from ulna.errors import InputError, UlnaError
+from ulna.viewer.film.files import write_film
+from ulna.viewer.film.film import Film
+
+# The programs, and Debian's packages that have them.
+_NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xdotool": "xdotool"}
+_APPEARS_WITHIN_S, _DRAWS_WITHIN_S = 120.0, 2.0
+_LOOK_S = 0.05  # between two looks at the screen
+LEAST_SECONDS = 3.0  # a few pictures for each drag
+MISSED = 0.05  # [m] from where the box begins, and is to end
+Tell = Callable[[int], object]
+
+
+class RVizError(UlnaError, RuntimeError):
+    """RViz does not show what it should."""
+
+
+def record_rviz(path: Path, seconds: float, tell: Tell = lambda _: None) -> None:
+    """Record the demo in RViz as an .mp4 of ten pictures a second, and end everything that was started.
+
+    Args:
+        path: The file.
+        seconds: How long the video is.
+        tell: Called with the number of pictures done so far.
+
+    Raises:
+        MissingROSError: A program is not on this machine.
+        RVizError: RViz does not show the scene, or the pointer has missed the box.
+        InputError: The file is no .mp4, or the video is too short for the drags.
+        FileError: The file cannot be written.
+    """
+    if path.suffix.lower() != ".mp4":
+        raise InputError("path", f"{path.name!r}; RViz is recorded as an .mp4")
+    if not LEAST_SECONDS <= seconds <= 3600.0:
+        raise InputError(
+            "seconds", f"{seconds:g}; {LEAST_SECONDS:g} to 3600 s are expected: the box is dragged {len(DRAGS)} times"
+        )
+    _refuse_missing()
+    demo = Demo()
+    with ExitStack() as stack:
+        screen = stack.enter_context(virtual_screen())
+        os.environ["DISPLAY"] = screen.name
+        master = stack.enter_context(Children())
+        have_master(master)
+        ended = stack.enter_context(node("ulna_video"))
+        beside = stack.enter_context(Beside(demo, str(stack.enter_context(as_file(CONFIG)))))
+        beside.meet_master()
+        pictures = Screencast(screen, ArmAndLight(demo), MovableBox(demo.robot), round(seconds * RATE_HZ), ended, tell)
+        write_film(path, cast("Film", pictures))  # an .mp4 takes its frames, size and rate
+
+
+class Screencast:
+    """The pictures of RViz, one after the other, as ``write_film`` takes them.
+
+    Attributes:
+        size, rate: Width and height [pixels]; pictures a second.
+    """
+
+    size, rate = SIZE, round(RATE_HZ)
+
+    def __init__(
+        self, screen: VirtualScreen, arm: ArmAndLight, box: MovableBox, n: int, ended: Callable[[], bool], tell: Tell
+    ) -> None:
+        self._screen, self._arm, self._box, self._n, self._ended, self._tell = screen, arm, box, n, ended, tell
+
+    def __len__(self) -> int:
+        return self._n
+
+    def frames(self) -> Iterator[NDArray[np.uint8]]:
+        """Play the demo and drag the box."""
+        view, before = self._wait_for_scene()
+        for k, step in enumerate(steps(self._n, self._place_of_box, view.project)):
+            if self._ended():
+                raise KeyboardInterrupt
+            self._arm.player.advance(1.0 / RATE_HZ)
+            if step is not None:
+                self._screen.move_mouse(step.place)
+            before = self._drawn(before)
+            if step is not None and step.press is not None:
+                self._screen.press(down=step.press)
+            self._tell(k + 1)
+            yield before
+        if np.abs(self._place_of_box() - BOX_START).max() > MISSED:
+            raise RVizError(f"the box ends at {self._place_of_box().round(3)} m: the pointer has missed an arrow of it")
+
+    def _place_of_box(self) -> NDArray[np.float64]:
+        """Where the box was dragged to, by what RViz has told [m], shape (3,)."""
+        return self._arm.player.demo.world.pose(BOX_NAME)[:3, 3]
+
+    def _wait_for_scene(self) -> tuple[View, NDArray[np.uint8]]:
+        """RViz's window, once it shows the light."""
+        end = time.monotonic() + _APPEARS_WITHIN_S
+        while time.monotonic() < end and not self._ended():
+            self._arm.player.advance(0.0)
+            image = self._screen.pixels()
+            if scene_is_seen(image):
+                view = View(image)
+                red, green, blue = np.moveaxis(view.around(image, LIGHT_POSITION, 12).astype(int), -1, 0)
+                if np.count_nonzero(green - np.maximum(red, blue) > 60) > 200:
+                    return view, image
+            time.sleep(1.0 / RATE_HZ)
+        raise RVizError(f"RViz did not show the light within {_APPEARS_WITHIN_S:g} s; rviz -d {CONFIG} may say why")
+
+    def _drawn(self, before: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The screen once it has changed and then stays the same for two looks, or after a while."""
+        end, changed, last = time.monotonic() + _DRAWS_WITHIN_S, False, before
+        while True:
+            time.sleep(_LOOK_S)
+            image = self._screen.pixels()
+            same = np.array_equal(image, last)
+            if (changed and same) or time.monotonic() > end:
+                return image
+            changed, last = changed or not same, image
+
+
+def _refuse_missing() -> None:
+    missing = [program for program in _NEEDED if shutil.which(program) is None]
+    if missing:
+        packages = " ".join(_NEEDED[program] for program in missing)
+        raise MissingROSError(f"not on this machine: {', '.join(missing)}; on Debian: apt-get install {packages}")

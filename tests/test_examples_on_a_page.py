@@ -1,0 +1,43 @@
+"""An example with ``--view``, as a person runs it: a program of its own, its page in Chromium, Ctrl-C."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from browser import wait_to_see
+from processes import running
+
+LOOP = Path(__file__).parents[1] / "examples" / "07_control_loop.py"
+
+
+def test_the_hand_follows_a_crate_that_is_moved_on_the_page_and_the_loop_says_how_late_it_was(open_page):
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    with running(sys.executable, str(LOOP), "--view", env=environment, stdout=subprocess.PIPE) as program:
+        page = open_page(re.match(r"(http://\S+):", program.stdout.readline()).group(1))
+        page.get_by_role("tab", name="Obstacles").click()
+        page.get_by_label("Obstacle", exact=True).click()
+        page.get_by_role("option", name="crate").click()
+
+        def distance():
+            return re.search(r"([\d.]+) mm: box 12 and crate", page.inner_text("body"))
+
+        before = wait_to_see(page, distance, "the distance of hand and crate")[0]
+        y = page.get_by_label("Position [m], y", exact=True)
+        y.fill("0.3")
+        y.press("Enter")
+        page.get_by_role("tab", name="Move").click()
+        joint = page.get_by_role("textbox", name="joint1")
+        wait_to_see(page, lambda: float(joint.input_value()) > 0.2, "an arm that has turned")
+        wait_to_see(page, lambda: distance() and distance()[0] == before, "the hand above the crate again")
+        program.send_signal(signal.SIGINT)
+        told = program.stdout.read()
+    place, off = re.search(r"the crate is at \[([^]]*)\] m, the hand ([\d.]+) mm", told).groups()
+    assert np.allclose([float(v) for v in place.split()], [0.307, 0.3, 0.3], atol=1e-9)
+    assert float(off) < 0.1
+    assert "ms in the median" in told
+    assert "came late" in told
