@@ -57,6 +57,6 @@ def test_what_is_missing_is_named_with_its_package(another, tmp_path):
     nothing = tmp_path / "bin"
     nothing.mkdir()
     done = record(another | {"PATH": str(nothing)}, tmp_path / "out.mp4")
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert "apt-get install python3-rosmaster rviz xvfb xdotool" in done.stderr
     assert not list(tmp_path.glob("*.mp4"))
