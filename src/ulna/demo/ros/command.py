@@ -50,7 +50,7 @@ def ros1_record(
     ):
         task = progress.add_task(path.name, total=round(seconds * RATE_HZ))
         video.record_rviz(path, seconds, lambda done: progress.update(task, completed=done))
-    write(printable(f"{path}: {seconds:g} s, {path.stat().st_size / 1e6:.2f} MB\n"))
+    typer.echo(printable(f"{path}: {seconds:g} s, {path.stat().st_size / 1e6:.2f} MB"))
 
 
 @ros1.command("description")

@@ -1,4 +1,4 @@
-"""Records RViz on a virtual screen while the box is dragged by its arrows with the mouse: ``ulna ros1 record``.
+"""Records RViz on a virtual screen while the mouse drags the box by its arrows. Used by ``ulna ros1 record``.
 
 The video is made picture by picture: the arm goes on by a tenth of a second, the pointer by a step, and the picture is taken once
 RViz has drawn both. So the arm has its speed in the video, however slowly this machine draws.

@@ -15,7 +15,7 @@ LEAST_BACKGROUND = 200_000  # pixels of it, once RViz is seen
 
 def scene_is_seen(image: NDArray) -> bool:
     """Whether a picture of the screen, shape (height, width, 3), shows RViz with its background."""
-    return np.count_nonzero((image == BACKGROUND).all(axis=-1)) > LEAST_BACKGROUND
+    return int(np.count_nonzero((image == BACKGROUND).all(axis=-1))) > LEAST_BACKGROUND
 
 
 class View:

@@ -52,7 +52,7 @@ class VirtualScreen:
         """What it shows, with the pointer, shape (height, width, 3)."""
         options = {"video_size": f"{SIZE[0]}x{SIZE[1]}", "draw_mouse": "1"}
         with av.open(self.name, format="x11grab", options=options) as screen:
-            return next(screen.decode(video=0)).to_ndarray(format="rgb24")
+            return np.asarray(next(screen.decode(video=0)).to_ndarray(format="rgb24"), np.uint8)
 
     def move_mouse(self, place: NDArray[np.float64]) -> None:
         """Move the pointer to a place [pixel x, y]."""
