@@ -8,6 +8,7 @@ import pytest
 
 from inspection_cases import SOUND
 
+BALL = "solid b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0.1 0\nendloop\nendfacet\nendsolid b\n"
 PICTURE = """
 base
 └ upper  shoulder: revolute
@@ -81,7 +82,7 @@ def test_paths_that_were_tried_are_listed_whole(inspected, tmp_path):
 
 def test_folders_of_packages_and_arguments_of_xacro_are_taken(ask, run, xacro, tmp_path):
     (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "ball.stl").write_text("vertex 0 0 0 vertex 0.1 0.1 0.1")
+    (tmp_path / "parts" / "ball.stl").write_text(BALL)
     path = tmp_path / "deep" / "er" / "arm.urdf"
     path.parent.mkdir(parents=True)
     path.write_text(SOUND.replace('<sphere radius="0.1"/>', '<mesh filename="package://parts/ball.stl"/>'))

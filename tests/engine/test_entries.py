@@ -42,7 +42,17 @@ def test_an_entry_of_low_latency_is_compiled_when_it_is_asked_for_and_refuses_ar
             forward_one(chain, 7, wrong, T)
 
 
-CALLERS = ["kinematics.forward", "kinematics.jacobian", "collision.checker", "ik.search", "ik.differential", "robot", "drivers"]
+CALLERS = [
+    "kinematics.forward",
+    "kinematics.jacobian",
+    "collision.checker",
+    "ik.restarts",
+    "ik.single_target",
+    "ik.textbook",
+    "ik.differential",
+    "robot",
+    "drivers",
+]
 
 
 @pytest.mark.parametrize("module", [*CALLERS, "viewer.film.film", "engine.entries", "engine.threads"])

@@ -54,7 +54,7 @@ def test_the_last_level_begins_behind_all_nodes_above(n, first):
 def test_the_bounds_of_a_turned_box_hold_its_corners_and_touch_them(rng):
     for _ in range(20):
         extents, T = rng.uniform(0.1, 1, 3), pose(rng.normal(size=3), rng.uniform(-3, 3, 3))
-        world = make_objects({"box": Box(extents)}, {"box": T})
+        world = make_objects({"box": Box(extents)}, {"box": T}, {})
         corners = (np.indices((2, 2, 2)).reshape(3, 8).T - 0.5) * extents @ T[:3, :3].T + T[:3, 3]
         low, high = bounds(world.table)
         margin = CONTACT * extents.sum() / 2  # for what touches the box

@@ -45,7 +45,7 @@ def objects(rng):
 
 def table_of(objects):
     shapes = {str(k): Box(2 * half) for k, (_, half) in enumerate(objects)}
-    return make_objects(shapes, {str(k): T for k, (T, _) in enumerate(objects)})
+    return make_objects(shapes, {str(k): T for k, (T, _) in enumerate(objects)}, {})
 
 
 def scene(panda, bodies, world, pairs=NO_PAIRS):

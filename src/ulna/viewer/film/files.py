@@ -13,6 +13,7 @@ from PIL import Image
 from ulna.errors import FileError
 from ulna.viewer.film.film import Film
 
+_STEADY = "mbtree=0"  # with macroblock trees x264 writes other bytes for the same frames from run to run, on some processors
 _QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
 _THREADS = 4  # of the encoder: what it writes depends on their number, which is therefore the same on every machine
 _COLORS = 255  # of a moving picture: the last of its 256 is kept for what does not change
@@ -42,7 +43,7 @@ def write_film(path: Path, film: Film) -> None:
 def _write_mp4(path: Path, film: Film) -> None:
     """A video that every browser plays: H.264 in the colours of HD television."""
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
-        stream = container.add_stream("libx264", rate=film.rate, options={"crf": _QUALITY})
+        stream = container.add_stream("libx264", rate=film.rate, options={"crf": _QUALITY, "x264-params": _STEADY})
         stream.width, stream.height = film.size
         stream.pix_fmt, stream.thread_count = "yuv420p", _THREADS
         stream.colorspace, stream.color_range = Colorspace.ITU709, ColorRange.MPEG
