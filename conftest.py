@@ -5,7 +5,7 @@ import os
 import pytest
 
 # They import ROS, of which no environment has both: tests/demo/ros runs them where it is.
-collect_ignore_glob = ["src/ulna/demo/ros/messages.py", "src/ulna/demo/ros/ros[12]*.py"]
+collect_ignore_glob = [f"src/ulna/demo/ros/{name}.py" for name in ("messages", "ros[12]*", "rviz_video")]
 
 
 @pytest.hookimpl(hookwrapper=True)
