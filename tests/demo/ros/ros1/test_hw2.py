@@ -63,7 +63,8 @@ def test_the_path_can_be_said_on_the_command_line(machine, tmp_path):
     shutil.copy(HW2 / "hw2.launch", tmp_path)  # alone: all else is at the path
     command = ["roslaunch", "--dump-params", "hw2.launch", f"path:={HW2}"]
     told = subprocess.run(command, cwd=tmp_path, env=machine, capture_output=True, text=True, check=True)
-    assert ulna.load(yaml.safe_load(told.stdout)["/robot_description"]).n_dof == 7
+    arm = ulna.load(yaml.safe_load(told.stdout)["/robot_description"])
+    assert arm.joint_names == (*ulna.load("panda").joint_names, *FINGER_JOINTS)
 
 
 def test_robot_description_is_the_arm_with_meshes_that_are_there(rviz):
