@@ -32,7 +32,7 @@ class _Commands(TyperGroup):
     """Ulna's own commands and those that packages add: a file is read when its command is called, all of them for the help."""
 
     def get_command(self, ctx, cmd_name):
-        """The command of a name, or None. A name that is none of Ulna's own is looked for in the packages."""
+        """The command of a name, or None. Other names than those of Ulna are looked up in the packages."""
         if cmd_name in OWN:
             self._load([cmd_name])
         elif cmd_name not in self.commands:
@@ -42,7 +42,7 @@ class _Commands(TyperGroup):
         return super().get_command(ctx, cmd_name)
 
     def parse_args(self, ctx, args):
-        """Keep what was asked: an error is told in the same form."""
+        """Note whether JSON was asked for: then an error is JSON too."""
         ctx.meta[_ARGUMENTS] = tuple(args)
         return super().parse_args(ctx, args)
 

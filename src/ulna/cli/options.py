@@ -85,7 +85,7 @@ def load_robot(
     tip: str | None = None,
     srdf: Path | None = None,
 ) -> Robot:
-    """The robot that the options name. What a semantic description says of unknown links is told on standard error.
+    """The robot that the options name. References of a semantic description to unknown links are warned of on standard error.
 
     Raises:
         UlnaError: It cannot be loaded; see ``ulna.load``.

@@ -49,7 +49,7 @@ class World:
                 ``HeightMap``.
             pose: T_base_object, shape (4, 4); the origin unless given.
             touch_links: Links of a robot, or objects attached to it, that may touch it: their contact is no collision, and their
-                distance does not count. So a base stands on its floor. Names that a robot does not have are passed over.
+                distance does not count. So a base stands on its floor. Names that a robot does not have are ignored.
 
         Raises:
             GeometryError: The shape is not one of these.

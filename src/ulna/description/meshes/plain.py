@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 CHECKED = (".stl", ".obj", ".dae")
-"""The kinds of files of which it is known that nothing is passed over: only these are checked for collision."""
+"""The kinds of files that are read whole, with nothing left out: only these are checked for collision."""
 MOST_TRIANGLES = 4_000_000  # placed; a binary STL of the most bytes has half of this
 
 

@@ -1,7 +1,7 @@
 """Reads a mesh file with trimesh, the same for what is checked and what is drawn. Used by ``hulls``, the viewer, ``inspect``.
 
 Before, a file of a format that can be written in many ways is rewritten in one (``stl``, ``obj``, ``collada``). After, the
-triangles are counted. So nothing is passed over: a file is read whole, or refused.
+triangles are counted. So a file is read whole, or refused.
 """
 
 from collections.abc import Iterable
