@@ -45,8 +45,6 @@ class NumericSolver:
         """The best that the restarts find."""
         query, options = self._query, self._query.options
         problem = make_problem(query, T, q_seed, posture, held)
-        if options.trace and problem.batch:
-            raise InputError("trace", "a trace is of one target, shape (4, 4)")
         if options.rank == "clearance" and world is None:
             raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
         collisions = None if world is None else CollisionFilter(query.checker, world, options.threads)

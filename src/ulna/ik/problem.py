@@ -67,6 +67,8 @@ def make_problem(
         raise InputError("max_step", "bounds the way from q_seed, so q_seed is needed too")
     targets = _targets(T)
     batch = targets.shape[:-2]
+    if query.options.trace and batch:
+        raise InputError("trace", "a trace is of one target, shape (4, 4)")
     seeds = query.home.copy().reshape(1, -1) if q_seed is None else _seeds(tree, q_seed, batch)
     settings = query.settings.copy()
     settings[layout.WITH_POSTURE] = posture is not None
@@ -108,9 +110,7 @@ def _of_task(query: Query, targets: Array) -> Array:
     """Targets of the task's frame, from those of the link."""
     if query.task_axes is None:
         return targets
-    T_link_task = np.eye(4)
-    T_link_task[:3, :3] = query.task_axes
-    return targets @ T_link_task
+    return targets @ query.T_link_task
 
 
 def as_names(held: Iterable[str]) -> tuple[str, ...]:

@@ -51,14 +51,20 @@ class Query:
         return self.options.task.turn
 
     @cached_property
+    def T_link_task(self) -> Array:  # noqa: N802 - a pose
+        """The pose of the task's frame in the link, shape (4, 4)."""
+        T = np.eye(4)
+        if self.task_axes is not None:
+            T[:3, :3] = self.task_axes
+        return T
+
+    @cached_property
     def chain(self) -> Array:
         """The chain to the frame of the task: the link, turned by ``task_axes``."""
         chain = self.tree.chain(self.link)
         if self.task_axes is None:
             return chain
-        T_link_task = np.eye(4)
-        T_link_task[:3, :3] = self.task_axes
-        return lengthened(chain, T_link_task)
+        return lengthened(chain, self.T_link_task)
 
     @cached_property
     def limits(self) -> Array:

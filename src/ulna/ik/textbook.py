@@ -51,8 +51,6 @@ class TextbookSolver:
         """Where the method's steps lead from the seed."""
         options = self._query.options
         problem = make_problem(self._query, T, q_seed, None, held)
-        if options.trace and problem.batch:
-            raise InputError("trace", "a trace is of one target, shape (4, 4)")
         for name, given in (("posture", posture), ("world", world)):
             if given is not None:
                 raise options.refused_by_textbook(name)

@@ -61,7 +61,7 @@ def interactive_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Interactiv
     handles = InteractiveMarker(header=Header(frame_id=solid.link), name=BOX_NAME, scale=_HANDLE_SCALE)
     handles.pose = pose_message(solid.pose)
     body = solid_marker(movable_box(robot, np.eye(4)), "box", 0)
-    body.header, body.frame_locked, body.lifetime = Header(), False, type(body.lifetime)()  # it stands in the handles' frame
+    body.header, body.frame_locked, body.lifetime = Header(), False, type(body.lifetime)()  # its pose is in the handles' frame
     handles.controls = [InteractiveMarkerControl(name="box", always_visible=True, markers=[body])]
     for axis, xyzw in _AXES.items():
         turn = Quaternion(**dict(zip("xyzw", (v / np.sqrt(sum(u * u for u in xyzw)) for v in xyzw), strict=True)))

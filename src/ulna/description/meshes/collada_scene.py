@@ -23,7 +23,7 @@ class Scene:
     """The scene that a document shows.
 
     Raises:
-        ValueError: There is none.
+        ValueError: The document shows no scene, or one that cannot be read.
     """
 
     def __init__(self, root: etree._Element) -> None:

@@ -40,7 +40,7 @@ def from_bytes(data: bytes) -> Pieces:
     """The pieces of such a file.
 
     Raises:
-        ValueError: It is none.
+        ValueError: The file does not hold pieces.
     """
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:

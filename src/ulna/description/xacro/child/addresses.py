@@ -8,7 +8,7 @@ _DRIVE = re.compile(r"/[A-Za-z]:(?=/|\\|$)")
 
 
 def path_of_address(rest: str, *, windows: bool = os.name == "nt") -> str:
-    """The path of an address ``file://`` + ``rest``, whose signs may stand in percent.
+    """The path of an address ``file://`` + ``rest``, whose characters may be percent-encoded.
 
     Before a drive of Windows stands the slash of the address, which is no part of the path.
 
