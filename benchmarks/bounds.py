@@ -28,7 +28,7 @@ _COUNTING = """
 import json, sys
 import numpy as np
 import ulna
-from ulna.kernels.chain.chain import chain_pose
+from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.distance.box_sat import boxes_overlap
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE

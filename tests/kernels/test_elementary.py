@@ -5,6 +5,8 @@ import pytest
 
 import kernel_probes as probes
 from assertions import assert_close
+from ulna.kernels.layout import LARGEST
+from ulna.kernels.spatial.elementary import all_in_range
 
 BESIDE = (-1e-3, -1e-9, -1e-15, 0.0, 1e-15, 1e-9, 1e-3)
 
@@ -73,3 +75,22 @@ def test_the_angle_near_the_axes_keeps_its_digits(run):
     assert_close(run(probes.angle_in_first_quadrant, [tiny, one], 1)[0], np.arctan2(tiny, one), rtol=5e-16)
     assert_close(run(probes.angle_in_first_quadrant, [one, tiny], 1)[0], np.arctan2(one, tiny), rtol=5e-16)
     assert list(run(probes.angle_in_first_quadrant, [[0.0, 2.0], [2.0, 0.0]], 1)[0]) == [0.0, np.pi / 2]
+
+
+@pytest.mark.parametrize("shape", [(4,), (4, 8)])
+def test_numbers_up_to_the_largest_are_in_range(shape):
+    assert all_in_range(np.zeros(shape))
+    assert all_in_range(np.full(shape, LARGEST))
+    assert all_in_range(np.full(shape, -LARGEST))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, np.nextafter(LARGEST, np.inf), -1.1 * LARGEST, 1e300])
+def test_one_bad_number_anywhere_is_out_of_range(bad):
+    for place in np.ndindex(4, 8):
+        rows = np.zeros((4, 8))
+        rows[place] = bad
+        assert not all_in_range(rows)
+    for place in range(4):
+        rows = np.zeros(4)
+        rows[place] = bad
+        assert not all_in_range(rows)

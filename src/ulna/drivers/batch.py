@@ -7,9 +7,7 @@ same path whatever the batch's length and its own place, so its result is the sa
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import any_lane, load, logical_not
 from ulna.engine.width import WIDTH
-from ulna.kernels.layout import LARGEST
 
 
 @kernel
@@ -19,15 +17,6 @@ def gather(batch, start, rows):
         i = min(start + lane, batch.shape[0] - 1)
         for k in range(batch.shape[1]):
             rows[k, lane] = batch[i, k]
-
-
-@kernel
-def all_in_range(rows):
-    """True if every number is finite and at most LARGEST in size."""
-    for i in range(rows.shape[0]):  # noqa: SIM110 - Numba compiles no generator
-        if any_lane(logical_not(abs(load(rows, i)) <= LARGEST)):
-            return False
-    return True
 
 
 @kernel

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ulna.drivers.batch import all_in_range
 from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, SCENES, TABLE, WHOLE
 from ulna.kernels.collision.bvh import STACK, bounds_of, objects_within
@@ -11,6 +10,7 @@ from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.layout import LARGEST
+from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import load_pose
 
 

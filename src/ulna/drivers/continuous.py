@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.batch import all_in_range
 from ulna.engine.decorators import entry, routine, workspace
 from ulna.engine.lanes import lane_bits, load, logical_not, lowest_bit, store
 from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, SCENES
@@ -15,6 +14,7 @@ from ulna.kernels.collision.collision_layout import EDGE_CONTACT, EDGE_FREE, EDG
 from ulna.kernels.collision.continuous import INSTANT, clear_intervals, fastest_of, world_rounding, write_speeds
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Scene
+from ulna.kernels.spatial.elementary import all_in_range
 
 
 class EdgeWork(NamedTuple):

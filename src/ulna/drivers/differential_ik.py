@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.drivers.batch import all_in_range, gather
+from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
 from ulna.engine.signatures import CONSTANTS, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
@@ -10,6 +10,7 @@ from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.ik.bounded_least_squares import bounded_least_squares
 from ulna.kernels.ik.scratch_layout import N_SYSTEM, N_TURNED
 from ulna.kernels.ik.velocity_bounds import velocity_bounds
+from ulna.kernels.spatial.elementary import all_in_range
 
 
 @entry((TABLE, WHOLE, TABLE, CONSTANTS, NUMBER, NUMBER, NUMBERS, NUMBERS, NUMBERS, NUMBERS))

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ulna.drivers.batch import all_in_range, gather, scatter_matrix, share_no_memory, write_matrix
+from ulna.drivers.batch import gather, scatter_matrix, share_no_memory, write_matrix
 from ulna.engine.decorators import entry, low_latency_entry
 from ulna.engine.lanes import load
 from ulna.engine.signatures import BLOCKS, MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
-from ulna.kernels.chain.chain import chain_pose
-from ulna.kernels.chain.tree import frame_pose, tree_poses
+from ulna.kernels.chain.poses import chain_pose, frame_pose, tree_poses
+from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import store_pose
 
 

@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from ulna.drivers.batch import all_in_range, gather, share_no_memory
+from ulna.drivers.batch import gather, share_no_memory
 from ulna.engine.decorators import entry, low_latency_entry
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.jacobian import chain_jacobian
+from ulna.kernels.spatial.elementary import all_in_range
 
 
 @low_latency_entry((MATRIX, WHOLE, WHOLE, NUMBERS, MATRIX))

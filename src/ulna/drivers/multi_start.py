@@ -7,7 +7,6 @@ whatever jobs the other lanes have.
 
 import numpy as np
 
-from ulna.drivers.batch import all_in_range
 from ulna.drivers.lane_state import reset_state, search_state, write_bounds, write_result, write_start, write_target
 from ulna.engine.decorators import entry, routine, workspace
 from ulna.engine.lanes import any_lane, load
@@ -16,6 +15,7 @@ from ulna.engine.width import WIDTH
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
 from ulna.kernels.ik.search_layout import FIRST_WINS, N_SETTINGS, NOT_A_POSE, SOLVED, STATUS, STEPS, WITH_POSTURE
 from ulna.kernels.layout import LARGEST_DEFECT
+from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 
 

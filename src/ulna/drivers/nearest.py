@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.drivers.batch import all_in_range, gather
+from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import lane_of, load, store
 from ulna.engine.signatures import MATRIX, SCENES
@@ -13,6 +13,7 @@ from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, s
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
+from ulna.kernels.spatial.elementary import all_in_range
 
 
 @entry(*((*scene, MATRIX, MATRIX) for scene in SCENES))

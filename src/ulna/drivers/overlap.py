@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.drivers.batch import all_in_range, gather
+from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import load, splat, store, where
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
@@ -12,6 +12,7 @@ from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
 from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed, pair_overlaps
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Scene
+from ulna.kernels.spatial.elementary import all_in_range
 
 
 @entry(*((*scene, NUMBERS) for scene in SCENES))

@@ -17,9 +17,9 @@ from ulna.engine.decorators import entry, kernel
 from ulna.engine.lanes import any_lane, load, splat, store, where
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
-from ulna.kernels.chain.chain import chain_pose
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE
+from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_least_squares import DAMPING
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, error_squares, pose_error, within_bounds
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, LAMBDA, P2, R2, RUNNING, TAKEN

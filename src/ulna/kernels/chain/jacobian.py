@@ -8,7 +8,7 @@ Source: Lynch and Park, Modern Robotics (2017), chapter 5; Siciliano et al., Rob
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, store
 from ulna.kernels.chain.jacobian_frames import LINK, SPATIAL
-from ulna.kernels.chain.joint import joint_pose
+from ulna.kernels.chain.poses import joint_pose
 from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import compose
 from ulna.kernels.spatial.vectors import axis, cross, origin, plus, rotate_inverse, scaled

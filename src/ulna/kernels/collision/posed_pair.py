@@ -6,7 +6,7 @@ without GJK and EPA, in a fraction of the time.
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, splat, sqrt
-from ulna.kernels.chain.tree import frame_pose, tree_poses
+from ulna.kernels.chain.poses import frame_pose, tree_poses
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_gap, pair_overlap

@@ -1,9 +1,10 @@
-"""Computes minimum, maximum, sine, cosine and an arc tangent over the generic number. Used by all other kernels."""
+"""Computes minimum, maximum, sine, cosine and an arc tangent, and says where numbers are in range. Used by all other kernels."""
 
 import math
 
 from ulna.engine.decorators import exact_kernel, kernel
-from ulna.engine.lanes import rint, where
+from ulna.engine.lanes import any_lane, load, logical_not, rint, where
+from ulna.kernels.layout import LARGEST
 
 
 @kernel
@@ -77,3 +78,12 @@ def first_quadrant_angle(y, x):
          + 4.853903996359136964868e2) * z + 1.945506571482613964425e2  # fmt: skip
     angle = u + u * z * p / q + where(turned, math.pi / 4, 0.0)
     return where(steep, math.pi / 2 - angle, angle)
+
+
+@kernel
+def all_in_range(x_rows):
+    """True if every number is finite and at most LARGEST in size."""
+    for i in range(x_rows.shape[0]):  # noqa: SIM110 - Numba compiles no generator
+        if any_lane(logical_not(abs(load(x_rows, i)) <= LARGEST)):
+            return False
+    return True

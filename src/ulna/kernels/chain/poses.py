@@ -1,0 +1,51 @@
+"""Computes the pose of a joint, of a chain's end and of all joints of a tree. Used by drivers, ``posed_pair``, ``jacobian``."""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load
+from ulna.kernels.layout import AT_JOINT, COLUMN, FIXED, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO
+from ulna.kernels.spatial.se3 import compose, constant_pose, load_pose, slide_along_z, store_pose, turn_about_z
+
+
+@kernel
+def joint_pose(table, i, q_rows):
+    """T_parent_joint of row i at the configuration q."""
+    kind = int(table[i, KIND])
+    origin = constant_pose(table, i, load(q_rows, 0))
+    if kind == FIXED:
+        return origin
+    x = load(q_rows, int(table[i, COLUMN])) * table[i, RATIO] + table[i, OFFSET]
+    if kind == PRISMATIC:
+        return slide_along_z(origin, x)
+    return turn_about_z(origin, x)
+
+
+@kernel
+def chain_pose(chain, q_rows):
+    """The pose of a chain's end: T_base_end = T_base_1(q) T_1_2(q) ... T_n_end."""
+    pose = joint_pose(chain, 0, q_rows)
+    for i in range(1, chain.shape[0]):
+        pose = compose(pose, joint_pose(chain, i, q_rows))
+    return pose
+
+
+@kernel
+def tree_poses(joints, q_rows, joint_rows):
+    """Write the pose of every joint of the table (parents come before their children) to joint_rows."""
+    for i in range(joints.shape[0]):
+        pose = joint_pose(joints, i, q_rows)
+        parent = int(joints[i, PARENT])
+        if parent >= 0:
+            pose = compose(load_pose(joint_rows, parent), pose)
+        store_pose(joint_rows, i, pose)
+
+
+@kernel
+def frame_pose(frames, k, joint_rows, like):
+    """The pose in the base of frame k, which is fixed to its joint."""
+    joint = int(frames[k, JOINT])
+    if joint < 0:
+        return constant_pose(frames, k, like)
+    pose = load_pose(joint_rows, joint)
+    if frames[k, AT_JOINT] != 0.0:
+        return pose
+    return compose(pose, constant_pose(frames, k, like))
