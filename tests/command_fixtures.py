@@ -107,3 +107,13 @@ def xacro(tmp_path):
     path = tmp_path / "one.xacro"
     path.write_text(XACRO, encoding="utf-8")
     return path
+
+
+@pytest.fixture
+def wedge(tmp_path):
+    """An arm of one mesh."""
+    (tmp_path / "wedge.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n")
+    arm = tmp_path / "arm.urdf"
+    mesh = '<collision name="wedge"><geometry><mesh filename="wedge.obj"/></geometry></collision>'
+    arm.write_text(f'<robot name="r"><link name="base">{mesh}</link></robot>')
+    return arm

@@ -111,16 +111,6 @@ def test_pairs_that_are_near_are_shown_on_request(ask, slider):
     assert pair["witness_b"][0] - pair["witness_a"][0] == pytest.approx(0.3, abs=1e-12)
 
 
-@pytest.fixture
-def wedge(tmp_path):
-    """An arm of one mesh."""
-    (tmp_path / "wedge.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n")
-    arm = tmp_path / "arm.urdf"
-    mesh = '<collision name="wedge"><geometry><mesh filename="wedge.obj"/></geometry></collision>'
-    arm.write_text(f'<robot name="r"><link name="base">{mesh}</link></robot>')
-    return arm
-
-
 @pytest.mark.parametrize("options", [(), ("--hulls",), ("--meshes", "hulls"), ("--hulls", "--meshes", "hulls")])
 def test_meshes_are_checked_as_their_hulls_and_a_line_says_so(ask, run, wedge, options):
     box = ("--box", "0.2,0.2,0.2,0,0,0,0.1,0.1,0.1")

@@ -31,6 +31,15 @@ def test_it_serves_a_robot_with_its_scene_until_it_is_interrupted(tmp_path):
     assert program.returncode == 0
 
 
+def test_meshes_are_checked_as_their_hulls_and_a_line_says_so(wedge, tmp_path):
+    command = [sys.executable, "-m", "ulna", "view", str(wedge), "--port", str(free_port()), "--no-open"]
+    for options, lines in (((), 1), (("--meshes", "hulls"), 1), (("--meshes", "none"), 0)):
+        with (tmp_path / "output").open("w+") as output, running(*command, *options, stdout=output, stderr=output):
+            wait_for(lambda: " is at http://" in (tmp_path / "output").read_text(), "the address")
+        said = (tmp_path / "output").read_text().splitlines()
+        assert said.count("collision by convex hulls of 1 mesh") == lines, options
+
+
 def test_check_takes_a_scene_file(run, tmp_path):
     world = ulna.World()
     world.add("crate", ulna.Sphere(0.1), ulna.pose((0.3, 0, 0.5)))

@@ -124,3 +124,19 @@ def test_a_frame_does_not_take_back_the_link_that_was_just_chosen(server, panda)
     session.link = "panda_link5"  # by the program
     panel.show()
     assert panel.link.value == "panda_link5"
+
+
+def test_a_scene_too_long_to_be_loaded_again_is_not_saved_and_the_page_says_why(obstacles, monkeypatch):
+    messages, files = [], []
+    client = SimpleNamespace(
+        add_notification=lambda *words, **_: messages.append(words),
+        send_file_download=lambda name, content, **_: files.append((name, content)),
+    )
+    obstacles.add("Box")
+    obstacles._download(SimpleNamespace(client=client))
+    assert (len(files), messages) == (1, [])
+    monkeypatch.setattr("ulna.collision.scene_file.LONGEST", 10)
+    obstacles._download(SimpleNamespace(client=client))
+    assert len(files) == 1
+    assert [title for title, _ in messages] == ["The scene was not saved"]
+    assert "can be loaded" in messages[0][1]

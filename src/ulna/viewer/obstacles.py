@@ -162,8 +162,14 @@ class Obstacles:
         self.moved()
 
     def _download(self, event: viser.GuiEvent) -> None:
-        if event.client is not None:
-            event.client.send_file_download("scene.json", world_to_json(self.world).encode(), save_immediately=True)
+        if event.client is None:
+            return
+        try:
+            text = world_to_json(self.world)
+        except InputError as error:
+            event.client.add_notification("The scene was not saved", str(error), color="red")
+        else:
+            event.client.send_file_download("scene.json", text.encode(), save_immediately=True)
 
     def _upload(self, event: viser.GuiEvent) -> None:
         try:
