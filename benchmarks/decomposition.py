@@ -37,7 +37,10 @@ def main() -> None:
     options = parser.parse_args()
     if options.anew:
         kept_pieces.read = lambda _: None
-    rows = [measured(name, options.n) for name in options.robots]
+    rows = []
+    for name in options.robots:  # a robot takes minutes, once
+        rows.append(measured(name, options.n))
+        print(json.dumps(rows[-1]), flush=True)
     keys = list(rows[0])
     print(f"| {' | '.join(keys)} |\n|{'---|' * len(keys)}")
     for row in rows:
