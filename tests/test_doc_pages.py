@@ -125,7 +125,7 @@ def test_the_debugger_stops_in_a_kernel_as_the_page_about_lanes_says(tmp_path):
     words = shlex.split(command.replace("$ NUMBA_DISABLE_JIT=1 python ", "").replace("\\\n", " "))
     further = [argument for say in ("next", "p pose[11]", "quit") for argument in ("-c", say)]
     said = run_without_compiler([*words[:-1], *further, words[-1]], tmp_path)
-    assert "chain.py" in said
+    assert "poses.py" in said
     assert "0.333" in said
 
 

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -126,3 +127,15 @@ def test_the_excess_of_the_hull_of_an_l_is_half_the_diagonal_of_its_hollow():
     """The farthest point of the hull from the L is the middle of the hull's slanted side, from (3, 1) to (1, 3): (2, 2)."""
     assert sampled_excess(CORNERS, FACES, [CORNERS]) == pytest.approx(1.0, abs=0.03)
     assert sampled_excess(CORNERS, FACES, [CORNERS[CORNERS[:, 1] <= 1], CORNERS[CORNERS[:, 0] <= 1]]) < 1e-9
+
+
+def test_a_mesh_of_many_triangles_and_a_hull_of_many_planes_need_little_memory(rng):
+    ball = rng.normal(size=(1000, 3))
+    ball /= np.linalg.norm(ball, axis=1, keepdims=True)
+    faces = np.tile(ConvexHull(ball).simplices, (10, 1))  # 20,000 triangles, 2,000 planes: 0.96 GB as one array
+    tracemalloc.start()
+    pieces = pieces_of(ball, faces, [ball, 0.5 * ball])
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 200e6
+    assert [len(piece) for piece in pieces] == [1000]

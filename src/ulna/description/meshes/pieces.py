@@ -15,7 +15,7 @@ _FINEST = 0.01  # of the mesh's diagonal: triangles are not cut smaller
 _OUTSIDE = 1e-3  # of the diagonal: a triangle that leaves a piece by less is in it
 _MOST_TRIANGLES = 500_000
 _SURFACE_SAMPLES, _PIECE_SAMPLES = 50_000, 10_000
-_AT_ONCE = 1 << 22  # pairs of points and triangles, of which arrays are made
+_AT_ONCE = 1 << 22  # pairs of points and triangles, or of points and planes, of which arrays are made
 
 
 def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
@@ -36,7 +36,7 @@ def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
     planes = [ConvexHull(points).equations for points in hulls]
     triangles, owners, done = vertices[faces], [], []
     while len(triangles):
-        leaves = np.array([(triangles @ plane[:, :3].T + plane[:, 3]).max(axis=(1, 2)) for plane in planes])
+        leaves = np.array([_distances_outside(triangles, of_hull) for of_hull in planes])
         edges = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
         whole = (leaves.min(axis=0) <= _OUTSIDE * size) | (edges.max(axis=1) <= _FINEST * size)
         if len(triangles) + sum(map(len, done)) > _MOST_TRIANGLES:
@@ -47,6 +47,13 @@ def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
     owner, triangles = np.concatenate(owners), np.concatenate(done)
     groups = [triangles[owner == k].reshape(-1, 3) for k in range(len(hulls))]
     return [_corners(group) for group in groups if len(group)]
+
+
+def _distances_outside(triangles: Array, planes: Array) -> Array:
+    """How far each triangle leaves a hull: the largest distance of its corners from the hull's planes, shape (m,)."""
+    step = max(1, _AT_ONCE // (3 * len(planes)))
+    parts = (triangles[k : k + step] @ planes[:, :3].T + planes[:, 3] for k in range(0, len(triangles), step))
+    return np.concatenate([part.max(axis=(1, 2)) for part in parts])
 
 
 def _halved(triangles: Array, longest: NDArray[np.int64]) -> Array:
