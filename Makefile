@@ -1,4 +1,5 @@
-# make demo: set up and run the demo.  make test: set up and pass the tests.  make bench: measure, with the peers beside Ulna.
+# make demo: set up and run the demo.  make test: set up and pass the tests; make test-all: the slow ones too.
+# make bench: measure, with the peers beside Ulna.
 # make docs: write the documentation site to build/docs, after running every lesson.
 # All may be run again and again.
 PYTHON ?= python3
@@ -9,7 +10,7 @@ DOCS_VENV ?= .venv-docs
 CUDA_VENV ?= .venv-cuda
 ARGS ?=
 
-.PHONY: demo video lint test test-without-demo test-cuda test-ros1 test-ros2 bench docs hw2-zip clean
+.PHONY: demo video lint test test-all test-without-demo test-cuda test-ros1 test-ros2 bench docs hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -35,9 +36,15 @@ lint: $(VENV)/.dev
 	$(RUN)/check-jsonschema --builtin-schema vendor.readthedocs .readthedocs.yaml
 	$(RUN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 
-# Everything that CI runs: style, types, layers, tests; then the kernels again without the compiler, and for a plain CPU. The kernels are
-# compiled first, once, not by each process of the tests. On two idle cores it takes a quarter of an hour, longer the first time.
+# Style, types, and the tests but those marked slow. The kernels are compiled first, once, not by each process of the tests.
 test: lint
+	@echo "make test: about 8 minutes on two idle cores, and the first time 2 more, in which the kernels are compiled."
+	$(RUN)/ulna warmup
+	$(RUN)/python -m pytest -n auto -m "not slow" $(ARGS)
+
+# All of them, as in CI; then the kernels again without the compiler, and for a plain CPU.
+test-all: lint
+	@echo "make test-all: about 15 minutes on two idle cores, and the first time 2 more, in which the kernels are compiled."
 	$(RUN)/ulna warmup
 	$(RUN)/python -m pytest -n auto $(ARGS)
 	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/kernels
