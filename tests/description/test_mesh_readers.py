@@ -1,4 +1,4 @@
-"""A mesh file is read whole or refused by name; what is checked is what is drawn."""
+"""A mesh file is read completely or refused; collision checking and drawing use the same triangles."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def points(tmp_path):
         OBJ.encode() + b"o caf\xe9\n",
     ],
 )
-def test_an_obj_file_is_read_whole_however_it_is_written(points, text):
+def test_an_obj_file_is_read_in_every_notation(points, text):
     assert_close(points("part.obj", text), TETRAHEDRON, atol=1e-6)
 
 
@@ -70,7 +70,7 @@ def test_an_obj_file_is_read_whole_however_it_is_written(points, text):
         ("", "no triangles"),
     ],
 )
-def test_an_obj_file_that_cannot_be_read_whole_is_refused(points, text, words):
+def test_a_damaged_obj_file_is_refused(points, text, words):
     with pytest.raises(FileError, match=words):
         points("part.obj", text)
 
@@ -93,7 +93,7 @@ def binary(text):
         b"solid" + binary(stl())[5:],
     ],
 )
-def test_an_stl_file_is_read_whole_however_it_is_written(points, content):
+def test_an_stl_file_is_read_in_every_notation(points, content):
     assert_close(points("part.stl", content), TETRAHEDRON, atol=1e-6)
 
 
@@ -111,7 +111,7 @@ def test_an_stl_file_is_read_whole_however_it_is_written(points, content):
         (b"", "no STL file"),
     ],
 )
-def test_an_stl_file_that_cannot_be_read_whole_is_refused(points, content, words):
+def test_a_damaged_stl_file_is_refused(points, content, words):
     with pytest.raises(FileError, match=words):
         points("part.stl", content)
 
@@ -136,11 +136,11 @@ POLYLIST = (
         collada(f"<node><node><rotate>0 0 0 5</rotate>{INSTANCE}</node></node>"),
     ],
 )
-def test_a_collada_file_is_read_whole_however_it_is_written(points, text):
+def test_a_collada_file_is_read_in_every_notation(points, text):
     assert_close(points("part.dae", text), TETRAHEDRON, atol=1e-6)
 
 
-def test_a_collada_scene_is_put_together_from_its_nodes_in_metres(points):
+def test_nested_nodes_and_units_of_a_collada_scene_are_applied(points):
     part = f'<library_nodes><node id="part"><scale>1 1 3</scale><rotate>0 1 0 90</rotate>{INSTANCE}</node></library_nodes>'
     nodes = '<node><translate>0 0 5</translate><node><instance_node url="#part"/></node></node>'
     nodes += f"<node><matrix>2 0 0 0  0 2 0 0  0 0 2 0  0 0 0 1</matrix>{INSTANCE}</node>"
@@ -175,7 +175,7 @@ def test_a_collada_scene_is_put_together_from_its_nodes_in_metres(points):
         ('<!DOCTYPE a [<!ENTITY b "c">]>' + collada(), "document type"),
     ],
 )
-def test_a_collada_file_that_cannot_be_read_whole_is_refused_and_soon(tmp_path, text, words):
+def test_a_damaged_or_unsupported_collada_file_is_refused(tmp_path, text, words):
     (tmp_path / "part.dae").write_text(text)
     (tmp_path / "r.urdf").write_text(ROBOT.format("part.dae"))
     robot = ulna.load(tmp_path / "r.urdf")
@@ -195,7 +195,7 @@ def test_a_collada_file_that_cannot_be_read_whole_is_refused_and_soon(tmp_path, 
         ("part.stl", stl(name="vertex")),
     ],
 )
-def test_what_is_checked_is_what_is_drawn(tmp_path, name, text):
+def test_the_hull_and_the_visual_of_a_mesh_have_the_same_bounds(tmp_path, name, text):
     (tmp_path / name).write_text(text)
     (tmp_path / "r.urdf").write_text(ROBOT.format(name))
     robot = ulna.load(tmp_path / "r.urdf")
@@ -203,7 +203,7 @@ def test_what_is_checked_is_what_is_drawn(tmp_path, name, text):
     assert_close(np.array([hull.min(axis=0), hull.max(axis=0)]), link_visuals(robot).scenes["l"].bounds, atol=1e-7)
 
 
-def test_broken_materials_do_not_cost_the_mesh(tmp_path):
+def test_a_mesh_with_a_missing_material_is_read(tmp_path):
     bound = INSTANCE.replace("/>", "><bind_material><technique_common>") + (
         '<instance_material symbol="m" target="#lost"/></technique_common></bind_material></instance_geometry>'
     )
@@ -213,7 +213,7 @@ def test_broken_materials_do_not_cost_the_mesh(tmp_path):
     assert len(read_scene(path, mesh_bytes(path), Beside(files, path)).to_mesh().faces) == 4
 
 
-def test_a_file_that_is_too_long_or_no_file_is_refused_at_once(tmp_path):
+def test_a_mesh_file_that_is_too_large_or_missing_is_refused(tmp_path):
     with (tmp_path / "sparse.stl").open("wb") as file:
         file.truncate(MOST_BYTES + 1)
     with pytest.raises(FileError, match=r"more than 100 MB"):
@@ -222,7 +222,7 @@ def test_a_file_that_is_too_long_or_no_file_is_refused_at_once(tmp_path):
         mesh_bytes(tmp_path / "part.stl")
 
 
-def test_too_many_triangles_are_refused_before_they_are_made(tmp_path, monkeypatch):
+def test_too_many_triangles_are_refused_before_they_are_built(tmp_path, monkeypatch):
     monkeypatch.setattr("ulna.description.meshes.collada_scene.MOST_TRIANGLES", 15)
     path = tmp_path / "part.dae"
     path.write_text(doubled(2))
