@@ -39,10 +39,10 @@ def test_a_video_of_a_trajectory_file_and_a_scene_file(run, tmp_path):
     [
         ("a.csv", "1,2\n", "--trajectory: a.csv has shape (1, 2); rows of 7 joint positions are expected"),
         ("a.csv", "", "--trajectory: a.csv has shape (0, 0); rows of 7"),
-        ("a.csv", "0,0,0,0,0,0,0\nx\n", "--trajectory: a.csv:2: 'x' is no row of numbers"),
+        ("a.csv", "0,0,0,0,0,0,0\nx\n", "--trajectory: a.csv:2: 'x' is not a row of numbers"),
         ("a.csv", "0,0,0,0,0,0,0\n1,2\n", "--trajectory: a.csv:2: 2 numbers, but 7 in the row before"),
         ("a.csv", "0,0,0,nan,0,0,0\n", "--trajectory: a.csv: row 0 is not finite"),
-        ("a.npy", "1,2", "--trajectory: a.npy is no .npy file of numbers"),
+        ("a.npy", "1,2", "--trajectory: a.npy is not a .npy file of numbers"),
     ],
 )
 def test_a_bad_trajectory_file_is_refused_in_one_line(refusal, tmp_path, name, content, message):
@@ -66,7 +66,7 @@ def test_q_and_trajectory_together_are_refused(refusal, tmp_path):
         (["panda.png", "--fps", "10"], "--seconds, --fps: go with a video"),
         (["panda.png", "--seconds", "3"], "--seconds, --fps: go with a video"),
         (["panda.mp4", "--degrees"], "--degrees: goes with --q"),
-        (["panda.png", "--at", "1"], "--at: goes with the demo; a robot that stands still has no moments"),
+        (["panda.png", "--at", "1"], "--at: goes with the demo; a robot that does not move has no points in time"),
         (["panda.png", "--q", "1"], "--q: 1 number, but 7 are expected"),
         (["missing/panda.png"], "missing/panda.png: cannot be written: No such file or directory"),
     ],

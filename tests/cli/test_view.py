@@ -45,7 +45,7 @@ def test_a_bad_scene_file_is_refused_in_one_line(run, tmp_path):
     for command in ("check", "view"):
         result = run(command, "--scene", str(tmp_path / "scene.json"))
         assert result.exit_code == 2
-        assert result.stderr == "ulna: scene.json: object 1 'a': 'bix' is no shape; did you mean 'box'?\n"
+        assert result.stderr == "ulna: scene.json: object 1 'a': 'bix' is not a known shape; did you mean 'box'?\n"
 
 
 def test_bad_options_are_refused_by_name(refusal):

@@ -138,7 +138,7 @@ def test_a_robot_that_is_not_downloaded_is_an_error_with_the_command_that_downlo
 
 
 def test_a_module_that_cannot_be_read_is_named(descriptions, cache):
-    with pytest.raises(FileError, match=r"broken_description\.py: cannot be understood \(ZeroDivisionError: division by zero\)$"):
+    with pytest.raises(FileError, match=r"broken_description\.py: cannot be read \(ZeroDivisionError: division by zero\)$"):
         ulna.load("broken")
 
 
@@ -165,7 +165,7 @@ def test_similar_names_are_suggested_with_their_packages(examples, descriptions)
     assert str(caught.value) == f"ur6: no such file; nor is it a robot's name; did you mean {near}?"
     with pytest.raises(FileError, match=r"did you mean 'panda' \(bundled\)\?$"):
         ulna.load("pandaa")
-    with pytest.raises(FileError, match=r"names are known, of which none is near; `ulna list` prints them$"):
+    with pytest.raises(FileError, match=r"names are known, none of them similar; `ulna list` prints them$"):
         ulna.load("zzzzzzzz")
 
 

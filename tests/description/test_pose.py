@@ -135,7 +135,7 @@ def test_arguments_are_not_changed(rng):
         ({"rpy": np.zeros((2, 4))}, r"rpy: shape \(2, 4\), but shape \(..., 3\) is expected"),
         ({"rpy": (0, 0, 0), "wxyz": (1, 0, 0, 0)}, "rpy, wxyz: give one of them, not both"),
         ({"wxyz": (1, 0, 0)}, r"wxyz: shape \(3,\), but shape \(..., 4\) is expected"),
-        ({"wxyz": (0, 0, 0, 0)}, "wxyz: a quaternion of length zero is no rotation"),
+        ({"wxyz": (0, 0, 0, 0)}, "wxyz: a quaternion of length zero does not describe a rotation"),
         ({"wxyz": (np.nan, 0, 0, 1)}, "wxyz: has an entry that is not finite"),
         ({"xyz": np.zeros((2, 3)), "rpy": np.zeros((3, 3))}, r"\(2,\).*\(3,\)"),
     ],

@@ -297,7 +297,7 @@ def test_the_page_saves_and_loads_a_scene(view, page, camera, tmp_path):
     wait_to_see(page, lambda: view.world.names == ("globe",), "the loaded scene")
     path.write_text('{"ulna_scene": 1, "objects": [{"name": "a", "shape": "bix"}]}')
     page.locator("input[type=file]").last.set_input_files(path.rename(tmp_path / "bad.json"))
-    page.get_by_text("bad.json: object 1 'a': 'bix' is no shape; did you mean 'box'?").wait_for()
+    page.get_by_text("bad.json: object 1 'a': 'bix' is not a known shape; did you mean 'box'?").wait_for()
     assert view.world.names == ("globe",)
 
 

@@ -40,7 +40,7 @@ class LinkPair:
 
     def __post_init__(self) -> None:
         if self.link_a == self.link_b:
-            raise InputError("link_b", f"{self.link_b!r} stands twice; a link is not checked against itself")
+            raise InputError("link_b", f"{self.link_b!r} is given for both links; two different links are expected")
         first, second = sorted((self.link_a, self.link_b))
         object.__setattr__(self, "link_a", first)
         object.__setattr__(self, "link_b", second)

@@ -38,7 +38,7 @@ class Attached:
     def __post_init__(self) -> None:
         refuse_no_name(self.name)
         if isinstance(self.shape, HalfSpace) or not isinstance(self.shape, Solid):
-            raise GeometryError(f"{self.name!r} is a {type(self.shape).__name__}, which nothing can hold and check")
+            raise GeometryError(f"{self.name!r} is a {type(self.shape).__name__}, which cannot be attached to a link")
         object.__setattr__(self, "T_link_object", frozen(as_one_pose(self.T_link_object, "T_link_object"), (4, 4)))
         object.__setattr__(self, "touch_links", as_link_names(self.touch_links))
 

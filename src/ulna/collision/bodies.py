@@ -54,7 +54,7 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     """
     parts = [(link.name, link.name, body.name, body.shape, body.pose) for link in description.links for body in link.collisions]
     if not parts:
-        raise GeometryError(f"robot {description.name!r} has no collision shapes, so nothing can be said of its collisions")
+        raise GeometryError(f"robot {description.name!r} has no collision shapes, so its collisions cannot be checked")
     parts += [(held.link, held.name, held.name, held.shape, held.T_link_object) for held in attached]
     rows, vertices = [], [NO_VERTICES]
     for link, _, name, shape, T in parts:

@@ -78,7 +78,7 @@ class HeightMap:
         object.__setattr__(self, "heights", frozen(grid, grid.shape))
         edge = lengths("cell", (cell,), 1)[0]
         if edge == 0:
-            raise InputError("cell", "0; an edge length above 0 is expected: cells without width are no terrain")
+            raise InputError("cell", "0; an edge length above 0 is expected")
         object.__setattr__(self, "cell", edge)
         object.__setattr__(self, "bottom", low)
 

@@ -33,7 +33,7 @@ def as_package_dirs(package_dirs: Iterable[str | Path]) -> tuple[Path, ...]:
 
 def _absolute(folder: object) -> Path:
     if not isinstance(folder, (str, Path)):
-        raise InputError("package_dirs", f"{folder!r} is no folder; its path is expected")
+        raise InputError("package_dirs", f"{folder!r} is not a folder; the path of a folder is expected")
     path = Path(folder)
     return path.resolve() if ".." in path.parts else path.absolute()  # a link keeps its name, which may be the package's
 

@@ -83,7 +83,7 @@ def matrix_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
     wxyz = _finite("wxyz", wxyz, 4)
     largest = np.abs(wxyz).max(axis=-1, keepdims=True)
     if np.any(largest < 1e-12):
-        raise InputError("wxyz", "a quaternion of length zero is no rotation")
+        raise InputError("wxyz", "a quaternion of length zero does not describe a rotation")
     scaled = wxyz / largest  # so that no square overflows
     w, x, y, z = np.moveaxis(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True), -1, 0)
     rows = [

@@ -61,7 +61,7 @@ class Readable:
             OutsideError: No readable file is there.
         """
         if not name or name.startswith(".") or "/" in name or "\\" in name:
-            raise OutsideError(f"$(find {name}): {name!r} is no package's name")
+            raise OutsideError(f"$(find {name}): {name!r} is not the name of a package")
         folders = [path for path in package_folders(name, self.folder, self.package_dirs) if path.is_dir()]
         given = set(package_folders(name, None, self.package_dirs))
         if not folders:

@@ -46,7 +46,9 @@ def root_link(description: Description) -> str:
                 raise DescriptionError(message, description.source, joint.line)
         if joint.child in parent_joint:
             other = parent_joint[joint.child].name
-            message = f"link {joint.child!r} is the child of two joints, {other!r} and {joint.name!r}: a closed loop is no tree"
+            message = (
+                f"link {joint.child!r} is the child of two joints, {other!r} and {joint.name!r}: closed loops are not supported"
+            )
             raise DescriptionError(message, description.source, joint.line)
         parent_joint[joint.child] = joint
     roots = [name for name in links if name not in parent_joint]

@@ -28,7 +28,11 @@ class Bound(dict[KeyT, FunctionT], Generic[KeyT, FunctionT]):
             return self.make(key)
 
     def make(self, key: KeyT) -> FunctionT:
-        """A new function of a key."""
+        """A new function of a key; each subclass implements it.
+
+        Raises:
+            NotImplementedError: The subclass does not.
+        """
         raise NotImplementedError
 
     def __missing__(self, key: KeyT) -> FunctionT:

@@ -34,7 +34,7 @@ def uniform_positions(tree: Tree, n: int | None, seed: object) -> NDArray[np.flo
     try:
         rng = np.random.default_rng(seed)  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:
-        raise InputError("seed", f"{seed!r} is no seed ({error})") from None
+        raise InputError("seed", f"{seed!r} is not a seed ({error})") from None
     return rng.uniform(*random_range(tree), (tree.n_dof,) if n is None else (int(n), tree.n_dof))
 
 

@@ -105,7 +105,7 @@ class Robot:
         """The serial arm of a Denavit-Hartenberg table; the link ``linkN`` is the frame of row N.
 
         Args:
-            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4). Or a ``DHTable``, which says all the rest itself.
+            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4). Or a ``DHTable``, which has the other arguments.
             convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
             joint_types: ``"revolute"`` (all, unless said), ``"continuous"``, ``"prismatic"`` or ``"fixed"``, one a row.
             limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
@@ -125,7 +125,7 @@ class Robot:
         """
         if isinstance(rows, DHTable):
             if (convention, joint_types, limits, T_base_0, T_n_tip, name) != ("modified", None, None, None, None, "robot"):
-                raise InputError("rows", "a DHTable says all the rest itself; give its rows, table.rows, to say it otherwise")
+                raise InputError("rows", "a DHTable has its own values of the other arguments; give table.rows to choose others")
             return cls(description_of_table(rows))
         return cls(
             description_from_dh(

@@ -94,7 +94,7 @@ def _without(end: str, files: dict[str, Path]) -> dict[str, Path]:
 def _near(name: str, known: dict[str, str]) -> str:
     near = near_names(name, known, _MOST_NEAR)
     if not near:
-        return f"; {len(known)} names are known, of which none is near; `ulna list` prints them"
+        return f"; {len(known)} names are known, none of them similar; `ulna list` prints them"
     return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"
 
 

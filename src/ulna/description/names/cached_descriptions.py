@@ -72,5 +72,5 @@ def _run(module: Path, clone_to_cache: Any) -> dict[str, Any]:
     except FileError:
         raise
     except Exception as error:
-        raise FileError(str(module), f"cannot be understood ({type(error).__name__}: {error})") from error
+        raise FileError(str(module), f"cannot be read ({type(error).__name__}: {error})") from error
     return defined
