@@ -1,4 +1,4 @@
-"""Measures what is asked for: facts of the machine, and a list of rows for each subject. Used by ``ulna bench``."""
+"""Measures the requested subjects: facts of the machine, and a list of rows for each subject. Used by ``ulna bench``."""
 
 from collections.abc import Sequence
 

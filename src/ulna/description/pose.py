@@ -145,8 +145,7 @@ def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
 def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     """One pose to keep, shape (4, 4): a copy, made orthonormal to the last digits.
 
-    A matrix that was rounded is accepted to 1e-6, but what is computed with it, such as the axes that separate two boxes, needs
-    a rotation that is one.
+    A rounded matrix is accepted to 1e-6, but computations with it, such as separating axes, need an exact rotation.
 
     Raises:
         InputError: T is not one pose.
