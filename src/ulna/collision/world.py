@@ -142,7 +142,7 @@ class World:
         return other
 
     def items(self) -> tuple[tuple[str, Obstacle, NDArray[np.float64]], ...]:
-        """The name, the shape and T_base_object, shape (4, 4), of every object: all of one moment.
+        """The name, the shape and T_base_object, shape (4, 4), of every object, as a snapshot.
 
         Example:
             >>> from ulna.description.pose import pose
