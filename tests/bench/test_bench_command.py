@@ -56,7 +56,7 @@ def test_an_arm_that_reaches_everywhere_has_no_targets_out_of_reach(tmp_path):
 def test_an_unknown_subject_is_refused_with_a_suggestion():
     result = run("jacobain")
     assert result.exit_code == 2
-    assert "subject: 'jacobain' is not one; did you mean 'jacobian'?" in result.stderr
+    assert "subject: 'jacobain' is not a subject of the benchmark; did you mean 'jacobian'?" in result.stderr
 
 
 def test_the_machine_is_told_without_names_of_hosts():

@@ -1,4 +1,4 @@
-"""The command, run inside this process, and arms to run it on."""
+"""Fixtures that run the command inside this process, and small robots for it."""
 
 from command_fixtures import ask, odd, refusal, run, slider, wedge, xacro
 

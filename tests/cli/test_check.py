@@ -28,7 +28,7 @@ def test_collision_is_exit_status_1_with_the_depth(ask, slider):
     assert pair["normal"] == pytest.approx([1, 0, 0], abs=1e-12)
 
 
-def test_people_see_millimetres(run, slider):
+def test_the_table_shows_millimetres(run, slider):
     result = run("check", slider, "--q", "0.5", "--box", NEAR)
     assert result.exit_code == 1
     assert re.search(r"cube +cube +box 1 +-100\.000 +1\.00 0\.00 0\.00 +1\.000 \S+ \S+", result.stdout)
@@ -41,7 +41,7 @@ def test_boxes_are_numbered_and_the_deepest_comes_first(ask, slider):
 
 
 @pytest.mark.parametrize(("edge", "hit"), [(1.1999, False), (1.2001, True)])
-def test_the_order_is_length_width_height(ask, slider, edge, hit):
+def test_the_extents_of_a_box_are_in_the_order_length_width_height(ask, slider, edge, hit):
     for axis in range(3):
         place, extents = [0.0] * 3, [0.1] * 3
         place[axis], extents[axis] = 1.1, edge
@@ -64,7 +64,7 @@ def test_a_box_around_the_hand_touches_the_hand(ask):
     assert "box 12" in answer.touching
 
 
-def test_a_box_that_holds_the_whole_arm_touches_all_of_it(ask):
+def test_a_box_around_the_whole_arm_touches_all_of_it(ask):
     assert ask("check", "--box", "0,0,0,0,0,0,9,9,9").touching == [f"box {k}" for k in range(1, 13)]
 
 
@@ -76,7 +76,7 @@ def test_a_box_that_holds_the_whole_arm_touches_all_of_it(ask):
         (["--box", FAR, "--q", "one"], "--q: 1 number, but 7 are expected"),
     ],
 )
-def test_check_refuses_what_it_cannot_take(refusal, arguments, start):
+def test_bad_arguments_are_refused(refusal, arguments, start):
     assert refusal("check", *arguments).startswith(start)
 
 
@@ -99,11 +99,11 @@ def test_without_a_box_the_robot_is_checked_against_itself(ask):
     assert ask("check", "--q", "0 1.7 0 -3 0 0 0", "--no-self", "--box", FAR).exit_code == 0
 
 
-def test_nothing_to_check_is_a_usage_error_or_an_empty_world(ask):
+def test_an_empty_world_without_self_collision_has_no_distance(ask):
     assert ask("check", "--no-self").signed_distance is None
 
 
-def test_pairs_that_are_near_are_shown_on_request(ask, slider):
+def test_within_lists_pairs_nearer_than_a_distance(ask, slider):
     answer = ask("check", slider, "--box", "1.3,0,0,0,0,0,1,1,1", "--within", "0.35")
     assert answer.exit_code == 0
     (pair,) = answer.pairs
@@ -112,7 +112,7 @@ def test_pairs_that_are_near_are_shown_on_request(ask, slider):
 
 
 @pytest.mark.parametrize("options", [(), ("--hulls",), ("--meshes", "hulls"), ("--hulls", "--meshes", "hulls")])
-def test_meshes_are_checked_as_their_hulls_and_a_line_says_so(ask, run, wedge, options):
+def test_meshes_are_checked_as_hulls_and_a_line_says_so(ask, run, wedge, options):
     box = ("--box", "0.2,0.2,0.2,0,0,0,0.1,0.1,0.1")
     assert run("check", wedge, *options, *box).stderr.splitlines().count("collision by convex hulls of 1 mesh") == 1
     found = ask("check", wedge, *options, *box)
@@ -120,7 +120,7 @@ def test_meshes_are_checked_as_their_hulls_and_a_line_says_so(ask, run, wedge, o
     assert ask("check", wedge, *options, "--box", "0.9,0.9,0.9,0,0,0,0.1,0.1,0.1").touching == []
 
 
-def test_meshes_as_they_are_are_refused_and_the_options_that_help_are_named(run, wedge):
+def test_unconverted_meshes_are_refused_with_the_options_that_convert_them(run, wedge):
     result = run("check", wedge, "--meshes", "none")
     assert result.exit_code == 2
     assert "--meshes hulls (pip install 'ulna[hulls]')" in result.stderr
@@ -128,26 +128,26 @@ def test_meshes_as_they_are_are_refused_and_the_options_that_help_are_named(run,
     assert "--hulls" in run("check", wedge, "--meshes", "decompose", "--hulls").stderr
 
 
-def test_a_robot_without_meshes_is_checked_without_a_word_of_them(run):
+def test_a_robot_without_meshes_is_checked_without_a_line_about_meshes(run):
     assert run("check", "panda", "--meshes", "decompose").stderr == ""
 
 
-def test_where_the_extra_is_lacking_it_is_named(run, wedge, monkeypatch):
-    def lacking():
+def test_a_missing_extra_is_named(run, wedge, monkeypatch):
+    def missing_extra():
         raise MissingExtraError("reading meshes", "hulls")
 
-    monkeypatch.setattr("ulna.description.meshes.hulls.mesh_reader", lacking)
+    monkeypatch.setattr("ulna.description.meshes.hulls.mesh_reader", missing_extra)
     result = run("check", wedge)
     assert result.exit_code == 2
     assert "pip install 'ulna[hulls]'" in result.stderr
 
 
-def test_a_scene_says_which_links_may_touch_an_object(ask, slider, tmp_path):
+def test_touch_links_of_a_scene_file_are_excluded_from_the_check(ask, slider, tmp_path):
     scene = {"ulna_scene": 1, "objects": [{"name": "floor", "shape": "half_space"}]}
     path = tmp_path / "scene.json"
     path.write_text(json.dumps(scene))
     assert ask("check", slider, "--scene", path).in_collision
     scene["objects"][0]["touch_links"] = ["cube"]
     path.write_text(json.dumps(scene))
-    told = ask("check", slider, "--scene", path)
-    assert (told.exit_code, told.in_collision, told.signed_distance, told.pairs) == (0, False, None, [])
+    answer = ask("check", slider, "--scene", path)
+    assert (answer.exit_code, answer.in_collision, answer.signed_distance, answer.pairs) == (0, False, None, [])

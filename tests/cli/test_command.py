@@ -1,4 +1,4 @@
-"""The command as a whole: help, version, exit statuses, and its life among other processes."""
+"""The command as a whole: help, version, exit statuses, pipes, signals, plugins."""
 
 import json
 import math
@@ -20,7 +20,7 @@ COMMANDS = [
     *("list", "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf"),
     *("view", "record", "bench", "warmup"),
 ]
-OF_GUESTS = ("demo", "ros1", "ros2")  # tests/demo
+OF_PLUGINS = ("demo", "ros1", "ros2")  # tests/demo
 FAR = "5,0,0,0,0,0,1,1,1"
 ANSWERS = [
     ["list", "pan"],
@@ -61,13 +61,13 @@ def spawn(arguments, **options):
 
 @pytest.mark.parametrize("width", [80, 100, 60])
 @pytest.mark.parametrize("arguments", ANSWERS, ids=" ".join)
-def test_no_line_is_wider_than_80_or_the_terminal_and_no_digit_is_cut(run, arguments, width):
+def test_no_line_is_wider_than_the_terminal_and_no_number_is_truncated(run, arguments, width):
     shown = run(*arguments, COLUMNS=str(width)).stdout
     assert max(map(len, shown.splitlines())) <= max(width, 80)
     assert "…" not in shown
 
 
-def test_colours_are_for_terminals(run):
+def test_only_a_terminal_gets_colours(run):
     assert "\x1b[" in run("fk", FORCE_COLOR="1").stdout
     assert "\x1b[" not in run("fk").stdout
 
@@ -83,7 +83,7 @@ def test_help_lists_the_commands(run):
     result = run("--help")
     assert result.exit_code == 0
     listed = re.findall(r"^│ (\w+)  ", result.stdout, flags=re.MULTILINE)
-    assert [name for name in listed if name not in OF_GUESTS] == COMMANDS
+    assert [name for name in listed if name not in OF_PLUGINS] == COMMANDS
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -104,13 +104,13 @@ def test_usage_errors_are_exit_status_2(run, arguments):
     assert result.stdout == ""
 
 
-def test_python_m_ulna_is_the_command():
+def test_python_m_ulna_runs_the_command():
     result = spawn(command("fk", "--json"))
     assert (result.returncode, without_announcements(result.stderr)) == (0, "")
     assert json.loads(result.stdout)["position"] == pytest.approx([0.306891, 0, 0.486882], abs=5e-7)
 
 
-def test_python_m_ulna_passes_the_exit_status_on():
+def test_python_m_ulna_returns_the_exit_status():
     assert spawn(command("check", "--box", FAR)).returncode == 0
     assert spawn(command("check", "--box", "0,0,0,0,0,0,9,9,9")).returncode == 1
     refused = spawn(command("fk", "--q", "1"))
@@ -121,7 +121,7 @@ def test_python_m_ulna_passes_the_exit_status_on():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 @pytest.mark.parametrize("arguments", [["info"], ["info", "--json"], ["urdf"]], ids=" ".join)
-def test_a_closed_pipe_is_quiet(arguments):
+def test_a_closed_pipe_prints_no_error(arguments):
     reading, writing = os.pipe()
     os.close(reading)
     result = subprocess.run(command(*arguments), stdout=writing, stderr=subprocess.PIPE, text=True, timeout=240, check=False)
@@ -130,14 +130,14 @@ def test_a_closed_pipe_is_quiet(arguments):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")  # noqa: PTH110
-def test_a_full_disk_is_one_line():
+def test_a_full_disk_is_a_one_line_error():
     with open("/dev/full", "w") as full:  # noqa: PTH123
         result = subprocess.run(command("info"), stdout=full, stderr=subprocess.PIPE, text=True, timeout=240, check=False)
     assert (result.returncode, result.stderr) == (2, "ulna: No space left on device\n")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_ctrl_c_is_quiet():
+def test_ctrl_c_prints_no_error():
     with subprocess.Popen([sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout.readline() == "started\n"
         time.sleep(0.1)
@@ -147,7 +147,7 @@ def test_ctrl_c_is_quiet():
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
-def test_no_name_is_too_strange_for_the_terminal(odd, encoding):
+def test_a_name_that_the_terminal_cannot_encode_is_no_error(odd, encoding):
     environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
     result = subprocess.run(
         command("ik", str(odd), "--link", "bäll", "--xyz", "0 0 0.5"),
@@ -160,7 +160,7 @@ def test_no_name_is_too_strange_for_the_terminal(odd, encoding):
     assert b"solved" in result.stdout
 
 
-def test_a_guest_that_was_deleted_leaves_the_other_commands(monkeypatch):
+def test_a_plugin_that_was_deleted_is_skipped(monkeypatch):
     entries = [
         EntryPoint("gone", "ulna.gone.command:commands", plugins.COMMANDS),
         EntryPoint("here", "math:pi", plugins.COMMANDS),
@@ -169,26 +169,26 @@ def test_a_guest_that_was_deleted_leaves_the_other_commands(monkeypatch):
     assert plugins.load_plugins(plugins.COMMANDS) == [math.pi]
 
 
-def test_a_guest_that_lacks_a_module_is_an_error(monkeypatch, tmp_path):
-    (tmp_path / "guest.py").write_text("import a_module_that_is_nowhere")
+def test_a_plugin_with_a_missing_import_is_an_error(monkeypatch, tmp_path):
+    (tmp_path / "plugin.py").write_text("import a_module_that_is_nowhere")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(plugins, "entry_points", lambda group: [EntryPoint("guest", "guest:commands", group)])
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [EntryPoint("plugin", "plugin:commands", group)])
     with pytest.raises(ModuleNotFoundError, match="a_module_that_is_nowhere"):
         plugins.load_plugins(plugins.COMMANDS)
 
 
-def test_importing_the_command_loads_neither_compiler_nor_viewer():
+def test_importing_the_command_imports_neither_numba_nor_the_viewer():
     code = "import sys, ulna.cli.app; print([m for m in ('numba', 'llvmlite', 'viser', 'trimesh') if m in sys.modules])"
     assert spawn([sys.executable, "-c", code]).stdout == "[]\n"
 
 
-def test_help_and_info_do_not_load_the_compiler():
+def test_help_info_and_urdf_do_not_import_numba():
     for arguments in (["--help"], ["info"], ["urdf"]):
         code = f"import sys, ulna.cli.app; ulna.cli.app.app({arguments}, standalone_mode=False); sys.exit('numba' in sys.modules)"
         assert spawn([sys.executable, "-c", code]).returncode == 0
 
 
-def test_a_command_reads_its_own_file_and_no_other_command_nor_guest():
+def test_a_command_imports_no_other_command_and_no_plugin():
     code = "import sys, ulna.cli.app; ulna.cli.app.app(['fk'], standalone_mode=False); print(*sorted(sys.modules))"
     loaded = spawn([sys.executable, "-c", code]).stdout.splitlines()[-1].split()
     assert [name for name in loaded if name.startswith("ulna.cli.")] == [
@@ -197,7 +197,7 @@ def test_a_command_reads_its_own_file_and_no_other_command_nor_guest():
     assert not [name for name in loaded if name.startswith(("ulna.bench", "ulna.demo"))]
 
 
-def test_a_mistyped_command_is_told_the_nearest_of_all(run):
+def test_a_mistyped_command_gets_a_suggestion(run):
     assert "Did you mean 'warmup'" in run("warmpu").stderr
 
 
@@ -210,15 +210,15 @@ def test_a_mistyped_command_is_told_the_nearest_of_all(run):
         (["nix"], "UsageError"),
     ],
 )
-def test_with_json_an_error_is_json_too(run, arguments, kind):
+def test_with_json_an_error_is_json(run, arguments, kind):
     result = run(*arguments, "--json")
     assert (result.exit_code, result.stdout) == (2, "")
-    told = json.loads(result.stderr)
-    assert told["error"] == kind
-    assert told["message"]
+    answer = json.loads(result.stderr)
+    assert answer["error"] == kind
+    assert answer["message"]
 
 
-def test_names_of_a_file_cannot_steer_the_terminal(run, tmp_path):
+def test_control_characters_in_names_are_escaped(run, tmp_path):
     evil = "\x1b]0;owned\x07\u202e\r\x9b2J"
     scene = {"ulna_scene": 1, "objects": [{"name": evil, "shape": "box", "extents": [1, 1, 1]}]}
     (tmp_path / "scene.json").write_text(json.dumps(scene))

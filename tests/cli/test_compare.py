@@ -18,7 +18,7 @@ def test_the_same_robot_is_exit_status_0(run, ask, slider):
     assert (answer.exit_code, answer.same, answer.differences) == (0, True, [])
 
 
-def test_differences_are_exit_status_1_and_stand_side_by_side(run, ask, slider, longer):
+def test_differences_are_exit_status_1_and_are_listed(run, ask, slider, longer):
     answer = ask("compare", slider, longer)
     assert (answer.exit_code, answer.same) == (1, False)
     assert answer.differences == [
@@ -30,17 +30,17 @@ def test_differences_are_exit_status_1_and_stand_side_by_side(run, ask, slider, 
     assert shown.stdout.endswith("2 differences\n")
 
 
-def test_what_is_ignored_or_within_a_tolerance_does_not_count(run, slider, longer):
+def test_ignored_kinds_and_values_within_tolerance_are_not_differences(run, slider, longer):
     assert run("compare", slider, longer, "--ignore", "limits", "--ignore", "collision").exit_code == 0
     assert run("compare", slider, longer, "--ignore", "collision", "--limit", "2").exit_code == 0
 
 
-def test_what_cannot_be_read_is_exit_status_2(refusal, slider):
+def test_bad_arguments_are_exit_status_2(refusal, slider):
     assert refusal("compare", slider, "nowhere.urdf") == "nowhere.urdf: no such file"
     assert "did you mean 'pose'" in refusal("compare", slider, slider, "--ignore", "poses")
 
 
-def test_long_addresses_are_folded_and_the_table_fits(run, slider, tmp_path):
+def test_long_mesh_paths_are_wrapped_to_80_columns(run, slider, tmp_path):
     texts = [
         slider.read_text().replace('<box size="1 1 1"/>', f'<mesh filename="package://{k}{"far/" * 40}x.stl"/>') for k in "ab"
     ]

@@ -17,7 +17,7 @@ LADDER = """<robot name="ladder">
 KEYS = ("a", "d", "alpha", "theta_offset")
 
 
-def test_dh_gives_the_table_of_the_assignment(ask):
+def test_the_table_of_the_panda_is_that_of_the_assignment(ask):
     answer = ask("dh")
     assert answer.exit_code == 0
     assert_close([[row[key] for key in KEYS] for row in answer.rows], DH_ROWS[:7])
@@ -25,7 +25,7 @@ def test_dh_gives_the_table_of_the_assignment(ask):
     assert (answer.base, answer.tip, answer.convention) == ("panda_link0", "panda_ee", "modified")
 
 
-def test_the_robot_of_the_json_stands_where_the_robot_does(ask, panda):
+def test_a_robot_built_from_the_json_has_the_same_forward_kinematics(ask, panda):
     answer = ask("dh", "--convention", "standard", "--link", "panda_link6")
     rebuilt = ulna.Robot.from_dh(
         [[row[key] for key in KEYS] for row in answer.rows],
@@ -36,7 +36,7 @@ def test_the_robot_of_the_json_stands_where_the_robot_does(ask, panda):
     assert_close(rebuilt.forward_kinematics(panda.home[:6]), panda.forward_kinematics(panda.home, "panda_link6"), atol=1e-14)
 
 
-def test_dh_shows_people_fractions_of_pi_and_the_proof(run):
+def test_the_table_shows_fractions_of_pi_and_the_comparison(run):
     shown = run("dh").stdout
     assert "a row is Rx(alpha) Tx(a) Tz(d) Rz(theta)" in shown
     assert re.search(r"5 +panda_joint5 +-0\.0825 +0\.384 +-pi/2 +q5", shown)
@@ -44,7 +44,7 @@ def test_dh_shows_people_fractions_of_pi_and_the_proof(run):
     assert re.search(r"at 1000 random configurations: \S+e-1[5-7] m, \S+e-1[5-7] rad", shown)
 
 
-def test_a_slide_and_its_follower_are_written_as_equations(run, tmp_path):
+def test_a_prismatic_joint_and_its_mimic_are_written_as_equations(run, tmp_path):
     path = tmp_path / "ladder.urdf"
     path.write_text(LADDER)
     shown = run("dh", path).stdout
@@ -53,7 +53,7 @@ def test_a_slide_and_its_follower_are_written_as_equations(run, tmp_path):
     assert "q2 = 2 * q1 + 0.1\n" in shown
 
 
-def test_what_no_row_can_describe_is_refused(refusal, odd):
+def test_a_planar_joint_is_refused(refusal, odd):
     assert "has the planar joint 'base', which no row of a DH table can describe" in refusal("dh", odd, "--link", "thumb")
 
 

@@ -1,4 +1,4 @@
-"""Every robot of every collection on this machine goes through the commands that take a robot: their data, in one process."""
+"""The data of the robot commands for every robot of the installed packages, in one process."""
 
 import json
 
@@ -21,16 +21,16 @@ XACROS = [file for file in rtb_xacros() if file.stem not in NOT_LOADED]
 
 
 @pytest.mark.parametrize("file", URDFS, ids=lambda file: file.stem)
-def test_every_robot_of_example_robot_data_goes_through_every_command(file, capsys):
-    goes_through_every_command(ulna.load(file), capsys)
+def test_every_command_on_every_robot_of_example_robot_data(file, capsys):
+    check_commands(ulna.load(file), capsys)
 
 
 @pytest.mark.parametrize("file", XACROS, ids=lambda file: file.stem)
-def test_every_robot_of_rtb_data_goes_through_every_command(file, tmp_path, capsys):
-    goes_through_every_command(ulna.load(file, package_dirs=rtb_package_dirs(tmp_path)), capsys)
+def test_every_command_on_every_robot_of_rtb_data(file, tmp_path, capsys):
+    check_commands(ulna.load(file, package_dirs=rtb_package_dirs(tmp_path)), capsys)
 
 
-def goes_through_every_command(robot, capsys):
+def check_commands(robot, capsys):
     link = link_or_hand(robot, None, quietly=False)
     said = capsys.readouterr().err
     assert (link in said) == (robot.tip is None)

@@ -19,7 +19,7 @@ base
 
 @pytest.fixture
 def inspected(run, ask, tmp_path):
-    """Runs the command on a text, for people and for programs, which must agree on the exit status."""
+    """Runs the command on a text, with and without --json, and checks that both have the same exit status."""
 
     def inspected(text):
         path = tmp_path / "arm.urdf"
@@ -51,12 +51,12 @@ def test_the_worst_finding_is_the_exit_status(inspected, written, instead, statu
     assert ("cannot be loaded" in shown.stdout) == (status == 2)
 
 
-def test_the_tree_is_drawn(inspected):
+def test_the_tree_is_printed(inspected):
     fixed = SOUND.replace('"grip too" type="prismatic"', '"grip too" type="fixed"')
     assert PICTURE in inspected(fixed)[0].stdout
 
 
-def test_the_tree_is_drawn_for_a_terminal_that_has_no_lines(tmp_path):
+def test_the_tree_is_printed_in_ascii_for_an_ascii_terminal(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_text(SOUND.replace('"grip too" type="prismatic"', '"grip too" type="fixed"'))
     environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
@@ -65,14 +65,14 @@ def test_the_tree_is_drawn_for_a_terminal_that_has_no_lines(tmp_path):
     assert PICTURE.translate(str.maketrans("├└", "+`")) in shown
 
 
-def test_findings_of_one_kind_are_one_row_and_fit_the_page(inspected):
+def test_findings_of_one_kind_share_a_row_of_at_most_80_columns(inspected):
     shown, answer = inspected(SOUND.replace('velocity="2"', 'velocity="0"'))
     assert answer.counts["warning"] == 3
     assert shown.stdout.count("velocity limit is 0") == 1
     assert max(map(len, shown.stdout.splitlines())) <= 80
 
 
-def test_paths_that_were_tried_are_listed_whole(inspected, tmp_path):
+def test_paths_that_were_tried_are_not_truncated(inspected, tmp_path):
     shown, answer = inspected(SOUND.replace('<sphere radius="0.1"/>', '<mesh filename="package://parts/ball.stl"/>'))
     [finding] = answer.findings
     assert answer.exit_code == 1
@@ -80,7 +80,7 @@ def test_paths_that_were_tried_are_listed_whole(inspected, tmp_path):
     assert str(tmp_path / "parts" / "ball.stl") in finding["tried"]
 
 
-def test_folders_of_packages_and_arguments_of_xacro_are_taken(ask, run, xacro, tmp_path):
+def test_package_dir_and_xacro_arg_are_accepted(ask, run, xacro, tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "ball.stl").write_text(BALL)
     path = tmp_path / "deep" / "er" / "arm.urdf"
@@ -91,11 +91,11 @@ def test_folders_of_packages_and_arguments_of_xacro_are_taken(ask, run, xacro, t
     assert not ask("inspect", xacro).loads
 
 
-def test_a_file_that_is_not_there_is_one_line(refusal):
+def test_a_missing_file_is_a_one_line_error(refusal):
     assert refusal("inspect", "nowhere.urdf") == "nowhere.urdf: no such file"
 
 
-def test_a_long_tree_is_cut_to_a_page_and_whole_in_the_json(inspected):
+def test_a_long_tree_is_shortened_but_complete_in_json(inspected):
     links = "".join(f'<link name="l{k}"/>' for k in range(100))
     joints = "".join(f'<joint name="j{k}" type="fixed"><parent link="l0"/><child link="l{k}"/></joint>' for k in range(1, 100))
     shown, answer = inspected(f'<robot name="comb">{links}{joints}</robot>')

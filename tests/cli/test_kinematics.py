@@ -40,7 +40,7 @@ def numbers_of(line):
 # ---- fk ---------------------------------------------------------------------------------------------------------------
 
 
-def test_fk_stands_at_home_unless_told_otherwise(ask):
+def test_fk_uses_the_home_configuration_by_default(ask):
     answer = ask("fk")
     assert answer.exit_code == 0
     assert answer.q == pytest.approx(HOME, abs=0)
@@ -53,7 +53,7 @@ def test_fk_agrees_with_the_textbook_product(ask):
     assert np.array(ask("fk", "--q", OTHER_TEXT).matrix) == pytest.approx(dh_pose(OTHER), abs=1e-12)
 
 
-def test_fk_shows_people_the_same_numbers(run):
+def test_the_table_of_fk_has_the_same_numbers(run):
     lines = run("fk").stdout.splitlines()
     assert lines[0] == "panda: panda_ee in panda_link0"
     shown = {line[1:22].strip(): numbers_of(line) for line in lines}
@@ -66,32 +66,32 @@ def test_fk_shows_people_the_same_numbers(run):
     assert "-0.000000" not in "".join(lines)
 
 
-def test_fk_knows_every_link(ask):
+def test_fk_of_another_link(ask):
     assert ask("fk", "--link", "panda_link1").position == [0, 0, 0.333]
 
 
-def test_degrees_turn_angles_and_leave_lengths(ask, odd):
+def test_degrees_convert_angles_and_not_lengths(ask, odd):
     answer = ask("fk", odd, "--link", "mast", "--q", "1 2 90 0.5 0.01 0", "--degrees")
     assert answer.q == pytest.approx([1, 2, PI / 2, 0.5, 0.01, 0], abs=0)
     assert answer.position == pytest.approx([1, 2, 0.5], abs=1e-15)
     assert answer.rpy[2] == pytest.approx(PI / 2)
 
 
-def test_a_position_beyond_the_limits_is_answered_with_a_warning(ask, run):
+def test_fk_beyond_the_limits_warns(ask, run):
     assert ask("fk", "--q", "0 0 0 0 0 0 3").outside_limits == ["panda_joint4", "panda_joint7"]
     assert "q is beyond the limits of panda_joint4, panda_joint7" in run("fk", "--q", "0 0 0 0 0 0 3").stdout
     assert ask("fk").outside_limits == []
 
 
 @pytest.mark.parametrize("command", [["fk"], ["dh"], ["jacobian"], ["ik", "--xyz", "0.4, 0.1, 0.4"]], ids=" ".join)
-def test_where_there_are_several_tips_the_hand_is_taken_and_said(run, command):
+def test_with_several_leaf_links_the_hand_is_used_and_named(run, command):
     result = run(command[0], "ur5", *command[1:])
     assert result.exit_code == 0
     assert result.stderr == "ulna: ur5 has 3 tips; ee_link is taken, --link names another\n"
     assert "ee_link" in result.stdout
 
 
-def test_a_part_of_a_robot_is_taken_by_its_ends(ask, refusal):
+def test_base_and_tip_select_a_part_of_the_robot(ask, refusal):
     part = ask("fk", "ur5", "--base", "base_link", "--tip", "forearm_link")
     assert (part.base, part.link, len(part.q)) == ("base_link", "forearm_link", 3)
     assert ask("dh", "ur5", "--tip", "forearm_link").tip == "forearm_link"
@@ -99,12 +99,12 @@ def test_a_part_of_a_robot_is_taken_by_its_ends(ask, refusal):
     assert "did you mean 'forearm_link'" in refusal("fk", "ur5", "--tip", "forarm_link")
 
 
-def test_a_semantic_description_gives_groups_and_is_told_of_unknown_words(run, ask, slider, tmp_path):
+def test_an_srdf_adds_groups_and_unknown_names_are_warnings(run, ask, slider, tmp_path):
     path = tmp_path / "slider.srdf"
     path.write_text('<robot name="slider"><group name="g"><joint name="slide"/></group>'
                     '<group_state name="far" group="g"><joint name="slide" value="3"/></group_state></robot>')  # fmt: skip
-    told = ask("info", slider, "--srdf", path)
-    assert (told.groups, told.named_configurations) == ({"g": ["slide"]}, {"g/far": [3.0]})
+    answer = ask("info", slider, "--srdf", path)
+    assert (answer.groups, answer.named_configurations) == ({"g": ["slide"]}, {"g/far": [3.0]})
     path.write_text('<robot name="slider"><group name="g"><joint name="slid"/></group></robot>')
     assert "joint 'slid' is not defined; did you mean 'slide'?" in run("check", slider, "--srdf", path).stderr
 
@@ -128,7 +128,7 @@ def test_the_jacobian_is_the_rate_of_the_pose(ask):
     assert (answer.kind, answer.expressed_in) == ("geometric", "base")
 
 
-def test_each_frame_of_the_jacobian_is_itself(ask):
+def test_the_jacobian_is_expressed_in_the_requested_frame(ask):
     base, link, spatial = (np.array(ask("jacobian", "--expressed-in", f).jacobian) for f in ("base", "link", "spatial"))
     p, R = dh_pose(HOME)[:3, 3], dh_pose(HOME)[:3, :3]
     assert link[:3] == pytest.approx(R.T @ base[:3], abs=1e-12)
@@ -137,14 +137,14 @@ def test_each_frame_of_the_jacobian_is_itself(ask):
     assert spatial[:, 0] == pytest.approx([0, 0, 0, 0, 0, 1], abs=1e-12)  # the first about the base's z
 
 
-def test_the_analytical_jacobian_has_rates_of_angles(ask):
+def test_the_analytical_jacobian_has_rates_of_roll_pitch_and_yaw(ask):
     answer = ask("jacobian", "--analytical")
     assert answer.rows == ["x", "y", "z", "roll", "pitch", "yaw"]
     assert (answer.kind, answer.expressed_in) == ("analytical", None)
     assert np.array(answer.jacobian)[3:, 6] == pytest.approx([0, 0, -1], abs=1e-12)  # hanging down, the last joint turns yaw back
 
 
-def test_people_see_a_labelled_matrix(run):
+def test_the_jacobian_is_printed_with_labels(run):
     lines = run("jacobian").stdout.splitlines()
     assert lines[0] == "panda: geometric Jacobian of panda_ee, expressed in base"
     assert [f"joint{k}" for k in range(1, 8)] == lines[4].split()
@@ -154,7 +154,7 @@ def test_people_see_a_labelled_matrix(run):
     assert rows["w_z"] == pytest.approx([1, 0, np.sqrt(0.5), 0, 0, 0, -1], abs=5e-6)
 
 
-def test_a_wide_jacobian_comes_in_blocks_with_every_digit(run, tmp_path):
+def test_a_wide_jacobian_is_printed_in_blocks_without_truncation(run, tmp_path):
     links = "".join(f'<link name="link{k}"/>' for k in range(21))
     joints = "".join(
         f'<joint name="a_joint_{k}" type="continuous"><parent link="link{k}"/><child link="link{k + 1}"/>'
@@ -170,7 +170,7 @@ def test_a_wide_jacobian_comes_in_blocks_with_every_digit(run, tmp_path):
     assert shown == [100.0 * (19 - k) for k in range(20)]
 
 
-def test_expressed_in_does_not_go_with_analytical(refusal):
+def test_expressed_in_with_analytical_is_refused(refusal):
     assert refusal("jacobian", "--analytical", "--expressed-in", "base").startswith("--expressed-in: goes with")
 
 
@@ -178,14 +178,14 @@ def test_an_unknown_frame_is_refused_with_a_suggestion(refusal):
     assert "did you mean 'spatial'" in refusal("jacobian", "--expressed-in", "spacial")
 
 
-def test_a_singular_attitude_is_an_error_not_a_matrix(refusal):
+def test_the_analytical_jacobian_at_gimbal_lock_is_an_error(refusal):
     assert "cos(pitch)" in refusal("jacobian", "--analytical", "--q", "0,0,0,-pi/2,0,pi/2,0", "--link", "panda_link5")
 
 
 # ---- ik ---------------------------------------------------------------------------------------------------------------
 
 
-def test_ik_finds_what_fk_confirms(ask):
+def test_the_solution_of_ik_reaches_the_target_and_is_within_limits(ask):
     answer = ask("ik", "--xyz", "0.4, 0.1, 0.5", "--rpy", "pi, 0, 0.3")
     assert (answer.exit_code, answer.success, answer.status) == (0, True, "solved")
     T = dh_pose(answer.q)
@@ -199,14 +199,14 @@ def test_ik_finds_what_fk_confirms(ask):
     assert answer.target["orientation"] == "given"
 
 
-def test_ik_takes_a_quaternion_instead(ask):
+def test_ik_accepts_a_quaternion(ask):
     by_rpy = ask("ik", "--xyz", "0.4,0,0.5", "--rpy", "pi,0,pi/2")
     by_wxyz = ask("ik", "--xyz", "0.4,0,0.5", "--wxyz", "0,1,1,0")
     assert np.array(by_wxyz.target["matrix"]) == pytest.approx(np.array(by_rpy.target["matrix"]), abs=1e-15)
     assert by_wxyz.success
 
 
-def test_without_an_orientation_ik_keeps_that_of_home_and_says_so(ask, run):
+def test_without_an_orientation_ik_uses_that_of_home_and_says_so(ask, run):
     answer = ask("ik", "--xyz", "0.4,0,0.5")
     assert answer.target["orientation"] == "home"
     assert dh_pose(answer.q)[:3, :3] == pytest.approx(dh_pose(HOME)[:3, :3], abs=2e-5)
@@ -214,13 +214,13 @@ def test_without_an_orientation_ik_keeps_that_of_home_and_says_so(ask, run):
     assert "none given" not in run("ik", "--xyz", "0.4,0,0.5", "--rpy", "pi,0,0").stdout
 
 
-def test_ik_in_degrees(ask):
+def test_ik_accepts_degrees(ask):
     in_degrees = ask("ik", "--xyz", "0.4,0,0.5", "--rpy", "180,0,45", "--q-seed", "0,-45,0,-135,0,90,45", "--degrees")
     in_radians = ask("ik", "--xyz", "0.4,0,0.5", "--rpy", "pi,0,pi/4", "--q-seed", "0,-pi/4,0,-3pi/4,0,pi/2,pi/4")
     assert in_degrees.q == pytest.approx(in_radians.q, abs=1e-9)
 
 
-def test_ik_out_of_reach_says_how_near_it_came_and_exits_1(ask, run):
+def test_an_unreachable_target_prints_the_remaining_error_and_exits_1(ask, run):
     answer = ask("ik", "--xyz", "0,0,3")
     assert (answer.exit_code, answer.success, answer.status) == (1, False, "unreachable")
     assert answer.position_error == pytest.approx(np.linalg.norm(dh_pose(answer.q)[:3, 3] - [0, 0, 3]), abs=1e-9)
@@ -238,7 +238,7 @@ def test_ik_by_jacobian_transpose_from_a_seed(ask):
     assert answer.q == pytest.approx(HOME, abs=0.1)
 
 
-def test_ik_shows_people_q_between_its_limits(run):
+def test_ik_shows_each_joint_between_its_limits(run):
     result = run("ik", "--xyz", "0.4,0,0.5")
     assert result.exit_code == 0
     line = next(line for line in result.stdout.splitlines() if "panda_joint6" in line)
@@ -250,13 +250,13 @@ def test_ik_shows_people_q_between_its_limits(run):
     assert re.search(r"^solved: ", result.stdout, flags=re.MULTILINE)
 
 
-def test_a_target_beyond_all_numbers_is_refused(run):
+def test_a_target_beyond_a_million_metres_is_refused(run):
     refused = run("ik", "--xyz", "0,0,1e300")
     assert refused.exit_code == 2
     assert "beyond 1e+06 m" in refused.stderr
 
 
-def test_the_same_seed_gives_the_same_answer(ask):
+def test_the_same_seed_gives_the_same_solution(ask):
     first, again = (ask("ik", "--xyz", "0.3,0.3,0.3", "--seed", "5").q for _ in range(2))
     assert first == again
 
@@ -273,12 +273,12 @@ def test_the_same_seed_gives_the_same_answer(ask):
         (["--xyz", "1,2,3", "--method", "newton"], "method: 'newton' is not a method"),
     ],
 )
-def test_ik_refuses_what_it_cannot_take(refusal, arguments, start):
+def test_bad_arguments_of_ik_are_refused(refusal, arguments, start):
     assert refusal("ik", *arguments).startswith(start)
 
 
 @pytest.mark.parametrize("arguments", [[], ["--xyz", "1,2,3", "--seed", "-1"], ["--xyz", "1,2,3", "--seed", "one"]])
-def test_ik_without_its_options_is_a_usage_error(run, arguments):
+def test_ik_without_a_target_is_a_usage_error(run, arguments):
     result = run("ik", *arguments)
     assert result.exit_code == 2
     assert "Usage: ulna ik" in result.stderr

@@ -1,4 +1,4 @@
-"""``ulna list``, and the completion of a shell."""
+"""``ulna list``, and shell completion."""
 
 import os
 import subprocess
@@ -10,7 +10,7 @@ import ulna
 from ulna.description.names import cached_descriptions
 
 
-def test_every_robot_that_is_listed_as_installed_loads(ask):
+def test_robots_listed_as_installed_can_be_loaded(ask):
     robots = ask("list").robots
     assert {"panda", "ur5", "tiago"} <= {robot["name"] for robot in robots}
     assert len({robot["path"] for robot in robots if robot["path"]}) == sum(robot["path"] is not None for robot in robots)
@@ -21,17 +21,17 @@ def test_every_robot_that_is_listed_as_installed_loads(ask):
                 assert ulna.load(name).link_names
 
 
-def test_a_part_of_a_name_or_of_a_package_filters(ask, run):
-    told = ask("list", "UR5")
-    names = [name for robot in told.robots for name in (robot["name"], *robot["also"])]
+def test_a_part_of_a_name_or_package_filters_the_list(ask, run):
+    answer = ask("list", "UR5")
+    names = [name for robot in answer.robots for name in (robot["name"], *robot["also"])]
     assert {"ur5", "ur5_robot"} <= set(names)
-    assert all("ur5" in robot["name"] + "".join(robot["also"]) for robot in told.robots)
+    assert all("ur5" in robot["name"] + "".join(robot["also"]) for robot in answer.robots)
     assert [robot["name"] for robot in ask("list", "bundled").robots] == ["panda"]
     none = run("list", "no such robot")
     assert (none.exit_code, none.stdout.splitlines()[0]) == (1, "no robot is called so")
 
 
-def test_what_is_not_installed_is_said(run, monkeypatch, tmp_path):
+def test_a_robot_that_is_not_downloaded_is_marked(run, monkeypatch, tmp_path):
     package = tmp_path / "robot_descriptions"
     package.mkdir()
     (package / "__init__.py").touch()
@@ -50,7 +50,7 @@ def test_what_is_not_installed_is_said(run, monkeypatch, tmp_path):
     assert "not downloaded" not in run("list", "arm9").stdout
 
 
-def test_an_unknown_name_is_sent_to_the_list(refusal):
+def test_the_error_for_an_unknown_robot_refers_to_ulna_list(refusal):
     assert "`ulna list` prints them" in refusal("info", "zzzzzzzz")
 
 
@@ -81,7 +81,7 @@ def test_a_shell_completes_commands_options_and_robots(words, expected):
     assert set(completions(*words)) >= set(expected)
 
 
-def test_the_script_of_a_shell_is_shown():
+def test_the_completion_script_is_printed():
     code = "from ulna.cli.app import app; app(['--show-completion', 'bash'], prog_name='ulna')"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True,
                            env={**os.environ, "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}).stdout  # fmt: skip

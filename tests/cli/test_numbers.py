@@ -29,21 +29,21 @@ HOME = [0, -PI / 4, 0, -3 * PI / 4, 0, PI / 2, PI / 4]
         ("+pi/1.5", PI / 1.5),
     ],
 )
-def test_a_number_is_what_it_says(text, value):
+def test_numbers_and_multiples_of_pi_are_parsed(text, value):
     assert numbers("--q", text, [Coordinate("a", "rad")]) == [value]
 
 
-def test_commas_and_blanks_separate():
+def test_numbers_are_separated_by_commas_or_whitespace():
     abcd = [Coordinate(name, "m") for name in "abcd"]
     for text in ("0,-pi/4,0.5 1e-3", " 0 , -pi/4\t0.5,1e-3 ", "0 -pi/4 0.5 1e-3"):
         assert numbers("--q", text, abcd) == [0, -PI / 4, 0.5, 1e-3]
 
 
-def test_home_as_the_assignment_writes_it_is_home_to_the_last_bit():
+def test_the_home_configuration_is_parsed_to_the_last_bit():
     assert numbers("--q", "0,-pi/4,0,-3pi/4,0,pi/2,pi/4", [Coordinate(name, "rad") for name in "abcdefg"]) == HOME
 
 
-def test_degrees_are_of_angles_only():
+def test_degrees_apply_to_angles_only():
     entries = [Coordinate("turn", "rad"), Coordinate("slide", "m"), Coordinate("w", "")]
     assert numbers("--q", "180 180 180", entries, degrees=True) == [PI, 180, 180]
 
@@ -51,21 +51,21 @@ def test_degrees_are_of_angles_only():
 @pytest.mark.parametrize(
     "word", ["one", "nan", "inf", "1e999", "1_0", "0x1", "pi/0", "2**3", "pi*2", "3/4", "--1", "1;2", "pipi", "()"]
 )
-def test_what_is_no_number_is_refused(refusal, word):
+def test_text_that_is_not_a_number_is_refused(refusal, word):
     message = refusal("fk", "--q", f"0,0,0,{word},0,0,0")
     assert message == f"--q: {word!r} is not a number; numbers are written as 0.5, 1e-3, pi/2 or -3pi/4"
 
 
 @pytest.mark.parametrize(("text", "count"), [("", "0 numbers"), ("1", "1 number"), ("1,2,3,4,5,6,7,8", "8 numbers")])
-def test_a_wrong_count_names_the_joints(refusal, text, count):
+def test_the_error_for_a_wrong_count_names_the_joints(refusal, text, count):
     assert refusal("fk", "--q", text).startswith(f"--q: {count}, but 7 are expected: panda_joint1, panda_joint2")
 
 
-def test_an_empty_place_is_not_skipped(refusal):
+def test_an_empty_entry_is_refused(refusal):
     assert "'' is not a number" in refusal("fk", "--q", "0,,0,0,0,0,0")
 
 
-def test_pi_is_no_number_of_degrees(refusal):
+def test_pi_with_degrees_is_refused(refusal):
     assert refusal("fk", "--degrees", "--q", "0,0,0,0,0,0,pi/4") == "--q: 'pi/4' is in radians, but --degrees is given"
 
 

@@ -15,7 +15,7 @@ def test_a_picture_of_any_robot(run, tmp_path, slider):
     assert (tmp_path / "slider.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_robot_moves_along_the_rows_of_a_file_among_the_obstacles_of_a_scene(run, tmp_path):
+def test_a_video_of_a_trajectory_file_and_a_scene_file(run, tmp_path):
     world = ulna.World()
     world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.6, 0, 0.3)))
     ulna.save_world(world, tmp_path / "scene.json")
@@ -39,19 +39,19 @@ def test_a_robot_moves_along_the_rows_of_a_file_among_the_obstacles_of_a_scene(r
     [
         ("a.csv", "1,2\n", "--trajectory: a.csv has shape (1, 2); rows of 7 joint positions are expected"),
         ("a.csv", "", "--trajectory: a.csv has shape (0, 0); rows of 7"),
-        ("a.csv", "0,0,0,0,0,0,0\nx\n", "--trajectory: a.csv:2: 'x' is no row of numbers"),
+        ("a.csv", "0,0,0,0,0,0,0\nx\n", "--trajectory: a.csv:2: 'x' is not a row of numbers"),
         ("a.csv", "0,0,0,0,0,0,0\n1,2\n", "--trajectory: a.csv:2: 2 numbers, but 7 in the row before"),
         ("a.csv", "0,0,0,nan,0,0,0\n", "--trajectory: a.csv: row 0 is not finite"),
-        ("a.npy", "1,2", "--trajectory: a.npy is no .npy file of numbers"),
+        ("a.npy", "1,2", "--trajectory: a.npy is not a .npy file of numbers"),
     ],
 )
-def test_a_trajectory_that_is_none_is_refused_in_one_line(refusal, tmp_path, name, content, message):
+def test_a_bad_trajectory_file_is_refused_in_one_line(refusal, tmp_path, name, content, message):
     (tmp_path / name).write_text(content)
     assert refusal("record", tmp_path / "a.mp4", "--trajectory", tmp_path / name).startswith(message)
     assert not (tmp_path / "a.mp4").exists()
 
 
-def test_joint_positions_are_given_once(refusal, tmp_path):
+def test_q_and_trajectory_together_are_refused(refusal, tmp_path):
     assert refusal("record", tmp_path / "a.mp4", "--trajectory", "a.csv", "--q", "0").startswith("--q: does not go with")
 
 
@@ -66,7 +66,7 @@ def test_joint_positions_are_given_once(refusal, tmp_path):
         (["panda.png", "--fps", "10"], "--seconds, --fps: go with a video"),
         (["panda.png", "--seconds", "3"], "--seconds, --fps: go with a video"),
         (["panda.mp4", "--degrees"], "--degrees: goes with --q"),
-        (["panda.png", "--at", "1"], "--at: goes with the demo; a robot that stands still has no moments"),
+        (["panda.png", "--at", "1"], "--at: goes with the demo; a robot that does not move has no points in time"),
         (["panda.png", "--q", "1"], "--q: 1 number, but 7 are expected"),
         (["missing/panda.png"], "missing/panda.png: cannot be written: No such file or directory"),
     ],
@@ -77,13 +77,13 @@ def test_a_wrong_argument_is_refused_in_one_line(refusal, tmp_path, monkeypatch,
     assert not list(tmp_path.iterdir())
 
 
-def test_without_a_robot_and_without_the_demo_it_says_to_name_a_robot(refusal, tmp_path, monkeypatch):
+def test_without_a_robot_and_without_the_demo_a_robot_is_required(refusal, tmp_path, monkeypatch):
     monkeypatch.setattr(record_file, "load_plugins", lambda _group: [])
     assert refusal("record", tmp_path / "out.mp4").startswith("--robot: name a robot to record")
 
 
 @pytest.mark.parametrize("package", ["av", "PIL", "trimesh"])
-def test_without_the_extra_it_says_how_to_get_it(refusal, monkeypatch, tmp_path, package):
+def test_a_missing_viewer_extra_is_named(refusal, monkeypatch, tmp_path, package):
     for name in [name for name in sys.modules if name.startswith("ulna.viewer") or name.partition(".")[0] == package]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)

@@ -8,7 +8,7 @@ import ulna
 from processes import free_port, running, wait_for
 
 
-def test_it_serves_a_robot_with_its_scene_until_it_is_interrupted(tmp_path):
+def test_view_serves_the_page_until_ctrl_c(tmp_path):
     world = ulna.World()
     world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.6, 0, 0.3)))
     ulna.save_world(world, tmp_path / "scene.json")
@@ -36,11 +36,11 @@ def test_meshes_are_checked_as_their_hulls_and_a_line_says_so(wedge, tmp_path):
     for options, lines in (((), 1), (("--meshes", "hulls"), 1), (("--meshes", "none"), 0)):
         with (tmp_path / "output").open("w+") as output, running(*command, *options, stdout=output, stderr=output):
             wait_for(lambda: " is at http://" in (tmp_path / "output").read_text(), "the address")
-        said = (tmp_path / "output").read_text().splitlines()
-        assert said.count("collision by convex hulls of 1 mesh") == lines, options
+        lines_written = (tmp_path / "output").read_text().splitlines()
+        assert lines_written.count("collision by convex hulls of 1 mesh") == lines, options
 
 
-def test_check_takes_a_scene_file(run, tmp_path):
+def test_check_accepts_a_scene_file(run, tmp_path):
     world = ulna.World()
     world.add("crate", ulna.Sphere(0.1), ulna.pose((0.3, 0, 0.5)))
     ulna.save_world(world, tmp_path / "scene.json")
@@ -49,20 +49,20 @@ def test_check_takes_a_scene_file(run, tmp_path):
     assert "crate" in {pair["name_b"] for pair in json.loads(result.stdout)["pairs"]}
 
 
-def test_a_scene_that_is_wrong_is_one_line(run, tmp_path):
+def test_a_bad_scene_file_is_refused_in_one_line(run, tmp_path):
     (tmp_path / "scene.json").write_text('{"ulna_scene": 1, "objects": [{"name": "a", "shape": "bix"}]}')
     for command in ("check", "view"):
         result = run(command, "--scene", str(tmp_path / "scene.json"))
         assert result.exit_code == 2
-        assert result.stderr == "ulna: scene.json: object 1 'a': 'bix' is no shape; did you mean 'box'?\n"
+        assert result.stderr == "ulna: scene.json: object 1 'a': 'bix' is not a known shape; did you mean 'box'?\n"
 
 
-def test_what_the_page_refuses_is_told_by_the_name_of_the_option(refusal):
+def test_bad_options_are_refused_by_name(refusal):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert refusal("view", "--no-open", "--port", port).startswith(f"--port: {port} is in use on 127.0.0.1")
     assert refusal("view", "--no-open", "--port", "0", "--q", "2e6,0,0,0,0,0,0").startswith("q[0]: ")
 
 
-def test_a_port_that_cannot_be_is_refused(run):
+def test_a_port_above_65535_is_refused(run):
     assert run("view", "--port", "99999").exit_code == 2

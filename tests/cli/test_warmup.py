@@ -1,4 +1,4 @@
-"""``ulna warmup``: after it nothing is compiled any more, whatever is asked."""
+"""``ulna warmup``: it compiles every entry for every signature, so that nothing is compiled afterwards."""
 
 import importlib
 import json
@@ -15,7 +15,7 @@ from ulna.drivers import DRIVERS
 from ulna.engine import warmup
 from ulna.engine.decorators import ENTRIES
 
-# Calls of every kind; then how entries were called without being told of it, and of what they were told without being called so.
+# Makes calls of every kind. Then prints the signatures that were used but not declared, and those declared but not used.
 CALLS = """
 import json, sys
 from pathlib import Path
@@ -53,16 +53,16 @@ panda.inverse_kinematics(targets, batch, max_step=0.5, held=["panda_joint1"])
 panda.inverse_kinematics(target, world=mixed, rank="clearance"), panda.inverse_kinematics(target, task="pointing", rank="nearest")
 panda.inverse_kinematics_all(target)
 record_robot(make_form(Path(sys.argv[1]), 0.1, (64, 36)), panda, panda.home)
-told = {entry.py_func.__name__: {tuple(call) for call in calls.signatures} for entry, calls in ENTRIES.items()}
-met = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}
+declared = {entry.py_func.__name__: {tuple(call) for call in calls.signatures} for entry, calls in ENTRIES.items()}
+used = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}
 print(json.dumps({
-    "untold": [f"{name}{call}" for name in told for call in met[name] - told[name]],
-    "unmet": [f"{name}{call}" for name in told for call in told[name] - met[name]],
+    "undeclared": [f"{name}{call}" for name in declared for call in used[name] - declared[name]],
+    "unused": [f"{name}{call}" for name in declared for call in declared[name] - used[name]],
 }))
 """
 
 
-# The command, of three entries alone: all of them take a minute or two.
+# The command with three entries only: all of them would take a minute or two.
 SOME = """
 import sys
 from ulna.engine import warmup
@@ -87,12 +87,12 @@ def run(*arguments, **variables):
 
 
 @pytest.mark.timeout(900)  # on a machine that has compiled nothing yet, with the other tests beside it
-def test_each_entry_is_told_of_every_kind_of_call_that_it_meets_and_of_no_other(tmp_path):
-    """So that what is compiled ahead is all that there is."""
-    assert json.loads(run(CALLS, str(tmp_path / "film.mp4")).stdout) == {"untold": [], "unmet": []}
+def test_each_entry_declares_exactly_the_signatures_it_is_called_with(tmp_path):
+    """Warmup compiles the declared signatures, so these must be complete."""
+    assert json.loads(run(CALLS, str(tmp_path / "film.mp4")).stdout) == {"undeclared": [], "unused": []}
 
 
-def test_nothing_is_compiled_after_it(tmp_path):
+def test_nothing_is_compiled_after_warmup(tmp_path):
     cache = {"NUMBA_CACHE_DIR": str(tmp_path)}
     first = run(SOME, "--json", **cache)
     data = json.loads(first.stdout)
@@ -106,8 +106,8 @@ def test_nothing_is_compiled_after_it(tmp_path):
     assert "1 of 3: " in again.stderr
 
 
-def test_every_module_of_drivers_is_looked_at():
-    """An entry of a module that nothing has imported yet would be missed."""
+def test_warmup_covers_every_module_of_drivers():
+    """Entries of modules that are not yet imported are included."""
     code = """
 from ulna.drivers import DRIVERS
 from ulna.engine.warmup import all_jobs
@@ -120,12 +120,12 @@ print(*{job.name for job in all_jobs(DRIVERS)})
         assert own == {name for name in found if name.startswith(f"{module.name}.")}
 
 
-def test_every_signature_is_a_job():
+def test_every_signature_is_one_job():
     jobs = warmup.all_jobs(DRIVERS)
     assert len(set(jobs)) == len(jobs) == sum(len(ENTRIES[DRIVERS.marked(name)].signatures) for name in DRIVERS.names())
 
 
-def test_it_says_where_nothing_can_be_kept(tmp_path):
+def test_a_cache_folder_that_cannot_be_written_is_an_error(tmp_path):
     file = tmp_path / "file"
     file.touch()
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(file / "below")}
@@ -134,6 +134,6 @@ def test_it_says_where_nothing_can_be_kept(tmp_path):
     assert done.stderr.startswith("ulna: cache folder: it cannot be written")
 
 
-def test_the_command_line_does_not_load_the_compiler_for_it():
+def test_importing_the_warmup_command_does_not_import_numba():
     code = "import sys, ulna.cli.warmup, ulna.cli.app; print('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

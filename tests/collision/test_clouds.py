@@ -98,7 +98,7 @@ def test_it_is_frozen_and_goes_to_another_process(cloud):
 
 
 def test_nothing_can_hold_it(panda):
-    with pytest.raises(GeometryError, match="PointCloud, which nothing can hold"):
+    with pytest.raises(GeometryError, match="PointCloud, which cannot be attached"):
         panda.with_attached("cloud", ulna.PointCloud([(0, 0, 0)], 0.1), np.eye(4))
 
 

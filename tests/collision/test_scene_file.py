@@ -95,8 +95,8 @@ def test_an_empty_world_is_a_scene_too():
     ("text", "said"),
     [
         (scene(extent=1), r"scene: object 1 'crate': key 'extent' is not known; did you mean 'extents'"),
-        (scene(shape="bix"), r"object 1 'crate': 'bix' is no shape; did you mean 'box'"),
-        (scene(shape=["box"]), "is no shape"),
+        (scene(shape="bix"), r"object 1 'crate': 'bix' is not a known shape; did you mean 'box'"),
+        (scene(shape=["box"]), "is not a known shape"),
         (scene(shape="sphere"), "key 'extents' is not known"),
         (scene(extents=[1, 2]), "object 1 'crate': extents: "),
         (scene(extents=[1, 2, -3]), "extents: "),
@@ -110,11 +110,11 @@ def test_an_empty_world_is_a_scene_too():
         ('{"ulna_scene": 1, "objects": [{"name": "a", "shape": "sphere"}]}', "object 1 'a': a sphere needs 'radius'"),
         ('{"ulna_scene": 1, "objects": [{"name": "a", "shape": "sphere", "radius": NaN}]}', "NaN is not a finite number"),
         ('{"ulna_scene": 1, "objects": [], "objets": []}', "the scene: key 'objets' is not known; did you mean 'objects'"),
-        ('{"ulna_scene": 1, "objects": [{"name": "a", "name": "b"}]}', "key 'name' stands twice"),
+        ('{"ulna_scene": 1, "objects": [{"name": "a", "name": "b"}]}', "key 'name' is given twice in one object"),
         ('{"ulna_scene": 2, "objects": []}', '"ulna_scene" is 2; this version'),
         ("[]", "is not a scene"),
-        ('{"ulna_scene": 1,\n "objects": [}', "scene:2: is no JSON"),
-        ("[" * 100_000, "is no JSON"),
+        ('{"ulna_scene": 1,\n "objects": [}', "scene:2: is not valid JSON"),
+        ("[" * 100_000, "is not valid JSON"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_place(text, said):
@@ -146,5 +146,5 @@ def test_files_that_cannot_be_read_or_written_are_named(tmp_path):
 
 def test_bytes_that_are_no_text_are_refused(tmp_path):
     (tmp_path / "scene.json").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(DescriptionError, match=r"scene\.json: is no JSON"):
+    with pytest.raises(DescriptionError, match=r"scene\.json: is not valid JSON"):
         load_world(tmp_path / "scene.json")

@@ -145,7 +145,7 @@ def test_every_kind_that_is_found_can_be_ignored():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"ignore": ["poses"]}, r"ignore: 'poses' is no kind of difference; did you mean 'pose'\?"),
+        ({"ignore": ["poses"]}, r"ignore: 'poses' is not a kind of difference; did you mean 'pose'\?"),
         ({"position_tolerance": -1.0}, r"position_tolerance: -1.0; a number of at least 0"),
         ({"limit_tolerance": np.nan}, "limit_tolerance: nan"),
         ({"limit_tolerance": "none"}, "limit_tolerance: 'none'"),

@@ -1,4 +1,4 @@
-"""Videos and pictures of the demo, read again and looked at: what is seen is held against the collision checker."""
+"""Videos and pictures of the demo, decoded again and compared with the collision checker."""
 
 from itertools import product
 
@@ -30,7 +30,7 @@ def light_of(pixels):
 
 
 def expected_lights(seconds, rate):
-    """What the checker says, asked anew: at each frame's time, in a world of its own."""
+    """The colour of the light at each frame's time, by a collision check in a world made here."""
     demo, robot, lights = Demo(), load("panda"), []
     story = Script(demo, seconds)
     for k in range(round(seconds * rate)):
@@ -48,7 +48,7 @@ def video(tmp_path_factory):
     return path
 
 
-def test_a_video_has_its_frames_its_size_and_plays_in_browsers(video):
+def test_a_video_has_the_requested_length_size_and_a_browser_format(video):
     frames, codec, pixel_format, rate, seconds = decoded(video)
     assert len(frames) == 60
     assert {frame.shape for frame in frames} == {(180, 320, 3)}
@@ -64,7 +64,7 @@ def test_the_light_is_red_in_the_frames_in_which_the_checker_finds_a_collision(v
     assert 6 < lights.count("red") < 54
 
 
-def test_a_moving_picture_lasts_as_long_and_has_the_same_lights(tmp_path):
+def test_a_gif_has_the_requested_length_and_the_same_lights(tmp_path):
     path = tmp_path / "demo.gif"
     record_demo(make_form(path, 3.0, SIZE, 15))
     lights, total = [], 0
@@ -79,7 +79,7 @@ def test_a_moving_picture_lasts_as_long_and_has_the_same_lights(tmp_path):
     assert lights == expected_lights(3.0, 15)
 
 
-def test_a_picture_shows_the_moment_that_is_asked_for(tmp_path):
+def test_a_png_shows_the_requested_time(tmp_path):
     path = tmp_path / "demo.png"
     seen = {}
     for at in (0.0, 3.0):
@@ -89,18 +89,18 @@ def test_a_picture_shows_the_moment_that_is_asked_for(tmp_path):
     assert seen == {0.0: "green", 3.0: "red"}
 
 
-def test_the_same_command_makes_the_same_file(video, tmp_path):
+def test_two_runs_write_the_same_file(video, tmp_path):
     record_demo(make_form(tmp_path / "again.mp4", 6.0, SIZE, 10))
     assert (tmp_path / "again.mp4").read_bytes() == video.read_bytes()
 
 
-def test_the_sides_of_a_video_are_made_even(tmp_path):
+def test_width_and_height_of_a_video_are_rounded_up_to_even_numbers(tmp_path):
     record_demo(make_form(tmp_path / "odd.mp4", 0.2, (161, 91), 10))
     assert {frame.shape for frame in decoded(tmp_path / "odd.mp4")[0]} == {(92, 162, 3)}
 
 
 @pytest.mark.parametrize("size", [(200, 200), (90, 320), (400, 100)])
-def test_a_picture_of_any_shape_shows_the_arm_the_box_and_the_light(tmp_path, size):
+def test_a_picture_of_any_aspect_ratio_shows_the_box_and_the_light(tmp_path, size):
     path = tmp_path / "demo.png"
     record_demo(make_form(path, 30.0, size), 0.0)
     pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
@@ -109,7 +109,7 @@ def test_a_picture_of_any_shape_shows_the_arm_the_box_and_the_light(tmp_path, si
     assert np.count_nonzero(orange) > 10
 
 
-def test_the_box_is_in_sight_in_every_frame():
+def test_the_box_is_in_the_picture_in_every_frame():
     story = Script(Demo(), 30.0)
     corners = np.array(list(product((-1, 1), repeat=3))) * BOX.half_extents
     for k in range(900):

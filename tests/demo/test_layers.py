@@ -3,7 +3,7 @@ import sys
 from pathlib import Path
 
 
-def test_the_demo_is_a_guest_and_its_parts_keep_to_their_layers():
+def test_nothing_imports_the_demo_and_its_layers_hold():
     code = "from importlinter.cli import lint_imports_command as c; c()"
     config = str(Path(__file__).with_name("layers.toml"))
     linted = subprocess.run([sys.executable, "-c", code, "--config", config], capture_output=True, text=True, check=False)

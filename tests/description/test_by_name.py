@@ -1,4 +1,4 @@
-"""Robots by name: two packages, faked here, that are read where they lie and never asked to download."""
+"""Robots by name, from two packages that are imitated here. Their files are read; they are never imported and never download."""
 
 import sys
 from pathlib import Path
@@ -55,7 +55,7 @@ def put(file: Path, text: str) -> Path:
 
 @pytest.fixture(autouse=True)
 def nothing_else_installed(tmp_path, monkeypatch):
-    """Only these two packages are seen, and they cannot be imported: that would raise."""
+    """Only the two imitated packages are installed, and importing them raises."""
     site = tmp_path / "site"
     site.mkdir()
     monkeypatch.setattr(sys, "path", [str(site), *(p for p in sys.path if "site-packages" not in p)])
@@ -102,34 +102,34 @@ def cache(tmp_path):
         ("hyq", "hyq_x"),
     ],
 )
-def test_a_robot_of_example_robot_data_goes_by_its_files_name_or_in_short(examples, name, robot):
+def test_a_robot_of_example_robot_data_has_its_file_name_and_a_short_name(examples, name, robot):
     assert ulna.load(name).name == robot
 
 
 @pytest.mark.parametrize("name", ["kr6", "kr6_description"])
-def test_a_cached_robot_is_read_without_importing_the_package_that_would_download(descriptions, cache, name):
+def test_a_cached_robot_is_loaded_without_importing_robot_descriptions(descriptions, cache, name):
     assert ulna.load(name).name == "kr6"
     assert "robot_descriptions" not in sys.modules
 
 
-def test_a_cached_xacro_robot_has_its_arguments_and_packages_and_ours_come_first(descriptions, cache):
+def test_a_cached_xacro_robot_has_default_arguments_that_can_be_overridden(descriptions, cache):
     assert ulna.load("sided").link_names == ("left",)
     assert ulna.load("sided", xacro_args={"side": "right"}).link_names == ("right",)
 
 
-def test_the_meshes_of_a_robot_by_name_are_looked_for_where_its_description_lies(descriptions, cache, tmp_path):
+def test_the_meshes_of_a_robot_by_name_are_found_beside_its_description(descriptions, cache, tmp_path):
     put(tmp_path / "cache/arms/package/ball.stl", BALL)
     put(tmp_path / "cache/arms/package/kr6.urdf", MESHES)
     assert [finding.message for finding in ulna.inspect("kr6").findings] == ["no link has a collision shape"]
 
 
-def test_a_commit_in_the_environment_chooses_another_copy(descriptions, cache, tmp_path, monkeypatch):
+def test_a_commit_in_the_environment_selects_another_copy(descriptions, cache, tmp_path, monkeypatch):
     put(tmp_path / "cache/arms-123/arms/package/kr6.urdf", URDF.format("older"))
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", "123")
     assert ulna.load("kr6").name == "older"
 
 
-def test_what_is_not_in_the_cache_is_not_fetched_but_asked_for(descriptions, tmp_path):
+def test_a_robot_that_is_not_downloaded_is_an_error_with_the_command_that_downloads_it(descriptions, tmp_path):
     with pytest.raises(FileError) as caught:
         ulna.load("kr6")
     missing = tmp_path / "cache" / "arms"
@@ -137,39 +137,39 @@ def test_what_is_not_in_the_cache_is_not_fetched_but_asked_for(descriptions, tmp
     assert str(caught.value) == f"kr6: robot_descriptions knows it, but {missing} is not there; {pull}"
 
 
-def test_a_module_that_cannot_be_understood_is_named(descriptions, cache):
-    with pytest.raises(FileError, match=r"broken_description\.py: cannot be understood \(ZeroDivisionError: division by zero\)$"):
+def test_a_module_that_cannot_be_read_is_named(descriptions, cache):
+    with pytest.raises(FileError, match=r"broken_description\.py: cannot be read \(ZeroDivisionError: division by zero\)$"):
         ulna.load("broken")
 
 
 @pytest.mark.parametrize("name", ["ball_mj", "ball"])
-def test_a_robot_without_a_urdf_is_not_offered(descriptions, cache, name):
+def test_a_robot_without_a_urdf_is_not_listed(descriptions, cache, name):
     with pytest.raises(FileError, match=r"^ball.*nor is it a robot's name"):
         ulna.load(name)
 
 
-def test_example_robot_data_comes_first_whatever_the_cache_holds(examples, descriptions, cache, nothing_else_installed):
+def test_example_robot_data_comes_before_the_cache(examples, descriptions, cache, nothing_else_installed):
     put(nothing_else_installed / "cmeel.prefix/share/example-robot-data/robots/kr_description/kr6.urdf", URDF.format("example"))
     assert ulna.load("kr6").name == "example"
 
 
-def test_a_file_comes_before_a_robot_of_that_name_elsewhere(examples, tmp_path):
+def test_a_file_comes_before_a_package_robot_of_the_same_name(examples, tmp_path):
     put(tmp_path / "ur5", URDF.format("mine"))
     assert ulna.load("ur5").name == "mine"
 
 
-def test_near_names_are_listed_with_where_they_are(examples, descriptions):
+def test_similar_names_are_suggested_with_their_packages(examples, descriptions):
     near = "'ur' (example-robot-data) or 'ur5' (example-robot-data) or 'kr6' (robot_descriptions)"
     with pytest.raises(FileError) as caught:
         ulna.load("ur6")
     assert str(caught.value) == f"ur6: no such file; nor is it a robot's name; did you mean {near}?"
     with pytest.raises(FileError, match=r"did you mean 'panda' \(bundled\)\?$"):
         ulna.load("pandaa")
-    with pytest.raises(FileError, match=r"names are known, of which none is near; `ulna list` prints them$"):
+    with pytest.raises(FileError, match=r"names are known, none of them similar; `ulna list` prints them$"):
         ulna.load("zzzzzzzz")
 
 
-def test_without_the_packages_it_is_said_how_to_get_them():
+def test_without_the_packages_the_error_says_how_to_install_them():
     with pytest.raises(
         FileError, match=r"did you mean .*; more robots come by name with: pip install example-robot-data robot_descriptions$"
     ):

@@ -1,6 +1,6 @@
-"""What the operating system refuses the child, each of its means alone.
+"""What Landlock, seccomp and the resource limits each refuse to the child process, one at a time.
 
-That each attempt succeeds in a process that is not confined is tested first.
+The first test shows that each attempt succeeds in a process that is not confined.
 """
 
 import re
@@ -68,7 +68,7 @@ else:
 """
 
 
-def attempted(confine: str, name: str, place: Path) -> str:
+def try_in_child(confine: str, name: str, place: Path) -> str:
     (place / "victim").touch()
     attempt = ATTEMPTS[name].replace("MARK", str(place / "mark")).replace("VICTIM", str(place / "victim"))
     program = PROGRAM.format(path=sys.path, confine=confine, attempt=attempt)
@@ -77,8 +77,8 @@ def attempted(confine: str, name: str, place: Path) -> str:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the attempts are those of Linux")
 @pytest.mark.parametrize("name", [name for name in ATTEMPTS if name not in NOT_TRIED_FREELY])
-def test_an_attempt_succeeds_where_nothing_is_given_up(name, tmp_path):
-    assert attempted("''", name, tmp_path) == "done"
+def test_an_attempt_succeeds_without_confinement(name, tmp_path):
+    assert try_in_child("''", name, tmp_path) == "done"
 
 
 @pytest.mark.skipif(not HAS_LANDLOCK, reason="the kernel has no Landlock")
@@ -86,35 +86,35 @@ def test_an_attempt_succeeds_where_nothing_is_given_up(name, tmp_path):
 def test_landlock_alone_refuses(name, tmp_path):
     if name == "signal" and landlock.version() < 6:
         pytest.skip("this version of Landlock knows no signals")
-    assert attempted("landlock.give_up_files()", name, tmp_path) == "refused"
+    assert try_in_child("landlock.give_up_files()", name, tmp_path) == "refused"
 
 
 @pytest.mark.skipif(not HAS_SECCOMP, reason="the numbers of this machine's system calls are not known")
 @pytest.mark.parametrize("name", ATTEMPTS)
 def test_seccomp_alone_refuses(name, tmp_path):
-    assert attempted("seccomp.give_up_calls()", name, tmp_path) == "refused"
+    assert try_in_child("seccomp.give_up_calls()", name, tmp_path) == "refused"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the attempts are those of Linux")
 @pytest.mark.parametrize("name", BY_LIMITS)
 def test_the_limits_alone_refuse(name, tmp_path):
-    assert attempted("limits.set_limits(1 << 31, 20)", name, tmp_path) == "refused"
+    assert try_in_child("limits.set_limits(1 << 31, 20)", name, tmp_path) == "refused"
 
 
 @pytest.mark.skipif(not (HAS_LANDLOCK and HAS_SECCOMP), reason="the system has not both")
-def test_all_of_them_can_be_had_here(tmp_path):
-    assert attempted("confinement.confine(1 << 31, 20)", "read", tmp_path) == "refused"
+def test_landlock_seccomp_and_limits_work_together(tmp_path):
+    assert try_in_child("confinement.confine(1 << 31, 20)", "read", tmp_path) == "refused"
 
 
 @pytest.mark.skipif(not Path("/usr/include/asm-generic/unistd.h").is_file(), reason="the kernel's headers are not installed")
-def test_the_numbers_of_the_system_calls_of_arm_are_those_of_the_kernels_headers():
+def test_the_system_call_numbers_of_arm_are_those_of_the_kernel_headers():
     generic = Path("/usr/include/asm-generic/unistd.h").read_text()  # of aarch64, among others
     for name, (_, number) in seccomp.ALLOWED.items():
         assert re.search(rf"^#define __NR(_|3264_){name} {number}$", generic, re.MULTILINE), name
 
 
 @pytest.mark.skipif(not Path("/usr/include/x86_64-linux-gnu/asm/unistd_64.h").is_file(), reason="these headers are not installed")
-def test_so_are_those_of_x86_64():
+def test_the_system_call_numbers_of_x86_64_are_those_of_the_kernel_headers():
     header = Path("/usr/include/x86_64-linux-gnu/asm/unistd_64.h").read_text()
     for name, (number, _) in seccomp.ALLOWED.items():
         assert re.search(rf"^#define __NR_{name} {number}$", header, re.MULTILINE), name

@@ -1,4 +1,4 @@
-"""Convex meshes: what they are made of, and what is refused by name. A half-space; and the columns that kernels read."""
+"""Convex meshes and what is refused as one; and the columns of every shape that the kernels read."""
 
 import copy
 import pickle
@@ -14,12 +14,12 @@ from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 CUBE = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
 
-def test_the_hull_keeps_the_corners_alone(rng):
+def test_the_hull_keeps_only_the_corners(rng):
     mesh = ulna.ConvexMesh.from_points(np.vstack([rng.uniform(-0.99, 0.99, (500, 3)), CUBE]))
     assert sorted(map(tuple, mesh.vertices)) == sorted(map(tuple, CUBE))
 
 
-def test_without_a_hull_all_points_are_kept_once():
+def test_without_a_hull_duplicate_points_are_removed():
     assert len(ulna.ConvexMesh(np.vstack([CUBE, CUBE, np.zeros((1, 3))])).vertices) == 9
 
 
@@ -34,20 +34,20 @@ def test_the_vertices_are_a_frozen_copy():
 
 
 @pytest.mark.parametrize("points", [CUBE[:3], CUBE * (1, 1, 0), CUBE * (1, 0, 0), CUBE[:1]])
-def test_what_has_no_volume_is_told_by_the_hull_and_taken_as_it_is(points):
+def test_flat_points_are_refused_by_from_points_and_accepted_by_the_constructor(points):
     with pytest.raises(ulna.InputError, match="no volume"):
         ulna.ConvexMesh.from_points(points)
     assert len(ulna.ConvexMesh(points).vertices) >= 1
 
 
 @pytest.mark.parametrize("points", [[], [1, 2, 3], [[1, 2]], [[np.nan, 0, 0]], [[np.inf, 0, 0]], [[2e6, 0, 0]], "cube", None])
-def test_what_is_no_set_of_points_is_refused_by_name(points):
+def test_an_array_that_is_not_a_set_of_points_is_refused(points):
     for make in (ulna.ConvexMesh, ulna.ConvexMesh.from_points):
         with pytest.raises(ulna.InputError, match="vertices"):
             make(points)
 
 
-def test_every_solid_has_its_columns():
+def test_the_columns_of_every_shape():
     expected = {
         ulna.Sphere(0.3): (SPHERE, 0, 0, 0, 0.3, 0, 0, 0.3),
         ulna.Capsule(radius=0.1, length=0.6): (CAPSULE, 0, 0, 0.3, 0.1, 0, 0, 0.4),
@@ -63,6 +63,6 @@ def test_every_solid_has_its_columns():
     assert shape_vertices(ulna.HalfSpace()).shape == (0, 3)
 
 
-def test_a_mesh_as_a_file_gives_it_is_refused():
+def test_a_mesh_file_is_refused_as_a_collision_shape():
     with pytest.raises(ulna.GeometryError, match="with_convex_hulls"):
         shape_columns(ulna.Mesh("part.stl"))

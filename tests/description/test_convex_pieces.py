@@ -1,4 +1,4 @@
-"""``robot.with_convex_pieces()``: meshes as convex pieces that hold them whole and follow their hollows."""
+"""``robot.with_convex_pieces()``: convex pieces that contain the whole mesh and leave its hollows free."""
 
 import os
 import sys
@@ -48,7 +48,7 @@ def touches(robot, place, radius=0.1):
     return robot.in_collision([], world)
 
 
-def test_a_hollow_that_the_hull_fills_is_free_and_the_mesh_is_not(make):
+def test_a_hollow_is_free_with_pieces_and_filled_with_the_hull(make):
     robot = make()
     assert touches(robot.with_convex_hulls(), (1.4, 1.4, 0.5))
     pieces = robot.with_convex_pieces()
@@ -63,13 +63,13 @@ def test_a_mirrored_and_stretched_mesh_has_mirrored_and_stretched_pieces(make):
     assert touches(pieces, (5.8, -0.5, 0.5))
 
 
-def test_each_piece_has_a_name_and_says_how_far_it_stands_out(make):
+def test_each_piece_has_a_name_and_its_excess(make):
     bodies = make().with_convex_pieces().description.links[1].collisions
     assert [body.name for body in bodies] == [f"ell piece {k}" for k in range(1, len(bodies) + 1)]
     assert all(0 <= body.excess < 0.1 for body in bodies)
 
 
-def test_load_takes_the_words_and_no_others(make, tmp_path):
+def test_load_accepts_the_known_values_of_meshes_only(make, tmp_path):
     make()
     hulls, pieces, none = (ulna.load(tmp_path / "ell.urdf", meshes=word) for word in ("hulls", "decompose", None))
     assert hulls.collision_names == ("ell",)
@@ -79,7 +79,7 @@ def test_load_takes_the_words_and_no_others(make, tmp_path):
         ulna.load(tmp_path / "ell.urdf", meshes="hull")
 
 
-def test_pieces_are_kept_by_content_and_a_broken_file_is_made_anew(make, cache, monkeypatch):
+def test_pieces_are_cached_by_content_and_a_damaged_file_is_replaced(make, cache, monkeypatch):
     first = make().with_convex_pieces()
     [kept] = cache.iterdir()
     with monkeypatch.context() as patch:
@@ -93,14 +93,14 @@ def test_pieces_are_kept_by_content_and_a_broken_file_is_made_anew(make, cache, 
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders of Windows have no modes")
-def test_where_others_can_write_nothing_is_kept_or_read(make, cache):
+def test_a_cache_folder_that_others_can_write_is_not_used(make, cache):
     kept_pieces.write("name", Pieces((np.zeros((1, 3)),), 0.0))
     assert kept_pieces.read("name") is not None
     cache.parent.parent.chmod(0o777)
     assert kept_pieces.read("name") is None
 
 
-def test_what_takes_too_long_is_ended_and_said(make, monkeypatch):
+def test_a_decomposition_beyond_the_time_limit_is_an_error(make, monkeypatch):
     monkeypatch.setattr(decompose, "TIME_LIMIT_S", 0.01)
     with pytest.raises(ulna.FileError, match=r"ell\.obj.*cannot be decomposed.*no end.*limits are 0\.01 s"):
         make().with_convex_pieces()
@@ -113,8 +113,8 @@ def test_without_coacd_the_extra_is_named(make, monkeypatch):
         make().with_convex_pieces()
 
 
-def test_pieces_hold_every_triangle_even_of_hulls_that_do_not():
-    """Two boxes that are smaller than the L's arms, as a decomposition of a surface made anew may be."""
+def test_the_pieces_contain_every_triangle_even_if_the_given_hulls_do_not():
+    """The hulls are two boxes smaller than the L's arms, as CoACD may give them, since it remeshes the surface."""
     hulls = [CORNERS[CORNERS[:, 1] <= 1] * 0.98, CORNERS[CORNERS[:, 0] <= 1] * 0.98]
     pieces = [ConvexHull(points).equations for points in pieces_of(CORNERS, FACES, hulls)]
     shares = np.random.default_rng(0).dirichlet((1, 1, 1), (500, len(FACES)))
@@ -123,8 +123,8 @@ def test_pieces_hold_every_triangle_even_of_hulls_that_do_not():
     assert outside.max() < 1e-9
 
 
-def test_the_excess_of_the_hull_of_an_l_is_half_the_diagonal_of_its_hollow():
-    """The farthest point of the hull from the L is the middle of the hull's slanted side, from (3, 1) to (1, 3): (2, 2)."""
+def test_the_excess_of_the_hull_of_an_l_is_the_depth_of_its_hollow():
+    """The point of the hull farthest from the L is (2, 2), the middle of its side from (3, 1) to (1, 3): 1 m from the L."""
     assert sampled_excess(CORNERS, FACES, [CORNERS]) == pytest.approx(1.0, abs=0.03)
     assert sampled_excess(CORNERS, FACES, [CORNERS[CORNERS[:, 1] <= 1], CORNERS[CORNERS[:, 0] <= 1]]) < 1e-9
 

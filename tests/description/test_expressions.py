@@ -1,4 +1,4 @@
-"""The values of expressions: those that Python itself would compute, and xacro's own dictionaries, lists and namespaces."""
+"""The values of xacro expressions: as Python computes them, and for xacro's own dictionaries, lists and namespaces."""
 
 import builtins
 import math
@@ -109,21 +109,21 @@ def lookup():
 
 
 @pytest.mark.parametrize("text", EXPRESSIONS)
-def test_an_expression_has_the_value_that_python_gives_it(text):
+def test_an_expression_has_the_value_that_python_computes(text):
     expected = eval(text, {**vars(math), "math": math, "python": builtins}, dict(NAMES))  # noqa: S307 - our own texts
     value = evaluate(text, lookup())
     assert (type(value), value) == (type(expected), expected)
 
 
 @pytest.mark.parametrize("text", ["1 / 0", "xs[9]", "d['z']", "unknown", "int('x')", "'a' + 1", "1 +", "a.b.", "(" * 300])
-def test_an_error_is_that_of_python(text):
+def test_an_error_has_the_type_that_python_raises(text):
     with pytest.raises(Exception) as expected:
         eval(text, {}, dict(NAMES))  # noqa: S307
     with pytest.raises(type(expected.value)):
         evaluate(text, lookup())
 
 
-def test_what_yaml_gives_is_read_with_dots_as_xacro_has_it():
+def test_keys_of_yaml_are_read_as_attributes_as_in_xacro():
     names = {"c": xacro.YamlDictWrapper({"joint": {"limits": [{"upper": 2}], "items": 1}})}
     assert evaluate("c.joint.limits[0].upper", names.__getitem__) == 2
     assert evaluate("c['joint'].limits[0]['upper']", names.__getitem__) == 2
@@ -133,7 +133,7 @@ def test_what_yaml_gives_is_read_with_dots_as_xacro_has_it():
         evaluate("d.k", NAMES.__getitem__)
 
 
-def test_a_namespace_of_an_include_is_read_with_dots():
+def test_names_of_an_included_namespace_are_read_as_attributes():
     namespace = xacro.NameSpace(parent=xacro.Table({}))
     namespace["width"] = "0.5"
     assert evaluate("box.width * 2", {"box": namespace}.__getitem__) == 1.0
@@ -141,7 +141,7 @@ def test_a_namespace_of_an_include_is_read_with_dots():
         evaluate("box.depth", {"box": namespace}.__getitem__)
 
 
-def test_only_what_computes_may_be_called():
+def test_only_allowed_functions_can_be_called():
     symbols = {**xacro.create_global_symbols(), "stranger": lambda: 1}
     offer_those_of_xacro(symbols)
     assert "stranger" not in symbols

@@ -1,4 +1,4 @@
-"""The bytes of a file, a device and a pipe: none is waited for without end."""
+"""Reading files, devices and pipes: at most so many bytes, and with a time limit."""
 
 import os
 import threading
@@ -19,13 +19,13 @@ def pipe(tmp_path):
 
 
 @pytest.mark.parametrize("loads", [ulna.load, ulna.inspect, lambda pipe: ulna.load("panda", srdf=pipe)])
-def test_a_pipe_that_nothing_writes_to_is_refused_after_a_while(pipe, monkeypatch, loads):
+def test_a_pipe_without_a_writer_is_refused_after_a_time_limit(pipe, monkeypatch, loads):
     monkeypatch.setattr(file_bytes, "PIPE_PATIENCE_S", 0.1)
     with pytest.raises(ulna.FileError, match=r"pipe\.urdf: a pipe, and nothing came through it for 0\.1 s$"):
         loads(pipe)
 
 
-def test_what_is_written_into_a_pipe_in_parts_is_a_robot(pipe):
+def test_a_robot_is_read_from_a_pipe_in_parts(pipe):
     def write():
         with pipe.open("wb", buffering=0) as sink:
             for letter in ROBOT:
@@ -39,7 +39,7 @@ def test_what_is_written_into_a_pipe_in_parts_is_a_robot(pipe):
         writer.join()
 
 
-def test_no_more_than_asked_for_is_read_of_a_pipe_or_a_device(pipe):
+def test_reading_a_pipe_or_device_stops_one_byte_after_the_limit(pipe):
     end = os.open(pipe, os.O_RDWR)
     os.write(end, b"0123456789")
     assert file_bytes.file_bytes(pipe, 4) == b"01234"

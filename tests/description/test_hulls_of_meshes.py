@@ -1,4 +1,4 @@
-"""``robot.with_convex_hulls()``: a robot's own meshes as their hulls; what cannot be read is refused by name."""
+"""``robot.with_convex_hulls()``: the convex hulls of a robot's mesh files; files that cannot be read are refused."""
 
 import os
 import pickle
@@ -25,7 +25,7 @@ ARM = """<robot name="r"><link name="base"/>
 
 @pytest.fixture
 def make(tmp_path):
-    """The robot of ``ARM`` with a mesh file of a name and text beside it."""
+    """Writes ``ARM`` and a mesh file beside it, and loads the robot."""
 
     def robot(text=PYRAMID, name="part.obj", scale="1 1 1"):
         if text is not None:
@@ -43,19 +43,19 @@ def gap(robot, z):
     return robot.signed_distance([0.0], world)
 
 
-def test_a_mesh_as_the_file_gives_it_is_refused_and_the_way_out_is_named(make):
+def test_an_unconverted_mesh_is_refused_and_the_error_names_with_convex_hulls(make):
     with pytest.raises(ulna.GeometryError, match=r"pyramid.*with_convex_hulls"):
         make().in_collision([0.0])
 
 
-def test_the_hull_stands_where_the_mesh_does(make):
+def test_the_hull_has_the_pose_of_the_mesh(make):
     robot = make().with_convex_hulls()
     assert gap(robot, 6.5) == pytest.approx(0.4, abs=1e-6)  # above the tip, at 6
     assert gap(robot, 4.7) == pytest.approx(0.2, abs=1e-6)  # below the base, at 5
     assert robot.collision_names == ("pyramid", "ball")
 
 
-def test_only_the_corners_are_kept_and_other_shapes_stay(make):
+def test_the_hull_has_only_corners_and_other_shapes_are_unchanged(make):
     before = make()
     after = before.with_convex_hulls()
     hull, ball = (body.shape for body in after.description.links[1].collisions)
@@ -65,18 +65,18 @@ def test_only_the_corners_are_kept_and_other_shapes_stay(make):
     assert after.to_urdf() == before.to_urdf()
 
 
-def test_the_scale_is_the_mesh_s_a_negative_one_mirrors(make):
+def test_the_hull_is_scaled_and_a_negative_scale_mirrors(make):
     robot = make(scale="0.1 0.1 -2").with_convex_hulls()
     assert gap(robot, 2.5) == pytest.approx(0.4, abs=1e-6)  # below the tip, at 5 - 2
     assert gap(robot, 5.4) == pytest.approx(0.3, abs=1e-6)
 
 
-def test_a_flat_mesh_is_a_flat_hull(make):
+def test_a_flat_mesh_has_a_flat_hull(make):
     robot = make("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n").with_convex_hulls()
     assert gap(robot, 5.4) == pytest.approx(0.3, abs=1e-6)
 
 
-def test_a_file_that_has_changed_is_read_anew_whatever_its_time(make, tmp_path):
+def test_a_changed_file_is_read_again_even_with_the_same_time(make, tmp_path):
     before = make()
     os.utime(tmp_path / "part.obj", (1, 1))
     assert gap(before.with_convex_hulls(), 6.5) == pytest.approx(0.4, abs=1e-6)
@@ -85,7 +85,7 @@ def test_a_file_that_has_changed_is_read_anew_whatever_its_time(make, tmp_path):
     assert gap(changed.with_convex_hulls(), 6.5) == pytest.approx(0.2, abs=1e-6)
 
 
-def test_files_of_one_relative_name_in_two_folders_have_each_its_own_hull(tmp_path, monkeypatch):
+def test_the_same_relative_name_in_two_folders_gives_two_hulls(tmp_path, monkeypatch):
     widths = []
     for width in ("1", "10"):
         folder = tmp_path / width
@@ -99,7 +99,7 @@ def test_files_of_one_relative_name_in_two_folders_have_each_its_own_hull(tmp_pa
     assert widths == [1, 10]
 
 
-def test_a_copy_of_a_file_shares_its_hull_and_a_scale_has_its_own(make):
+def test_files_of_the_same_content_and_scale_share_a_hull(make):
     hulls = [
         make(name=name, scale=scale).with_convex_hulls()
         for name, scale in (("a.obj", "1 1 1"), ("b.obj", "1 1 1"), ("a.obj", "1 1 2"))
@@ -109,12 +109,12 @@ def test_a_copy_of_a_file_shares_its_hull_and_a_scale_has_its_own(make):
     assert stretched.vertices[:, 2].max() == 2 * first.vertices[:, 2].max()
 
 
-def test_what_the_robot_holds_stays_with_it(make):
+def test_attached_objects_are_kept(make):
     robot = make().with_attached("cup", ulna.Sphere(0.1), np.eye(4)).with_convex_hulls()
     assert [held.name for held in robot.attached] == ["cup"]
 
 
-def test_the_robot_can_be_sent_to_another_process(make):
+def test_a_robot_with_hulls_can_be_pickled(make):
     robot = make().with_convex_hulls()
     assert_close(gap(pickle.loads(pickle.dumps(robot)), 6.5), gap(robot, 6.5))  # noqa: S301
 
@@ -130,27 +130,27 @@ def test_the_robot_can_be_sent_to_another_process(make):
         ("v 0 0 1e9\nv 1 0 0\nv 0 1 0\nf 1 2 3", "part.obj", r"at most 1e\+06 m"),
     ],
 )
-def test_what_cannot_be_read_is_refused_by_name(make, text, name, words):
+def test_a_mesh_that_cannot_be_read_is_refused_with_its_file(make, text, name, words):
     with pytest.raises(ulna.FileError, match=words):
         make(text, name).with_convex_hulls()
 
 
-def test_a_mesh_where_the_description_may_not_lead_is_not_read(make, tmp_path):
+def test_a_mesh_outside_the_description_folder_is_not_read(make, tmp_path):
     (tmp_path.parent / "elsewhere.obj").write_text(PYRAMID)
     for name in ("../elsewhere.obj", f"file://{tmp_path.parent}/elsewhere.obj"):
         with pytest.raises(ulna.FileError, match=r"lies outside the description's folder"):
             make(None, name).with_convex_hulls()
 
 
-@pytest.mark.parametrize("lacking", ["scipy.spatial", "trimesh", "collada"])
-def test_without_what_it_needs_the_extra_is_named(make, monkeypatch, lacking):
+@pytest.mark.parametrize("missing", ["scipy.spatial", "trimesh", "collada"])
+def test_a_missing_package_is_an_error_that_names_the_extra(make, monkeypatch, missing):
     mesh_reader.cache_clear()
     monkeypatch.delitem(sys.modules, "ulna.description.meshes.reader", raising=False)
     monkeypatch.delattr("ulna.description.meshes.reader", raising=False)
-    monkeypatch.setitem(sys.modules, lacking, None)
+    monkeypatch.setitem(sys.modules, missing, None)
     with pytest.raises(ulna.MissingExtraError, match=r"pip install 'ulna\[hulls\]'"):
         make(scale="3 1 1").with_convex_hulls()
 
 
-def test_a_robot_without_meshes_stays_as_it_is(panda):
+def test_a_robot_without_meshes_is_unchanged(panda):
     assert panda.with_convex_hulls().collision_names == panda.collision_names

@@ -1,4 +1,4 @@
-"""The limits of the child: as low as the system's where those are lower, and left out, by name, where they cannot be set."""
+"""The resource limits of the child: never above the system's; a limit that cannot be set is skipped and named."""
 
 import ctypes
 import subprocess
@@ -19,7 +19,7 @@ print(ulna.load('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><li
 
 
 class MacOS:
-    """The module ``resource`` as it is there: the limit of address space is known, and refused."""
+    """The module ``resource`` of macOS: it has the limit of address space, but refuses to set it."""
 
     RLIM_INFINITY = -1
     RLIMIT_AS, RLIMIT_CPU, RLIMIT_CORE, RLIMIT_FSIZE, RLIMIT_NOFILE = range(5)
@@ -36,7 +36,7 @@ class MacOS:
         self.set[kind] = value
 
 
-def test_a_limit_that_cannot_be_set_is_left_out_and_named():
+def test_a_limit_that_cannot_be_set_is_skipped_and_named():
     system = MacOS()
     left_out = set_limits(2 << 30, 20, system)
     assert left_out["RLIMIT_AS"] == "current limit exceeds maximum limit"
@@ -46,24 +46,24 @@ def test_a_limit_that_cannot_be_set_is_left_out_and_named():
     assert said.startswith("its limits are 20 s; this system has not granted RLIMIT_AS (current limit exceeds maximum limit), ")
 
 
-def test_a_limit_that_is_lower_already_stays():
+def test_a_lower_limit_of_the_system_is_kept():
     system = MacOS()
     set_limits(2 << 30, 20, system)
     assert system.set[system.RLIMIT_CPU] == (7, 7)
 
 
-def test_a_system_without_limits_has_none():
+def test_without_the_module_resource_every_limit_is_skipped():
     assert set(set_limits(2 << 30, 20, None)) == set(LIMITS)
 
 
 def as_an_ordinary_user():
-    """Without the right to raise a limit, which root has."""
+    """Drop the right to raise limits, which root has."""
     ctypes.CDLL(None).prctl(DROP, CAP_SYS_RESOURCE, 0, 0, 0)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the rights of root")
 @pytest.mark.parametrize(("kind", "most"), [(resource.RLIMIT_AS, 1_900_000 * 1024), (resource.RLIMIT_CPU, 20)])
-def test_a_document_is_expanded_under_limits_that_are_lower_than_ours(kind, most):
+def test_a_document_is_expanded_under_lower_limits_of_the_system(kind, most):
     """As after ``ulimit -v 1900000`` or ``ulimit -t 20``."""
 
     def lower():

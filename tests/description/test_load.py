@@ -1,4 +1,4 @@
-"""What names a robot: a bundled name, a path, or the text itself; and what names none."""
+"""The sources of a robot: a bundled name, a path, or the URDF text; and sources that are refused."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ ARM = """<robot name="arm">
 XACRO = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="$(find parts)/part.xacro"/></robot>'
 
 
-def test_a_path_a_string_of_it_and_the_text_give_the_same_robot(tmp_path):
+def test_a_path_its_string_and_the_text_give_the_same_robot(tmp_path):
     file = tmp_path / "arm.urdf"
     file.write_text(ARM)
     robots = [ulna.load(source) for source in (file, str(file), ARM, "\n  " + ARM, "\ufeff" + ARM)]
@@ -26,17 +26,17 @@ def test_a_path_a_string_of_it_and_the_text_give_the_same_robot(tmp_path):
         assert np.array_equal(robot.link_poses([0.3]), robots[0].link_poses([0.3]))
 
 
-def test_text_with_an_xml_declaration_may_begin_with_a_blank_line():
+def test_text_with_an_xml_declaration_can_begin_with_a_blank_line():
     assert ulna.load('\n<?xml version="1.0"?>\n' + ARM).name == "arm"
 
 
-def test_the_text_that_a_robot_gives_back_is_the_text_it_was_read_from(tmp_path):
+def test_to_urdf_returns_the_text_that_was_loaded(tmp_path):
     (tmp_path / "arm.urdf").write_text(ARM)
     assert ulna.load(tmp_path / "arm.urdf").to_urdf() == ARM
     assert ulna.load(ARM).to_urdf() == ARM
 
 
-def test_a_bundled_name_comes_before_a_file_of_that_name(tmp_path, monkeypatch):
+def test_a_bundled_name_comes_before_a_file_of_the_same_name(tmp_path, monkeypatch):
     (tmp_path / "panda").write_text(ARM)
     monkeypatch.chdir(tmp_path)
     assert ulna.load("panda").n_dof == 7
@@ -44,7 +44,7 @@ def test_a_bundled_name_comes_before_a_file_of_that_name(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("source", [None, 3, b"<robot/>", ["panda"], object()], ids=lambda s: type(s).__name__)
-def test_a_source_of_the_wrong_type_is_refused_by_its_type(source):
+def test_a_source_of_the_wrong_type_is_refused_with_its_type(source):
     with pytest.raises(InputError, match=f"source: {type(source).__name__}; a name, a path or URDF text is expected"):
         ulna.load(source)
 
@@ -57,7 +57,7 @@ def test_a_folder_is_not_a_description(tmp_path):
 
 
 @pytest.mark.parametrize("source", ["", "  \n"], ids=["empty", "blank"])
-def test_an_empty_string_is_called_empty_and_not_a_folder(source):
+def test_an_empty_string_is_refused_as_empty(source):
     with pytest.raises(UlnaError, match="empty"):
         ulna.load(source)
 
@@ -72,29 +72,29 @@ def test_a_missing_file_is_named_and_a_mistyped_robot_is_suggested():
 @pytest.mark.parametrize(
     "source", ["a\0b.urdf", "a" * 5000, "\u8282" * 90, "\udcff.urdf", '<robot name="\udcff"/>'], ids=lambda s: ascii(s[:20])
 )
-def test_text_that_nothing_can_read_is_refused_as_an_ulna_error(source):
+def test_unreadable_text_is_refused_with_an_ulna_error(source):
     with pytest.raises(UlnaError):
         ulna.load(source)
 
 
 @pytest.mark.parametrize("source", [ARM, "panda"], ids=["a plain URDF", "a bundled robot"])
-def test_arguments_for_something_that_takes_none_are_refused(source):
+def test_xacro_arguments_for_a_plain_urdf_are_refused(source):
     with pytest.raises(InputError, match=r"xacro_args: .* takes no arguments"):
         ulna.load(source, xacro_args={"hand": "true"})
 
 
-def test_xacro_arguments_that_are_no_mapping_are_refused():
+def test_xacro_arguments_that_are_not_a_mapping_are_refused():
     with pytest.raises(InputError, match="xacro_args"):
         ulna.load(XACRO, xacro_args="hand:=true")
 
 
 @pytest.mark.parametrize("package_dirs", ["/srv/robots", 3], ids=["one bare string", "a number"])
-def test_package_folders_that_are_no_list_are_refused(package_dirs):
+def test_package_dirs_that_are_not_a_list_are_refused(package_dirs):
     with pytest.raises(InputError, match="package_dirs"):
         ulna.load(XACRO, package_dirs=package_dirs)
 
 
-def test_the_description_keeps_where_it_came_from(tmp_path):
+def test_the_description_has_its_source_and_line_numbers(tmp_path):
     (tmp_path / "arm.urdf").write_text(ARM)
     assert ulna.load(tmp_path / "arm.urdf").description.source == "arm.urdf"
     assert ulna.load(ARM).description.source == "URDF text"

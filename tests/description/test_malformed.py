@@ -1,4 +1,4 @@
-"""Malformed descriptions: one sound document, one defect at a time, and the sentence that each must be answered with."""
+"""Malformed descriptions: one valid document, one defect at a time, and the error message of each."""
 
 from pathlib import Path
 
@@ -40,7 +40,7 @@ KNOWN_TYPES = "'fixed', 'revolute', 'continuous', 'prismatic', 'planar', 'floati
 def changed(*replacements: str) -> str:
     text = ARM
     for old, new in zip(replacements[::2], replacements[1::2], strict=True):
-        assert text.count(old) >= 1, f"{old!r} does not stand in the sound document"
+        assert text.count(old) >= 1, f"{old!r} is not in the valid document"
         text = text.replace(old, new, 1)
     return text
 
@@ -79,7 +79,7 @@ DEFECTS = {
         '<material name="black"><color/></material><link name="base"/>'),
     "a colour of three numbers": (2, "<color> rgba='0 0 0': 4 finite numbers expected", '<link name="base"/>',
         '<material name="black"><color rgba="0 0 0"/></material><link name="base"/>'),
-    # ---- elements that stand twice
+    # ---- elements that occur twice
     "a material of two colours": (2, "<material> 'black' has 2 <color>; one is expected", '<link name="base"/>',
         '<material name="black"><color rgba="0 0 0 1"/><color rgba="1 1 1 1"/></material><link name="base"/>'),
     "a joint with two parents": (10, "<joint> 'shoulder' has 2 <parent>; one is expected", '<parent link="base"/>',
@@ -136,7 +136,8 @@ DEFECTS = {
         "joint 'shoulder': parent link 'bse' is not defined; did you mean 'base'?", 'parent link="base"', 'parent link="bse"'),
     "an undefined child": (9, "joint 'shoulder': child link 'elbow' is not defined; there are 'base', 'hand', 'finger'",
                            'child link="hand"', 'child link="elbow"'),
-    "a link with two parents": (16, "link 'hand' is the child of two joints, 'shoulder' and 'grip': a closed loop is no tree",
+    "a link with two parents": (16,
+        "link 'hand' is the child of two joints, 'shoulder' and 'grip': closed loops are not supported",
                                 'child link="finger"', 'child link="hand"'),
     "a loop beside the root": (9, "joint 'shoulder' is part of a loop of joints that the root does not reach",
                                'parent link="base"', 'parent link="finger"'),
@@ -170,12 +171,12 @@ DEFECTS = {
 # fmt: on
 
 
-def test_the_document_without_a_defect_is_sound():
+def test_the_document_without_a_defect_is_valid():
     assert ulna.load(ARM).n_dof == 1
 
 
 @pytest.mark.parametrize("name", DEFECTS)
-def test_a_defect_is_named_with_its_file_and_line(tmp_path, name):
+def test_a_defect_is_reported_with_its_file_and_line(tmp_path, name):
     line, message, *replacements = DEFECTS[name]
     error = refusal(tmp_path, changed(*replacements))
     assert str(error) == (f"arm.urdf: {message}" if line is None else f"arm.urdf:{line}: {message}")
@@ -184,17 +185,17 @@ def test_a_defect_is_named_with_its_file_and_line(tmp_path, name):
 
 
 @pytest.mark.parametrize("text", ["nan", "-5"], ids=["NaN", "negative"])
-def test_a_speed_that_cannot_be_is_refused(tmp_path, text):
+def test_an_invalid_velocity_limit_is_refused(tmp_path, text):
     assert refusal(tmp_path, changed('velocity="2"', f'velocity="{text}"')).line == 14
 
 
 @pytest.mark.parametrize("digits", ["\u0663", "\uff11"], ids=["Arabic-Indic", "fullwidth"])
-def test_digits_that_xml_does_not_count_with_are_refused(tmp_path, digits):
+def test_non_ascii_digits_are_refused(tmp_path, digits):
     assert refusal(tmp_path, changed('xyz="0 0 1"', f'xyz="{digits} 0 1"')).line == 12
 
 
 @pytest.mark.parametrize("axis", ["1e200 1e200 0", "1e-300 0 0"], ids=["overflowing", "underflowing"])
-def test_an_axis_whose_length_cannot_be_computed_is_refused_or_normalised(axis):
+def test_an_axis_of_extreme_length_is_refused_or_normalised(axis):
     document = changed('<axis xyz="0 0 1"/>', f'<axis xyz="{axis}"/>')
     try:
         (joint,) = (joint for joint in ulna.load(document).description.joints if joint.name == "shoulder")

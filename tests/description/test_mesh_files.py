@@ -1,4 +1,4 @@
-"""A description that a stranger wrote may not lead a viewer to files that are none of its own."""
+"""A description cannot make a program read mesh files outside its own folder, package and package_dirs."""
 
 import pytest
 
@@ -46,13 +46,13 @@ def test_a_mesh_in_the_folder_or_the_package_is_found(place, uri):
         "file://{place}/robot/urdf/../../secret/key.stl",
     ],
 )
-def test_a_mesh_elsewhere_is_refused_though_it_is_there(place, uri):
+def test_an_existing_mesh_outside_the_folders_is_refused(place, uri):
     with pytest.raises(FileError, match=r"not read|package_dirs"):
         files(place).find(uri.format(place=place))
 
 
 @pytest.mark.parametrize("uri", ["linked.stl", "linked/key.stl", "package://robot/linked.stl", "package://linked/key.stl"])
-def test_a_link_out_of_the_folders_is_not_followed(place, uri):
+def test_a_symbolic_link_out_of_the_folders_is_not_followed(place, uri):
     (place / "secret/package.xml").write_text("<package><name>hidden</name></package>")
     for folder in (place / "robot", place / "robot/urdf"):
         (folder / "linked.stl").symlink_to(place / "secret/key.stl")
@@ -64,33 +64,33 @@ def test_a_link_out_of_the_folders_is_not_followed(place, uri):
 
 
 @pytest.mark.parametrize("uri", ["file:///etc/passwd", "/etc/passwd", "../../../../../../../etc/passwd", "notes.txt"])
-def test_what_is_no_mesh_is_never_read(place, uri):
+def test_a_file_that_is_not_a_mesh_is_not_read(place, uri):
     with pytest.raises(FileError, match="not read as a mesh"):
         files(place).find(uri)
 
 
-def test_package_dirs_open_a_folder(place):
+def test_package_dirs_allow_a_folder(place):
     assert files(place, package_dirs=[place / "secret"]).find("../../secret/key.stl").is_file()
 
 
-def test_a_folder_above_is_a_package_only_if_it_says_so(place):
+def test_a_parent_folder_is_a_package_only_with_a_package_xml(place):
     (place / "robot/package.xml").unlink()
     with pytest.raises(FileError, match=r"has no package\.xml"):
         files(place).find("package://robot/meshes/arm.stl")
 
 
-def test_a_mesh_that_is_missing_lists_what_was_tried(place):
+def test_the_error_for_a_missing_mesh_lists_the_paths_tried(place):
     with pytest.raises(FileError, match=r"no such file; tried .*robot.urdf.nothing\.stl"):
         files(place).find("nothing.stl")
 
 
-def test_names_that_no_file_system_takes_are_refused(place):
+def test_names_that_file_systems_do_not_allow_are_refused(place):
     for uri in ("\0.stl", "x" * 5000 + ".stl", "package://robot/\0.stl"):
         with pytest.raises(FileError):
             files(place).find(uri)
 
 
-def test_a_mesh_may_name_what_lies_beside_it_and_nothing_else(place):
+def test_a_mesh_may_refer_only_to_files_beside_it(place):
     found = files(place)
     mesh = found.find("own.stl")
     assert found.beside(mesh, "notes.txt").is_file()
@@ -98,7 +98,7 @@ def test_a_mesh_may_name_what_lies_beside_it_and_nothing_else(place):
         found.beside(mesh, "../../secret/key.stl")
 
 
-def test_text_without_a_folder_opens_nothing(tmp_path):
+def test_a_description_given_as_text_has_no_readable_folder(tmp_path):
     there = tmp_path / "x.stl"
     there.touch()
     text = MeshFiles(ulna.load(URDF.format("x.stl")).description)
@@ -115,7 +115,7 @@ def test_text_without_a_folder_opens_nothing(tmp_path):
         ("package://robot/urdf/a%20b.stl", "a b.stl"),
     ],
 )
-def test_those_who_read_a_mesh_and_those_who_name_it_find_the_same_file(place, uri, name):
+def test_mesh_files_and_resolve_uri_find_the_same_file(place, uri, name):
     mesh = place / "robot/urdf" / name
     mesh.write_text("solid")
     found = files(place)

@@ -1,4 +1,4 @@
-"""Meshes named by absolute addresses, for programs that know no packages."""
+"""``to_urdf(mesh_paths="file")``: mesh paths as absolute file URIs, for programs that cannot resolve packages."""
 
 import re
 from pathlib import Path
@@ -29,7 +29,7 @@ def addresses(text: str) -> list[str]:
     return re.findall(r'filename="([^"]*)"', text)
 
 
-def test_packages_and_relative_paths_become_addresses_of_files_and_the_rest_stays(file, tmp_path):
+def test_package_and_relative_paths_become_file_uris_and_the_rest_is_unchanged(file, tmp_path):
     text = ulna.load(file).to_urdf(mesh_paths="file")
     expected = [(tmp_path / "arm" / "meshes" / name).resolve().as_uri() for name in ("my hand.stl", "skin.png")]
     assert addresses(text) == expected
@@ -37,11 +37,11 @@ def test_packages_and_relative_paths_become_addresses_of_files_and_the_rest_stay
     assert addresses(ulna.load(text).to_urdf(mesh_paths="file")) == expected
 
 
-def test_they_stay_as_given_unless_asked_for(file):
+def test_mesh_paths_are_unchanged_by_default(file):
     assert ulna.load(file).to_urdf() == ulna.load(file).to_urdf(mesh_paths="given") == file.read_text()
 
 
-def test_the_folders_of_loading_are_remembered(file, tmp_path):
+def test_the_package_dirs_of_load_are_used_later(file, tmp_path):
     elsewhere = tmp_path / "elsewhere" / "arm.urdf"
     elsewhere.parent.mkdir()
     elsewhere.write_text(file.read_text().replace("meshes/skin.png", "package://arm/meshes/skin.png"))
@@ -52,7 +52,7 @@ def test_the_folders_of_loading_are_remembered(file, tmp_path):
     )
 
 
-def test_one_that_is_missing_is_told_with_every_path_tried(file, tmp_path):
+def test_the_error_for_a_missing_mesh_lists_every_path_tried(file, tmp_path):
     file.write_text(URDF.format("package://arm/gone.stl", "gone.png"))
     with pytest.raises(
         FileError, match=r"^package://arm/gone\.stl: no such file \(1 more of this robot are missing\); tried "
@@ -62,13 +62,13 @@ def test_one_that_is_missing_is_told_with_every_path_tried(file, tmp_path):
         assert str(path) in str(caught.value)
 
 
-def test_an_address_that_leads_out_of_its_package_is_not_followed(file):
+def test_a_uri_that_leaves_its_package_is_not_followed(file):
     file.write_text(URDF.format("package://arm/../secret.stl", "meshes/skin.png"))
     with pytest.raises(FileError, match=r"tried nothing, for it leads out of its package$"):
         ulna.load(file).to_urdf(mesh_paths="file")
 
 
-def test_another_kind_is_refused():
+def test_an_unknown_value_of_mesh_paths_is_refused():
     with pytest.raises(InputError, match=r"^mesh_paths: 'fil' is not known; did you mean 'file'\?$"):
         ulna.load("panda").to_urdf(mesh_paths="fil")
 

@@ -1,4 +1,4 @@
-"""A mesh file is read whole or refused by name; what is checked is what is drawn."""
+"""A mesh file is read completely or refused; collision checking and drawing use the same triangles."""
 
 import numpy as np
 import pytest
@@ -52,25 +52,25 @@ def points(tmp_path):
         OBJ.encode() + b"o caf\xe9\n",
     ],
 )
-def test_an_obj_file_is_read_whole_however_it_is_written(points, text):
+def test_an_obj_file_is_read_in_every_notation(points, text):
     assert_close(points("part.obj", text), TETRAHEDRON, atol=1e-6)
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (OBJ.replace("v 0 0 1", "v 0 1"), "line 4: '0 1' is no vertex"),
+        (OBJ.replace("v 0 0 1", "v 0 1"), "line 4: '0 1' is not a vertex"),
         (OBJ.replace("v 0 0 1", "v 0 0 nan"), "no vertex of finite numbers"),
         (OBJ.replace("v 0 0 1", "v 0 0 x"), "no vertex"),
-        (OBJ.replace("f 2 3 4", "f 2 3 5"), "names vertex 5; there are 4"),
-        (OBJ.replace("f 2 3 4", "f 0 3 4"), "line 8: '0' is no corner"),
-        (OBJ.replace("f 2 3 4", "f -5 3 4"), "'-5' is no corner"),
+        (OBJ.replace("f 2 3 4", "f 2 3 5"), "refers to vertex 5; there are 4"),
+        (OBJ.replace("f 2 3 4", "f 0 3 4"), "line 8: '0' is not a corner"),
+        (OBJ.replace("f 2 3 4", "f -5 3 4"), "'-5' is not a corner"),
         (OBJ.replace("f 2 3 4", "surf 0 1 0 1 2 3 4"), "curved surfaces"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", "no triangles"),
         ("", "no triangles"),
     ],
 )
-def test_an_obj_file_that_cannot_be_read_whole_is_refused(points, text, words):
+def test_a_damaged_obj_file_is_refused(points, text, words):
     with pytest.raises(FileError, match=words):
         points("part.obj", text)
 
@@ -93,25 +93,25 @@ def binary(text):
         b"solid" + binary(stl())[5:],
     ],
 )
-def test_an_stl_file_is_read_whole_however_it_is_written(points, content):
+def test_an_stl_file_is_read_in_every_notation(points, content):
     assert_close(points("part.stl", content), TETRAHEDRON, atol=1e-6)
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (binary(stl()) + b"\0", "no STL file"),
-        (binary(stl())[:-1], "no STL file"),
+        (binary(stl()) + b"\0", "not an STL file"),
+        (binary(stl())[:-1], "not an STL file"),
         (stl()[:200], "cut off"),
         (stl().replace("vertex 1 0 0\n", "", 1), "cut off"),
         (stl().replace("vertex 1 0 0", "vertex 1 0 o"), "could not convert"),
         (stl().replace("vertex 1 0 0", "vertex 1 0 nan"), "not finite"),
         (stl().replace("vertex 1 0 0", "vertex 1 0 1e99"), "not finite"),
         ("solid s\nendsolid s", "no triangles"),
-        (b"", "no STL file"),
+        (b"", "not an STL file"),
     ],
 )
-def test_an_stl_file_that_cannot_be_read_whole_is_refused(points, content, words):
+def test_a_damaged_stl_file_is_refused(points, content, words):
     with pytest.raises(FileError, match=words):
         points("part.stl", content)
 
@@ -136,11 +136,11 @@ POLYLIST = (
         collada(f"<node><node><rotate>0 0 0 5</rotate>{INSTANCE}</node></node>"),
     ],
 )
-def test_a_collada_file_is_read_whole_however_it_is_written(points, text):
+def test_a_collada_file_is_read_in_every_notation(points, text):
     assert_close(points("part.dae", text), TETRAHEDRON, atol=1e-6)
 
 
-def test_a_collada_scene_is_put_together_from_its_nodes_in_metres(points):
+def test_nested_nodes_and_units_of_a_collada_scene_are_applied(points):
     part = f'<library_nodes><node id="part"><scale>1 1 3</scale><rotate>0 1 0 90</rotate>{INSTANCE}</node></library_nodes>'
     nodes = '<node><translate>0 0 5</translate><node><instance_node url="#part"/></node></node>'
     nodes += f"<node><matrix>2 0 0 0  0 2 0 0  0 0 2 0  0 0 0 1</matrix>{INSTANCE}</node>"
@@ -157,25 +157,25 @@ def test_a_collada_scene_is_put_together_from_its_nodes_in_metres(points):
         (collada(f"<node><lookat>0 0 0 1 0 0 0 0 1</lookat>{INSTANCE}</node>"), "placed by <lookat>"),
         (collada(f"<node><skew>0 0 0 1 0 0 0</skew>{INSTANCE}</node>"), "placed by <skew>"),
         (collada('<node><instance_controller url="#c"/></node>'), "instance_controller"),
-        (collada('<node><instance_geometry url="#lost"/></node>'), "'lost', which is not in it"),
-        (collada('<node><instance_geometry url="other.dae#g"/></node>'), "'other.dae#g', which is not in it"),
-        (collada('<node><instance_node url="#lost"/></node>'), "'lost', which is not in it"),
-        (collada('<node id="a"><instance_node url="#a"/></node>' + f"<node>{INSTANCE}</node>"), "without end"),
+        (collada('<node><instance_geometry url="#lost"/></node>'), "'lost', which is not in the file"),
+        (collada('<node><instance_geometry url="other.dae#g"/></node>'), "'other.dae#g', which is not in the file"),
+        (collada('<node><instance_node url="#lost"/></node>'), "'lost', which is not in the file"),
+        (collada('<node id="a"><instance_node url="#a"/></node>' + f"<node>{INSTANCE}</node>"), "refers to itself"),
         (collada("<node>" * 80 + INSTANCE + "</node>" * 80), "nested too deep"),
         (collada(primitives=TRIANGLES.replace("triangles", "tristrips")), "tristrips, which are not read"),
         (collada(primitives=TRIANGLES.replace(FACES, FACES.replace("3", "4"))), "no triangles"),
         (collada(array=CORNERS.replace("1", "nan", 1)), "not finite"),
-        (collada(array=CORNERS.replace("1", "x", 1)), "no numbers"),
+        (collada(array=CORNERS.replace("1", "x", 1)), "not numbers"),
         (collada(array=CORNERS[:-2]), "beyond its array"),
         (collada(accessor=ACCESSOR.replace('"4"', '"4000000000000"')), "beyond its array"),
-        (collada(shown=""), "shows no scene"),
+        (collada(shown=""), "has no scene"),
         (collada("<node/>"), "shows no geometry"),
         (collada(asset='<unit meter="0"/>'), "its unit is 0 m"),
         (collada().replace("<asset>", "<!-- --><asset>", 1)[:-9], "cannot be read"),
         ('<!DOCTYPE a [<!ENTITY b "c">]>' + collada(), "document type"),
     ],
 )
-def test_a_collada_file_that_cannot_be_read_whole_is_refused_and_soon(tmp_path, text, words):
+def test_a_damaged_or_unsupported_collada_file_is_refused(tmp_path, text, words):
     (tmp_path / "part.dae").write_text(text)
     (tmp_path / "r.urdf").write_text(ROBOT.format("part.dae"))
     robot = ulna.load(tmp_path / "r.urdf")
@@ -195,7 +195,7 @@ def test_a_collada_file_that_cannot_be_read_whole_is_refused_and_soon(tmp_path, 
         ("part.stl", stl(name="vertex")),
     ],
 )
-def test_what_is_checked_is_what_is_drawn(tmp_path, name, text):
+def test_the_hull_and_the_visual_of_a_mesh_have_the_same_bounds(tmp_path, name, text):
     (tmp_path / name).write_text(text)
     (tmp_path / "r.urdf").write_text(ROBOT.format(name))
     robot = ulna.load(tmp_path / "r.urdf")
@@ -203,7 +203,7 @@ def test_what_is_checked_is_what_is_drawn(tmp_path, name, text):
     assert_close(np.array([hull.min(axis=0), hull.max(axis=0)]), link_visuals(robot).scenes["l"].bounds, atol=1e-7)
 
 
-def test_broken_materials_do_not_cost_the_mesh(tmp_path):
+def test_a_mesh_with_a_missing_material_is_read(tmp_path):
     bound = INSTANCE.replace("/>", "><bind_material><technique_common>") + (
         '<instance_material symbol="m" target="#lost"/></technique_common></bind_material></instance_geometry>'
     )
@@ -213,7 +213,7 @@ def test_broken_materials_do_not_cost_the_mesh(tmp_path):
     assert len(read_scene(path, mesh_bytes(path), Beside(files, path)).to_mesh().faces) == 4
 
 
-def test_a_file_that_is_too_long_or_no_file_is_refused_at_once(tmp_path):
+def test_a_mesh_file_that_is_too_large_or_missing_is_refused(tmp_path):
     with (tmp_path / "sparse.stl").open("wb") as file:
         file.truncate(MOST_BYTES + 1)
     with pytest.raises(FileError, match=r"more than 100 MB"):
@@ -222,7 +222,7 @@ def test_a_file_that_is_too_long_or_no_file_is_refused_at_once(tmp_path):
         mesh_bytes(tmp_path / "part.stl")
 
 
-def test_too_many_triangles_are_refused_before_they_are_made(tmp_path, monkeypatch):
+def test_too_many_triangles_are_refused_before_they_are_built(tmp_path, monkeypatch):
     monkeypatch.setattr("ulna.description.meshes.collada_scene.MOST_TRIANGLES", 15)
     path = tmp_path / "part.dae"
     path.write_text(doubled(2))

@@ -1,4 +1,4 @@
-"""Where ``package://`` and other addresses lead: the order of the places, and the walls that a path cannot climb."""
+"""Resolving ``package://`` and other URIs: the search order of the folders, and paths that leave a package."""
 
 import os
 import sys
@@ -26,7 +26,7 @@ def put(folder: Path, text: str = "") -> Path:
 URI = "package://arm_description/meshes/hand.stl"
 
 
-def test_the_places_are_asked_in_their_order(tmp_path, monkeypatch):
+def test_package_folders_are_searched_in_order(tmp_path, monkeypatch):
     above, description = tmp_path / "ws", tmp_path / "ws" / "src" / "robots"
     description.mkdir(parents=True)
     places = [tmp_path / "first", tmp_path / "second", tmp_path / "ros", tmp_path / "ament" / "share", above]
@@ -54,7 +54,7 @@ def test_a_package_without_the_file_does_not_hide_one_that_has_it(tmp_path):
     assert resolve_uri(URI, None, [tmp_path / "empty", tmp_path / "full"])[0] == file
 
 
-def test_a_folder_may_be_the_package_itself(tmp_path):
+def test_a_package_dir_can_be_the_package_itself(tmp_path):
     file = put(tmp_path)
     assert resolve_uri(URI, None, [tmp_path / "arm_description"])[0] == file
     assert resolve_uri(URI, tmp_path / "arm_description" / "meshes")[0].samefile(file)
@@ -87,7 +87,7 @@ def test_a_package_above_the_description_is_found_from_a_relative_folder(tmp_pat
         "//{0}/secret.stl",
     ],
 )
-def test_a_path_cannot_climb_out_of_its_package(tmp_path, inside):
+def test_a_path_cannot_leave_its_package(tmp_path, inside):
     put(tmp_path)
     (tmp_path / "secret.stl").write_text("secret")
     uri = f"package://arm_description/{inside.format(tmp_path)}"
@@ -102,14 +102,14 @@ def test_a_path_cannot_climb_out_of_its_package(tmp_path, inside):
 @pytest.mark.parametrize(
     "uri", ["package:///secret.stl", "package://../secret.stl", "package://./secret.stl", "package://%2e%2e/secret.stl"]
 )
-def test_an_address_without_a_package_name_reaches_no_file(tmp_path, uri):
+def test_a_uri_without_a_package_name_finds_no_file(tmp_path, uri):
     (tmp_path / "secret.stl").write_text("secret")
     (tmp_path / "packages").mkdir()
     found, _ = resolve_uri(uri, tmp_path / "packages", [tmp_path / "packages", tmp_path])
     assert found is None
 
 
-def test_a_file_linked_into_its_package_is_found_for_so_does_colcon_install_them(tmp_path):
+def test_a_symbolic_link_in_a_package_is_followed_as_colcon_makes_them(tmp_path):
     file = put(tmp_path / "install")
     (tmp_path / "src").mkdir()
     source = file.rename(tmp_path / "src" / "hand.stl")
@@ -117,14 +117,14 @@ def test_a_file_linked_into_its_package_is_found_for_so_does_colcon_install_them
     assert resolve_uri(URI, None, [tmp_path / "install"])[0] == file
 
 
-def test_dots_that_stay_inside_are_followed(tmp_path):
+def test_dots_within_the_package_are_followed(tmp_path):
     file = put(tmp_path)
     found, _ = resolve_uri("package://arm_description/meshes/../meshes/hand.stl", None, [tmp_path])
     assert found is not None
     assert found.resolve() == file.resolve()
 
 
-def test_a_name_with_a_space_may_be_written_plain_or_in_percent(tmp_path):
+def test_a_space_in_a_name_can_be_percent_encoded(tmp_path):
     file = put(tmp_path)
     spaced = file.rename(file.with_name("my hand.stl"))
     for name in ("my hand.stl", "my%20hand.stl"):
@@ -133,7 +133,7 @@ def test_a_name_with_a_space_may_be_written_plain_or_in_percent(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["hand#2.stl", "hand?.stl", "hand;1.stl", "50%.stl"])
-def test_a_file_name_is_no_web_address(tmp_path, name):
+def test_characters_special_in_urls_are_part_of_a_file_name(tmp_path, name):
     file = put(tmp_path)
     odd = file.rename(file.with_name(name))
     assert resolve_uri(f"package://arm_description/meshes/{name}", None, [tmp_path])[0] == odd
@@ -149,7 +149,7 @@ def test_every_path_that_was_tried_is_listed(tmp_path, monkeypatch):
     assert tried == [folder / "arm_description" / "meshes" / "hand.stl" for folder in folders]
 
 
-def test_a_plain_path_is_relative_to_the_description_and_nothing_else(tmp_path):
+def test_a_plain_path_is_relative_to_the_description_only(tmp_path):
     file = put(tmp_path)
     found, tried = resolve_uri("meshes/hand.stl", tmp_path / "arm_description", [tmp_path])
     assert (found, tried) == (file, [file])
@@ -178,7 +178,7 @@ MESH = "<mesh filename='package://myarm/meshes/hand.stl'/>"
         ("robots", ["../myarm/../myarm"], "arm.urdf"),
     ],
 )
-def test_a_package_is_found_by_relative_folders_and_in_its_own(tmp_path, monkeypatch, start, given, named):
+def test_a_package_is_found_from_relative_package_dirs_and_the_description(tmp_path, monkeypatch, start, given, named):
     (tmp_path / "myarm" / "meshes").mkdir(parents=True)
     (tmp_path / "robots").mkdir()
     shape = f"<collision><geometry>{MESH}</geometry></collision>"
@@ -195,7 +195,7 @@ def test_a_package_is_found_by_relative_folders_and_in_its_own(tmp_path, monkeyp
     assert not [finding for finding in ulna.inspect(named, package_dirs=given).findings if finding.tried]
 
 
-def test_a_package_folder_stays_the_same_after_a_change_of_folder(tmp_path, monkeypatch):
+def test_package_dirs_are_independent_of_a_later_change_of_folder(tmp_path, monkeypatch):
     file = put(tmp_path)
     monkeypatch.chdir(tmp_path)
     robot = ulna.load('<robot name="r"><link name="a"/></robot>', package_dirs=["."])
@@ -204,6 +204,6 @@ def test_a_package_folder_stays_the_same_after_a_change_of_folder(tmp_path, monk
 
 
 @pytest.mark.parametrize("given", [[3], [None], "folder", 3])
-def test_what_is_no_list_of_folders_is_refused(given):
+def test_package_dirs_that_are_not_a_list_of_folders_are_refused(given):
     with pytest.raises(ulna.InputError, match="package_dirs: "):
         ulna.load("panda", package_dirs=given)

@@ -1,4 +1,4 @@
-"""Poses, roll-pitch-yaw and quaternions: there and back, at gimbal lock, at -pi, and what is refused."""
+"""Poses, roll-pitch-yaw and quaternions: round trips, gimbal lock, angles of -pi, and what is refused."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def random_rotations(rng, n):
     return np.array([formulas.rotation(rng.normal(size=3), rng.uniform(-PI, PI)) for _ in range(n)])
 
 
-def test_roll_pitch_and_yaw_are_turns_about_x_then_y_then_z_of_the_fixed_axes(rng):
+def test_roll_pitch_yaw_are_rotations_about_the_fixed_x_y_and_z_axes(rng):
     for rpy in rng.uniform(-PI, PI, (50, 3)):
         T = ulna.pose((0.1, -0.2, 0.3), rpy)
         assert_close(T, formulas.from_rpy((0.1, -0.2, 0.3), rpy), atol=1e-15)
@@ -33,17 +33,17 @@ def test_roll_pitch_and_yaw_are_turns_about_x_then_y_then_z_of_the_fixed_axes(rn
     assert_close(ulna.pose(rpy=(0, 0, PI / 2))[:3, :3] @ X, Y, atol=1e-16)
 
 
-def test_a_pose_of_nothing_is_the_identity():
+def test_a_pose_without_arguments_is_the_identity():
     assert np.array_equal(ulna.pose(), np.eye(4))
 
 
-def test_angles_come_back_from_the_matrix(rng):
+def test_roll_pitch_yaw_survive_a_round_trip(rng):
     rpy = rng.uniform((-PI, -PI / 2, -PI), (PI, PI / 2, PI), (500, 3))
     assert_close(rpy_from_matrix(matrix_from_rpy(rpy)), rpy, atol=1e-12)
     assert_close(rpy_from_matrix(ulna.pose((1, 2, 3), rpy)), rpy, atol=1e-12)
 
 
-def test_every_rotation_comes_back_from_its_angles_within_their_ranges(rng):
+def test_every_rotation_survives_a_round_trip_with_angles_in_range(rng):
     R = random_rotations(rng, 500)
     rpy = rpy_from_matrix(R)
     assert_close(matrix_from_rpy(rpy), R, atol=2e-15)
@@ -53,7 +53,7 @@ def test_every_rotation_comes_back_from_its_angles_within_their_ranges(rng):
 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("short", [0.0, 1e-16, 1e-13, 9e-13, 1.1e-12, 1e-9, 1e-6, 1e-3])
-def test_at_gimbal_lock_the_angles_still_give_the_matrix(rng, side, short):
+def test_roll_pitch_yaw_at_gimbal_lock_give_the_same_matrix(rng, side, short):
     for roll, yaw in rng.uniform(-3, 3, (20, 2)):
         R = matrix_from_rpy((roll, side * (PI / 2 - short), yaw))
         rpy = rpy_from_matrix(R)
@@ -62,14 +62,14 @@ def test_at_gimbal_lock_the_angles_still_give_the_matrix(rng, side, short):
         assert rpy[0] == 0.0 or short > 1e-13
 
 
-def test_minus_pi_is_called_pi():
+def test_an_angle_of_minus_pi_is_returned_as_pi():
     for R in (np.diag([1.0, -1, -1]), np.array([[1.0, 0, 0], [0, -1, -0.0], [0, -0.0, -1]]), matrix_from_rpy((-PI, 0, 0))):
         assert abs(rpy_from_matrix(R)[0]) == rpy_from_matrix(R)[0]
     for R in (np.diag([-1.0, -1, 1]), np.array([[-1.0, 0, 0], [-0.0, -1, 0], [0, 0, 1]])):
         assert rpy_from_matrix(R)[2] == PI
 
 
-def test_quaternions_have_their_real_part_first_and_any_length():
+def test_quaternions_have_the_real_part_first_and_are_normalised():
     half = np.sqrt(0.5)
     assert_close(matrix_from_quaternion((half, 0, 0, half)), formulas.rotation(Z, PI / 2), atol=1e-15)
     assert_close(ulna.pose(wxyz=(3, 0, 3, 0))[:3, :3], formulas.rotation(Y, PI / 2), atol=1e-15)
@@ -77,7 +77,7 @@ def test_quaternions_have_their_real_part_first_and_any_length():
     assert_close(ulna.pose(wxyz=(0, 1e9, 0, 0))[:3, :3], formulas.rotation(X, PI), atol=1e-15)
 
 
-def test_a_quaternion_turns_by_twice_the_angle_of_its_real_part(rng):
+def test_a_quaternion_is_that_of_its_axis_and_angle(rng):
     for axis, angle in zip(rng.normal(size=(100, 3)), rng.uniform(-PI, PI, 100), strict=True):
         wxyz = [np.cos(angle / 2), *(np.sin(angle / 2) * axis / np.linalg.norm(axis))]
         assert_close(matrix_from_quaternion(wxyz), formulas.rotation(axis, angle), atol=2e-15)
@@ -86,7 +86,7 @@ def test_a_quaternion_turns_by_twice_the_angle_of_its_real_part(rng):
 
 @pytest.mark.parametrize("axis", [X, Y, Z, X + Y, Y - Z, Z + X, X + Y + Z, X - Y + 1e-3 * Z])
 @pytest.mark.parametrize("short", [0.0, 1e-15, 1e-12, 1e-9, 1e-7, 1e-3])
-def test_quaternions_near_a_half_turn_keep_their_digits(axis, short):
+def test_quaternions_near_a_half_turn_are_accurate(axis, short):
     angle, unit = PI - short, axis / np.linalg.norm(axis)
     found = quaternion_from_matrix(formulas.rotation(axis, angle))
     expected = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * unit)])
@@ -94,7 +94,7 @@ def test_quaternions_near_a_half_turn_keep_their_digits(axis, short):
     assert min(abs(found - expected).max(), abs(found + expected).max()) < 1e-15
 
 
-def test_quaternions_of_poses_and_of_batches(rng):
+def test_quaternions_of_batches_survive_a_round_trip(rng):
     R = random_rotations(rng, 24).reshape(2, 3, 4, 3, 3)
     wxyz = quaternion_from_matrix(R)
     assert wxyz.shape == (2, 3, 4, 4)
@@ -111,7 +111,7 @@ def test_positions_and_orientations_are_broadcast(rng):
     assert ulna.pose(np.zeros((0, 3))).shape == (0, 4, 4)
 
 
-def test_the_inverse_leads_back(rng):
+def test_the_inverse_of_a_pose_is_the_inverse_matrix(rng):
     T = ulna.pose(rng.normal(size=(20, 3)), rng.normal(size=(20, 3)))
     assert_close(inverse(T), np.linalg.inv(T), atol=2e-15)
 
@@ -135,17 +135,17 @@ def test_arguments_are_not_changed(rng):
         ({"rpy": np.zeros((2, 4))}, r"rpy: shape \(2, 4\), but shape \(..., 3\) is expected"),
         ({"rpy": (0, 0, 0), "wxyz": (1, 0, 0, 0)}, "rpy, wxyz: give one of them, not both"),
         ({"wxyz": (1, 0, 0)}, r"wxyz: shape \(3,\), but shape \(..., 4\) is expected"),
-        ({"wxyz": (0, 0, 0, 0)}, "wxyz: a quaternion of length zero is no rotation"),
+        ({"wxyz": (0, 0, 0, 0)}, "wxyz: a quaternion of length zero does not describe a rotation"),
         ({"wxyz": (np.nan, 0, 0, 1)}, "wxyz: has an entry that is not finite"),
         ({"xyz": np.zeros((2, 3)), "rpy": np.zeros((3, 3))}, r"\(2,\).*\(3,\)"),
     ],
 )
-def test_what_makes_no_pose_is_refused_by_name(arguments, message):
+def test_bad_arguments_of_pose_are_refused_by_name(arguments, message):
     with pytest.raises(InputError, match=message):
         ulna.pose(**arguments)
 
 
-def test_a_huge_quaternion_is_a_rotation_or_an_error_but_not_a_wrong_one():
+def test_a_huge_quaternion_gives_the_right_rotation_or_an_error():
     try:
         R = matrix_from_quaternion((1e200, 1e200, 0, 0))
     except InputError:
@@ -154,7 +154,7 @@ def test_a_huge_quaternion_is_a_rotation_or_an_error_but_not_a_wrong_one():
 
 
 @pytest.mark.parametrize("fault", [2e-6, 1e-3, 1.0])
-def test_a_matrix_counts_as_a_pose_to_one_in_a_million(rng, fault):
+def test_a_matrix_is_accepted_as_a_pose_within_one_in_a_million(rng, fault):
     T = ulna.pose((1, 2, 3), rng.normal(size=3))
     assert np.array_equal(as_pose(T), T)
     for entry in [(0, 0), (1, 2), (2, 1), (3, 0), (3, 3)]:

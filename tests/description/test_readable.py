@@ -1,4 +1,4 @@
-"""What a xacro document may reach: the files of its folder, its package and ``package_dirs``; and nothing else on the machine."""
+"""The files that a xacro document can read: those of its folder, its package and ``package_dirs``, and no others."""
 
 import os
 from pathlib import Path
@@ -39,7 +39,7 @@ def test_yaml_is_read_beside_the_document_and_below_it(tmp_path):
     assert ulna.load(file).link_names == ("aba",)
 
 
-def test_yaml_in_a_given_folder_is_read(tmp_path):
+def test_yaml_in_package_dirs_is_read(tmp_path):
     secret = put_yaml(tmp_path / "there" / "s.yaml", "found")
     file = put(tmp_path / "here" / "r.xacro", link(secret))
     assert ulna.load(file, package_dirs=[tmp_path / "there"]).link_names == ("found",)
@@ -55,7 +55,7 @@ def test_a_file_outside_is_not_read(tmp_path, how):
         ulna.load(file.read_text() if how == "from text" else file)
 
 
-def test_an_include_outside_is_not_read_even_if_it_is_optional(tmp_path):
+def test_an_optional_include_outside_is_refused(tmp_path):
     put(tmp_path / "out" / "part.xacro", '<link name="secret"/>')
     file = put(
         tmp_path / "in" / "r.xacro", '<xacro:include filename="../out/part.xacro" optional="true"/>', '<link name="${1}"/>'
@@ -64,13 +64,13 @@ def test_an_include_outside_is_not_read_even_if_it_is_optional(tmp_path):
         ulna.load(file)
 
 
-def test_the_package_of_a_document_may_be_read_from_its_beginning(tmp_path):
+def test_the_whole_package_of_a_document_can_be_read(tmp_path):
     put_yaml(tmp_path / "arm" / "config" / "c.yaml", "found")
     (tmp_path / "arm" / "package.xml").write_text("<package/>")
     assert ulna.load(put(tmp_path / "arm" / "urdf" / "r.xacro", link("../config/c.yaml"))).link_names == ("found",)
 
 
-def test_a_folder_above_counts_as_a_package_only_with_its_package_xml(tmp_path):
+def test_a_parent_folder_is_a_package_only_with_a_package_xml(tmp_path):
     put_yaml(tmp_path / "private" / "keys.yaml", "key")
     file = put(tmp_path / "in" / "r.xacro", link("$(find private)/keys.yaml"))
     with pytest.raises(
@@ -82,13 +82,13 @@ def test_a_folder_above_counts_as_a_package_only_with_its_package_xml(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["..", ".ssh", "a/../../b", "/etc", ""])
-def test_a_package_has_a_name_and_not_a_path(tmp_path, name):
+def test_a_package_name_that_is_a_path_is_refused(tmp_path, name):
     file = put(tmp_path / "r.xacro", f'<xacro:include filename="$(find {name})/x.xacro"/>')
-    with pytest.raises(DescriptionError, match=r"is no package's name|accepts exactly one argument"):
+    with pytest.raises(DescriptionError, match=r"is not the name of a package|accepts exactly one argument"):
         ulna.load(file, package_dirs=[tmp_path])
 
 
-def test_an_include_may_be_a_package_address_as_in_meshes(tmp_path):
+def test_an_include_can_be_a_package_uri(tmp_path):
     put(tmp_path / "ws" / "gripper" / "g.xacro", '<link name="g"/>')
     file = put(tmp_path / "in" / "r.xacro", '<xacro:include filename="package://gripper/g.xacro"/>')
     assert ulna.load(file, package_dirs=[tmp_path / "ws"]).link_names == ("g",)
@@ -96,7 +96,7 @@ def test_an_include_may_be_a_package_address_as_in_meshes(tmp_path):
         ulna.load(file)
 
 
-def test_a_pattern_lists_only_what_may_be_read(tmp_path):
+def test_a_glob_pattern_lists_only_readable_files(tmp_path):
     for name in "ab":
         put(tmp_path / "in" / "parts" / f"{name}.xacro", f'<link name="{name}"/>')
     file = put(tmp_path / "in" / "r.xacro", '<xacro:include filename="parts/[a]*.xacro"/>')
@@ -106,13 +106,13 @@ def test_a_pattern_lists_only_what_may_be_read(tmp_path):
         ulna.load(put(file, '<xacro:include filename="../out/*.xacro"/>'))
 
 
-def test_the_folder_of_a_document_has_its_name_in_it(tmp_path):
+def test_dirname_is_the_folder_of_the_document(tmp_path):
     put_yaml(tmp_path / "a.yaml", "a")
     assert ulna.load(put(tmp_path / "r.xacro", link("$(dirname)/a.yaml"))).link_names == ("a",)
 
 
 @pytest.mark.parametrize("how", ["a file", "a folder", "a package above"])
-def test_a_link_is_read_where_it_leads_to(tmp_path, how):
+def test_a_symbolic_link_is_checked_by_its_target(tmp_path, how):
     put_yaml(tmp_path / "private" / "keys.yaml", "key")
     (tmp_path / "private" / "package.xml").write_text("<package/>")
     (tmp_path / "in").mkdir()
@@ -128,7 +128,7 @@ def test_a_link_is_read_where_it_leads_to(tmp_path, how):
     assert ulna.load(file, package_dirs=[tmp_path / "private"]).link_names == ("key",)
 
 
-def test_the_links_of_an_installed_package_are_followed(tmp_path, monkeypatch):
+def test_symbolic_links_of_an_installed_package_are_followed(tmp_path, monkeypatch):
     """``colcon build --symlink-install`` makes every file a link to its source."""
     source = put_yaml(tmp_path / "src" / "arm" / "c.yaml", "found")
     share = tmp_path / "install" / "share" / "arm"
@@ -142,7 +142,7 @@ def test_the_links_of_an_installed_package_are_followed(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("special", ["/dev/zero", "/dev/stdin", "a pipe", "a folder"])
-def test_what_is_no_regular_file_is_not_waited_for(tmp_path, special):
+def test_a_device_a_pipe_or_a_folder_is_refused_at_once(tmp_path, special):
     name = special
     if special == "a pipe":
         os.mkfifo(tmp_path / "p.yaml")
@@ -154,12 +154,12 @@ def test_what_is_no_regular_file_is_not_waited_for(tmp_path, special):
         ulna.load(file, package_dirs=["/dev"])
 
 
-def test_an_optional_include_that_is_not_there_is_passed_over(tmp_path):
+def test_a_missing_optional_include_is_skipped(tmp_path):
     file = put(tmp_path / "r.xacro", '<xacro:include filename="gone.xacro" optional="true"/>', '<link name="${1}"/>')
     assert ulna.load(file).link_names == ("1",)
 
 
-def test_an_environment_variable_is_not_read_but_may_be_given(tmp_path, monkeypatch):
+def test_environment_variables_are_not_read_but_can_be_given_in_xacro_args(tmp_path, monkeypatch):
     monkeypatch.setenv("SIDE", "of the user")
     file = put(tmp_path / "r.xacro", '<link name="$(env SIDE)"/>')
     with pytest.raises(DescriptionError, match=r"\$\(env SIDE\): .* no environment variables; give SIDE in xacro_args$"):
@@ -173,7 +173,7 @@ def test_an_environment_variable_is_not_read_but_may_be_given(tmp_path, monkeypa
 ARGUMENTS = ['<xacro:arg name="prefix" default="a"/>', '<link name="$(arg prefix)"/>']
 
 
-def test_an_argument_that_a_document_does_not_know_is_refused_with_a_near_name(tmp_path):
+def test_an_undeclared_argument_is_refused_with_a_suggestion(tmp_path):
     file = put(tmp_path / "r.xacro", *ARGUMENTS)
     with pytest.raises(InputError, match=r"^xacro_args: r\.xacro has no argument 'prefx'; did you mean 'prefix'\?$"):
         ulna.load(file, xacro_args={"prefx": "b"})
@@ -181,13 +181,13 @@ def test_an_argument_that_a_document_does_not_know_is_refused_with_a_near_name(t
         ulna.load(file, xacro_args={"prefix": "b", "zz": "b"})
 
 
-def test_arguments_of_includes_and_those_behind_a_condition_are_known(tmp_path):
+def test_arguments_of_includes_and_of_false_conditions_are_accepted(tmp_path):
     put(tmp_path / "part.xacro", *ARGUMENTS)
     lines = ['<xacro:if value="0"><xacro:arg name="never" default="1"/></xacro:if>', '<xacro:include filename="part.xacro"/>']
     file = put(tmp_path / "r.xacro", *lines)
     assert ulna.load(file, xacro_args={"prefix": "b", "never": 2}).link_names == ("b",)
 
 
-def test_an_argument_without_a_declaration_is_known_where_it_is_used(tmp_path):
+def test_an_argument_that_is_used_without_a_declaration_is_accepted(tmp_path):
     file = put(tmp_path / "r.xacro", "<link name=\"${xacro.arg('n')}\"/>")
     assert ulna.load(file, xacro_args={"n": "b"}).link_names == ("b",)

@@ -1,4 +1,4 @@
-"""Soft limits: what a ``safety_controller`` says, in the model, in arrays over q, and in the URDF that is written of them."""
+"""Soft limits of a ``safety_controller``: in the description, as arrays over q, and in the URDF that is written."""
 
 import pickle
 from math import inf
@@ -31,12 +31,12 @@ def test_a_safety_controller_is_read_with_its_gains():
     assert joint.safety == Safety(k_velocity=10, k_position=20, soft_lower=-0.9, soft_upper=1.8)
 
 
-def test_soft_limits_that_are_not_said_are_none_and_the_gain_on_position_is_zero():
+def test_missing_soft_limits_are_infinite_and_the_missing_position_gain_is_zero():
     (joint,) = robot_of(("a", "revolute", safety())).description.joints
     assert joint.safety == Safety(10.0, 0.0, -inf, inf)
 
 
-# What is said of the soft limits of a joint within -1 and 2, and what holds.
+# The soft limits in the file of a joint with limits -1 and 2, and the resulting ones.
 SOFT = {
     "within": ({"lower": -0.5, "upper": 1.5}, (-0.5, 1.5)),
     "one side only": ({"upper": 1.5}, (-1, 1.5)),
@@ -56,7 +56,7 @@ def test_soft_limits_narrow_the_limits_and_never_widen_them(kind, name):
     assert (robot.lower[0], robot.upper[0]) == (-1, 2)
 
 
-def test_a_joint_without_a_controller_has_its_limits_and_a_continuous_one_has_none():
+def test_without_a_controller_soft_limits_equal_the_limits():
     robot = robot_of(("a", "revolute", ""), ("b", "continuous", safety(lower=-1, upper=1)), ("c", "planar", ""))
     np.testing.assert_array_equal(robot.soft_lower, [-1, -inf, -inf, -inf, -inf])
     np.testing.assert_array_equal(robot.soft_upper, [2, inf, inf, inf, inf])
@@ -69,7 +69,7 @@ def test_the_soft_limits_of_a_mimic_narrow_those_of_its_leader():
     assert (robot.lower[0], robot.upper[0]) == (-0.75, 0.75)  # and within -1 and 2
 
 
-def test_soft_limits_survive_writing_pickling_cutting_and_a_tool():
+def test_soft_limits_are_kept_by_writing_pickling_tip_and_with_tool():
     robot = robot_of(("a", "revolute", safety(lower=-0.5, upper=1.5)))
     copies = [
         ulna.load(write_urdf(robot.description)),
@@ -91,7 +91,7 @@ def test_soft_limits_survive_writing_pickling_cutting_and_a_tool():
         ("<safety_controller/>", "<safety_controller> has no attribute 'k_velocity'"),
     ],
 )
-def test_a_controller_that_cannot_be_is_refused_with_its_line(more, message):
+def test_an_invalid_controller_is_refused_with_its_line(more, message):
     with pytest.raises(DescriptionError) as caught:
         robot_of(("a", "revolute", more))
     assert (caught.value.message, caught.value.line) == (message, 2)

@@ -1,4 +1,4 @@
-"""SRDF: what each element comes to, what is refused, and what is ignored with a warning."""
+"""SRDF: how each element is read, what is refused, and what is ignored with a warning."""
 
 import re
 from pathlib import Path
@@ -53,11 +53,11 @@ def changed(old: str, new: str, text: str = SRDF) -> str:
     return text.replace(old, new, 1)
 
 
-def test_every_element_is_read_as_it_stands():
+def test_every_element_is_read():
     assert read_srdf(SRDF.encode(), "arm.srdf") == READ
 
 
-def test_a_robot_holds_what_was_read_and_a_virtual_joint_has_no_part_of_q(tmp_path):
+def test_a_robot_has_the_srdf_and_virtual_joints_are_not_in_q(tmp_path):
     (tmp_path / "arm.srdf").write_text(SRDF)
     robot = ulna.load(ARM, srdf=tmp_path / "arm.srdf")
     assert robot.srdf.groups == READ.groups
@@ -67,7 +67,7 @@ def test_a_robot_holds_what_was_read_and_a_virtual_joint_has_no_part_of_q(tmp_pa
     assert robot.end_effectors["grip"].parent_link == "hand"
 
 
-def test_a_robot_without_one_has_an_empty_one():
+def test_a_robot_without_an_srdf_has_an_empty_one():
     robot = ulna.load(ARM)
     assert robot.srdf == Srdf()
     assert (robot.groups, robot.end_effectors, robot.named_configurations) == ({}, {}, {})
@@ -125,7 +125,7 @@ UNKNOWN = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_cannot_be_understood_is_refused_with_its_line(tmp_path, name):
+def test_an_invalid_element_is_refused_with_its_line(tmp_path, name):
     line, message, old, new = REFUSED[name]
     (tmp_path / "arm.srdf").write_text(changed(old, new))
     with pytest.raises(DescriptionError) as caught:
@@ -134,7 +134,7 @@ def test_what_cannot_be_understood_is_refused_with_its_line(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", UNKNOWN)
-def test_a_name_that_the_robot_has_not_is_passed_over_with_one_warning(tmp_path, name):
+def test_an_unknown_name_is_ignored_with_one_warning(tmp_path, name):
     line, message, old, new = UNKNOWN[name]
     (tmp_path / "arm.srdf").write_text(changed(old, new))
     expected = f"arm.srdf: {message}" if line is None else f"arm.srdf:{line}: {message}"
@@ -147,14 +147,14 @@ def test_a_name_that_the_robot_has_not_is_passed_over_with_one_warning(tmp_path,
     assert f"'{wrong}'" not in kept or wrong == "weld"
 
 
-def test_many_warnings_are_told_as_one_with_their_count():
+def test_several_warnings_are_given_as_one_with_their_count():
     text = changed('joint name="weld"', 'joint name="a"/><joint name="b"')
     with pytest.warns(DescriptionWarning, match=r"joint 'a' .* \(2 such sentences: robot.srdf.warnings\)$") as caught:
         robot = ulna.load(ARM, srdf=text)
     assert (len(caught), len(robot.srdf.warnings)) == (1, 2)
 
 
-def test_links_that_are_checked_against_none_are_pairs_with_all_others_but_those_enabled():
+def test_disable_default_collisions_disables_all_pairs_but_those_enabled():
     more = '<disable_default_collisions link="hand"/><enable_collisions link1="upper" link2="hand"/></robot>'
     pairs = ulna.load(ARM, srdf=changed("</robot>", more)).srdf.disabled_collisions[2:]
     assert [(pair.link_a, pair.link_b, pair.reason) for pair in pairs] == [
@@ -168,7 +168,7 @@ def test_a_pair_that_is_enabled_and_disabled_is_disabled_as_in_moveit():
     assert len(ulna.load(ARM, srdf=changed("</robot>", more)).srdf.disabled_collisions) == 2
 
 
-def test_a_semantic_description_may_be_a_xacro_file():
+def test_an_srdf_can_be_a_xacro_file():
     text = changed('<robot name="arm">', '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">')
     assert ulna.load(ARM, srdf=changed('"1.5"', '"${pi/2}"', text)).named_configurations["arm/up"][0] == pytest.approx(1.5707963)
 
@@ -182,6 +182,6 @@ def test_a_semantic_description_may_be_a_xacro_file():
         ("<robot", DescriptionError, "SRDF text:1: not XML: "),
     ],
 )
-def test_what_is_no_srdf_is_refused_by_its_argument_or_file(srdf, error, message):
+def test_an_argument_that_is_not_an_srdf_is_refused(srdf, error, message):
     with pytest.raises(error, match=f"^{re.escape(message)}"):
         ulna.load(ARM, srdf=srdf)

@@ -1,6 +1,6 @@
-"""Were the check of expressions no check at all: what a child that evaluates a document's Python as it is written still reaches.
+"""What a document can do if the check of its expressions is switched off: the confinement of the child still refuses it.
 
-That it would reach all of that if it were not confined either is tested too.
+Another test shows that without the confinement, too, the same attempts succeed.
 """
 
 import textwrap
@@ -31,8 +31,8 @@ ESCAPES = {
 }
 
 
-def unchecked(monkeypatch, and_then: str = "") -> None:
-    """A child that evaluates Python as it is written, without the audit hook."""
+def switch_off_the_check(monkeypatch, and_then: str = "") -> None:
+    """Make the child evaluate any Python, without the audit hook."""
     before, start = xacro_process._START.split("main()\n")[0], "main()\n"
     monkeypatch.setattr(xacro_process, "_START", before + textwrap.dedent(UNCHECKED) + and_then + start)
 
@@ -46,8 +46,8 @@ def expanded(name: str, place: Path) -> tuple:
 
 @CONFINED
 @pytest.mark.parametrize("name", ESCAPES)
-def test_a_document_whose_python_is_evaluated_unchecked_still_reaches_nothing(name, tmp_path, monkeypatch):
-    unchecked(monkeypatch)
+def test_a_confined_child_refuses_what_an_unchecked_expression_tries(name, tmp_path, monkeypatch):
+    switch_off_the_check(monkeypatch)
     if name == "run":
         assert expanded(name, tmp_path) in {("-1",), ("32512",)}  # by which system() says that there was no shell
     else:
@@ -57,7 +57,7 @@ def test_a_document_whose_python_is_evaluated_unchecked_still_reaches_nothing(na
 
 
 @pytest.mark.parametrize("name", ["read", "write", "run", "connect", "import"])
-def test_unchecked_and_unconfined_it_would(name, tmp_path, monkeypatch):
-    unchecked(monkeypatch, "program.confine = lambda *_: {}\n")
+def test_without_confinement_an_unchecked_expression_succeeds(name, tmp_path, monkeypatch):
+    switch_off_the_check(monkeypatch, "program.confine = lambda *_: {}\n")
     assert len(expanded(name, tmp_path)) == 1
     assert name not in ("write", "run") or (tmp_path / "mark").exists()

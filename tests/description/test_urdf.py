@@ -1,4 +1,4 @@
-"""URDF: what each element comes to, in numbers worked out by hand; and text at random, which must never do harm."""
+"""URDF: how each element is read, with numbers computed by hand; and random damage to the text."""
 
 import re
 from math import cos, inf, pi, sin
@@ -25,7 +25,7 @@ def one_joint(kind: str, more: str = ""):
     return ulna.load(JOINT.format(type=kind, more=more))
 
 
-def test_an_origin_is_yaw_then_pitch_then_roll_written_out():
+def test_the_rotation_of_an_origin_is_rz_ry_rx():
     (joint,) = one_joint("fixed", '<origin xyz="1 2 3" rpy="0.1 0.2 0.3"/>').description.joints
     Rx = np.array([[1, 0, 0], [0, cos(0.1), -sin(0.1)], [0, sin(0.1), cos(0.1)]])
     Ry = np.array([[cos(0.2), 0, sin(0.2)], [0, 1, 0], [-sin(0.2), 0, cos(0.2)]])
@@ -34,7 +34,7 @@ def test_an_origin_is_yaw_then_pitch_then_roll_written_out():
     np.testing.assert_array_equal(joint.origin[:, 3], [1, 2, 3, 1])
 
 
-def test_what_is_not_said_takes_the_value_that_the_format_gives_it():
+def test_missing_attributes_have_the_defaults_of_the_format():
     (joint,) = one_joint("continuous").description.joints
     np.testing.assert_array_equal(joint.origin, np.eye(4))
     np.testing.assert_array_equal(joint.axis, [1, 0, 0])
@@ -44,7 +44,7 @@ def test_what_is_not_said_takes_the_value_that_the_format_gives_it():
     assert joint.limits == Limits(0.0, 0.0, 2.0, 1.0)
 
 
-def test_an_empty_origin_is_none_and_a_material_in_a_geometry_is_not_looked_at():
+def test_an_empty_origin_is_the_identity_and_a_material_in_a_geometry_is_ignored():
     (joint,) = one_joint("fixed", "<origin/>").description.joints
     np.testing.assert_array_equal(joint.origin, np.eye(4))
     geometry = '<geometry><material name="black"/><sphere radius="0.1"/></geometry>'
@@ -52,12 +52,12 @@ def test_an_empty_origin_is_none_and_a_material_in_a_geometry_is_not_looked_at()
     assert link.visuals[0].shape == Sphere(0.1)
 
 
-def test_an_axis_is_made_a_unit_vector():
+def test_an_axis_is_normalised():
     (joint,) = one_joint("continuous", '<axis xyz="0 3 -4"/>').description.joints
     np.testing.assert_allclose(joint.axis, [0, 0.6, -0.8], atol=1e-16)
 
 
-def test_an_axis_of_zero_is_legal_on_a_joint_that_does_not_move():
+def test_a_zero_axis_is_accepted_for_joints_without_an_axis():
     robot = one_joint("fixed", '<origin xyz="0 0 0.107"/><axis xyz="0 0 0"/>')
     np.testing.assert_array_equal(robot.forward_kinematics([])[:3, 3], [0, 0, 0.107])
     assert one_joint("floating", '<axis xyz="0 0 0"/>').n_dof == 6
@@ -66,7 +66,7 @@ def test_an_axis_of_zero_is_legal_on_a_joint_that_does_not_move():
 @pytest.mark.parametrize(
     ("kind", "n_dof"), [("fixed", 0), ("revolute", 1), ("continuous", 1), ("prismatic", 1), ("planar", 3), ("floating", 6)]
 )
-def test_a_joint_type_owns_its_share_of_q(kind, n_dof):
+def test_each_joint_type_has_its_number_of_entries_in_q(kind, n_dof):
     robot = one_joint(kind, '<limit lower="-1" upper="2"/>')
     assert robot.n_dof == n_dof
     assert robot.joint_slices == ((slice(0, n_dof),) if n_dof else ())
@@ -75,7 +75,7 @@ def test_a_joint_type_owns_its_share_of_q(kind, n_dof):
     np.testing.assert_array_equal(robot.upper, [2.0 if bounded else inf] * n_dof)
 
 
-def test_q_follows_the_tree_depth_first_and_links_follow_the_file():
+def test_q_is_in_depth_first_order_and_links_in_file_order():
     joint = '<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/></joint>'
     edges = [("tip", "c", "d"), ("left", "a", "b"), ("right", "a", "c"), ("thumb", "b", "e")]
     links = "".join(f'<link name="{name}"/>' for name in "edcba")
@@ -85,7 +85,7 @@ def test_q_follows_the_tree_depth_first_and_links_follow_the_file():
     assert (robot.base, robot.tip) == ("a", None)
 
 
-def test_mimics_of_mimics_multiply_and_add_up():
+def test_nested_mimics_are_composed():
     joint = '<joint name="{0}" type="prismatic"><parent link="{1}"/><child link="{0}"/><limit lower="-9" upper="9"/>{2}</joint>'
     follow_a = '<mimic joint="a" multiplier="2" offset="0.1"/>'
     follow_b = '<mimic joint="b" multiplier="-3" offset="0.5"/>'
@@ -108,7 +108,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("element", SHAPES)
-def test_a_shape_is_read_with_its_measures(element):
+def test_a_shape_is_read_with_its_dimensions(element):
     body = f'<origin xyz="1 0 0" rpy="0 0 {pi / 2!r}"/><geometry>{element}</geometry>'
     text = f'<robot name="r"><link name="a"><collision name="palm">{body}</collision><visual>{body}</visual></link></robot>'
     (link,) = ulna.load(text).description.links
@@ -117,7 +117,7 @@ def test_a_shape_is_read_with_its_measures(element):
     np.testing.assert_allclose(collision.pose, [[0, -1, 0, 1], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], atol=1e-15)
 
 
-def test_a_material_is_found_by_its_name_wherever_it_is_defined():
+def test_a_material_can_be_defined_after_its_use():
     visual = '<visual><geometry><sphere radius="1"/></geometry><material name="{0}">{1}</material></visual>'
     own = visual.format("mine", '<color rgba="0 1 0 0.5"/>')
     link = f'<link name="a">{visual.format("red", "")}{own}{visual.format("unknown", "")}</link>'
@@ -136,7 +136,7 @@ def test_a_chain_of_a_thousand_links_needs_no_recursion():
     np.testing.assert_allclose(robot.forward_kinematics([])[:3, 3], [0, 0, 1], atol=1e-12)
 
 
-SPLINTERS = [
+FRAGMENTS = [
     "",
     "nan",
     "-1",
@@ -158,7 +158,7 @@ SPLINTERS = [
 VALUES = [match.span(1) for match in re.finditer('="([^"]*)"', PANDA)]
 
 
-def assert_a_robot_or_an_ulna_error(text: str) -> None:
+def assert_loads_or_raises_ulna_error(text: str) -> None:
     try:
         robot = ulna.load(text)
         poses = robot.link_poses(robot.home)
@@ -171,18 +171,18 @@ def assert_a_robot_or_an_ulna_error(text: str) -> None:
 
 @settings(max_examples=300, deadline=None)
 @given(
-    st.integers(0, len(PANDA)), st.integers(0, 400), st.one_of(st.sampled_from(SPLINTERS), st.text(max_size=8), st.integers(1, 3))
+    st.integers(0, len(PANDA)), st.integers(0, 400), st.one_of(st.sampled_from(FRAGMENTS), st.text(max_size=8), st.integers(1, 3))
 )
 @example(PANDA.index("<box"), 0, "<?x?>")
-def test_a_damaged_panda_is_a_robot_or_an_ulna_error_and_nothing_else(start, length, splinter):
+def test_a_damaged_panda_loads_or_raises_an_ulna_error(start, length, fragment):
     span = PANDA[start : start + length]
-    put = span * splinter if isinstance(splinter, int) else splinter
-    assert_a_robot_or_an_ulna_error(PANDA[:start] + put + PANDA[start + length :])
+    put = span * fragment if isinstance(fragment, int) else fragment
+    assert_loads_or_raises_ulna_error(PANDA[:start] + put + PANDA[start + length :])
 
 
 @settings(max_examples=300, deadline=None)
-@given(st.sampled_from(VALUES), st.one_of(st.sampled_from(VALUES), st.sampled_from(SPLINTERS)))
+@given(st.sampled_from(VALUES), st.one_of(st.sampled_from(VALUES), st.sampled_from(FRAGMENTS)))
 @example((PANDA.index("0 0 0.333"), PANDA.index("0 0 0.333") + 9), "1e308 1e308 1e308")
-def test_a_panda_with_a_value_of_another_attribute_is_a_robot_or_an_ulna_error(span, value):
+def test_a_panda_with_an_exchanged_value_loads_or_raises_an_ulna_error(span, value):
     put = PANDA[slice(*value)] if isinstance(value, tuple) else value
-    assert_a_robot_or_an_ulna_error(PANDA[: span[0]] + put + PANDA[span[1] :])
+    assert_loads_or_raises_ulna_error(PANDA[: span[0]] + put + PANDA[span[1] :])

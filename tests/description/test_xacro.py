@@ -1,4 +1,4 @@
-"""xacro: the course's own file, which only defines a macro; and documents that fail, run for ever or reach outside."""
+"""xacro: the course's file, which only defines a macro; and documents that fail, never end, or read other files."""
 
 from pathlib import Path
 
@@ -41,7 +41,7 @@ def test_the_course_file_is_the_bundled_panda_without_its_end_effector():
     assert_same_as_bundled(robot, "panda")
 
 
-def test_the_course_file_takes_the_parameters_of_its_macro():
+def test_the_course_file_accepts_the_parameters_of_its_macro():
     robot = ulna.load(COURSE, xacro_args={"arm_id": "left", "description_pkg": "elsewhere"})
     assert robot.joint_names == tuple(f"left_joint{k}" for k in range(1, 8))
     meshes = {body.shape.uri for link in robot.description.links for body in link.visuals}
@@ -49,7 +49,7 @@ def test_the_course_file_takes_the_parameters_of_its_macro():
     assert_same_as_bundled(robot, "left")
 
 
-def test_the_course_file_can_be_mounted_by_a_file_that_includes_it(tmp_path):
+def test_the_course_file_can_be_included_by_another_file(tmp_path):
     include, world = f'<xacro:include filename="{COURSE}"/>', '<link name="world"/>'
     call = '<xacro:panda_arm connected_to="world" xyz="0 0.5 0" rpy="0 0 ${pi/2}"/>'
     file = written(tmp_path, include, world, call)
@@ -63,7 +63,7 @@ def test_the_course_file_can_be_mounted_by_a_file_that_includes_it(tmp_path):
     np.testing.assert_allclose(robot.forward_kinematics(q), expected, atol=1e-12)
 
 
-def test_an_unknown_parameter_is_refused_with_the_names_there_are():
+def test_an_unknown_parameter_is_refused_with_the_known_names():
     with pytest.raises(DescriptionError, match=r"macro 'panda_arm' has no parameter 'arm'; did you mean 'arm_id'\?"):
         ulna.load(COURSE, xacro_args={"arm": "left"})
     with pytest.raises(
@@ -72,7 +72,7 @@ def test_an_unknown_parameter_is_refused_with_the_names_there_are():
         ulna.load(COURSE, xacro_args={"zz": 1})
 
 
-def test_a_missing_parameter_is_asked_for_by_name(tmp_path):
+def test_a_missing_parameter_is_named(tmp_path):
     file = written(tmp_path, MACRO.format("arm", "n side:='left arm' *mount"))
     with pytest.raises(
         DescriptionError, match=r"^r\.urdf\.xacro:2: xacro: only defines the macro 'arm'; to call it, give n in xacro_args$"
@@ -86,7 +86,7 @@ def test_a_required_parameter_can_be_given(tmp_path):
     assert ulna.load(file.read_text(), xacro_args={"n": 5}).link_names == ("5",)
 
 
-def test_two_macros_and_no_call_ask_for_a_call(tmp_path):
+def test_two_macros_without_a_call_are_refused(tmp_path):
     file = written(tmp_path, MACRO.format("left", "n:=a"), MACRO.format("right", "n:=b"))
     with pytest.raises(
         DescriptionError, match=r"^r\.urdf\.xacro:2: xacro: defines the macros left, right and calls none; add a call such as"
@@ -94,12 +94,12 @@ def test_two_macros_and_no_call_ask_for_a_call(tmp_path):
         ulna.load(file)
 
 
-def test_two_macros_of_which_one_is_called_are_no_riddle(tmp_path):
+def test_two_macros_of_which_one_is_called_are_expanded(tmp_path):
     file = written(tmp_path, MACRO.format("left", "n:=a"), MACRO.format("right", "n:=b"), "<xacro:right/>")
     assert ulna.load(file).link_names == ("b",)
 
 
-def test_an_argument_reaches_the_document_and_its_default_stands_otherwise(tmp_path):
+def test_an_argument_overrides_its_default(tmp_path):
     file = written(tmp_path, '<xacro:arg name="n" default="a"/>', '<link name="$(arg n)"/>')
     assert ulna.load(file).link_names == ("a",)
     assert ulna.load(file, xacro_args={"n": "b"}).link_names == ("b",)
@@ -113,7 +113,7 @@ def test_a_file_that_only_declares_the_namespace_is_a_plain_urdf(tmp_path):
 
 
 @pytest.mark.parametrize("endless", ["${9**9**9}", "${python.sum(range(10**12))}"])
-def test_an_expression_without_end_is_stopped(monkeypatch, endless):
+def test_an_endless_expression_is_stopped(monkeypatch, endless):
     monkeypatch.setattr(xacro, "TIME_LIMIT_S", 2)
     with pytest.raises(DescriptionError, match=r"^URDF text: xacro: no end within 2 s; expansion stopped$"):
         ulna.load(document(f'<link name="{endless}"/>'))
@@ -140,7 +140,7 @@ FAILURES = {
 
 
 @pytest.mark.parametrize("name", FAILURES)
-def test_a_failure_inside_the_expansion_is_told_once_in_one_line(tmp_path, name):
+def test_a_failed_expansion_is_reported_in_one_line(tmp_path, name):
     lines, sentence = FAILURES[name]
     with pytest.raises(DescriptionError, match=sentence) as caught:
         ulna.load(written(tmp_path, *lines))
@@ -151,21 +151,21 @@ def test_a_failure_inside_the_expansion_is_told_once_in_one_line(tmp_path, name)
     assert message.count(sentence.replace("\\", "")) == 1
 
 
-def test_a_file_in_the_working_folder_does_not_stand_in_for_a_module(tmp_path, monkeypatch):
-    """The expansion runs in a process of its own, which must see the modules that this one sees and no others."""
+def test_a_file_in_the_working_folder_does_not_replace_a_module(tmp_path, monkeypatch):
+    """The expansion runs in its own process, which must import the same modules as this one."""
     for name in ("xacro", "json", "ulna"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('not the module you want')")
     monkeypatch.chdir(tmp_path)
     assert ulna.load(document('<xacro:property name="n" value="a"/>', '<link name="${n}"/>')).link_names == ("a",)
 
 
-def test_an_include_is_found_beside_the_file_that_names_it(tmp_path):
+def test_an_include_is_found_relative_to_the_including_file(tmp_path):
     written(tmp_path / "parts", '<xacro:include filename="deeper/b.xacro"/>', name="a.xacro")
     written(tmp_path / "parts" / "deeper", '<link name="b"/>', name="b.xacro")
     assert ulna.load(written(tmp_path, '<xacro:include filename="parts/a.xacro"/>')).link_names == ("b",)
 
 
-def test_a_package_is_found_in_the_folders_given_then_in_ros(tmp_path, monkeypatch):
+def test_a_package_is_found_in_package_dirs_before_ros(tmp_path, monkeypatch):
     for place in ("mine", "ros"):
         written(tmp_path / place / "gripper", f'<link name="{place}"/>', name="g.xacro")
     file = written(tmp_path / "top", '<xacro:include filename="$(find gripper)/g.xacro"/>')
@@ -175,7 +175,7 @@ def test_a_package_is_found_in_the_folders_given_then_in_ros(tmp_path, monkeypat
     assert ulna.load(file, package_dirs=[str(tmp_path / "mine" / "gripper")]).link_names == ("mine",)
 
 
-def test_a_defect_behind_the_expansion_says_that_its_line_is_of_the_expanded_text(tmp_path):
+def test_the_line_of_a_defect_refers_to_the_expanded_text(tmp_path):
     joint = '<joint name="j" type="fixed"><parent link="${n}"/><child link="b"/></joint>'
     file = written(tmp_path, '<xacro:property name="n" value="a"/>', '<link name="${n}"/>', joint)
     message = r"^r\.urdf\.xacro \(expanded; `ulna urdf` prints it\):4: joint 'j': child link 'b' is not defined"

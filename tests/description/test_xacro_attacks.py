@@ -1,6 +1,6 @@
-"""Documents that would do more than compute: nothing is written, and nothing from outside gets into the text or the error.
+"""Malicious documents: nothing is written, and no content of other files appears in the text or the error.
 
-The attacks are real: some of them are run against xacro as it comes, where they succeed.
+The attacks are real: some of them are run against the package xacro itself, where they succeed.
 """
 
 import subprocess
@@ -21,7 +21,7 @@ LAUGHS = "".join(f'<!ENTITY l{k + 1} "{f"&l{k};" * 10}">' for k in range(9))
 
 @pytest.fixture
 def place(tmp_path, monkeypatch):
-    """A folder with a document's parts, beside what is none of its business."""
+    """A folder for a document and its parts, with secret files beside it."""
     monkeypatch.setenv("CANARY", CANARY)
     (tmp_path / "in").mkdir()
     files = {
@@ -59,27 +59,27 @@ def assert_refused(place: Path, body: str) -> None:
 
 
 @pytest.mark.parametrize("name", EXPRESSIONS)
-def test_an_expression_does_no_more_than_compute(place, name):
+def test_a_malicious_expression_is_refused(place, name):
     assert_refused(place, f'<link name="${{{escape(EXPRESSIONS[name])}}}"/>')
 
 
 @pytest.mark.parametrize("name", SUBSTITUTIONS)
-def test_a_substitution_does_no_more_than_compute(place, name):
+def test_a_malicious_substitution_is_refused(place, name):
     assert_refused(place, f'<link name="{SUBSTITUTIONS[name]}"/>')
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
-def test_a_document_reads_nothing_from_outside(place, name):
+def test_a_malicious_document_is_refused(place, name):
     assert_refused(place, DOCUMENTS[name])
 
 
 @pytest.mark.parametrize("name", PLACES)
-def test_an_expression_is_refused_in_every_place_in_which_xacro_evaluates(place, name):
+def test_a_malicious_expression_is_refused_wherever_xacro_evaluates(place, name):
     assert_refused(place, PLACES[name].replace("ATTACK", escape(OPENS_BY_FRAMES)))
 
 
 @pytest.mark.parametrize("pattern", ["link*.xacro", "linked/*.xacro", "*/*cret.xacro"])
-def test_a_pattern_names_no_file_that_a_link_leads_out_to(place, pattern):
+def test_a_glob_pattern_does_not_follow_links_to_the_outside(place, pattern):
     file = place / "in" / "r.xacro"
     file.write_text(f'<robot name="r" {NAMESPACE}><xacro:include filename="{pattern}"/><link name="own${{1}}"/></robot>')
     try:
@@ -94,7 +94,7 @@ def test_entities_of_the_document_itself_are_refused(place, dtd):
         ulna.load(f'<!DOCTYPE r [{armed(dtd, place)}]><robot {NAMESPACE}><link name="&e;${{1}}"/></robot>')
 
 
-def test_an_argument_of_the_caller_is_a_text_and_no_program(place):
+def test_code_in_an_argument_of_the_caller_is_not_executed(place):
     file = place / "in" / "r.xacro"
     file.write_text(f'<robot name="r" {NAMESPACE}><xacro:arg name="a" default="1"/><link name="${{$(arg a)}}"/></robot>')
     with pytest.raises(DescriptionError, match="invalid name __import__"):
@@ -102,25 +102,25 @@ def test_an_argument_of_the_caller_is_a_text_and_no_program(place):
     assert not (place / "mark").exists()
 
 
-def test_an_error_does_not_command_the_terminal():
+def test_control_characters_in_an_error_are_escaped():
     fatal = r"${xacro.fatal('\x1b]0;mine\x07')}"
     with pytest.raises(DescriptionError, match=r"xacro: \\x1b\]0;mine\\x07"):
         ulna.load(f'<robot name="r" {NAMESPACE}><link name="{fatal}"/></robot>')
 
 
-AS_IT_COMES = "import sys, xacro; print(xacro.process_doc(d := xacro.parse(sys.stdin.read())) or d.toxml())"
+PLAIN_XACRO = "import sys, xacro; print(xacro.process_doc(d := xacro.parse(sys.stdin.read())) or d.toxml())"
 
 
 @pytest.mark.parametrize("attack", [OPENS_BY_FRAMES, RUNS_BY_FRAMES, READS_BY_FRAMES])
-def test_the_attacks_succeed_where_nothing_refuses_them(place, attack):
+def test_the_attacks_succeed_with_the_package_xacro(place, attack):
     text = f'<robot {NAMESPACE}><link name="${{{escape(armed(attack, place))}}}"/></robot>'
-    done = subprocess.run([sys.executable, "-c", AS_IT_COMES], input=text, capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", PLAIN_XACRO], input=text, capture_output=True, text=True, check=True)
     assert (place / "mark").exists() or CANARY in done.stdout
 
 
 @pytest.mark.parametrize("place_of_it", PLACES)
-def test_xacro_as_it_comes_evaluates_in_each_of_these_places(place, place_of_it):
+def test_the_package_xacro_evaluates_in_each_of_these_places(place, place_of_it):
     body = PLACES[place_of_it].replace("ATTACK", escape(armed(OPENS_BY_FRAMES, place)))
     text = f"<robot {NAMESPACE}>{body}</robot>"
-    subprocess.run([sys.executable, "-c", AS_IT_COMES], input=text, capture_output=True, text=True, check=False, cwd=place / "in")
+    subprocess.run([sys.executable, "-c", PLAIN_XACRO], input=text, capture_output=True, text=True, check=False, cwd=place / "in")
     assert (place / "mark").exists()

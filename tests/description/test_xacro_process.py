@@ -1,4 +1,4 @@
-"""The parent of the process that expands a document: whatever that says or does, the parent ends it and says what came."""
+"""The process that expands a document: whatever it prints or does, the parent ends it and raises an error with the reason."""
 
 import pytest
 
@@ -36,20 +36,20 @@ def test_a_process_that_misbehaves_is_an_error(name, monkeypatch):
         ulna.load(DOCUMENT)
 
 
-def test_a_limit_that_the_system_has_not_granted_is_named_when_the_process_dies(monkeypatch):
+def test_a_skipped_limit_is_named_when_the_process_dies(monkeypatch):
     monkeypatch.setattr(xacro_process, "_START", SAYS + 'say(\'{"left_out": {"RLIMIT_AS": "not here"}}\')')
     with pytest.raises(DescriptionError, match=r"its limits are 20 s; this system has not granted RLIMIT_AS \(not here\)$"):
         ulna.load(DOCUMENT)
 
 
-def test_a_process_that_says_nothing_is_ended(monkeypatch):
+def test_a_process_without_output_is_ended_after_the_time_limit(monkeypatch):
     monkeypatch.setattr(xacro_process, "_START", "import time; time.sleep(1000)")
     monkeypatch.setattr(xacro, "TIME_LIMIT_S", 0.5)
     with pytest.raises(DescriptionError, match=r"no end within 0\.5 s; expansion stopped$"):
         ulna.load(DOCUMENT)
 
 
-def test_a_process_sees_no_variable_of_the_user(monkeypatch):
+def test_a_process_has_no_environment_variables_of_the_user(monkeypatch):
     monkeypatch.setenv("TOKEN", "canary")
     names = "import json, os\n" + SAYS + "say('{\"left_out\": {}}')\nsay(json.dumps({'error': ' '.join(os.environ)}))"
     monkeypatch.setattr(xacro_process, "_START", names)

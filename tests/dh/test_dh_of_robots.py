@@ -217,7 +217,7 @@ def test_the_robot_of_a_table_keeps_the_names_and_limits_of_the_joints(panda):
 
 
 def test_a_table_says_the_rest_itself(panda):
-    with pytest.raises(InputError, match=r"^rows: a DHTable says all the rest itself"):
+    with pytest.raises(InputError, match=r"^rows: a DHTable has its own values of the other arguments"):
         Robot.from_dh(panda.dh(), convention="standard")
 
 

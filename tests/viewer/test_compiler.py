@@ -1,4 +1,4 @@
-"""No frame of a page waits for the compiler; what is compiled meanwhile is said, and asked again."""
+"""No frame of a page waits for the compiler: kernels compile in another thread, the page says so, and the call is repeated."""
 
 import subprocess
 import sys
@@ -12,7 +12,7 @@ from ulna.engine.decorators import NotCompiledError, compiling_if
 from ulna.viewer.compiler import Compiler
 from ulna.viewer.rehearsal import rehearsals
 
-# A program of its own, in which no kernel is loaded; that compiles nothing while another thread holds Numba's lock.
+# A separate program, in which no kernel is loaded. It cannot compile while another thread holds Numba's lock.
 HELD = """
 import numpy as np, ulna
 from numba.core.compiler_lock import global_compiler_lock
@@ -41,13 +41,13 @@ print("done")
 """
 
 
-def test_while_a_kernel_compiles_the_page_draws_on_and_says_so(tmp_path):
+def test_while_a_kernel_compiles_the_page_keeps_drawing_and_says_so(tmp_path):
     path = ":".join(sys.path)
     done = subprocess.run([sys.executable, "-c", HELD], env={"PYTHONPATH": path}, capture_output=True, text=True, check=False)
     assert done.stdout == "done\n", done.stderr
 
 
-def test_a_call_that_would_compile_is_refused_without_a_lock_and_works_after(panda):
+def test_a_call_that_would_compile_is_refused_and_works_once_compiled(panda):
     source = """
 import numpy as np, ulna
 from ulna.engine.decorators import NotCompiledError, compiling_if
@@ -66,7 +66,7 @@ for question in (panda.forward_kinematics, panda.link_poses):
     assert done.stdout.split() == ["forward_one", "frames_one"]
 
 
-def test_after_the_rehearsals_nothing_is_left_to_compile(panda):
+def test_the_rehearsals_compile_all_that_the_page_calls(panda):
     world = ulna.World()
     world.add("ball", ulna.Sphere(0.05), ulna.pose((0.65, 0.0, 0.5)))
     for _, rehearse in rehearsals(panda, checked=True):
@@ -76,7 +76,7 @@ def test_after_the_rehearsals_nothing_is_left_to_compile(panda):
 
 
 class Question:
-    """One that must be compiled first; ``compiled`` is set from outside."""
+    """A call that must be compiled first; the test sets ``compiled`` when that is to end."""
 
     def __init__(self):
         self.compiled, self.asked = threading.Event(), threading.Event()
@@ -106,7 +106,7 @@ def compiler(woken):
     compiler.stop(60)
 
 
-def test_a_question_has_no_answer_until_it_is_compiled_elsewhere(compiler, woken):
+def test_a_call_returns_none_until_it_is_compiled_in_the_other_thread(compiler, woken):
     question = Question()
     assert compiler.ask("it", question) is None
     assert question.asked.wait(60)
@@ -120,7 +120,7 @@ def test_a_question_has_no_answer_until_it_is_compiled_elsewhere(compiler, woken
     assert compiler.names == ()
 
 
-def test_what_a_person_waits_for_goes_before_what_is_prepared(compiler, woken):
+def test_a_call_that_a_person_waits_for_is_compiled_before_prepared_ones(compiler, woken):
     first, later, asked = Question(), Question(), Question()
     compiler.prepare("first", first)
     assert first.asked.wait(60)
@@ -133,7 +133,7 @@ def test_what_a_person_waits_for_goes_before_what_is_prepared(compiler, woken):
     assert later.done
 
 
-def test_a_compilation_that_fails_is_logged_and_told_to_who_asks_next(compiler, woken, capsys):
+def test_a_failed_compilation_is_logged_and_raised_at_the_next_call(compiler, woken, capsys):
     def question():
         from ulna.engine import decorators as permission
 
@@ -149,7 +149,7 @@ def test_a_compilation_that_fails_is_logged_and_told_to_who_asks_next(compiler, 
     assert "ArithmeticError: of the compiler" in capsys.readouterr().err
 
 
-def test_stopping_waits_for_what_is_compiled_and_begins_nothing_more(compiler):
+def test_stopping_waits_for_the_running_compilation_and_starts_no_other(compiler):
     first, later = Question(), Question()
     compiler.prepare("first", first)
     assert first.asked.wait(60)

@@ -1,4 +1,4 @@
-"""q as text, in a file and out of it."""
+"""q as text, written to a file and read from one."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from ulna.viewer.configuration import as_text, first_row
 from ulna.viewer.floor import floor_height
 
 
-def test_what_is_saved_is_loaded_to_the_last_bit(panda, rng):
+def test_a_saved_q_is_loaded_to_the_last_bit(panda, rng):
     for q in rng.uniform(panda.lower, panda.upper, (20, 7)):
         assert np.array_equal(first_row(f"{as_text(q)}\n".encode(), 7), q)
 
@@ -22,7 +22,7 @@ def test_what_is_saved_is_loaded_to_the_last_bit(panda, rng):
         (b"\xff\xfe", "numbers with"),
     ],
 )
-def test_a_file_that_holds_no_q_is_refused(content, message):
+def test_a_file_without_a_valid_q_is_refused(content, message):
     with pytest.raises(ulna.UlnaError, match=message):
         first_row(content, 7)
 

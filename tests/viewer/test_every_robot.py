@@ -21,8 +21,8 @@ def server():
     page.stop()
 
 
-def has_a_page(robot, server):
-    """Make the controls, and let them show where the robot may stand."""
+def check_page(robot, server):
+    """Build the controls, and show them at home and at both limits."""
     session = Session(robot)
     if robot.n_dof:
         HandPanel(server, session, 1.0, lambda: None).show()
@@ -37,17 +37,17 @@ def has_a_page(robot, server):
 
 
 @pytest.mark.parametrize("name", ["panda", "kinova", "a1", "hyq"])
-def test_a_robot_by_name_has_a_page(name, server):
-    has_a_page(ulna.load(name), server)
+def test_a_page_for_a_robot_by_name(name, server):
+    check_page(ulna.load(name), server)
 
 
 @pytest.mark.parametrize("file", [file for file in example_urdfs() if file.stem not in NOT_LOADED], ids=lambda file: file.stem)
-def test_every_robot_of_example_robot_data_has_a_page(file, server):
-    has_a_page(ulna.load(file), server)
+def test_a_page_for_every_robot_of_example_robot_data(file, server):
+    check_page(ulna.load(file), server)
 
 
-def test_every_robot_of_rtb_data_has_a_page(server, tmp_path):
+def test_a_page_for_every_robot_of_rtb_data(server, tmp_path):
     packages = rtb_package_dirs(tmp_path)
     for file in rtb_xacros():
         if file.stem not in NOT_LOADED:
-            has_a_page(ulna.load(file, package_dirs=packages), server)
+            check_page(ulna.load(file, package_dirs=packages), server)

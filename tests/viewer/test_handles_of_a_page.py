@@ -1,4 +1,4 @@
-"""Handles that are let go, without a browser: no end of a drag is lost, in whatever order frames and events come."""
+"""The release of handles, without a browser: it is noticed in whatever order frames and events come."""
 
 from types import SimpleNamespace
 
@@ -20,27 +20,27 @@ def server():
     page.stop()
 
 
-def tell(handles, phase, client=1):
+def send_event(handles, phase, client=1):
     run_coroutine(handles._update(SimpleNamespace(phase=phase, client_id=client)))
 
 
-def test_the_end_of_a_drag_that_comes_amid_a_frame_is_not_lost(server, panda):
+def test_a_release_in_the_middle_of_a_frame_is_not_lost(server, panda):
     session = Session(panda)
     panel = HandPanel(server, session, 1.0, lambda: None)
     panel.show()
     handles = panel.handles
-    tell(handles, "start")
+    send_event(handles, "start")
     take = handles.take
 
-    def take_and_then_the_drag_ends():
+    def take_then_end_the_drag():
         moved = take()
         if handles.held:
             handles.control.position = np.add(handles.control.position, (0, 0, -0.02))
-            tell(handles, "update")
-            tell(handles, "end")
+            send_event(handles, "update")
+            send_event(handles, "end")
         return moved
 
-    handles.take = take_and_then_the_drag_ends
+    handles.take = take_then_end_the_drag
     for _ in range(20):
         panel.take()
         session.frame()
@@ -48,9 +48,9 @@ def test_the_end_of_a_drag_that_comes_amid_a_frame_is_not_lost(server, panda):
     assert np.allclose(session.hand_pose, handles.pose, atol=2e-5)
 
 
-def test_handles_that_are_hidden_are_held_by_nobody(server):
+def test_hiding_handles_releases_them(server):
     handles = Handles(server.scene, "/some", 0.2, lambda: None)
-    tell(handles, "start")
+    send_event(handles, "start")
     assert handles.held
     handles.show(visible=False)
     assert not handles.held

@@ -1,4 +1,4 @@
-"""The panel covers nothing of the scene: beside it on a wide page, below it on a phone; and the page has its robot's title."""
+"""The panel does not cover the scene: it is beside it on a wide page, below it on a phone. The page's title names the robot."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ SHEET = """() => {
 
 
 @pytest.mark.parametrize("size", [SIZE, PHONE])
-def test_the_robot_its_hand_and_a_new_obstacle_are_seen_beside_the_panel(open_page, size):
+def test_the_panel_does_not_cover_the_robot_or_a_new_obstacle(open_page, size):
     robot = ulna.load("ur5")
     with ulna.view(robot) as view:
         page = open_page(view.url, size=size)

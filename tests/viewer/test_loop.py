@@ -1,4 +1,4 @@
-"""The loop of a page."""
+"""The thread that draws the frames of a page."""
 
 import threading
 
@@ -7,7 +7,7 @@ from processes import wait_for
 from ulna.viewer.loop import Loop
 
 
-def test_a_frame_that_fails_is_told_and_the_next_one_is_made(capsys):
+def test_a_failed_frame_is_logged_and_the_next_one_is_drawn(capsys):
     frames, made = [], threading.Event()
 
     def frame():
@@ -24,7 +24,7 @@ def test_a_frame_that_fails_is_told_and_the_next_one_is_made(capsys):
     assert "ArithmeticError: of the first frame" in capsys.readouterr().err
 
 
-def test_it_is_woken_before_its_pause_is_over():
+def test_a_wake_ends_the_pause_between_frames():
     made = threading.Event()
     loop = Loop("test", made.set, lambda: 3600.0)
     loop.start()
@@ -35,7 +35,7 @@ def test_it_is_woken_before_its_pause_is_over():
     assert loop.ended
 
 
-def test_a_failure_that_lasts_is_logged_once_and_passed_on_until_it_is_over(capsys):
+def test_a_repeated_failure_is_logged_once_and_reported_until_it_ends(capsys):
     failing, seen = threading.Event(), []
     failing.set()
 
@@ -53,7 +53,7 @@ def test_a_failure_that_lasts_is_logged_once_and_passed_on_until_it_is_over(caps
     assert capsys.readouterr().err.count("ArithmeticError: again") == 1
 
 
-def test_a_frame_that_fails_is_shown_on_the_page(panda):
+def test_a_failed_frame_is_shown_on_the_page(panda):
     with ulna.view(panda) as view:
         frame, view._frame = view._frame, lambda: 1 / 0
         wait_for(lambda: "ZeroDivisionError" in view.notice.text, "the failure")

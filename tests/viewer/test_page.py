@@ -1,4 +1,4 @@
-"""How pages begin and end beside each other and beside the program, without a browser."""
+"""Starting and stopping pages at the same time as others, without a browser: global state is restored."""
 
 import contextlib
 import sys
@@ -16,8 +16,8 @@ from ulna.viewer import origin, page
 from ulna.viewer.page import Page
 
 
-class ToldLock:
-    """A lock that tells whenever somebody asks for it."""
+class ObservedLock:
+    """A lock that counts the attempts to acquire it."""
 
     def __init__(self):
         self.lock, self.asked = threading.Lock(), threading.Semaphore(0)
@@ -31,7 +31,7 @@ class ToldLock:
 
 
 def overlapping(lock, context):
-    """Enter one context, let another thread ask to enter a second one, leave the first, and wait for the second to be left."""
+    """Enter a context; enter a second one in another thread, which must wait for the lock; leave the first, then the second."""
 
     def enter_and_leave():
         with contextlib.suppress(ulna.UlnaError), context():
@@ -45,22 +45,22 @@ def overlapping(lock, context):
     other.join()
 
 
-def test_two_pages_that_begin_at_once_leave_the_websockets_as_they_were(monkeypatch):
-    before, lock = websockets.asyncio.server.serve, ToldLock()
+def test_two_pages_started_at_once_restore_the_websocket_server(monkeypatch):
+    before, lock = websockets.asyncio.server.serve, ObservedLock()
     monkeypatch.setattr(origin, "_starting", lock)
     overlapping(lock, lambda: origin.refusing_foreign_pages("127.0.0.1"))
     assert websockets.asyncio.server.serve is before
 
 
-def test_two_pages_that_begin_at_once_leave_the_output_as_it_was(monkeypatch):
-    before, lock = sys.stdout, ToldLock()
+def test_two_pages_started_at_once_restore_standard_output(monkeypatch):
+    before, lock = sys.stdout, ObservedLock()
     monkeypatch.setattr(page, "_silence", lock)
     overlapping(lock, page._quiet)
     assert sys.stdout is before
     assert not rich.get_console().quiet
 
 
-def test_only_the_words_of_viser_are_held_back(monkeypatch, capsys):
+def test_only_visers_own_output_is_suppressed(monkeypatch, capsys):
     real = viser.ViserServer
 
     def server(**options):
@@ -72,7 +72,7 @@ def test_only_the_words_of_viser_are_held_back(monkeypatch, capsys):
     assert capsys.readouterr().out == "the program's own\n"
 
 
-def test_a_server_that_came_up_unguarded_is_stopped(monkeypatch):
+def test_a_server_that_accepts_foreign_pages_is_stopped(monkeypatch):
     unguarded = SimpleNamespace(asyncio=SimpleNamespace(server=SimpleNamespace(serve=websockets.asyncio.server.serve)))
     monkeypatch.setattr("viser.infra._infra.websockets", unguarded)
     before = threading.active_count()
@@ -82,7 +82,7 @@ def test_a_server_that_came_up_unguarded_is_stopped(monkeypatch):
 
 
 @pytest.mark.parametrize(("host", "name"), [("0.0.0.0", "127.0.0.1"), ("::", "[::1]"), ("::1", "[::1]"), ("", "127.0.0.1")])  # noqa: S104
-def test_the_address_is_one_that_leads_to_the_page(monkeypatch, host, name):
+def test_the_url_uses_a_reachable_address_for_a_wildcard_host(monkeypatch, host, name):
     monkeypatch.setattr(page, "_refuse_busy", lambda *_: None)  # not every machine has addresses of version 6
     monkeypatch.setattr(page, "refusing_foreign_pages", lambda *_: contextlib.nullcontext())
     server = SimpleNamespace(

@@ -1,4 +1,4 @@
-"""Free and touching are told apart by people who see colours in another way, and never by the hue alone.
+"""People with a colour vision deficiency can distinguish the colours of free and touching, which never differ in hue alone.
 
 The matrices are those of Machado, Oliveira and Fernandes, A physiologically-based model for simulation of color vision deficiency
 (IEEE Transactions on Visualization and Computer Graphics 15(6), 2009), severity 1.0, on linear RGB. Differences are
@@ -36,7 +36,7 @@ def lab(rgb, sight):
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
 
 
-def apart(first, second, sight):
+def difference(first, second, sight):
     return float(np.linalg.norm(lab(first, sight) - lab(second, sight)))
 
 
@@ -45,18 +45,18 @@ def over_white(color, opacity):
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-def test_the_light_is_told_apart(sight):
-    assert apart(GREEN, RED, sight) > CLEARLY
+def test_green_and_red_of_the_light_are_distinguishable(sight):
+    assert difference(GREEN, RED, sight) > CLEARLY
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-def test_a_shape_of_the_robot_that_touches_is_told_from_one_that_is_free_by_its_lightness(sight):
+def test_a_touching_shape_of_the_robot_is_darker_than_a_free_one(sight):
     free, touching = over_white(palette.FREE, palette.PALE), over_white(palette.TOUCHING, palette.STRONG)
     assert lab(free, sight)[0] - lab(touching, sight)[0] > CLEARLY
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-def test_an_obstacle_that_touches_is_told_from_one_that_is_free_by_its_lightness(sight):
+def test_a_touching_obstacle_is_darker_than_a_free_one(sight):
     free, touching = (
         over_white(palette.MOVABLE, obstacle_opacity(touching=False)),
         over_white(palette.TOUCHING, obstacle_opacity(touching=True)),
@@ -64,7 +64,7 @@ def test_an_obstacle_that_touches_is_told_from_one_that_is_free_by_its_lightness
     assert lab(free, sight)[0] - lab(touching, sight)[0] > CLEARLY
 
 
-def test_the_verdict_is_a_word_and_a_shape_too():
+def test_the_collision_result_is_also_given_by_word_and_by_filling():
     free = Clearance(Report(()))
     assert free.verdict == "free"
     assert "border:" in html.marked("free", GREEN, filled=False)
@@ -72,6 +72,8 @@ def test_the_verdict_is_a_word_and_a_shape_too():
     assert "collision" in html.marked("collision", RED)
 
 
-def test_a_program_of_the_test_itself_sees_red_and_green_as_one_where_they_are():
-    """The judge is no friend: two colours that a deuteranope confuses are called the same."""
-    assert apart((180, 90, 60), (112, 112, 60), "deuteranopia") < CLEARLY < apart((180, 90, 60), (112, 112, 60), "usual")
+def test_colours_that_deuteranopia_confuses_are_found_similar():
+    """Checks the measure itself: two colours that look alike with deuteranopia have a small difference."""
+    assert (
+        difference((180, 90, 60), (112, 112, 60), "deuteranopia") < CLEARLY < difference((180, 90, 60), (112, 112, 60), "usual")
+    )

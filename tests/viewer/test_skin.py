@@ -1,4 +1,4 @@
-"""Where a camera sees points, and which way surfaces are turned."""
+"""Normals of surfaces, projections of the camera and the sun, and the order of translucent sides."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from ulna.viewer.film.skin import corner_normals, linear
 from ulna.viewer.solid import Solid
 
 
-def test_the_corners_of_a_cube_are_turned_as_its_sides():
+def test_the_corner_normals_of_a_cube_are_those_of_its_sides():
     cube = trimesh.creation.box((1, 2, 3))
     normals = corner_normals(cube.vertices, cube.faces).reshape(-1, 3, 3)
     assert np.allclose(normals, cube.face_normals[:, None])
@@ -24,7 +24,7 @@ def test_a_sphere_is_smooth_even_if_its_triangles_share_no_vertices():
     assert np.einsum("ij,ij->i", normals, points / 2.0).min() > 0.999
 
 
-def test_a_triangle_without_area_has_a_normal_all_the_same():
+def test_a_triangle_without_area_has_unit_normals():
     points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]])
     normals = corner_normals(points, np.array([[0, 1, 2], [0, 1, 3]]))
     assert np.allclose(np.linalg.norm(normals, axis=1), 1.0)
@@ -32,7 +32,7 @@ def test_a_triangle_without_area_has_a_normal_all_the_same():
 
 
 @pytest.mark.parametrize("position", [(2.0, -1.5, 1.0), (0.0, 0.0, 3.0), (0.0, 0.0, -3.0)], ids=["beside", "above", "below"])
-def test_the_rays_of_a_camera_lead_back_to_where_its_view_puts_points(rng, position):
+def test_the_rays_of_a_camera_invert_its_projection(rng, position):
     camera, size = Camera(position, (0.1, 0.0, 0.2), 0.7), (64, 48)
     eye, corner, right, down = camera.rays(*size)
     for point in rng.uniform(-0.5, 0.5, (20, 3)):
@@ -45,7 +45,7 @@ def test_the_rays_of_a_camera_lead_back_to_where_its_view_puts_points(rng, posit
 
 
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
-def test_a_camera_around_a_ball_sees_all_of_it(rng, aspect):
+def test_a_camera_around_a_ball_has_all_of_it_in_the_picture(rng, aspect):
     size = (round(200 * aspect), 200)
     camera = Camera.around((1.0, 2.0, 3.0), 0.7, 1.1, aspect)
     directions = rng.normal(size=(300, 3))
@@ -58,7 +58,7 @@ def test_a_camera_around_a_ball_sees_all_of_it(rng, aspect):
     assert max(np.ptp(x) / size[0], np.ptp(y) / size[1]) > 0.85
 
 
-def test_the_sun_sees_all_within_its_radius(rng):
+def test_the_shadow_map_covers_all_within_its_radius(rng):
     view = sun_view((0.9, 0.25, 1.5), (1, 0, 0.5), 1.3, 256)
     directions = rng.normal(size=(300, 3))
     points = (1, 0, 0.5) + 1.3 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -68,7 +68,7 @@ def test_the_sun_sees_all_within_its_radius(rng):
     assert np.allclose(view[2, :3], np.array([0.9, 0.25, 1.5]) / np.linalg.norm((0.9, 0.25, 1.5)))
 
 
-def test_of_a_box_the_sides_towards_the_eye_are_laid_the_far_box_first():
+def test_translucent_boxes_show_the_three_front_sides_the_far_box_first():
     near, far = (Solid(name, "base", np.eye(4), Box((1, 1, 1)), (255, 0, 0), 0.5) for name in ("near", "far"))
     T_near, T_far = np.eye(4), np.eye(4)
     T_far[0, 3] = -3.0
@@ -83,5 +83,5 @@ def test_of_a_box_the_sides_towards_the_eye_are_laid_the_far_box_first():
     assert np.allclose(panes.paints[3 + top], (*linear((255, 0, 0)), 0.5))
 
 
-def test_without_boxes_there_are_no_panes():
+def test_without_translucent_boxes_there_are_no_panes():
     assert len(make_panes([], np.zeros(3)).points) == 0

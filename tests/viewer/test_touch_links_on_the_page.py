@@ -1,4 +1,4 @@
-"""The links that may touch an obstacle stay with it as the page renames, loads and saves it; without a browser."""
+"""The page keeps an obstacle's touch_links when it renames or loads it; without a browser."""
 
 import numpy as np
 import pytest
@@ -16,12 +16,12 @@ def obstacles():
     page.stop()
 
 
-def test_a_renamed_obstacle_keeps_its_links(obstacles):
+def test_a_renamed_obstacle_keeps_its_touch_links(obstacles):
     obstacles.change("floor", ulna.HalfSpace(), np.eye(4), "ground")
     assert obstacles.world.touch_links("ground") == {"panda_link1"}
 
 
-def test_a_scene_that_is_loaded_brings_its_links(obstacles):
+def test_a_loaded_scene_has_its_touch_links(obstacles):
     other = ulna.World()
     other.add("table", ulna.Box((1, 1, 0.1)), touch_links=["panda_hand"])
     obstacles.replace(other)

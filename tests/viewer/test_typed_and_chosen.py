@@ -1,4 +1,4 @@
-"""What a person types and chooses, when a frame comes between the value and the page's word of it; without a browser."""
+"""Values that a person types or chooses, when a frame is drawn before the listener runs; without a browser."""
 
 import inspect
 from types import SimpleNamespace
@@ -27,7 +27,7 @@ def obstacles(server):
 
 
 def person_sets(field, value, between=lambda: None, client=None):
-    """As viser does it: the value, listeners that are coroutines, and others later, when a frame may have been made."""
+    """Set a field as viser does: first the value, then coroutine listeners, later the others; ``between`` runs before those."""
     field._impl.value = value
     event = SimpleNamespace(client=client or SimpleNamespace(), client_id=0, target=field)
     later = []
@@ -48,7 +48,7 @@ def choose(obstacles, name):
     obstacles.show(set())
 
 
-def test_a_frame_does_not_write_over_what_was_just_typed(obstacles):
+def test_a_frame_does_not_overwrite_a_value_that_was_just_typed(obstacles):
     obstacles.world.add("ball", ulna.Sphere(0.1))
     choose(obstacles, "ball")
     person_sets(obstacles.form.radius, 0.25, between=lambda: obstacles.show(set()))
@@ -78,7 +78,7 @@ def test_only_the_number_that_was_typed_changes(obstacles):
     assert np.array_equal(obstacles.world.pose("post"), moved)
 
 
-def test_what_is_typed_is_of_the_obstacle_that_was_chosen_then(obstacles):
+def test_a_typed_value_changes_the_obstacle_that_was_chosen_at_that_time(obstacles):
     for name in ("a", "b"):
         obstacles.world.add(name, ulna.Sphere(0.1))
     choose(obstacles, "a")
@@ -88,21 +88,21 @@ def test_what_is_typed_is_of_the_obstacle_that_was_chosen_then(obstacles):
     assert [obstacles.world.shape(name).radius for name in ("a", "b")] == [0.2, 0.1]
 
 
-def test_what_cannot_be_is_said_to_who_typed_it(obstacles):
-    told = []
-    client = SimpleNamespace(add_notification=lambda *words, **_: told.append(words))
+def test_a_bad_value_is_reported_to_the_tab_where_it_was_typed(obstacles):
+    notifications = []
+    client = SimpleNamespace(add_notification=lambda *words, **_: notifications.append(words))
     obstacles.world.add("ball", ulna.Sphere(0.1))
     choose(obstacles, "ball")
     person_sets(obstacles.form.radius, -1.0, client=client)
     obstacles.take()
-    assert told[0][0] == "Not changed"
+    assert notifications[0][0] == "Not changed"
     assert obstacles.world.shape("ball") == ulna.Sphere(0.1)
     assert obstacles.form.radius.value == 0.1
 
 
-def test_an_obstacle_is_not_called_like_a_part_of_the_robot(server, panda):
-    told = []
-    client = SimpleNamespace(add_notification=lambda *words, **_: told.append(words))
+def test_an_obstacle_cannot_have_the_name_of_a_link_or_shape_of_the_robot(server, panda):
+    notifications = []
+    client = SimpleNamespace(add_notification=lambda *words, **_: notifications.append(words))
     obstacles = Obstacles(server, ulna.World(), np.zeros(3), 1.0, lambda: None, ShapeNames(panda).taken)
     obstacles.add("Box")
     obstacles.add("Sphere")
@@ -113,10 +113,10 @@ def test_an_obstacle_is_not_called_like_a_part_of_the_robot(server, panda):
         obstacles.take()
     assert obstacles.world.names == ("new box 1", "sphere 1")
     assert obstacles.form.name.value == "new box 1"
-    assert [words[0] for words in told] == 3 * ["Not changed"]
+    assert [words[0] for words in notifications] == 3 * ["Not changed"]
 
 
-def test_a_frame_does_not_take_back_the_link_that_was_just_chosen(server, panda):
+def test_a_frame_does_not_reset_the_link_that_was_just_chosen(server, panda):
     session = Session(panda)
     panel = HandPanel(server, session, 1.0, lambda: None)
     person_sets(panel.link, "panda_link4", between=panel.show)

@@ -26,7 +26,7 @@ def view(panda):
 
 @pytest.fixture
 def page(view, open_page):
-    """The page, once all that it may be asked is compiled; for a test alone."""
+    """The page, once all its kernels are compiled; a new one for each test."""
     page = open_page(view.url)
     wait_for(lambda: view.ready and view.page.server.get_clients(), "a page that is ready", looks=None)
     return page
@@ -34,7 +34,7 @@ def page(view, open_page):
 
 @pytest.fixture
 def camera(view, page):
-    """What the one page's camera sees."""
+    """The camera of the only tab."""
     return next(iter(view.page.server.get_clients().values())).camera
 
 
@@ -42,7 +42,7 @@ def tab(page, name):
     page.get_by_role("tab", name=name).click()
 
 
-def test_the_parts_of_the_robot_are_shown_and_hidden(view, page, camera, panda):
+def test_visuals_shapes_frames_and_names_are_shown_and_hidden(view, page, camera, panda):
     tab(page, "Look")
     elbow = project(camera, panda.forward_kinematics(panda.home, "panda_link4")[:3, 3])
 
@@ -68,7 +68,7 @@ def test_the_parts_of_the_robot_are_shown_and_hidden(view, page, camera, panda):
     page.get_by_text("revolute panda_joint3").wait_for()
 
 
-def test_a_number_typed_at_a_slider_moves_that_joint_alone(view, page, camera, panda):
+def test_a_number_typed_at_a_slider_moves_only_that_joint(view, page, camera, panda):
     tab(page, "Move")
     field = page.get_by_role("textbox", name="joint4")
     field.fill("-1.2")
@@ -109,12 +109,12 @@ def behind_another_window(page):
 
 
 @pytest.mark.parametrize("end", [outside, cancelled, behind_another_window])
-def test_a_drag_ends_where_the_page_hears_of_no_button_let_go(view, page, camera, end):
+def test_a_drag_ends_even_if_the_page_receives_no_button_release(view, page, camera, end):
     tab(page, "Move")
     T, size = view.session.hand_pose, view.hand.handles.control.scale
     drag(page, view.hand.handles, arrow(camera, T, 2, size), (0, 60), "blue")
     end(page)
-    wait_to_see(page, lambda: not view.hand.handles.held and view.session.target is None, "nobody who holds the hand")
+    wait_to_see(page, lambda: not view.hand.handles.held and view.session.target is None, "a released hand")
     rested = view.session.hand_pose
     page.mouse.move(700, 500)  # with the button up, or not seen
     page.wait_for_timeout(500)
@@ -122,7 +122,7 @@ def test_a_drag_ends_where_the_page_hears_of_no_button_let_go(view, page, camera
     wait_to_see(page, lambda: np.allclose(view.hand.handles.pose, rested, atol=1e-4), "the handles at the hand")
 
 
-def test_out_of_reach_the_mark_is_red_and_the_page_says_why(view, page, camera):
+def test_an_unreachable_drag_has_a_red_mark_and_a_reason_on_the_page(view, page, camera):
     tab(page, "Move")
     T, size = view.session.hand_pose, view.hand.handles.control.scale
     drag(page, view.hand.handles, arrow(camera, T, 2, size), (0, -340), "blue")
@@ -143,7 +143,7 @@ def test_out_of_reach_the_mark_is_red_and_the_page_says_why(view, page, camera):
     page.get_by_text("drag the handles to move the hand").wait_for()
 
 
-def test_avoiding_collisions_it_says_that_it_stopped_and_before_what(view, page, camera):
+def test_a_drag_that_avoids_collisions_names_the_obstacle_at_which_it_stops(view, page, camera):
     tab(page, "Move")
     view.world.add("table", ulna.Box((1.0, 1.0, 0.1)), ulna.pose((0.6, 0.0, 0.2)))
     page.get_by_role("checkbox", name="Avoid collisions").check()
@@ -161,7 +161,7 @@ def test_avoiding_collisions_it_says_that_it_stopped_and_before_what(view, page,
     page.get_by_text("drag the handles to move the hand").wait_for()
 
 
-def test_a_typed_pose_sends_the_hand_there_or_says_why_not(view, page, camera):
+def test_a_typed_pose_moves_the_hand_or_gives_a_reason(view, page, camera):
     tab(page, "Move")
     field, T = page.get_by_label("Hand xyz [m], z"), view.session.hand_pose
     wait_to_see(page, lambda: float(field.input_value()) == pytest.approx(T[2, 3], abs=6e-4), "the hand's height")
@@ -208,7 +208,7 @@ def test_a_floor_is_an_obstacle_that_the_base_does_not_touch(view, page, camera)
     wait_to_see(page, lambda: view.world.names == (), "none")
 
 
-def test_a_negative_extent_is_refused_and_the_field_goes_back(view, page, camera):
+def test_a_negative_extent_is_refused_and_the_field_is_reset(view, page, camera):
     tab(page, "Obstacles")
     page.get_by_role("button", name="Box").click()
     wait_to_see(page, lambda: view.world.names, "a box")
@@ -249,7 +249,7 @@ def test_obstacles_are_added_sized_moved_named_and_deleted(view, page, camera):
     wait_to_see(page, lambda: view.world.names == (), "nothing left")
 
 
-def test_the_nearest_pair_has_a_line_with_its_distance(view, page, camera, panda):
+def test_a_line_joins_the_nearest_pair_and_shows_its_distance(view, page, camera, panda):
     view.world.add("ball", ulna.Sphere(0.05), ulna.pose((0.65, 0.0, 0.5)))
     wait_to_see(page, lambda: view.session.clearance.nearest is not None, "a nearest pair")
     pair = view.session.clearance.nearest
@@ -260,7 +260,7 @@ def test_the_nearest_pair_has_a_line_with_its_distance(view, page, camera, panda
     wait_to_see(page, lambda: np.count_nonzero(around(pixels(page), middle, 8).max(axis=-1) < 130) > 5, "a dark line")
 
 
-def test_dragging_an_obstacle_into_the_robot_changes_word_and_colour(view, page, camera, panda):
+def test_an_obstacle_dragged_into_the_robot_turns_red_and_is_reported(view, page, camera, panda):
     tab(page, "Obstacles")
     view.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.31, -0.33, 0.5)))
     page.get_by_label("Obstacle", exact=True).click()
@@ -282,7 +282,7 @@ def test_dragging_an_obstacle_into_the_robot_changes_word_and_colour(view, page,
     assert view.answer_time > 0.0
 
 
-def test_a_scene_is_saved_and_loaded_by_the_page(view, page, camera, tmp_path):
+def test_the_page_saves_and_loads_a_scene(view, page, camera, tmp_path):
     tab(page, "Obstacles")
     view.world.add("ball", ulna.Sphere(0.05), ulna.pose((0.65, 0.1, 0.5)))
     with page.expect_download() as download:
@@ -297,11 +297,11 @@ def test_a_scene_is_saved_and_loaded_by_the_page(view, page, camera, tmp_path):
     wait_to_see(page, lambda: view.world.names == ("globe",), "the loaded scene")
     path.write_text('{"ulna_scene": 1, "objects": [{"name": "a", "shape": "bix"}]}')
     page.locator("input[type=file]").last.set_input_files(path.rename(tmp_path / "bad.json"))
-    page.get_by_text("bad.json: object 1 'a': 'bix' is no shape; did you mean 'box'?").wait_for()
+    page.get_by_text("bad.json: object 1 'a': 'bix' is not a known shape; did you mean 'box'?").wait_for()
     assert view.world.names == ("globe",)
 
 
-def test_the_ellipsoid_and_the_singular_values_are_an_option(view, page, camera, panda):
+def test_the_manipulability_checkbox_shows_the_ellipsoid_and_singular_values(view, page, camera, panda):
     tab(page, "Move")
     page.get_by_role("checkbox", name="Manipulability").check()
     values = np.linalg.svd(panda.jacobian(panda.home), compute_uv=False)
@@ -320,7 +320,7 @@ def test_the_ellipsoid_and_the_singular_values_are_an_option(view, page, camera,
     wait_to_see(page, lambda: violet() < seen - 200, "no ellipsoid")
 
 
-def test_every_control_has_a_name(view, page, camera):
+def test_every_control_has_an_accessible_name(view, page, camera):
     view.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.6, -0.3, 0.5)))
     view.obstacles.form.choose("crate")
     labels = {"Move": ("joint1", "Hand", "Avoid collisions"), "Look": ("Visuals",)}

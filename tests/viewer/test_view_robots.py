@@ -1,4 +1,4 @@
-"""Any robot can be looked at: humanoids, robots whose meshes are missing, and descriptions that mean harm."""
+"""The view of any robot: humanoids, robots with missing meshes, and hostile descriptions."""
 
 import importlib
 import threading
@@ -25,7 +25,7 @@ def one_link(*uris):
 
 
 @pytest.mark.parametrize(("name", "links"), [("talos", 60), ("ur5", 11)])
-def test_a_robot_of_meshes_is_shown_whole(name, links):
+def test_all_meshes_of_a_robot_are_shown(name, links):
     robot = ulna.load(name)
     with ulna.view(robot) as view:
         assert view.arm.missing == ()
@@ -37,7 +37,7 @@ def test_a_robot_of_meshes_is_shown_whole(name, links):
         assert view.arm.extent.low[2] <= min(T[2, 3] for T in robot.link_poses(robot.home))
 
 
-def test_the_stage_is_as_large_as_the_robot():
+def test_the_camera_distance_follows_the_size_of_the_robot():
     large, small = (ulna.Robot(robots.of_chain("revolute", "revolute", origin=ulna.pose((step, 0, 0)))) for step in (10.0, 0.01))
     for robot, size in ((large, 20.0), (small, 0.02)):
         with ulna.view(robot) as view:
@@ -45,7 +45,7 @@ def test_the_stage_is_as_large_as_the_robot():
             assert 0.5 * size < away < 10 * max(size, 0.1)
 
 
-def test_a_link_whose_mesh_is_missing_has_the_plain_body_and_the_others_their_own():
+def test_only_a_link_with_a_missing_mesh_gets_the_plain_body():
     visuals = link_visuals(ulna.load(one_link("package://nowhere/x.stl")))
     assert len(visuals.missing) == 1
     assert "package://nowhere/x.stl" in visuals.missing[0]
@@ -54,14 +54,14 @@ def test_a_link_whose_mesh_is_missing_has_the_plain_body_and_the_others_their_ow
 
 
 @pytest.mark.parametrize("uri", ["file:///etc/passwd", "../../../../../../etc/passwd", "/etc/passwd"])
-def test_a_hostile_description_shows_nothing_of_this_machine(uri, tmp_path):
+def test_a_mesh_path_outside_the_description_is_not_read(uri, tmp_path):
     (tmp_path / "a.urdf").write_text(one_link(uri))
     visuals = link_visuals(ulna.load(tmp_path / "a.urdf"))
     assert len(visuals.missing) == 1
     assert "not read" in visuals.missing[0]
 
 
-def test_a_mesh_that_is_none_is_told_and_the_rest_is_shown(tmp_path):
+def test_an_invalid_mesh_is_reported_and_the_other_links_are_shown(tmp_path):
     (tmp_path / "bad.stl").write_bytes(b"\x00" * 90)
     (tmp_path / "worse.dae").write_text("<COLLADA/>")
     (tmp_path / "a.urdf").write_text(one_link("bad.stl", "worse.dae"))
@@ -70,7 +70,7 @@ def test_a_mesh_that_is_none_is_told_and_the_rest_is_shown(tmp_path):
     assert "b" in visuals.scenes
 
 
-def test_the_colour_of_the_description_is_for_meshes_without_one(tmp_path):
+def test_the_colour_of_the_urdf_is_used_for_meshes_without_one(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     text = one_link("a.obj").replace(
         "</geometry></visual>", '</geometry><material name="m"><color rgba="1 0 0 1"/></material></visual>', 1
@@ -81,7 +81,7 @@ def test_the_colour_of_the_description_is_for_meshes_without_one(tmp_path):
     assert tuple(mesh.visual.material.baseColorFactor) == (255, 0, 0, 255)
 
 
-def test_every_shape_that_can_collide_can_be_drawn():
+def test_every_collision_shape_can_be_drawn():
     page = Page(port=0)
     try:
         arm = Arm(page.server, ulna.load("panda"))
@@ -106,7 +106,7 @@ def test_every_shape_that_can_collide_can_be_drawn():
         assert set(view.obstacles.nodes) == set(world.names)
 
 
-def test_what_a_link_holds_is_drawn_where_it_is_held_and_red_where_it_touches(panda):
+def test_an_attached_object_is_drawn_on_its_link_and_is_red_when_it_touches(panda):
     above = ulna.pose((0, 0, 0.08), (0, 0, 0.5))
     holding = panda.with_attached("cup", ulna.Box((0.06, 0.06, 0.12)), above, touch_links=["panda_link7"])
     page = Page(port=0)
@@ -127,7 +127,7 @@ def test_what_a_link_holds_is_drawn_where_it_is_held_and_red_where_it_touches(pa
 
 
 @pytest.mark.parametrize("kinds", [("planar", "floating", "continuous"), ("fixed",)])
-def test_joints_of_every_kind_can_be_looked_at(kinds):
+def test_joints_of_every_type_can_be_viewed(kinds):
     robot = ulna.Robot(robots.of_chain(*kinds))
     with ulna.view(robot) as view:
         assert len(view.joints.sliders) == robot.n_dof
@@ -135,7 +135,7 @@ def test_joints_of_every_kind_can_be_looked_at(kinds):
         assert np.array_equal(view.q, np.full(robot.n_dof, 0.2))
 
 
-def test_a_view_that_cannot_be_built_leaves_nothing_behind(panda, monkeypatch):
+def test_a_view_that_cannot_be_built_leaves_no_thread(panda, monkeypatch):
     before = threading.active_count()
     monkeypatch.setattr(importlib.import_module("ulna.viewer.view"), "Arm", lambda *_: 1 / 0)  # another test forgets modules
     with pytest.raises(ZeroDivisionError):
@@ -144,7 +144,7 @@ def test_a_view_that_cannot_be_built_leaves_nothing_behind(panda, monkeypatch):
 
 
 @pytest.mark.parametrize(("robot", "q"), [("panda", None), (ulna.load("panda"), np.full(7, 2e6)), (ulna.load("panda"), [0.0])])
-def test_what_cannot_be_shown_is_refused_before_a_page_is_opened(robot, q, monkeypatch):
+def test_bad_arguments_are_refused_before_a_page_is_opened(robot, q, monkeypatch):
     monkeypatch.setattr(importlib.import_module("ulna.viewer.view"), "Page", lambda *_, **__: pytest.fail("a page was opened"))
     with pytest.raises(ulna.InputError):
         ulna.view(robot, q=q)

@@ -1,4 +1,4 @@
-"""Several tabs, foreign pages, tabs that close, and what is left when a view ends."""
+"""Several tabs, foreign pages, closed tabs, and the end of a view."""
 
 import threading
 
@@ -25,11 +25,11 @@ def headers(origin, host="127.0.0.1:8080"):
 
 
 @pytest.mark.parametrize("origin", [None, "http://127.0.0.1:8080"])
-def test_the_page_itself_and_programs_are_let_in(origin):
+def test_the_page_itself_and_programs_may_connect(origin):
     assert is_own_page(headers(origin), "127.0.0.1")
 
 
-def test_a_page_behind_a_tunnel_is_let_in():
+def test_a_page_behind_a_tunnel_may_connect():
     assert is_own_page(headers("http://localhost:9999", "localhost:9999"), "127.0.0.1")
 
 
@@ -45,16 +45,16 @@ def test_a_page_behind_a_tunnel_is_let_in():
         ("http://127.0.0.1:8080@evil.example", "127.0.0.1:8080"),
     ],
 )
-def test_foreign_pages_are_not_let_in(origin, host):
+def test_foreign_pages_may_not_connect(origin, host):
     assert not is_own_page(headers(origin, host), "127.0.0.1")
 
 
-def test_a_server_that_listens_everywhere_lets_in_only_pages_of_the_name_it_was_asked_by():
+def test_a_server_on_all_interfaces_accepts_only_pages_of_the_requested_host():
     assert is_own_page(headers("http://lab.local:8080", "lab.local:8080"), "0.0.0.0")  # noqa: S104
     assert not is_own_page(headers("http://evil.example", "lab.local:8080"), "0.0.0.0")  # noqa: S104
 
 
-def test_pages_that_were_named_are_let_in():
+def test_pages_of_the_given_origins_may_connect():
     assert is_own_page(headers("https://hub.example"), "127.0.0.1", ("https://hub.example",))
 
 
@@ -67,7 +67,7 @@ def test_a_foreign_page_cannot_open_the_websocket(view):
         pass
 
 
-def test_the_view_answers_on_this_machine_alone(view):
+def test_the_view_listens_on_the_loopback_interface_only(view):
     assert view.page.server.get_host() == "127.0.0.1"
     assert view.url.startswith("http://127.0.0.1:")
 
@@ -82,7 +82,7 @@ def number(page, name):
     return page.get_by_role("textbox", name=name).input_value()
 
 
-def test_two_tabs_see_one_robot_and_do_not_fight(view, panda, open_page, monkeypatch):
+def test_two_tabs_show_the_same_robot_and_do_not_overwrite_each_other(view, panda, open_page, monkeypatch):
     first, second = open_page(view.url), open_page(view.url, browser=1)
     wait_for(lambda: len(view.page.server.get_clients()) == 2, "two tabs")
     wait_for(lambda: view.ready and not view.notice.text, "a page that is ready", looks=None)
@@ -105,13 +105,13 @@ def test_two_tabs_see_one_robot_and_do_not_fight(view, panda, open_page, monkeyp
     shown = round(float(view.q[3]), 3)
     wait_for(lambda: number(second, "joint4") == f"{shown:g}", "the drag in the other tab")
     first.close()  # without letting go
-    wait_for(lambda: not view.hand.handles.held and view.session.target is None, "nobody holds the hand")
+    wait_for(lambda: not view.hand.handles.held and view.session.target is None, "a released hand")
     wait_for(lambda: len(view.page.server.get_clients()) == 1, "one tab")
     second.close()
     wait_for(lambda: not view.page.server.get_clients(), "no tab")
 
 
-def test_a_closed_tab_leaves_nothing_running(view, open_page):
+def test_a_closed_tab_leaves_no_thread_and_no_client(view, open_page):
     open_page(view.url).close()  # the threads that serve pages exist from now on
     wait_for(lambda: not view.page.server.get_clients(), "no tab")
     before = threading.active_count()
@@ -122,7 +122,7 @@ def test_a_closed_tab_leaves_nothing_running(view, open_page):
     assert not view.page.server._websock_server._client_state_from_id
 
 
-def test_stopping_leaves_no_thread_and_a_free_port(panda):
+def test_stopping_leaves_no_thread_and_frees_the_port(panda):
     before = threading.active_count()
     view = ulna.view(panda)
     port = view.page.server.get_port()
@@ -133,7 +133,7 @@ def test_stopping_leaves_no_thread_and_a_free_port(panda):
         ulna.view(panda, port=port)
 
 
-def test_a_notebook_shows_the_page_in_a_frame_with_a_title(view):
+def test_a_notebook_shows_the_page_in_a_titled_iframe(view):
     shown = view._repr_html_()
     assert f'src="{view.url}"' in shown
     assert "<iframe" in shown

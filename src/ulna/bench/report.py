@@ -1,4 +1,4 @@
-"""Measures what is asked for: facts of the machine, and a list of rows for each subject. Used by ``ulna bench``."""
+"""Measures the requested subjects: facts of the machine, and a list of rows for each subject. Used by ``ulna bench``."""
 
 from collections.abc import Sequence
 
@@ -33,7 +33,7 @@ def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str,
     """
     for subject in subjects:
         if subject not in SUBJECTS:
-            raise InputError("subject", f"{subject!r} is not one{did_you_mean(subject, SUBJECTS)}")
+            raise InputError("subject", f"{subject!r} is not a subject of the benchmark{did_you_mean(subject, SUBJECTS)}")
     arms = {name: load_arm(name) for name in robots}
     data: dict[str, object] = {"machine": machine_facts()}
     left_out: Rows = []

@@ -1,1 +1,1 @@
-"""The command line ``ulna``: one file a command, with its options, its data (``--json``) and its table."""
+"""The command line ``ulna``: one file for each command, with its options, its data (``--json``) and its table."""

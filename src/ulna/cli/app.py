@@ -1,6 +1,6 @@
-"""``ulna``: builds the command line from one file a command, and from what packages add. Used by the script ``ulna``.
+"""``ulna``: builds the command line from one file for each command, and from plugins. Used by the script ``ulna``.
 
-Exit status: 0 done; 1 not solved, a collision, or a check that failed; 2 a wrong argument or file; 130 Ctrl-C; 141 the reader of
+Exit status: 0 success; 1 not solved, a collision, or a failed check; 2 a wrong argument or file; 130 Ctrl-C; 141 the reader of
 the output has closed its pipe. Errors are one line on standard error; with ``--json`` an object: error, its kind, and message.
 """
 
@@ -29,25 +29,25 @@ _UsageError: Any = typer.BadParameter.__base__  # click's, which typer may carry
 
 
 class _Commands(TyperGroup):
-    """Ulna's own commands and those that packages add: a file is read when its command is called, all of them for the help."""
+    """Ulna's own commands and those of plugins. A command's file is imported when it is called; all of them for the help."""
 
     def get_command(self, ctx, cmd_name):
-        """The command of a name, or None. Other names than those of Ulna are looked up in the packages."""
+        """The command of a name, or None. Names that are not Ulna's own are looked up in the plugins."""
         if cmd_name in OWN:
             self._load([cmd_name])
         elif cmd_name not in self.commands:
             self._load_guests()
             if cmd_name not in self.commands:
-                self._load(OWN)  # it is mistyped: the nearest name is looked for among all
+                self._load(OWN)  # a mistyped name: the suggestion is chosen from all names
         return super().get_command(ctx, cmd_name)
 
     def parse_args(self, ctx, args):
-        """Note whether JSON was asked for: then an error is JSON too."""
+        """Keep the arguments: with ``--json`` an error is printed as JSON too."""
         ctx.meta[_ARGUMENTS] = tuple(args)
         return super().parse_args(ctx, args)
 
     def list_commands(self, ctx):
-        """Every name, in the order of the help: commands that packages add come after ``view``, their groups last."""
+        """Every name, in the order of the help: commands of plugins come after ``view``, their groups last."""
         self._load(OWN)
         self._load_guests()
         places = {name: k for k, name in enumerate(OWN)}
@@ -62,7 +62,7 @@ class _Commands(TyperGroup):
         self.commands.update({name: _own(name) for name in names if name not in self.commands})
 
     def _load_guests(self) -> None:
-        from ulna.cli.plugins import COMMANDS, load_plugins  # noqa: PLC0415 -- most commands need no package's
+        from ulna.cli.plugins import COMMANDS, load_plugins  # noqa: PLC0415 -- most commands need no plugin
 
         guests = typer.Typer()
         guests.callback()(_nothing)
@@ -71,7 +71,11 @@ class _Commands(TyperGroup):
         self.commands.update(typer.main.get_group(guests).commands)
 
     def invoke(self, ctx):
-        """Run a command."""
+        """Run a command, and print an error as one line, or as JSON.
+
+        Raises:
+            typer.Exit: With the status of the error.
+        """
         as_json = "--json" in ctx.meta[_ARGUMENTS]
         try:
             return super().invoke(ctx)

@@ -70,7 +70,7 @@ def compare_data(comparison: Comparison) -> Data:
 
 
 def compare_table(data) -> Iterator[RenderableType]:
-    """The differences one by one, the largest distance between links, and whether the two are the same."""
+    """A row for each difference, the largest distance between links, and whether the two are the same."""
     by_order = "; names differ, so joints are matched by their order" if data["matched_by"] == "order" else ""
     yield Text.assemble((f"a: {data['name_a']}, b: {data['name_b']}", "bold"), by_order)
     if data["differences"]:

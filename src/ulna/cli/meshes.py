@@ -34,16 +34,16 @@ Hulls = Annotated[bool, typer.Option("--hulls", help="The same as --meshes hulls
 
 
 def with_chosen_shapes(robot: Robot, meshes: InPlace | None, *, hulls: bool, quiet: bool = False) -> Robot:
-    """The robot with what the options choose in the place of its collision meshes; one line on standard error says so.
+    """The robot with its collision meshes converted as the options say; a line on standard error tells how.
 
     Args:
         robot: The robot.
         meshes: The option ``--meshes``.
         hulls: The option ``--hulls``.
-        quiet: Without that line: the JSON object says it.
+        quiet: Do not print that line: the JSON object has it.
 
     Raises:
-        InputError: ``--hulls`` goes with another ``--meshes``.
+        InputError: ``--hulls`` is given together with another value of ``--meshes``.
         FileError: A mesh cannot be read.
         MissingExtraError: An extra that the options ask for is not installed.
     """
@@ -63,10 +63,10 @@ def with_chosen_shapes(robot: Robot, meshes: InPlace | None, *, hulls: bool, qui
 
 
 def with_shapes_if_any(robot: Robot, meshes: InPlace | None, *, hulls: bool) -> Robot:
-    """The same, but what was not asked for and cannot be had is left out, with the reason on standard error.
+    """As ``with_chosen_shapes``; but if no option was given and the meshes cannot be converted, it only prints the reason.
 
     Raises:
-        InputError, FileError, MissingExtraError: As ``with_chosen_shapes``, of what was asked for.
+        InputError, FileError, MissingExtraError: As ``with_chosen_shapes``, if an option was given.
     """
     try:
         return with_chosen_shapes(robot, meshes, hulls=hulls)
@@ -81,7 +81,7 @@ def refuse_meshes(robot: Robot) -> None:
     """Refuse to check a robot whose collision shapes are meshes.
 
     Raises:
-        GeometryError: It is one; the message names the options that help.
+        GeometryError: It has collision meshes; the message names the options that convert them.
     """
     count = n_collision_meshes(robot.description)
     if count:

@@ -21,7 +21,7 @@ from ulna.robot.hand_link import hand_link
 
 
 def _names_that_begin(incomplete: str) -> list[str]:
-    """For the completion of a shell."""
+    """The names of installed robots that begin so, for shell completion."""
     from ulna.description.names.by_name import known_robots  # noqa: PLC0415 -- only a shell asks
 
     names = [name for robot in known_robots() if robot.installed for name in (robot.name, *robot.also)]
@@ -62,13 +62,13 @@ SERVED = {"host": "--host", "port": "--port"}  # arguments of a page, and the op
 
 @contextmanager
 def as_options(names: Mapping[str, str]) -> Iterator[None]:
-    """Around a call of the library: an ``InputError`` names the option instead of the argument.
+    """A context for a call of the library, in which an ``InputError`` names the option instead of the argument.
 
     Args:
         names: The option of each argument, as in ``{"host": "--host"}``.
 
     Raises:
-        InputError: The library has refused an argument.
+        InputError: The library refuses an argument.
     """
     try:
         yield
@@ -85,21 +85,21 @@ def load_robot(
     tip: str | None = None,
     srdf: Path | None = None,
 ) -> Robot:
-    """The robot that the options name. References of a semantic description to unknown links are warned of on standard error.
+    """The robot that the options name. Warnings about unknown names in an SRDF are printed on standard error.
 
     Raises:
         UlnaError: It cannot be loaded; see ``ulna.load``.
     """
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         arm = load(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or (), base=base, tip=tip, srdf=srdf)
-    for warning in told:
+    for warning in caught:
         warn(str(warning.message))
     return arm
 
 
 def link_or_hand(robot: Robot, link: str | None, *, quietly: bool) -> str:
-    """The link that is named; else the tip; else the hand, which is said on standard error unless ``quietly``."""
+    """The named link; otherwise the tip; otherwise the hand, whose name is printed on standard error unless ``quietly``."""
     known = robot.tip if link is None else link
     if known is not None:
         return known
@@ -113,7 +113,7 @@ def xacro_arguments(xacro_arg: Sequence[str] | None) -> dict[str, str]:
     """The arguments of a xacro file, from key:=value.
 
     Raises:
-        InputError: One of them is not written so.
+        InputError: One of them does not have this form.
     """
     arguments = {}
     for text in xacro_arg or ():

@@ -1,4 +1,4 @@
-"""Makes data of results, and prints it: as JSON, or as tables in which no digit is cut. Used by every command."""
+"""Converts results to data, and prints it as JSON, or as tables that truncate no number. Used by every command."""
 
 import json
 import re
@@ -20,7 +20,7 @@ from ulna.robot.coordinates import coordinates_of
 
 Data = dict[str, object]
 Q_KEYS = "robot; q; outside_limits: joints of q beyond their limits"
-# Those of C0, C1 and deletion but for tab and line feed; those that turn the direction of writing; half surrogate pairs.
+# C0 and C1 controls and DEL, except tab and line feed; controls of the writing direction; lone surrogates.
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 LEAST_WIDTH = 80  # characters of a line
 NUMBER_WIDTH = 8
@@ -29,7 +29,7 @@ ASCII = str.maketrans("─●│├└", "-o|+`")
 
 
 def plain(value):
-    """A value as dictionaries, lists, strings and numbers; NaN and infinity, which JSON has not, become None."""
+    """A value as dictionaries, lists, strings and numbers; NaN and infinity, which JSON does not have, become None."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -40,7 +40,7 @@ def plain(value):
 
 
 def printable(value):
-    """Data whose texts have no control characters: those of a name that a file gives would move the cursor, or more."""
+    """Data with control characters escaped: those in a name from a file could control the terminal."""
     if isinstance(value, dict):
         return {printable(key): printable(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -61,7 +61,7 @@ def data_of_q(robot: Robot, q: NDArray[np.float64]) -> Data:
 
 
 def show(data: Data, table: Callable[[Any], Iterable[RenderableType]], *, as_json: bool) -> None:
-    """Print data as one line of JSON, or as the parts that ``table`` makes of it."""
+    """Print data as one line of JSON, or as the table that ``table`` makes from it."""
     if as_json:
         write_json(data)
         return
@@ -100,7 +100,7 @@ def title(data, text: str) -> Text:
 
 
 def make_table(names: Sequence[str], numbers: Sequence[str], ends: Sequence[str]) -> Table:
-    """A table of columns of names, of numbers, and of what follows them; names are folded, numbers never cut."""
+    """A table with columns of names, then of numbers, then of other text; names are wrapped, numbers never truncated."""
     table = Table(box=box.SIMPLE, header_style="bold", collapse_padding=True, pad_edge=False)
     for header in names:
         table.add_column(header, overflow="fold")
@@ -112,7 +112,7 @@ def make_table(names: Sequence[str], numbers: Sequence[str], ends: Sequence[str]
 
 
 def folded(name: str) -> str:
-    """A name in lines no wider than a number, broken after underscores and points."""
+    """A name wrapped to the width of a number, after underscores and points."""
     pieces = name.replace("_", "_ ").replace(".", ". ")
     return "\n".join(line.replace("_ ", "_").replace(". ", ".") for line in textwrap.wrap(pieces, NUMBER_WIDTH))
 
@@ -135,7 +135,7 @@ def count_of(n: int, noun: str) -> str:
 
 
 def _least_width(console: Console, part: RenderableType) -> int:
-    """The least width in which no number is cut and no word broken; only names in tables longer than ``NAME_WIDTH`` are."""
+    """The least width at which no number is truncated; names in tables longer than ``NAME_WIDTH`` are wrapped."""
     if isinstance(part, Text) and part.no_wrap:
         return part.cell_len
     if not isinstance(part, Table):

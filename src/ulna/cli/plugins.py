@@ -1,7 +1,7 @@
-"""Finds what packages add to the command line by entry points, as the demo does. Used by ``app`` and ``ulna record``.
+"""Loads plugins: commands and films that packages add by entry points, as the demo does. Used by ``app``, ``ulna record``.
 
 A package adds commands in the group ``ulna.commands``: a ``typer.Typer`` whose commands become commands of ``ulna``. In the group
-``ulna.films`` it adds a film that ``ulna record`` makes without ``--robot``; ``record.Film`` says how it is called.
+``ulna.films`` it adds a film, which ``ulna record`` makes if ``--robot`` is not given; ``record.Film`` is its interface.
 """
 
 from importlib.metadata import entry_points
@@ -11,10 +11,10 @@ COMMANDS, FILMS = "ulna.commands", "ulna.films"
 
 
 def load_plugins(group: str) -> list[Any]:
-    """The objects that the entry points of a group name. Those of a package that has been deleted are left out.
+    """The objects of the entry points of a group. Those of a package that has been deleted are skipped.
 
     Raises:
-        ImportError: The module of an entry point is there, but cannot be imported.
+        ImportError: The module of an entry point exists, but cannot be imported.
     """
     found = []
     for entry in entry_points(group=group):

@@ -103,11 +103,9 @@ def _refuse_what_does_not_go_together(out: Path, times: tuple, *, of_robot: bool
     if not of_robot and of_files:
         raise InputError("--xacro-arg, --package-dir", "go with --robot; without it the demo is recorded")
     if of_robot and at is not None:
-        raise InputError("--at", "goes with the demo; a robot that stands still has no moments")
+        raise InputError("--at", "goes with the demo; a robot that does not move has no points in time")
     if out.suffix.lower() == ".png" and (fps is not None or (of_robot and seconds is not None)):
-        raise InputError(
-            "--seconds, --fps", "go with a video; a .png is a single picture, and --seconds the length of the demo's story"
-        )
+        raise InputError("--seconds, --fps", "go with a video; a .png is a single picture, and --seconds the length of the demo")
 
 
 def _recorder() -> ModuleType:
@@ -123,7 +121,11 @@ def _moving() -> ModuleType:
 
 
 def _film() -> Film:
-    """The film that a package has added: the demo's, where it is installed."""
+    """The film of a plugin: the demo's, if it is installed.
+
+    Raises:
+        InputError: There is none, so a robot must be named.
+    """
     with needs_extra(*_EXTRA):
         films = load_plugins(FILMS)
     if not films:

@@ -36,11 +36,11 @@ def _array(path: Path) -> NDArray[np.float64]:
     try:
         return np.asarray(np.load(path, allow_pickle=False), dtype=np.float64)
     except (ValueError, TypeError, EOFError):
-        raise InputError(_OPTION, f"{path.name} is no .npy file of numbers") from None
+        raise InputError(_OPTION, f"{path.name} is not a .npy file of numbers") from None
 
 
 def _table(path: Path) -> NDArray[np.float64]:
-    """Lines of numbers with commas or blanks between them; a first line of names is left out."""
+    """Lines of numbers separated by commas or blanks; a first line of names is skipped."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     rows: list[list[float]] = []
     for k, line in enumerate(lines, start=1):
@@ -50,7 +50,7 @@ def _table(path: Path) -> NDArray[np.float64]:
         except ValueError:
             if not rows and k == 1:
                 continue
-            raise InputError(_OPTION, f"{path.name}:{k}: {line.strip()[:60]!r} is no row of numbers") from None
+            raise InputError(_OPTION, f"{path.name}:{k}: {line.strip()[:60]!r} is not a row of numbers") from None
         if rows and row and len(row) != len(rows[0]):
             raise InputError(_OPTION, f"{path.name}:{k}: {len(row)} numbers, but {len(rows[0])} in the row before")
         rows += [row] if row else []

@@ -65,7 +65,7 @@ def view(
         for mesh in shown.arm.missing:
             warn(f"not shown: {mesh}")
         shown.wait()
-    warnings.simplefilter("ignore")  # a server that ends under open pages has nothing to say to who ended it
+    warnings.simplefilter("ignore")  # open pages cause warnings when the server is stopped
     logging.disable()
     if not shown.stop(within=_PATIENCE_S):
-        os._exit(0)  # a frame still compiles, which takes long; an orderly end meanwhile would abort in the compiler
+        os._exit(0)  # a compilation is running, which takes long; a normal exit during it would abort

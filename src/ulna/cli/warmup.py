@@ -45,7 +45,7 @@ def warmup(*, as_json: Json = False) -> None:
 
 
 def with_progress(compiled: Iterable[Compiled], total: int, *, in_lines: bool) -> list[Compiled]:
-    """All of ``compiled``, with its progress on standard error: a bar on a terminal; elsewhere a line each, if ``in_lines``."""
+    """The list of ``compiled``; shows progress on standard error: a bar on a terminal, else a line each if ``in_lines``."""
     if sys.stderr.isatty():
         columns = (
             TextColumn("compiling"),
@@ -79,7 +79,7 @@ def warmup_data(folder: str, seconds: float, compiled: Iterable[Compiled]) -> Da
 
 
 def warmup_table(data) -> Iterator[RenderableType]:
-    """How long each entry took that was not there yet, and the folder of the machine code."""
+    """The time of each entry that was compiled, and the folder of the machine code."""
     table = make_table(["compiled"], ["seconds"], [])
     for row in data["compiled"]:
         if not row["was_cached"]:

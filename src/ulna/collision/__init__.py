@@ -1,1 +1,1 @@
-"""Collision: the robot's shapes against a world of named ones."""
+"""Collision: the robot's shapes against a world of named objects, and against each other."""

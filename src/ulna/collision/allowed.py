@@ -8,24 +8,24 @@ from ulna.collision.names import OF_OBJECTS
 from ulna.errors import InputError, UnknownNameError
 
 ADJACENT = "adjacent"  # joined by one joint: they are built to touch
-FIXED = "fixed"  # joined by fixed joints only: no motion brings them nearer
-ALWAYS = "always"  # touching in every configuration that was tried
-SOMETIMES = "sometimes"  # touching in some: a collision
-NEVER = "never"  # touching in none that was tried: checked all the same, unless the user says otherwise
-USER = "user"  # the user's word
+FIXED = "fixed"  # joined by fixed joints only: they do not move relative to each other
+ALWAYS = "always"  # touching in all sampled configurations
+SOMETIMES = "sometimes"  # touching in some of them: checked
+NEVER = "never"  # touching in none of them: checked, unless the user allows the pair
+USER = "user"  # given by the user
 
 
 @dataclass(frozen=True)
 class LinkPair:
-    """Two links, in the order of their names, and what is known of their contact.
+    """Two links, in alphabetical order, and the reason why their contact is allowed or checked.
 
     Attributes:
         link_a: The link whose name comes first.
         link_b: The other.
         reason: ``"adjacent"``, ``"fixed"``, ``"always"``, ``"sometimes"``, ``"never"`` or ``"user"``, or what a file gives.
-        touched: In how many random configurations they touch.
-        samples: Of how many that were tried; 0 if none had to be.
-        q: A configuration that shows it: one in which they touch (or, if they never do, one in which they do not) [rad or m].
+        touched: The number of random configurations in which they touch.
+        samples: The number of random configurations tried; 0 if none was needed.
+        q: A configuration in which they touch; if they never do, one in which they do not [rad or m].
 
     Raises:
         InputError: Both names are the same.
@@ -40,7 +40,7 @@ class LinkPair:
 
     def __post_init__(self) -> None:
         if self.link_a == self.link_b:
-            raise InputError("link_b", f"{self.link_b!r} stands twice; a link is not checked against itself")
+            raise InputError("link_b", f"{self.link_b!r} is given for both links; two different links are expected")
         first, second = sorted((self.link_a, self.link_b))
         object.__setattr__(self, "link_a", first)
         object.__setattr__(self, "link_b", second)
@@ -57,12 +57,12 @@ class LinkPair:
 
 @dataclass(frozen=True)
 class AllowedCollisions(Collection):
-    """The pairs of links that may touch: a collection of ``LinkPair``, which answers ``("a", "b") in allowed`` too.
+    """The pairs of links that may touch: a collection of ``LinkPair``; ``("a", "b") in allowed`` works too.
 
     Attributes:
         pairs: The pairs that are allowed.
-        checked: The other pairs of links that carry shapes, as far as they were sampled: what touches sometimes, and what was
-            never seen to touch. Both are checked.
+        checked: The other pairs of links that carry shapes, as far as they were sampled: those that touched sometimes, and
+            those that never did. Both are checked.
 
     Example:
         >>> import ulna
@@ -86,7 +86,7 @@ class AllowedCollisions(Collection):
 
     @property
     def never_seen(self) -> tuple[LinkPair, ...]:
-        """The pairs that no sample saw touching. They are not allowed: ``plus(*allowed.never_seen)`` would allow them."""
+        """The pairs that touched in no sample. They are not allowed: ``plus(*allowed.never_seen)`` would allow them."""
         return tuple(pair for pair in self.checked if pair.reason == NEVER)
 
     def plus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":
@@ -126,7 +126,7 @@ class AllowedCollisions(Collection):
 
 
 def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
-    """The pairs as ``LinkPair``, each once: given so, as two names, or as what an SRDF says (link_a, link_b, reason).
+    """The pairs as ``LinkPair``, each once: given as such, as two names, or as pairs of an SRDF.
 
     Raises:
         InputError: A pair is not the names of two different links; ``name`` is in the message.
@@ -142,7 +142,7 @@ def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
 
 
 def as_allowed(allowed: Iterable, link_names: tuple[str, ...]) -> AllowedCollisions:
-    """Pairs of links as a user gives them, their names looked up.
+    """The allowed pairs given by a user; their names are checked.
 
     Raises:
         InputError: A pair is not the names of two different links.

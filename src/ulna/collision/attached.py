@@ -1,4 +1,4 @@
-"""Holds the shapes that a robot carries: they move with a link and are not in its description. Used by ``Robot``, ``checker``."""
+"""Attached objects: shapes that move with a link and are not in the description. Used by ``Robot``, ``checker``."""
 
 from dataclasses import dataclass
 
@@ -15,13 +15,13 @@ from ulna.errors import GeometryError, InputError, UnknownNameError
 
 @dataclass(frozen=True, eq=False)
 class Attached:
-    """A shape that a link holds.
+    """A shape that is attached to a link.
 
     Attributes:
         name: Its name in reports.
-        shape: What it is.
+        shape: Its shape.
         T_link_object: Its pose in the frame of the link, shape (4, 4).
-        link: The link that holds it: never checked against it.
+        link: The link that it is attached to; the two are not checked against each other.
         touch_links: Other links, or other attached objects, that it may touch.
 
     Raises:
@@ -38,7 +38,7 @@ class Attached:
     def __post_init__(self) -> None:
         refuse_no_name(self.name)
         if isinstance(self.shape, HalfSpace) or not isinstance(self.shape, Solid):
-            raise GeometryError(f"{self.name!r} is a {type(self.shape).__name__}, which nothing can hold and check")
+            raise GeometryError(f"{self.name!r} is a {type(self.shape).__name__}, which cannot be attached to a link")
         object.__setattr__(self, "T_link_object", frozen(as_one_pose(self.T_link_object, "T_link_object"), (4, 4)))
         object.__setattr__(self, "touch_links", as_link_names(self.touch_links))
 
@@ -47,7 +47,7 @@ class Attached:
 
 
 def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:
-    """One more attached object, its names looked up.
+    """The attached objects with one more; its names are checked.
 
     Raises:
         InputError: The name is taken.
@@ -65,7 +65,7 @@ def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...
 
 
 def detach(held: tuple[Attached, ...], name: str) -> tuple[Attached, ...]:
-    """Without the attached object of this name.
+    """The attached objects without the one of this name.
 
     Raises:
         UnknownNameError: There is no such attached object.

@@ -19,7 +19,7 @@ from ulna.kinematics.tree import Tree
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """The collision bodies of a robot and of what it carries.
+    """The collision bodies of a robot and of the objects attached to it.
 
     Attributes:
         names: One for each body, all different.
@@ -37,11 +37,11 @@ class Bodies:
 
     @cached_property
     def only_boxes(self) -> bool:
-        """Whether there are no other shapes."""
+        """Whether all shapes are boxes."""
         return bool((self.table[:, SHAPE] == BOX).all())
 
     def pairs_of(self, owners: Iterable[tuple[str, str]]) -> list[tuple[int, int]]:
-        """Every body of the one owner with every body of the other, for each pair of owners."""
+        """For each pair of owners, every pair of a body of one and a body of the other."""
         rows = {owner: [k for k, name in enumerate(self.owners) if name == owner] for owner in self.owners}
         return [(i, j) for a, b in owners for i in rows[a] for j in rows[b]]
 
@@ -54,7 +54,7 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     """
     parts = [(link.name, link.name, body.name, body.shape, body.pose) for link in description.links for body in link.collisions]
     if not parts:
-        raise GeometryError(f"robot {description.name!r} has no collision shapes, so nothing can be said of its collisions")
+        raise GeometryError(f"robot {description.name!r} has no collision shapes, so its collisions cannot be checked")
     parts += [(held.link, held.name, held.name, held.shape, held.T_link_object) for held in attached]
     rows, vertices = [], [NO_VERTICES]
     for link, _, name, shape, T in parts:
@@ -90,6 +90,6 @@ def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attach
 
 
 def _distinct(names: tuple[str, ...], links: tuple[str, ...]) -> tuple[str, ...]:
-    """The shapes' names; a repeated one gets its link before it, and a number behind it if need be."""
+    """The shapes' names, made different: a repeated name is prefixed with its link, and numbered if that is not enough."""
     long = [f"{link}/{name}" if names.count(name) > 1 else name for name, link in zip(names, links, strict=True)]
     return tuple(f"{name} ({long[: k + 1].count(name)})" if long.count(name) > 1 else name for k, name in enumerate(long))

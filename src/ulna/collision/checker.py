@@ -40,18 +40,18 @@ Array = NDArray[np.float64]
 NO_OBJECTS = World().objects()
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
-REPORTS = 256  # of a part: most of the time for a report is Python's
+REPORTS = 256  # a thread gets at least so many: most of the time of a report is spent in Python
 
 
 @dataclass(frozen=True, eq=False)
 class Checker:
-    """Answers the collision queries of one robot.
+    """The collision queries of one robot.
 
     Attributes:
         description: The robot.
         tree: The same as arrays.
-        attached: What it carries.
-        given: The pairs of links that may touch, where the user said so; otherwise they are found when first needed.
+        attached: The objects attached to it.
+        given: The pairs of links that may touch, if the user has given them; None: they are found when first needed.
     """
 
     description: Description
@@ -63,7 +63,11 @@ class Checker:
 
     @cached_property
     def bodies(self) -> Bodies:
-        """The robot's collision bodies, and those of what it carries."""
+        """The collision bodies of the robot and of the objects attached to it.
+
+        Raises:
+            GeometryError: There are no collision shapes, or one of a kind that cannot be checked.
+        """
         return make_bodies(self.description, self.tree, self.attached)
 
     @cached_property
@@ -77,12 +81,12 @@ class Checker:
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
-        """The pairs of bodies that may not touch."""
+        """The pairs of bodies that are checked, shape (n, 2): those not allowed to touch."""
         return checked_pairs(self.bodies, self.tree, self.allowed, self.attached)
 
     @cached_property
     def _overlap_one(self) -> Any:
-        """Kept, since the call is short: to look it up by name takes 30 ns."""
+        """The entry for one q. It is kept, since looking it up by name takes 30 ns of a short call."""
         return entry("overlap.overlap_one")
 
     def in_collision(
@@ -93,7 +97,23 @@ class Checker:
         out: NDArray[np.bool_] | None = None,
         threads: int | None = None,
     ) -> bool | NDArray[np.bool_]:
-        """Whether anything touches: a bool for one q, else shape (...,)."""
+        """Whether anything touches.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            world: The obstacles, if any.
+            self_collision: Whether the robot is also checked against itself.
+            out: Where to write the results, shape (...,); a new array unless given.
+            threads: How many threads; the default unless given.
+
+        Returns:
+            A bool for one q without ``out``, else shape (...,).
+
+        Raises:
+            InputError: q has another shape or is out of range, ``out`` does not fit, ``threads`` is not a number of threads, or
+                there is nothing to check.
+            GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
+        """
         objects = self._objects(world)
         scene = self._scene(objects, self_collision)
         q = as_positions(q, self.tree)
@@ -115,7 +135,12 @@ class Checker:
         out: NDArray[np.float64] | None = None,
         threads: int | None = None,
     ) -> Any:
-        """The least signed distance: a number for one q, else shape (...,)."""
+        """The least signed distance [m]: a number for one q without ``out``, else shape (...,). Arguments as ``in_collision``.
+
+        Raises:
+            InputError: As ``in_collision``.
+            GeometryError: As ``in_collision``.
+        """
         objects = self._objects(world)
         scene = self._scene(objects, self_collision)
         q = as_positions(q, self.tree)
@@ -135,7 +160,12 @@ class Checker:
         out: NDArray[np.float64] | None = None,
         threads: int | None = None,
     ) -> NDArray[np.float64]:
-        """The gradient of the least signed distance, shape (..., n_dof)."""
+        """The gradient of the least signed distance [m/rad or 1], shape (..., n_dof). Arguments as ``in_collision``.
+
+        Raises:
+            InputError: As ``in_collision``.
+            GeometryError: As ``in_collision``.
+        """
         objects = self._objects(world)
         scene = self._scene(objects, self_collision)
         q = as_positions(q, self.tree)
@@ -159,7 +189,13 @@ class Checker:
         resolution: float,
         threads: int | None = None,
     ) -> EdgeReport:
-        """Whether anything touches on the straight lines from q_a to q_b."""
+        """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each; the rest as ``in_collision``.
+
+        Raises:
+            InputError: As ``in_collision``; or ``resolution`` [m] is not a number of at least ``LEAST_RESOLUTION``, or the
+                shapes of q_a and q_b cannot be broadcast.
+            GeometryError: As ``in_collision``.
+        """
         if isinstance(resolution, bool) or not isinstance(resolution, Real) or not LEAST_RESOLUTION <= resolution < np.inf:
             raise InputError("resolution", f"{resolution!r}; a length of at least {LEAST_RESOLUTION:g} m is expected")
         objects = self._objects(world)
@@ -181,10 +217,15 @@ class Checker:
     def check_collision(
         self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float, threads: int | None = None
     ) -> Any:
-        """The pairs that are no farther apart than ``max_distance``: a report for one q, else an array of them, shape (...,)."""
+        """The pairs at most ``max_distance`` [m] apart: a report for one q, else an array of reports, shape (...,).
+
+        Raises:
+            InputError: As ``in_collision``; or ``max_distance`` is not a number of at least 0.
+            GeometryError: As ``in_collision``.
+        """
         if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
             raise InputError("max_distance", f"{max_distance!r}; a distance [m] of at least 0 is expected")
-        objects = self._objects(world)  # once: what is told must have the names of what was checked
+        objects = self._objects(world)  # read once, so that the report has the names of the objects that were checked
         parts = Part(self._scene(objects, self_collision), self.bodies, objects.names), *self._others(objects)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
@@ -202,7 +243,7 @@ class Checker:
         return reports
 
     def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
-        """Write whether anything touches to out, shape (...,)."""
+        """Write to out, shape (...,), whether anything touches."""
         if q.ndim == 1:
             out[()] = self._touches(q, scene)
             return
@@ -222,7 +263,7 @@ class Checker:
         in_parts(run, len(rows), threads=threads)
 
     def _edges(self, a: Array, b: Array, scene: Scene, resolution: float, threads: int | None) -> tuple[NDArray[np.int64], Array]:
-        """What each edge is, and how far it is free, shape (n,) each."""
+        """The status of each edge, and the fraction of it that is free, shape (n,) each."""
         status, free, edges_each = np.empty(len(a), dtype=np.int64), np.empty(len(a)), entry("continuous.edges_each")
 
         def run(part: slice) -> bool:
@@ -251,7 +292,7 @@ class Checker:
         return NO_OBJECTS if world is None else world.objects()
 
     def _scene(self, objects: Objects, self_collision: bool) -> Scene:
-        """The robot and the objects of a world that no link may touch, as the kernels take them; the last one is kept."""
+        """The arguments of the kernels: the robot, and the objects that no link may touch. The last ones are kept."""
         last = self._last_scene
         if last[0] is objects and last[1] is self_collision:
             return last[2]
@@ -262,7 +303,7 @@ class Checker:
         return scene
 
     def _others(self, objects: Objects) -> tuple[Part, ...]:
-        """The parts of a world's objects that some links may touch; those of the last world are kept."""
+        """The objects that some links may touch, in groups with the pairs to check. Those of the last world are kept."""
         if not objects.touchable:
             return ()
         known, parts = self._last_others

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from ulna.description.given_names import refuse_no_name
 from ulna.errors import InputError
 
-OF_OBJECTS = "; which links may touch an object of a world, the world says: world.add(..., touch_links=[...])"
+OF_OBJECTS = "; for the links that may touch an object of a world: world.add(..., touch_links=[...])"
 
 
 def as_link_names(names: Iterable[str]) -> frozenset[str]:

@@ -1,4 +1,4 @@
-"""Finds the pairs of a report: what overlaps at q, or is near, how deep and where. Used by ``checker``."""
+"""Finds the pairs of a report: those that overlap at q, or are near, with depth and witness points. Used by ``checker``."""
 
 from operator import attrgetter
 
@@ -13,11 +13,11 @@ from ulna.kernels.collision.scene import Scene
 from ulna.kinematics.positions import for_kernel, refuse_out_of_range
 
 Array = NDArray[np.float64]
-FIRST_ROOM = 1024  # pairs; where there are more the search is made twice
+FIRST_ROOM = 1024  # pairs; if there are more, the search is repeated with a larger array
 
 
 def report_at(q: Array, parts: tuple[Part, ...], max_distance: float) -> Report:
-    """The pairs of all parts that are no farther apart at q, shape (n_dof,), the nearest first."""
+    """The pairs of all parts that are at most ``max_distance`` [m] apart at q, shape (n_dof,), the nearest first."""
     if len(parts) == 1:
         return Report(_pairs_within(q, parts[0], max_distance))
     pairs = [pair for part in parts for pair in _pairs_within(q, part, max_distance)]
@@ -41,7 +41,7 @@ def _pairs_within(q: Array, part: Part, max_distance: float) -> tuple[Pair, ...]
 
 
 def _candidates(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64]:
-    """The pairs that may be near enough."""
+    """The pairs that may be near enough, by their bounds."""
     n, n_unindexed, n_indexed = len(scene.bodies), scene.n_unindexed, len(scene.objects) - scene.n_unindexed
     robot = scene.joints, scene.bodies, scene.nodes
     unindexed = np.stack(np.meshgrid(np.arange(n), n + np.arange(n_unindexed), indexing="ij"), axis=-1).reshape(-1, 2)

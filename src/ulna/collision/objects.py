@@ -14,7 +14,7 @@ from ulna.engine.width import WIDTH
 from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, CONTACT, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE
 
 MOST_UNINDEXED = 64  # worlds of at most this many objects need no BVH: testing each for eight configurations at once is as fast
-_NOWHERE = 1e300  # bounds that nothing overlaps
+_NOWHERE = 1e300  # bounds that overlap no body
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Objects:
         nodes: The BVH of the objects from ``n_unindexed`` on (``kernels.collision.bvh``), shape (6 n_nodes, 8); empty if none is
             indexed.
         n_unindexed: How many solids, the first of the table, are not in the BVH.
-        only_boxes: Whether there are no other shapes.
+        only_boxes: Whether all shapes are boxes.
         touchable: The objects that some links may touch, with these links: they are not in the other arrays.
     """
 
@@ -93,7 +93,7 @@ def bounds(table: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
 def compact_order(centres: NDArray[np.float64]) -> NDArray[np.int64]:
     """An order in which every node of the tree holds objects that are near each other.
 
-    From the root down, what a node will hold is halved across its longest side, and these halves twice more, for eight children;
+    From the root down, the objects of a node are halved across its longest side, and the halves twice more, for eight children;
     all nodes of a level at once. Source: Bentley, Multidimensional binary search trees (Communications of the ACM, 1975).
     """
     n = len(centres)
@@ -127,5 +127,5 @@ def tree_of_bounds(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArr
 
 
 def _filled_up(rows: NDArray[np.float64], n: int, value: float) -> NDArray[np.float64]:
-    """The rows, and further ones of one value until there are n."""
+    """The rows, padded with rows of one value to n rows."""
     return np.concatenate([rows, np.full((n - len(rows), *rows.shape[1:]), value)])

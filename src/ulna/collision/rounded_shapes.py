@@ -1,4 +1,4 @@
-"""Turns shapes into columns: a core, and the radius of the ball that sweeps it. Used by ``bodies`` and ``expand``."""
+"""Converts shapes to columns of a table: a core, and the radius that rounds it. Used by ``bodies`` and ``expand``."""
 
 from math import inf
 

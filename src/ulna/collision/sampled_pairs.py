@@ -1,8 +1,8 @@
 """Finds pairs of links that may touch, from joints and random configurations. Used by ``checker``.
 
-MoveIt's setup assistant does the same offline and then allows, too, what it never saw touching (Coleman et al., Reducing the
-barrier to entry of complex robotic software, J. Software Engineering for Robotics 5(1), 2014, section 4.1), to save time. Here
-such pairs stay checked: samples that never touch do not prove that nothing can, and a pair costs a few nanoseconds.
+To save time, MoveIt's setup assistant also allows the pairs that never touched in its samples (Coleman et al., Reducing the
+barrier to entry of complex robotic software, J. Software Engineering for Robotics 5(1), 2014, section 4.1). Here such
+pairs are checked: samples without contact do not prove that there is none, and a pair costs a few nanoseconds.
 """
 
 from itertools import combinations
@@ -22,7 +22,7 @@ SAMPLES, SEED = 2000, 0
 
 
 def find_allowed(description: Description, tree: Tree, bodies: Bodies) -> AllowedCollisions:
-    """Allowed: links joined by one joint, links that no joint moves against each other, and links that always touch."""
+    """Allows links joined by one joint, links that do not move relative to each other, and links that always touch."""
     carriers = [link.name for link in description.links if link.collisions]
     joined = {frozenset((joint.parent, joint.child)) for joint in description.joints}
     allowed, open_pairs = [], []
@@ -39,7 +39,7 @@ def find_allowed(description: Description, tree: Tree, bodies: Bodies) -> Allowe
 
 
 def sampled(tree: Tree, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> list[LinkPair]:
-    """How often each pair of links touches in SAMPLES random configurations, the same in every run."""
+    """Counts the contacts of each pair of links in SAMPLES random configurations, which are the same in every run."""
     if not link_pairs:
         return []
     q = random_positions(tree, SAMPLES, SEED)

@@ -45,7 +45,7 @@ def load_world(path: str | Path) -> World:
 
     Raises:
         FileError: It cannot be read.
-        InputError: That is no path.
+        InputError: ``path`` is not a path.
         DescriptionError: It is not a scene; the message names the file and the line, or the object, and the nearest known word.
     """
     where = _as_path(path)
@@ -61,7 +61,7 @@ def save_world(world: World, path: str | Path) -> None:
 
     Raises:
         FileError: It cannot be written; a file that was there is as it was.
-        InputError: That is no path, or no world, or one whose scene would be too long to be loaded.
+        InputError: ``path`` is not a path, ``world`` is not a world, or its scene would be too long to be loaded.
     """
     where = _as_path(path)
     if not isinstance(world, World):
@@ -75,7 +75,7 @@ def save_world(world: World, path: str | Path) -> None:
 
 def _as_path(path: object) -> Path:
     if not isinstance(path, (str, os.PathLike)):
-        raise InputError("path", f"{path!r} is no path")
+        raise InputError("path", f"{path!r}; a path is expected")
     return Path(path)  # type: ignore[arg-type]
 
 
@@ -103,15 +103,19 @@ def world_to_json(world: World) -> str:
 
 
 def world_from_json(text: str | bytes, source: str = "scene") -> World:
-    """The world of the text of a scene file; ``source`` names it in messages. Raises what ``load_world`` does."""
+    """The world of the text of a scene file; ``source`` names it in messages.
+
+    Raises:
+        DescriptionError: It is not a scene; the message names the line, or the object, and the nearest known word.
+    """
     if len(text) > LONGEST:
-        raise DescriptionError(f"more than {LONGEST // 1_000_000} MB; no scene is so long", source)
+        raise DescriptionError(f"more than {LONGEST // 1_000_000} MB; a scene file has at most that", source)
     try:
         data = json.loads(text, object_pairs_hook=_without_repeats, parse_constant=_no_number)
     except json.JSONDecodeError as error:
-        raise DescriptionError(f"is no JSON: {error.msg} (column {error.colno})", source, error.lineno) from None
+        raise DescriptionError(f"is not valid JSON: {error.msg} (column {error.colno})", source, error.lineno) from None
     except (ValueError, RecursionError) as error:
-        raise DescriptionError(f"is no JSON: {error}", source) from None
+        raise DescriptionError(f"is not valid JSON: {error}", source) from None
     if not isinstance(data, dict) or not isinstance(data.get("objects"), list):
         raise DescriptionError('is not a scene: {"ulna_scene": 1, "objects": [...]} is expected', source)
     _refuse_unknown(data, ("ulna_scene", "objects"), "the scene", source)
@@ -147,10 +151,10 @@ def _add(world: World, entry: Any, number: int, source: str) -> None:
         raise DescriptionError(f"{where} is {entry!r:.40}; a JSON object is expected", source)
     name, word = entry.get("name"), entry.get("shape")
     if not isinstance(name, str) or not name:
-        raise DescriptionError(f"{where} has no name, or one that is no text", source)
+        raise DescriptionError(f"{where} has no name; a text that is not empty is expected", source)
     where = f"{where} {name!r}"
     if not isinstance(word, str) or word not in SHAPES:
-        raise DescriptionError(f"{where}: {word!r} is no shape{did_you_mean(str(word), SHAPES)}", source)
+        raise DescriptionError(f"{where}: {word!r} is not a known shape{did_you_mean(str(word), SHAPES)}", source)
     kind, keys = SHAPES[word]
     _refuse_unknown(entry, ("name", "shape", *keys, "xyz", *_TURNS, "touch_links"), where, source)
     missing = [key for key in keys if key not in entry]
@@ -186,7 +190,7 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [key for key, _ in pairs]
-        raise ValueError(f"key {next(key for key in names if names.count(key) > 1)!r} stands twice")
+        raise ValueError(f"key {next(key for key in names if names.count(key) > 1)!r} is given twice in one object")
     return found
 
 

@@ -49,7 +49,7 @@ class World:
                 ``HeightMap``.
             pose: T_base_object, shape (4, 4); the origin unless given.
             touch_links: Links of a robot, or objects attached to it, that may touch it: their contact is no collision, and their
-                distance does not count. So a base stands on its floor. Names that a robot does not have are ignored.
+                distance does not count. An example is the base on the floor. Names that a robot does not have are ignored.
 
         Raises:
             GeometryError: The shape is not one of these.
@@ -73,7 +73,7 @@ class World:
                 self._touch_links[name] = links
 
     def move(self, name: str, pose: ArrayLike) -> None:
-        """Put an object at another pose T_base_object, shape (4, 4).
+        """Move an object to another pose T_base_object, shape (4, 4).
 
         Raises:
             InputError: The pose is not a rigid motion.
@@ -85,7 +85,7 @@ class World:
             self._poses[name], self._objects = T, None
 
     def reshape(self, name: str, shape: Obstacle) -> None:
-        """Give an object another shape; it stays where it is.
+        """Give an object another shape; its pose is unchanged.
 
         Raises:
             GeometryError: The shape is not one that a world can hold.
@@ -97,7 +97,7 @@ class World:
             self._shapes[name], self._objects = shape, None
 
     def remove(self, name: str) -> None:
-        """Take an object away.
+        """Remove an object.
 
         Raises:
             UnknownNameError: There is no such object.
@@ -135,14 +135,14 @@ class World:
             return self._touch_links.get(name, frozenset())
 
     def copy(self) -> "World":
-        """Another world with the same objects: to change one leaves the other as it is."""
+        """An independent copy with the same objects."""
         other = World()
         with self._lock:
             other.__setstate__(self._contents())
         return other
 
     def items(self) -> tuple[tuple[str, Obstacle, NDArray[np.float64]], ...]:
-        """The name, the shape and T_base_object, shape (4, 4), of every object: all of one moment.
+        """The name, the shape and T_base_object, shape (4, 4), of every object, as a snapshot.
 
         Example:
             >>> from ulna.description.pose import pose
@@ -156,7 +156,7 @@ class World:
             return tuple((name, shape, self._poses[name].copy()) for name, shape in self._shapes.items())
 
     def objects(self) -> Objects:
-        """The objects as the kernels read them, of one moment; made anew only after a change."""
+        """A snapshot of the objects as tables for the kernels; it is made again only after a change."""
         with self._lock:
             if self._objects is None:
                 self._objects = make_objects(self._shapes, self._poses, self._touch_links)

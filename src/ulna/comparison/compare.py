@@ -74,7 +74,7 @@ def _kinds(ignore: Iterable[str]) -> set[str]:
     kinds = [ignore] if isinstance(ignore, str) else list(ignore)
     for kind in kinds:
         if kind not in KINDS:
-            raise InputError("ignore", f"{kind!r} is no kind of difference{did_you_mean(str(kind), KINDS, most=len(KINDS))}")
+            raise InputError("ignore", f"{kind!r} is not a kind of difference{did_you_mean(str(kind), KINDS, most=len(KINDS))}")
     return set(kinds)
 
 

@@ -1,4 +1,4 @@
-"""Runs the assignment's own checks on this machine: a figure, its bound, and whether it passed. Used by ``ulna demo``."""
+"""Runs the checks of the assignment: each gives a figure, its bound, and whether it passed. Used by ``ulna demo``."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -17,9 +17,9 @@ from ulna.robot import Robot, load
 
 N_CONFIGURATIONS = 1000
 N_TARGETS = 1000
-N_BOX_CONFIGURATIONS = 300  # twelve pairs each; the reference takes a third of a millisecond a pair
-DIFFERENCE_STEP = 1e-5  # rad: at which the errors of rounding and of the third derivative are about equal
-CONTACT = 1e-9  # m: nearer to touching than this, rounding may decide
+N_BOX_CONFIGURATIONS = 300  # twelve pairs each; the reference implementation takes a third of a millisecond a pair
+DIFFERENCE_STEP = 1e-5  # [rad] at which the rounding error and the truncation error are about equal
+CONTACT = 1e-9  # [m] pairs with a smaller distance or depth are not compared: rounding decides
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
 
 
 def analytical_jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
-    """The rates of roll, pitch and yaw against central differences, away from where they are not defined."""
+    """The rates of roll, pitch and yaw against central differences, away from gimbal lock."""
     q = q[np.abs(np.cos(rpy_from_matrix(robot.forward_kinematics(q))[:, 1])) > 0.1]
     differences = np.empty((len(q), 6, robot.n_dof))
     for j, (ahead, behind) in enumerate(_neighbours(robot.forward_kinematics, q)):
@@ -81,7 +81,7 @@ def analytical_jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
 
 
 def levenberg_marquardt_round_trips(robot: Robot, dh_robot: Robot, rng: np.random.Generator) -> Check:
-    """Random reachable targets, solved one call each, and checked by the forward kinematics of the DH table."""
+    """Random reachable targets, solved in one call each, and checked by the forward kinematics of the DH table."""
     targets = robot.forward_kinematics(rng.uniform(robot.lower, robot.upper, (N_TARGETS, robot.n_dof)))
     robot.inverse_kinematics(targets[0])
     start = time.perf_counter()

@@ -31,7 +31,7 @@ def demo(
     Exit status 1 if a check fails; then the page ends.
     """
     if as_json and not check:
-        raise InputError("--json", "goes with --check; the view is no JSON")
+        raise InputError("--json", "goes with --check; the page has no JSON output")
     if check and (no_open or host is not None or port is not None):
         raise InputError("--host, --port, --no-open", "go with the view; --check stops before it")
     if check:

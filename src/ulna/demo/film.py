@@ -25,17 +25,17 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
     """Record the demo: the arm repeats its trajectory, the box goes round it, the light is red while they touch.
 
     Args:
-        form: What the file is to be like.
-        at: The time [s] that a single picture shows; when the box first touches unless given.
-        boxes: Show the twelve boxes that stand for the arm.
+        form: The format of the file.
+        at: The time [s] that a single picture shows; that of the first contact unless given.
+        boxes: Show the twelve collision boxes of the arm.
         tell: Called with the number of pictures done so far.
 
     Raises:
-        InputError: ``at`` is not in the story, or the file is no single picture.
+        InputError: ``at`` is outside the length of the demo, or the file is not a single picture.
         FileError: The file cannot be written.
     """
     if at is not None and not form.is_still:
-        raise InputError("at", f"is for a single picture, a .png; {form.path.name} shows the whole story")
+        raise InputError("at", f"is for a single picture, a .png; {form.path.name} shows the whole demo")
     demo = Demo()
     story = Script(demo, form.seconds)
     at = 0.1 * form.seconds if at is None else at
@@ -47,7 +47,7 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
 
 
 def demo_picture(robot: Robot, moment: Moment, camera: Camera, *, boxes: bool = True) -> Picture:
-    """One moment of the demo as it is seen from a camera."""
+    """One moment of the demo as seen by a camera."""
     panes = tuple(collision_boxes(robot, moment.report.touching)) if boxes else ()
     box = movable_box(robot, moment.T_base_box), *box_handles(robot, moment.T_base_box)
     solids = (*panes, *box, light(robot, moment.report))
@@ -55,11 +55,11 @@ def demo_picture(robot: Robot, moment: Moment, camera: Camera, *, boxes: bool = 
 
 
 def record_pictures(form: Form, robot: Robot, pictures: Sequence[Picture], tell: Tell = report_nothing) -> None:
-    """Pictures of the demo, as many a second as the form says."""
+    """Write pictures of the demo into the file of a form."""
     write_pictures(form, Model(robot, pictures[0].solids), pictures, DEMO_GROUND, tell)
 
 
 def _widened(camera: Camera, size: tuple[int, int]) -> Camera:
-    """The camera, seeing as much from side to side in a narrow picture."""
+    """The camera with a larger field of view for a narrow picture, so that the width of the scene still fits."""
     narrow = max(DEMO_ASPECT * size[1] / size[0], 1.0)
     return replace(camera, fov=2 * atan(narrow * tan(camera.fov / 2)))

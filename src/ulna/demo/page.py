@@ -28,7 +28,7 @@ _WHAT = (
     "A university assignment (hw2 in the repository): the Panda repeats a trajectory. Drag the box by its arrows; the light says "
     "which of the arm's twelve boxes it touches."
 )
-_FOLLOW_S = 0.1  # between two settings of the sliders while the arm moves
+_FOLLOW_S = 0.1  # interval at which the sliders are set while the arm moves
 
 
 def serve(
@@ -43,13 +43,13 @@ def serve(
 
     Args:
         demo: What to show.
-        host: The address to listen on; ``"0.0.0.0"`` lets other machines in.
+        host: The address to listen on; with ``"0.0.0.0"`` other machines can connect.
         port: The TCP port.
         open_browser: Open a page on this machine, if it has a browser.
-        meanwhile: Called once the page can be opened and has compiled what it needs; if it returns False, the page ends.
+        meanwhile: Called once the page can be opened and its kernels are compiled; if it returns False, the page ends.
 
     Returns:
-        What ``meanwhile`` has returned; True if it was interrupted.
+        The result of ``meanwhile``; True if it was interrupted.
 
     Raises:
         InputError: The address cannot be listened on.
@@ -67,7 +67,7 @@ def serve(
     finally:
         ended = app.stop()
     if not ended:
-        os._exit(0 if passed else 1)  # an entry still compiles, which takes long; an orderly end meanwhile would abort
+        os._exit(0 if passed else 1)  # a compilation is running, which takes long; a normal exit during it would abort
     return passed
 
 
@@ -97,7 +97,7 @@ class DemoApp:
         self._loop.wait()
 
     def wait_until_compiled(self) -> None:
-        """Wait until the light is not grey any more, and the arm knows its way."""
+        """Wait until the collision check and the trajectory are compiled."""
         while not (self._loop.ended or (self.player.report is not None and not self.compiler.names)):
             time.sleep(0.05)
 
@@ -117,17 +117,17 @@ class DemoApp:
             self._follow(self._last)
 
     def put_box(self, T_base_box: ArrayLike) -> None:
-        """Put the box at a pose, shape (4, 4), unless somebody holds it."""
+        """Put the box at a pose, shape (4, 4), unless it is being dragged."""
         with self.player.lock:
             self.scene.handles.put(np.asarray(T_base_box))
             self.player.drag(self.scene.handles.pose)
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
-        """Put the arm at q."""
+        """Draw the arm at q, shape (n_dof,)."""
         self.scene.arm.move_to(q)
 
     def draw_report(self, report: Report | None) -> None:
-        """Colour the light and the boxes, and say it in words; grey while the check is compiled."""
+        """Set the colours of the light and the boxes, and the text; grey while the check is compiled."""
         self.scene.draw_report(report)
         filled = report is not None and report.in_collision
         self.verdict.content = marked(light_word(report), light_color(report), filled=filled)
@@ -161,7 +161,7 @@ class DemoApp:
             if self.scene.handles.take():
                 self.player.drag(self.scene.handles.pose)
             q = self.player.q.copy()
-            if self.joints.take(q):  # a person's hand stops the trajectory
+            if self.joints.take(q):  # moving a slider stops the trajectory
                 self.set_configuration(q)
             elif self.playing.value and self.speed.value > 0.0:
                 self.player.advance(seconds * self.speed.value)
@@ -174,11 +174,11 @@ class DemoApp:
             self.recording.take(now)
 
     def _failed(self, error: Exception | None) -> None:
-        """Show on the page that a frame has failed, and why; None takes it back."""
+        """Show on the page why a frame has failed; None removes the message."""
         self.notice.show_failure(error)
 
     def _follow(self, now: float) -> None:
-        """Set the sliders to where the arm is; a tab keeps the number that somebody types in it (``viewer.typed``)."""
+        """Set the sliders to the arm's q; a number that is being typed in a tab is kept (``viewer.typed``)."""
         if self._shown is not self.player.q and (now - self._followed >= _FOLLOW_S or not self.playing.value):
             self._shown, self._followed = self.player.q, now
             self.joints.show(self.player.q)

@@ -12,34 +12,34 @@ from ulna.collision.report import Report
 from ulna.demo.scenario import Demo
 from ulna.viewer.session.session import ask_at_once
 
-_COLLISIONS, _TRAJECTORY = "what the box touches", "the trajectory"  # as the page names what is compiled
+_COLLISIONS, _TRAJECTORY = "what the box touches", "the trajectory"  # the names that the page shows while they are compiled
 
 
 class Screen(Protocol):
-    """What draws the demo: the page, or a ROS node."""
+    """The interface by which the demo is drawn: by the page, or a ROS node."""
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
         """Draw the arm at q, shape (n_dof,)."""
 
     def draw_report(self, report: Report) -> None:
-        """Draw the light, its word, and the boxes that touch."""
+        """Draw the light, its text, and the boxes that touch."""
 
 
 class Player:
     """One demo on one screen. Every method may be called from any thread.
 
     Args:
-        demo: What is played.
-        screen: What draws it.
-        ask: Asks the named questions; it may return None while their kernels are compiled elsewhere. Then the arm waits, or the
-            report is not known.
+        demo: The demo.
+        screen: Draws it.
+        ask: Calls functions by ``Compiler.ask``. It returns None while their kernels are compiled in another thread: then the arm
+            does not move, or the report is not known.
 
     Attributes:
-        report: What the box touches; None while that is not known.
+        report: The boxes that the movable box touches; None while that is not known.
         q: Joint positions of the arm [rad], shape (n_dof,).
-        time: How much of the trajectory was played [s].
-        answer_time: From the last drag to the end of drawing its result [s].
-        lock: Held while drawing; hold it to do two things as one.
+        time: The time of the trajectory [s].
+        answer_time: The time from the last drag to the end of drawing its result [s].
+        lock: Held while drawing; hold it to make several changes at once.
     """
 
     def __init__(self, demo: Demo, screen: Screen, ask: Callable[..., Any] = ask_at_once) -> None:
@@ -57,7 +57,7 @@ class Player:
             self._draw_report()
 
     def advance(self, seconds: float) -> None:
-        """Play the trajectory for some seconds more."""
+        """Play the trajectory for a time [s]."""
         with self.lock:
             trajectory = self._ask(_TRAJECTORY, lambda: self.demo.trajectory)
             if trajectory is not None:
@@ -65,7 +65,7 @@ class Player:
                 self.move_to(trajectory.at(self.time))
 
     def drag(self, T_base_box: ArrayLike) -> None:
-        """Move the box to a pose, shape (4, 4), and draw what it touches at once."""
+        """Move the box to a pose, shape (4, 4), check what it touches, and draw that at once."""
         start = time.perf_counter()
         with self.lock:
             self.demo.move_box(T_base_box)
@@ -73,7 +73,7 @@ class Player:
             self.answer_time = time.perf_counter() - start
 
     def check(self) -> None:
-        """Ask again what the box touches, and draw it."""
+        """Check again what the box touches, and draw it."""
         with self.lock:
             self._draw_report()
 

@@ -1,7 +1,7 @@
-"""Records what a person sees of the demo's page, from one press of a button to the next, as a video. Used by ``page``.
+"""Records the demo's page as a video, from one click of a button to the next. Used by ``page``.
 
-While it records, only poses are kept: of the arm, the box and the camera. The video is rendered afterwards, by this machine's
-processor (``viewer.film``), so that no frame is lost to a slow browser, and the page stays fast.
+While recording, only the poses of the arm, the box and the camera are kept. The video is rendered afterwards (``viewer.film``),
+so that a slow browser loses no frames, and the page stays fast.
 """
 
 import threading
@@ -33,7 +33,7 @@ class RecordButton:
 
     Args:
         server: The page, to which the button is added.
-        player: What is recorded.
+        player: The demo that is recorded.
         boxes_shown: Whether the arm's boxes are shown now.
     """
 
@@ -42,13 +42,13 @@ class RecordButton:
         self.button = server.gui.add_button(_RECORD, hint=f"A video of what you see, to download; at most {LONGEST_S:g} s")
         self.button.on_click(lambda event: self._pressed(event.client))
         server.on_client_disconnect(self._left)
-        self._client: viser.ClientHandle | None = None  # whose view is recorded
+        self._client: viser.ClientHandle | None = None  # the tab that is recorded
         self._shots: list[tuple[float, Picture]] = []
         self._maker: threading.Thread | None = None
         self._closed = False
 
     def take(self, now: float) -> None:
-        """Keep what is shown at a time [s], if it is recorded; called in the page's loop with the player's lock held."""
+        """Keep the poses shown at a time [s], while recording. Called in the page's loop with the player's lock held."""
         client = self._client
         if client is None or self.player.report is None:
             return
@@ -61,7 +61,7 @@ class RecordButton:
         self._shots.append((now, demo_picture(player.demo.robot, moment, seen, boxes=self._boxes_shown())))
 
     def close(self) -> None:
-        """Abandon a video that is being made."""
+        """Cancel a video that is being made."""
         self._client, self._closed = None, True
         if self._maker is not None:
             self._maker.join(timeout=STOP_WITHIN_S)
@@ -82,7 +82,7 @@ class RecordButton:
                 self.button.label = _RECORD
 
     def _finish(self, client: viser.ClientHandle) -> None:
-        """Stop recording, and make the video in a thread of its own."""
+        """Stop recording, and make the video in another thread."""
         self._client = None
         shots, self._shots = self._shots, []
         if not shots:

@@ -1,6 +1,6 @@
-"""Runs the assignment's demo without a screen: trajectory, movable box, light. Used by the page, the ROS nodes and the film.
+"""The assignment's demo without a screen: trajectory, movable box, light. Used by the page, the ROS nodes and the film.
 
-The figures are the assignment's (section 5 and its demo).
+The numbers are those of the assignment (section 5 and its demo).
 """
 
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ class TrajectoryError(UlnaError, RuntimeError):
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A closed path: samples of q at RATE_HZ, shape (n + 1, n_dof); the last is the first, to the tolerance of the search."""
+    """A closed path: samples of q at RATE_HZ, shape (n + 1, n_dof); the last equals the first within a tolerance."""
 
     samples: NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class Trajectory:
         return (len(self.samples) - 1) / RATE_HZ
 
     def at(self, time: float) -> NDArray[np.float64]:
-        """q at a time [s] of the endless repetition, linear between samples."""
+        """q, shape (n_dof,), at a time [s] of the repeated path, linear between samples."""
         place = time % self.duration * RATE_HZ
         k = min(int(place), len(self.samples) - 2)
         return self.samples[k] + (place - k) * (self.samples[k + 1] - self.samples[k])
@@ -61,7 +61,7 @@ class Trajectory:
 def make_trajectory(robot: Robot) -> Trajectory:
     """The trajectory: each sample by inverse kinematics from the sample before, with the home posture.
 
-    Without the posture the last sample would be 0.1 rad from home, for the arm is redundant, and it would jump in every cycle.
+    The arm is redundant: without the posture the last sample would be 0.1 rad from home, and the arm would jump in every cycle.
 
     Raises:
         TrajectoryError: A sample was not reached.
@@ -96,7 +96,7 @@ class Demo:
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """What the arm repeats; found when it is first asked for.
+        """The path that the arm repeats; computed at the first access.
 
         Raises:
             TrajectoryError: A sample was not reached.
@@ -108,7 +108,7 @@ class Demo:
         self.world.move(BOX_NAME, T_base_box)
 
     def check(self, q: ArrayLike) -> Report:
-        """What the movable box touches while the arm is at q, shape (n_dof,); ``str(report)`` is the word beside the light."""
+        """What the movable box touches when the arm is at q, shape (n_dof,); ``str(report)`` is the text beside the light."""
         return self.robot.check_collision(q, self.world, self_collision=False)
 
 
@@ -120,5 +120,5 @@ def light_color(report: Report | None) -> tuple[int, int, int]:
 
 
 def light_word(report: Report | None) -> str:
-    """The word beside the light."""
+    """The text beside the light."""
     return "compiling ..." if report is None else str(report)

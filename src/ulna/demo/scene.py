@@ -1,4 +1,4 @@
-"""Draws the demo on a page: the arm, its boxes, the movable box with its handles, the light with its word. Used by ``page``."""
+"""Draws the demo on a page: the arm, its boxes, the movable box with its handles, the light with its text. Used by ``page``."""
 
 from collections.abc import Callable
 
@@ -14,11 +14,11 @@ from ulna.viewer.stage import stand_back_where_narrow
 
 
 class DemoScene:
-    """The scene. ``arm.move_to`` and ``draw_report`` make all changes from frame to frame.
+    """The scene. ``arm.move_to`` and ``draw_report`` update it in each frame.
 
     Args:
         server: The page.
-        demo: What is drawn.
+        demo: The demo that is drawn.
         moved: Called when a person has moved the box's handles.
     """
 
@@ -40,7 +40,7 @@ class DemoScene:
         scene.add_box("/movable/box", MOVABLE, BOX.extents)
 
     def draw_report(self, report: Report | None) -> None:
-        """Colour the light, its word and the boxes that touch; grey while nothing is known."""
+        """Set the colour of the light, its text, and the boxes that touch; grey while the report is not known."""
         if self.word.text != light_word(report):
             self.light.color = light_color(report)
             self.word.text = light_word(report)

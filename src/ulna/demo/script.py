@@ -1,7 +1,7 @@
-"""Says where the arm and the box are at each moment of the demo's film, and what touches. Used by ``film``.
+"""Computes q, the pose of the box, and the contacts at each moment of the demo's film. Used by ``film``.
 
-The box goes round the arm once and visits it at six places, from the hand to the base: it comes near, touches, slides along and
-leaves again. The places move with the arm, so that the script is the same however long it takes.
+The box goes round the arm once and touches it at six places, from the hand to the base: it approaches, touches, slides along and
+moves away. The places are relative to the moving arm, so the contacts are the same for any length of the film.
 """
 
 from collections.abc import Iterator
@@ -17,12 +17,12 @@ from ulna.demo.scenario import BOX, BOX_START, Demo
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
 
-NEAR, DEEP = 0.12, -0.035  # [m] from the arm: where the box comes from, and how far it goes in
+NEAR, DEEP = 0.12, -0.035  # [m] distances of the box from the arm: before and after a contact, and during it
 
 
 @dataclass(frozen=True)
 class Visit:
-    """One of the arm's boxes, the direction from which it is visited, and how the box slides along it [m]: in the base's axes."""
+    """A contact: one of the arm's boxes, the direction of approach, and the way [m] along it, both in the base's axes."""
 
     box: str
     side: tuple[float, float, float]
@@ -46,7 +46,7 @@ class Moment:
     Attributes:
         q: Joint positions of the arm [rad], shape (n_dof,).
         T_base_box: The pose of the box, shape (4, 4).
-        report: What it touches.
+        report: The boxes of the arm that it touches.
     """
 
     q: NDArray[np.float64]
@@ -62,24 +62,24 @@ class Script:
         self._knots = self._make_knots()
 
     def moment(self, time: float) -> Moment:
-        """The demo at a time [s]: the arm repeats its trajectory in real time, the box is on its way."""
+        """The demo at a time [s]."""
         q, T = self.demo.trajectory.at(time), self.box_pose(time / self.seconds)
         self.demo.move_box(T)
         return Moment(q, T, self.demo.check(q))
 
     def moments(self, rate: float) -> Iterator[Moment]:
-        """All moments of it, ``rate`` a second."""
+        """All moments, ``rate`` a second."""
         for k in range(max(round(self.seconds * rate), 1)):
             yield self.moment(k / rate)
 
     def box_pose(self, part: float) -> NDArray[np.float64]:
-        """T_base_box, shape (4, 4), at a part of the time, 0 to 1; at 1 the box is where it began."""
+        """T_base_box, shape (4, 4), at a part of the time, 0 to 1; at 1 the box is back at its start."""
         T = self._turned(part)
         T[:3, 3] = _on_curve(self._knots, part)
         return T
 
     def _make_knots(self) -> NDArray[np.float64]:
-        """The places that the box passes at even times, shape (n, 3): where it starts, and four of each visit."""
+        """The positions [m] of the box at even times, shape (n, 3): its start, and four for each visit."""
         n = 1 + 4 * len(VISITS)
         knots = [np.array(BOX_START)]
         for visit in VISITS:
@@ -89,7 +89,7 @@ class Script:
         return np.array(knots)
 
     def _beside(self, visit: Visit, distance: float, part: float) -> NDArray[np.float64]:
-        """The centre of the box at a distance [m] from the one that it visits, along the direction from which it comes."""
+        """The centre of the movable box [m] at a distance [m] from the visited box, along the direction of approach."""
         q = self.demo.trajectory.at(part * self.seconds)
         (visited,) = (solid for solid in standing_boxes(self.demo.robot, q) if solid.name == visit.box)
         side = np.array(visit.side) / np.linalg.norm(visit.side)
@@ -98,12 +98,12 @@ class Script:
 
     @staticmethod
     def _turned(part: float) -> NDArray[np.float64]:
-        """The orientation of the box at a part of the time, as a pose at the origin: one turn about z, and it nods."""
+        """The orientation of the box at a part of the time, as a pose: one turn about z, and a small oscillation."""
         return pose((0, 0, 0), (0.35 * sin(6 * pi * part), 0.0, 2 * pi * part))
 
 
 def _reach(T: NDArray[np.float64], box: Box, direction: NDArray[np.float64]) -> float:
-    """How far a box reaches from its centre along a direction."""
+    """The half extent [m] of a box along a unit vector."""
     return float(np.abs(direction @ T[:3, :3]) @ box.half_extents)
 
 

@@ -1,1 +1,1 @@
-"""A robot as its file says: files in, frozen data out."""
+"""The description of a robot: read from files into immutable data."""

@@ -11,10 +11,10 @@ _FLOAT64 = np.dtype(np.float64)
 def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """The values as a C-contiguous, writable float64 array, itself where it is one already.
 
-    A read-only array is copied: kernels write to no argument of theirs, but Numba compiles them again for each such kind.
+    A read-only array is copied: Numba would compile the kernels again for its type.
 
     Raises:
-        InputError: They are no numbers, or complex ones, whose imaginary part would be lost.
+        InputError: They are not numbers, or complex ones, whose imaginary part would be lost.
     """
     if type(values) is np.ndarray and values.dtype is _FLOAT64:
         return values if values.flags.carray else values.copy()

@@ -9,14 +9,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-_KEPT = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "PYTHONHOME", "SYSTEMROOT")  # without which some Pythons do not start
+_KEPT = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "PYTHONHOME", "SYSTEMROOT")  # some Pythons need them to start
 _START = """
 import sys, types
 ulna = sys.modules["ulna"] = types.ModuleType("ulna")
 ulna.__path__ = [sys.argv[1]]
 from {module} import main
 main()
-"""  # the package without its face, which would load NumPy
+"""  # the package without running its __init__, which would import NumPy
 
 
 def program_of(module: str) -> str:
@@ -28,7 +28,7 @@ def program_of(module: str) -> str:
 def child_process(
     program: str, memory: int, seconds: float, folder: Path | None
 ) -> Iterator[tuple[subprocess.Popen, threading.Event]]:
-    """A child process, and the event that its time is over. Its environment holds nothing of the user's.
+    """A child process, and the event that its time is over. It has no environment variables of the user.
 
     Args:
         program: Its text. Its last argument is the limits in JSON, which it sets itself (``xacro.child.confinement``).

@@ -14,11 +14,11 @@ from ulna.kernels.layout import LARGEST
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Points, each a ball of one radius: what a depth camera or a laser scanner saw.
+    """Points, each a ball of the same radius: the data of a depth camera or a laser scanner.
 
     Args:
         points: Points [m] in the frame of the object, shape (n, 3), n at least 1.
-        radius: Of each ball [m]: with half the distance of neighbours there are no gaps.
+        radius: The radius of each ball [m]; with half the distance of neighbours there are no gaps.
 
     Raises:
         InputError: They are not points, none, not finite (a sensor's NaN does not mean free space: leave such points out), or
@@ -48,7 +48,7 @@ class PointCloud:
 
 @dataclass(frozen=True, eq=False)
 class HeightMap:
-    """Terrain, or a table with what lies on it: square cells, each a column from ``bottom`` up to its height.
+    """Terrain, or a table with objects on it: square cells, each a column from ``bottom`` up to its height.
 
     Args:
         heights: Heights along z [m], shape (nx, ny). The grid is centred at the origin: cell i, j at x = (i - (nx - 1) / 2) cell,
@@ -57,7 +57,7 @@ class HeightMap:
         bottom: Where the columns begin [m]; the least of the heights unless given.
 
     Raises:
-        InputError: They are no heights of cells, not finite, or below the bottom.
+        InputError: They are not a grid of heights, not finite, or below the bottom.
 
     Example:
         >>> HeightMap(np.zeros((40, 30)), cell=0.02)
@@ -78,7 +78,7 @@ class HeightMap:
         object.__setattr__(self, "heights", frozen(grid, grid.shape))
         edge = lengths("cell", (cell,), 1)[0]
         if edge == 0:
-            raise InputError("cell", "0; an edge length above 0 is expected: cells without width are no terrain")
+            raise InputError("cell", "0; an edge length above 0 is expected")
         object.__setattr__(self, "cell", edge)
         object.__setattr__(self, "bottom", low)
 

@@ -14,7 +14,7 @@ from ulna.kernels.layout import LARGEST
 
 @dataclass(frozen=True, eq=False)
 class ConvexMesh:
-    """The convex hull of points: a polytope, or flat where all points lie in a plane, as a box without thickness is.
+    """The convex hull of points: a polytope, or a flat polygon if all points lie in a plane.
 
     A query takes time for every point; ``from_points`` keeps only those that the hull needs.
 
@@ -43,7 +43,7 @@ class ConvexMesh:
 
     @classmethod
     def from_points(cls, points: ArrayLike) -> ConvexMesh:
-        """The same shape with as few vertices as it needs, found by Qhull.
+        """The same shape with only the vertices of the hull, found by Qhull.
 
         For a mesh file: ``ConvexMesh.from_points(trimesh.load_mesh("part.stl").vertices)``.
 

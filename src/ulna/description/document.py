@@ -22,7 +22,7 @@ class Document:
 
 
 def is_text(source: str) -> bool:
-    """Whether a string is a document itself, not a path."""
+    """Whether a string is a document, not a path."""
     return source.lstrip("\ufeff \t\r\n").startswith("<")
 
 

@@ -1,4 +1,4 @@
-"""Reads children, attributes and numbers of XML elements, or says what is missing. Used by ``urdf`` and ``srdf``."""
+"""Reads children, attributes and numbers of XML elements; an error says what is missing. Used by ``urdf`` and ``srdf``."""
 
 import math
 
@@ -14,7 +14,7 @@ class Reader:
         self.source = source
 
     def fail(self, element: etree._Element, message: str) -> DescriptionError:
-        """The error that cites an element's line."""
+        """An error with the line of an element."""
         return DescriptionError(message, self.source, element.sourceline)
 
     def child(self, element: etree._Element, tag: str) -> etree._Element:
@@ -52,18 +52,30 @@ class Reader:
         return value
 
     def number(self, element: etree._Element, key: str, default: float | None = None, low: float = -math.inf) -> float:
-        """An attribute that is one finite number, of at least ``low``."""
+        """An attribute that is one finite number of at least ``low``; ``default`` if it is missing.
+
+        Raises:
+            DescriptionError: It is missing without a default, or not such a number.
+        """
         if default is not None and key not in element.attrib:
             return default
         return self.vector(element, key, 1, low)[0]
 
     def triple(self, element: etree._Element, key: str, low: float = -math.inf) -> tuple[float, float, float]:
-        """An attribute that is three of them."""
+        """An attribute that is three finite numbers of at least ``low``.
+
+        Raises:
+            DescriptionError: It is missing, or not three such numbers.
+        """
         x, y, z = self.vector(element, key, 3, low)
         return x, y, z
 
     def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
-        """An attribute that is ``count`` of them."""
+        """An attribute that is ``count`` finite numbers of at least ``low``.
+
+        Raises:
+            DescriptionError: It is missing, or not so many such numbers.
+        """
         text, values = self.attribute(element, key), self.numbers(element, key)
         if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
             expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
@@ -71,7 +83,11 @@ class Reader:
         return values
 
     def numbers(self, element: etree._Element, key: str) -> tuple[float, ...]:
-        """An attribute that is numbers, however many and of whatever size."""
+        """An attribute that is any count of numbers, which may be infinite or NaN.
+
+        Raises:
+            DescriptionError: It is missing, or has a word that is not a number.
+        """
         text = self.attribute(element, key)
         try:
             if "_" in text or not text.isascii():

@@ -1,6 +1,6 @@
 """Reads and writes the bytes of files. Used by ``document``, ``readable``, ``packages``, ``inspected`` and ``scene_file``.
 
-A pipe that nothing writes to would otherwise block for ever; a file is written whole or not at all.
+Reading a pipe without a writer ends after a time limit. A file is written completely or not at all.
 """
 
 import os
@@ -41,9 +41,9 @@ def regular_file_bytes(path: str | Path, most: int) -> bytes:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file beside and rename it, so that the old one is there until the new one is whole.
+    """Write a temporary file and rename it, so that the old file exists until the new one is complete.
 
-    A link stays one: the file that it leads to is replaced. A device or a pipe is written to as it is.
+    Of a symbolic link, the target is replaced. A device or a pipe is written directly.
 
     Raises:
         OSError: It cannot be written.

@@ -4,9 +4,9 @@ from ulna.errors import InputError
 
 
 def name_fault(name: object) -> str:
-    """What is wrong with a name; empty if nothing is.
+    """What is wrong with a name; empty if it is valid.
 
-    Half a surrogate pair cannot be written to a file or sent to a page.
+    A lone surrogate cannot be written to a file or sent to a page.
 
     Example:
         >>> name_fault("hand"), name_fault(5)
@@ -22,7 +22,7 @@ def name_fault(name: object) -> str:
 
 
 def refuse_no_name(name: object, argument: str = "name") -> None:
-    """Refuse what is no name.
+    """Refuse an invalid name.
 
     Raises:
         InputError: See ``name_fault``.

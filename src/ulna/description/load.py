@@ -32,8 +32,8 @@ def load_description(
 
     Raises:
         FileError: A file cannot be read, or there is no robot of that name.
-        DescriptionError: The description cannot be understood; the message names the file and, if known, the line.
-        InputError: ``source`` or ``srdf`` is neither a path nor text, or a xacro argument is not one.
+        DescriptionError: The description is invalid; the message names the file and, if known, the line.
+        InputError: ``source`` or ``srdf`` is neither a path nor text, or the document has no such xacro argument.
     """
     document, home = _document(source, xacro_args, package_dirs)
     description = replace(read_urdf(document.text, document.source), folder=document.folder, package_dirs=document.package_dirs)
@@ -52,7 +52,7 @@ def load_description(
 def urdf_text(
     source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path], mesh_paths: str = "given"
 ) -> str:
-    """The URDF text behind a source, whether it can be understood or not: of a xacro file, what it expands to."""
+    """The URDF text of a source, even if it cannot be loaded; of a xacro file, its expansion."""
     document, _ = _document(source, xacro_args, package_dirs)
     text = decoded(parse(document.text, document.source), document.text, document.source)
     return with_mesh_paths(mesh_paths, text, document.folder, document.package_dirs)

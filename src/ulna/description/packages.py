@@ -1,4 +1,4 @@
-"""Resolves ``package://`` without ROS: the folders of packages, the files behind addresses. Used by ``readable``, ``meshes``."""
+"""Resolves ``package://`` without ROS: folders of packages, and files of addresses. Used by ``readable``, ``meshes``."""
 
 import os
 import re
@@ -17,7 +17,7 @@ _LEVELS_ABOVE = 6  # folders above the description in which its package may lie
 
 
 def as_package_dirs(package_dirs: Iterable[str | Path]) -> tuple[Path, ...]:
-    """The folders that a user gives, made absolute: ``.`` and ``..`` have no name by which they could be a package.
+    """The folders given by a user as absolute paths, since the name of ``.`` or ``..`` is needed to find a package.
 
     Raises:
         InputError: They are not a list of folders.
@@ -33,16 +33,16 @@ def as_package_dirs(package_dirs: Iterable[str | Path]) -> tuple[Path, ...]:
 
 def _absolute(folder: object) -> Path:
     if not isinstance(folder, (str, Path)):
-        raise InputError("package_dirs", f"{folder!r} is no folder; its path is expected")
+        raise InputError("package_dirs", f"{folder!r} is not a folder; the path of a folder is expected")
     path = Path(folder)
     return path.resolve() if ".." in path.parts else path.absolute()  # a link keeps its name, which may be the package's
 
 
 def package_folders(name: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> Iterator[Path]:
-    """The folders in which the package ``name`` may lie, best first.
+    """The folders that may be the package ``name``, in order of preference.
 
     ``package_dirs``, ROS's two path variables, the folders above the description, the data packages installed beside this Python.
-    A folder is a package itself if it is called so, or if its ``package.xml`` says so.
+    A folder is the package if it or its ``package.xml`` has that name.
     """
     for folder in map(Path, package_dirs):
         if _is_package(folder, name):
@@ -72,7 +72,7 @@ def _is_package(folder: Path, name: str) -> bool:
 
 
 def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> dict[Path, Path | None]:
-    """Where the file behind an address may lie, best first, each with the folder of its package (None for no package's).
+    """The possible paths of an address in order of preference, each with the folder of its package, or None.
 
     The address is ``package://``, ``file://`` or a plain path, the last two relative to the description. It may be
     percent-encoded, but a plain path is first tried as written. An address that leaves its package by ``..`` has no file.
@@ -91,6 +91,6 @@ def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str
 def resolve_uri(
     uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()
 ) -> tuple[Path | None, list[Path]]:
-    """The file behind an address, or None; and every path tried."""
+    """The file of an address, or None; and every path tried."""
     candidates = list(places(uri, description_folder, package_dirs))
     return next((path for path in candidates if path.is_file()), None), candidates

@@ -83,7 +83,7 @@ def matrix_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
     wxyz = _finite("wxyz", wxyz, 4)
     largest = np.abs(wxyz).max(axis=-1, keepdims=True)
     if np.any(largest < 1e-12):
-        raise InputError("wxyz", "a quaternion of length zero is no rotation")
+        raise InputError("wxyz", "a quaternion of length zero does not describe a rotation")
     scaled = wxyz / largest  # so that no square overflows
     w, x, y, z = np.moveaxis(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True), -1, 0)
     rows = [
@@ -145,8 +145,7 @@ def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
 def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     """One pose to keep, shape (4, 4): a copy, made orthonormal to the last digits.
 
-    A matrix that was rounded is accepted to 1e-6, but what is computed with it, such as the axes that separate two boxes, needs
-    a rotation that is one.
+    A rounded matrix is accepted to 1e-6, but computations with it, such as separating axes, need an exact rotation.
 
     Raises:
         InputError: T is not one pose.

@@ -18,13 +18,13 @@ _WILDCARD = re.compile(r"[*?[]")
 
 
 class OutsideError(Exception):
-    """A description names a file that it may not read, or a package that is not there."""
+    """A description refers to a file that it may not read, or to a package that does not exist."""
 
 
 class Readable:
     """The folders that a description may read.
 
-    A symbolic link counts by its target. The links of an installed package are the exception: ``colcon build
+    For a symbolic link, its target counts. The links of an installed package are the exception: ``colcon build
     --symlink-install`` and some installers of Python packages make every file a link.
     """
 
@@ -41,7 +41,7 @@ class Readable:
                 self.admit(package)
 
     def admit(self, folder: Path) -> None:
-        """Let a folder be read."""
+        """Allow reading a folder."""
         self._roots.add(os.path.realpath(folder))
         given = os.path.abspath(folder)  # noqa: PTH100 - links stay
         if any(_within(given, installed) for installed in _installed_folders()):
@@ -61,7 +61,7 @@ class Readable:
             OutsideError: No readable file is there.
         """
         if not name or name.startswith(".") or "/" in name or "\\" in name:
-            raise OutsideError(f"$(find {name}): {name!r} is no package's name")
+            raise OutsideError(f"$(find {name}): {name!r} is not the name of a package")
         folders = [path for path in package_folders(name, self.folder, self.package_dirs) if path.is_dir()]
         given = set(package_folders(name, None, self.package_dirs))
         if not folders:
@@ -75,7 +75,7 @@ class Readable:
         raise OutsideError(f"$(find {name}): {reasons[0]}; if it is the one, name its folder in package_dirs")
 
     def admit_package(self, folder: Path, *, given: bool) -> str:
-        """Let a package be read, or why it is not: one that the user has not ``given`` may be any folder of that name."""
+        """Allow reading a package. Returns why not, if so: a package that was not ``given`` may be any folder of that name."""
         if self.admits(folder):
             return ""
         if not given and os.path.realpath(folder) != str(Path(os.path.realpath(folder.parent)) / folder.name):
@@ -96,7 +96,7 @@ class Readable:
         return regular_file_bytes(path, most)
 
     def matching(self, pattern: str) -> list[str]:
-        """The files that a pattern such as ``parts/*.xacro`` names, as far as they may be read.
+        """The files that match a pattern such as ``parts/*.xacro`` and may be read.
 
         Raises:
             OutsideError: Its folder lies outside.
@@ -118,7 +118,7 @@ def _within(path: str, root: str) -> bool:
 
 
 def _installed_folders() -> Iterator[str]:
-    """Where installed packages lie: ROS 2's, and the data packages beside this Python."""
+    """The folders of installed packages: of ROS 2, and of the data packages of this Python."""
     for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
         yield os.path.abspath(Path(prefix) / "share")  # noqa: PTH100 - links stay
     for entry in filter(None, sys.path):

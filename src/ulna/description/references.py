@@ -1,4 +1,4 @@
-"""Checks a semantic description against its robot; drops with a warning what the robot lacks. Used by ``load``, ``subtree``."""
+"""Checks an SRDF against its robot; drops references to unknown names with a warning. Used by ``load``, ``subtree``."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -15,7 +15,7 @@ _TOLERANCE = 1e-6  # to which a state may repeat what a mimic follows from
 
 
 def matched(srdf: Srdf, description: Description) -> Srdf:
-    """The parts of a semantic description that mean something for a robot; ``warnings`` lists every reference that does not.
+    """A semantic description without references to names that the robot does not have; ``warnings`` lists those.
 
     Raises:
         DescriptionError: A state gives a joint the wrong count of numbers, or no rotation.
@@ -50,7 +50,7 @@ class _Check:
         }
 
     def has(self, kind: str, name: str, who: str, line: int | None) -> bool:
-        """Whether there is such a link, joint or group; if not, a warning more."""
+        """Whether there is such a link, joint or group; if not, a warning is added."""
         known = self.known[kind]
         if name not in known:
             suggestion = did_you_mean(name, known, most=3) if len(self.warnings) < _MOST_SUGGESTIONS else ""
@@ -58,7 +58,7 @@ class _Check:
         return name in known
 
     def has_all(self, kind: str, names: Iterable[str], who: str, line: int | None) -> bool:
-        """The same of several: a warning for each that is not there."""
+        """The same for several names: a warning for each unknown one."""
         return sum(not self.has(kind, name, who, line) for name in names) == 0
 
     def warn(self, sentence: str, line: int | None) -> None:

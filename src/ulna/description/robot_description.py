@@ -1,4 +1,4 @@
-"""Holds a robot as its file gives it: links and joints, as frozen data. Used by all readers and by ``Robot``."""
+"""The description of a robot as immutable data: links and joints. Used by all readers and by ``Robot``."""
 
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
@@ -101,7 +101,7 @@ class Joint:
 class Body:
     """A shape on a link: ``pose`` is T_link_shape; ``color`` is red, green, blue, alpha in 0..1.
 
-    ``excess`` is how far the convex pieces of a mesh stand out beyond it [m], as sampled; None for any other shape.
+    ``excess`` is the sampled largest distance of the convex pieces of a mesh from it [m]; None for any other shape.
 
     Raises:
         InputError: The pose is not a rigid motion.
@@ -122,7 +122,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid part: what it looks like (``visuals``) and what it collides as (``collisions``)."""
+    """A rigid part with its visual shapes and its collision shapes."""
 
     name: str
     visuals: tuple[Body, ...] = ()

@@ -1,6 +1,6 @@
-"""Reads SRDF (wiki.ros.org/srdf); what it cannot understand it refuses with file and line. Used by ``load``.
+"""Reads SRDF (wiki.ros.org/srdf); invalid elements are refused with file and line. Used by ``load``.
 
-What other programs add to such files (grippers, rotors, feet, collision spheres, properties of joints) is ignored.
+Elements of other programs (grippers, rotors, feet, collision spheres, properties of joints) are ignored.
 """
 
 import math
@@ -12,14 +12,14 @@ from ulna.description.elements import Reader
 from ulna.description.semantic import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
 from ulna.description.xml import parse, without_namespace
 
-_MOST = 2000  # groups, chains and states: what they come to takes their number times that of the joints
+_MOST = 2000  # groups, chains and states: resolving them takes their number times that of the joints
 
 
 def read_srdf(text: bytes, source: str) -> Srdf:
     """The semantic description in an SRDF document, as written: no name in it is looked up. ``source`` names it in messages.
 
     Raises:
-        DescriptionError: It is no SRDF: not XML, a name or a number is missing, two groups or two states have one name.
+        DescriptionError: It is not an SRDF: not XML, a name or a number is missing, two groups or two states have the same name.
     """
     return _Reader(source).srdf(without_namespace(parse(text, source)))
 

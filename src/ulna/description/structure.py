@@ -15,7 +15,7 @@ from ulna.errors import DescriptionError, did_you_mean
 from ulna.kernels.layout import LARGEST
 
 _BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
-_MOST_MEANT = 1e300  # of a limit: Gazebo writes 1.79769e308, with which no difference can be computed
+_MOST_MEANT = 1e300  # a larger limit means none: Gazebo writes 1.79769e308, with which differences overflow
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Drive:
 
 
 def root_link(description: Description) -> str:
-    """The root: the one link that is no joint's child.
+    """The root: the only link that is not the child of a joint.
 
     Raises:
         DescriptionError: Names repeat, a parent or child link is missing, a link has two parents, or there is not exactly one
@@ -46,7 +46,9 @@ def root_link(description: Description) -> str:
                 raise DescriptionError(message, description.source, joint.line)
         if joint.child in parent_joint:
             other = parent_joint[joint.child].name
-            message = f"link {joint.child!r} is the child of two joints, {other!r} and {joint.name!r}: a closed loop is no tree"
+            message = (
+                f"link {joint.child!r} is the child of two joints, {other!r} and {joint.name!r}: closed loops are not supported"
+            )
             raise DescriptionError(message, description.source, joint.line)
         parent_joint[joint.child] = joint
     roots = [name for name in links if name not in parent_joint]
@@ -60,7 +62,7 @@ def root_link(description: Description) -> str:
 
 
 def joints_from_root(description: Description) -> tuple[Joint, ...]:
-    """The joints, each after the one that carries its parent link; otherwise in the order of the file, depth first.
+    """The joints, each after the joint of its parent link; otherwise in the order of the file, depth first.
 
     Raises:
         DescriptionError: The links and joints do not form one tree.
@@ -92,7 +94,7 @@ def joints_to_root(link: str, carriers: dict[str, Joint]) -> set[str]:
 
 
 def leaf_links(description: Description) -> tuple[str, ...]:
-    """The links that carry no other, in the order of the file."""
+    """The links without child links, in the order of the file."""
     parents = {joint.parent for joint in description.joints}
     return tuple(link.name for link in description.links if link.name not in parents)
 
@@ -154,7 +156,7 @@ def _leader(joint: Joint, joints: dict[str, Joint], followers: dict[str, Joint],
 
 
 def moving_joints(description: Description, joints: Iterable[Joint]) -> tuple[Joint, ...]:
-    """Those of some joints that an entry of q moves, be it through a mimic."""
+    """The given joints that an entry of q moves, directly or as a mimic."""
     ordered = joints_from_root(description)
     drives = drives_of(ordered, columns_of_q(ordered), description.source)
     return tuple(joint for joint in joints if joint.type != JointType.FIXED and drives[joint.name].column is not None)

@@ -1,4 +1,4 @@
-"""Reads URDF (wiki.ros.org/urdf/XML); what it cannot understand it refuses with file and line. Used by ``load``."""
+"""Reads URDF (wiki.ros.org/urdf/XML); invalid elements are refused with file and line. Used by ``load``."""
 
 import math
 import re
@@ -24,7 +24,7 @@ def read_urdf(text: bytes, source: str) -> Description:
     """The description in a URDF document. ``source`` names it in messages.
 
     Raises:
-        DescriptionError: It cannot be understood; the message names the document and the line.
+        DescriptionError: It is invalid; the message names the document and the line.
     """
     root = parse(text, source)
     return _Reader(source).robot(without_namespace(root), decoded(root, text, source))

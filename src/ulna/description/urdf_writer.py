@@ -91,7 +91,7 @@ def _type(joint: Joint) -> JointType:
     if joint.type == JointType.REVOLUTE and all(infinite) and joint.mimic is None:
         return JointType.CONTINUOUS
     if joint.type in (JointType.REVOLUTE, JointType.PRISMATIC) and any(infinite) and joint.mimic is None:
-        raise DescriptionError(f"joint {joint.name!r} has no finite limits, and URDF cannot say so of a {joint.type} joint")
+        raise DescriptionError(f"joint {joint.name!r} has no finite limits, which URDF requires of a {joint.type} joint")
     return joint.type
 
 

@@ -14,7 +14,7 @@ def parse(text: bytes, source: str) -> etree._Element:
     """The root element of a document.
 
     Raises:
-        DescriptionError: It is not XML, or too much, or it declares entities (a few lines of those can expand to gigabytes).
+        DescriptionError: It is not XML, or too long, or declares entities (a few lines of which can expand to gigabytes).
     """
     if len(text) > LONGEST:
         raise DescriptionError(f"is {len(text) / 1e6:.0f} MB long; up to {LONGEST / 1e6:.0f} MB are read", source)

@@ -1,9 +1,10 @@
 """Keeps the machine code of entries on disk, and never loads code of other sources. Used by ``decorators``.
 
-Numba's own cache looks only at the file that holds the entry, not at the kernels that it calls. Here everything that decides the
-machine code is in the names. The folder has a hash of the compiler, its settings and this package's part in it; the file has a
-hash of the entry's sources (``sources``), and one of its signature and the processor. So clones and versions that share a cache
-do not overwrite each other's files, and a change to the kernels of pictures leaves the code of poses as it is.
+Numba's own cache depends only on the file of the entry, not on the kernels that it calls. Here file names depend on everything
+that determines the machine code. The folder's name has a hash of the compiler, its settings and this package's part in compiling;
+the file's name has a hash of the entry's sources (``sources``), and one of its signature and the processor. So clones and
+versions that share a cache do not overwrite each other's files, and a change to the rendering kernels does not invalidate the
+code of poses.
 """
 
 import contextlib
@@ -33,7 +34,7 @@ _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO
 
 @cache
 def compiler_hash() -> str:
-    """Hash of what makes machine code of any entry, in hexadecimal: the compiler, its settings, and our sources."""
+    """Hash, in hexadecimal, of what all machine code depends on: the compiler, its settings, and our decorators."""
     versions = platform.python_version(), numba.__version__, llvmlite.__version__, np.__version__
     settings = (str(getattr(config, name, None)) for name in _SETTINGS)
     ours = sources_hash(str(Path(__file__).with_name("decorators.py")))
@@ -42,13 +43,13 @@ def compiler_hash() -> str:
 
 @cache
 def cache_folder() -> Path | None:
-    """The folder of this compiler's machine code, or None where nothing can be written, or other users could write.
+    """The folder of this compiler's machine code; None if it cannot be written, or if other users could write there.
 
-    ``NUMBA_CACHE_DIR`` is honoured; otherwise it lies in the user's own cache folder. Files, and folders of other compilers, that
-    nobody has used for a month are removed.
+    It is in ``NUMBA_CACHE_DIR``, or else in the user's own cache folder. Files, and folders of other compilers, that were not
+    used for a month are removed.
 
     Warns:
-        RuntimeWarning: Other users could have put code there, so that it is not used.
+        RuntimeWarning: Other users could have put code there, so the folder is not used.
     """
     try:
         base = cache_base()
@@ -64,7 +65,7 @@ def cache_folder() -> Path | None:
 
 
 def _remove_unused(folder: Path) -> None:
-    """Remove the files of a folder, and the folders beside it with all their files, that nobody has used for a month."""
+    """Remove the files of a folder, and whole folders beside it, that were not used for a month."""
     for other in folder.parent.glob("kernels-*"):
         with contextlib.suppress(OSError):  # another user's, or another process removes it too
             if other != folder and _is_unused(other):
@@ -95,7 +96,7 @@ class _Locator(_CacheLocator):
         return str(cache_folder())
 
     def get_source_stamp(self) -> Any:
-        return None  # the files' names say all
+        return None  # the names of the files depend on the sources already
 
     def get_disambiguator(self) -> Any:
         return f"{self._function.__module__}-{sources_hash(self._function.__code__.co_filename)}"
@@ -116,7 +117,7 @@ class _Files(IndexDataCacheFile):
     """
 
     def load(self, key):
-        """What was saved under a key, or None; the file counts as used today."""
+        """The machine code of a key, or None; its file is marked as used now."""
         name = self._name(key)
         with contextlib.suppress(FileNotFoundError):
             os.utime(self._data_path(name))
@@ -141,17 +142,17 @@ class KernelCache(FunctionCache):
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, None)
 
     def load_overload(self, sig, target_context):
-        """The machine code of a signature, or None, which means that it is compiled now; that is announced."""
+        """The machine code of a signature; None if there is none: Numba compiles it then, which is announced."""
         try:
             loaded = super().load_overload(sig, target_context)
-        except Exception:  # noqa: BLE001 - a damaged file costs a compilation, and is replaced
+        except Exception:  # noqa: BLE001 - after a damaged file it is compiled again, and the file replaced
             loaded = None
         if loaded is None:
             compilation_begins(self._py_func.__name__)
         return loaded
 
     def save_overload(self, sig, data):
-        """Keep the machine code of a signature, which has just been made."""
+        """Save the machine code of a signature that was just compiled."""
         compilation_ended()
-        with contextlib.suppress(OSError):  # a full disk costs a compilation, not the result
+        with contextlib.suppress(OSError):  # on a full disk the code is used, but not saved
             super().save_overload(sig, data)

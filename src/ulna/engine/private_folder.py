@@ -1,6 +1,6 @@
-"""Makes folders for machine code that nobody but their user may write to. Used by ``cache`` and by hulls.
+"""Makes folders for machine code to which only their user can write. Used by ``cache`` and by hulls.
 
-The code in them is run as it is found.
+The code in them is executed without another check.
 """
 
 import os
@@ -10,11 +10,11 @@ from pathlib import Path
 
 
 class SharedFolderError(OSError):
-    """Another user can write in a folder, or could have."""
+    """Another user can write to a folder, or may have done so."""
 
 
 def cache_base() -> Path:
-    """Where this user's caches lie: ``NUMBA_CACHE_DIR``, otherwise the user's own cache folder."""
+    """The folder of this user's caches: in ``NUMBA_CACHE_DIR``, or else in the user's own cache folder."""
     if os.environ.get("NUMBA_CACHE_DIR"):
         return Path(os.environ["NUMBA_CACHE_DIR"]) / "ulna"
     if sys.platform == "win32":
@@ -25,11 +25,11 @@ def cache_base() -> Path:
 
 
 def make_private(base: Path, name: str) -> Path:
-    """The folder ``name`` in ``base``, made if need be, both for this user alone (mode 0700).
+    """The folder ``name`` in ``base``, created if necessary; both are accessible to this user only (mode 0700).
 
     Raises:
-        SharedFolderError: One of them is another's, or others may write in it or exchange it for another.
-        OSError: One of them cannot be made.
+        SharedFolderError: One of them belongs to another user, or other users can write to it or replace it.
+        OSError: One of them cannot be created.
     """
     base.parent.mkdir(parents=True, exist_ok=True)
     folder = base / name
@@ -40,7 +40,7 @@ def make_private(base: Path, name: str) -> Path:
         _check_above(above)
     base.mkdir(mode=0o700, exist_ok=True)
     if _status(base).st_uid == os.geteuid():
-        base.chmod(0o700)  # as earlier versions made it; the folder in it is checked separately
+        base.chmod(0o700)  # earlier versions used another mode; the folder in it is checked separately
     folder.mkdir(mode=0o700, exist_ok=True)
     for one in (base, folder):
         _check_own(one)
@@ -63,7 +63,10 @@ def _check_own(folder: Path) -> None:
 
 
 def _check_above(folder: Path) -> None:
-    """Where others may write, only the sticky bit keeps them from exchanging a folder, and it does not keep its owner."""
+    """Refuse a parent folder in which others can replace ours: one that they can write to, unless it is sticky and trusted.
+
+    The sticky bit stops other users from renaming folders, but not the owner, who must be root or this user.
+    """
     status = folder.stat()
     if status.st_mode & stat.S_IWOTH and not (status.st_mode & stat.S_ISVTX and status.st_uid in (0, os.geteuid())):
         raise SharedFolderError(f"{folder} lets other users exchange what lies in it (mode {stat.S_IMODE(status.st_mode):04o})")

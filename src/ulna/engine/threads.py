@@ -1,7 +1,7 @@
-"""Runs large batches in parts, side by side in threads, and says how many threads. Used by all that calls entries over a batch.
+"""Runs large batches in parts in several threads, and chooses their number. Used by all that calls entries over a batch.
 
-The parts begin at multiples of the number of lanes, so that no block of lanes is cut, and the kernels compute each row alike
-whatever its block: the result is bit for bit that of one call.
+The parts begin at multiples of the number of lanes, so that no block of lanes is split, and the result of a row does not depend
+on its block: the result is bit for bit that of one call.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from ulna.errors import InputError
 if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
-LEAST_ROWS = 1024  # of a part, where a row takes about a microsecond
-LEAST_POSES = 16 * LEAST_ROWS  # of a part, where a row takes some twenty nanoseconds; a thread takes tens of microseconds to wake
+LEAST_ROWS = 1024  # rows of a part, if a row takes about a microsecond
+LEAST_POSES = 16 * LEAST_ROWS  # rows of a part, if a row takes some 20 ns; waking a thread takes tens of microseconds
 VARIABLE = "ULNA_THREADS"
 _MOST = 2**31 - 1
 
@@ -31,8 +31,8 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
     Args:
         run: Calls the entry for the rows of a slice; the entry releases the interpreter's lock (``nogil``).
         n: The number of rows.
-        least: The fewest rows that are worth a thread.
-        threads: How many threads to use at most, the caller's own among them; ``default_threads`` unless given.
+        least: The least number of rows for which a thread is used.
+        threads: The largest number of threads, including the calling one; ``default_threads`` unless given.
 
     Raises:
         InputError: ``threads``, or the environment variable ``ULNA_THREADS``, is not a number of threads.
@@ -47,7 +47,7 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
     n_parts = min(4 * threads, n // least)
     if n_parts < 2 or threads < 2:
         return run(slice(0, n))
-    from concurrent.futures import wait  # noqa: PLC0415 - `import ulna` need not wait for it
+    from concurrent.futures import wait  # noqa: PLC0415 - keeps `import ulna` fast
 
     step = -(-n // n_parts // WIDTH) * WIDTH
     waiting = deque(slice(start, min(start + step, n)) for start in range(0, n, step))
@@ -56,13 +56,13 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
         helpers.extend(_pool().submit(_run_waiting, run, waiting) for _ in range(min(threads, _pool_size()) - 1))
         good = _run_waiting(run, waiting)
         return all([good, *(helper.result() for helper in helpers if not helper.cancel())])
-    finally:  # nothing writes to the caller's array any more
+    finally:  # afterwards no thread writes to the caller's array
         waiting.clear()
         wait([helper for helper in helpers if not helper.cancel()])
 
 
 def _run_waiting(run: Callable[[slice], bool], waiting: deque[slice]) -> bool:
-    """Run the parts that no other thread has taken yet; after a failure no thread takes another."""
+    """Run the parts that no other thread has taken yet; after a failure the remaining parts are dropped."""
     good = False
     try:
         while (part := _next_of(waiting)) is not None:
@@ -84,9 +84,9 @@ def _next_of(waiting: deque[slice]) -> slice | None:
 
 @cache
 def default_threads() -> int:
-    """How many threads a batch uses unless its call says: ``ULNA_THREADS``, or as many as this process may use processors.
+    """The number of threads of a batch by default: ``ULNA_THREADS``, or the number of processors that this process may use.
 
-    Found once in a process, and again after a fork.
+    It is determined once in a process, and again after a fork.
 
     Raises:
         InputError: ``ULNA_THREADS`` is not a number of threads.
@@ -100,7 +100,7 @@ def default_threads() -> int:
 
 
 def as_threads(threads: int) -> int:
-    """A number of threads as an argument gives it; 0 means 1.
+    """The number of threads given by an argument; 0 means 1.
 
     Raises:
         InputError: It is not a whole number, or below 0.
@@ -112,20 +112,20 @@ def as_threads(threads: int) -> int:
 
 @cache
 def _pool_size() -> int:
-    """How many threads can be of use at once: one for each processor of the machine."""
+    """The largest useful number of threads: one for each processor of the machine."""
     return os.cpu_count() or 1
 
 
 @cache
 def _pool() -> ThreadPoolExecutor:
-    """The only pool: whatever number of threads calls ask for, it starts no more than were needed at once."""
-    from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415 - `import ulna` need not wait for it
+    """The only pool of threads. It starts no more threads than were needed at once, whatever number the calls give."""
+    from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415 - keeps `import ulna` fast
 
     return ThreadPoolExecutor(_pool_size(), thread_name_prefix="ulna")
 
 
 def _forget() -> None:
-    """State of a process that its forks do not share: affinity, environment, threads."""
+    """Clear what a fork must determine again: affinity, environment, threads."""
     default_threads.cache_clear()
     _pool.cache_clear()
 

@@ -76,7 +76,7 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
 
 
 def _without_repeated(findings: list[Finding], line: int | None) -> list[Finding]:
-    """The findings but the first error on the line of the error that ``ulna.load`` raised: it says the same in other words."""
+    """The findings without the first error on the line of the error of ``ulna.load``, which reports the same fault."""
     repeated = next(
         (k for k, one in enumerate(findings) if one.severity == Severity.ERROR and one.line == line is not None), None
     )

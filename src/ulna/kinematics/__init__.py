@@ -1,1 +1,1 @@
-"""Kinematics: NumPy arrays in and out. Arguments are checked here, once; the kernels below check nothing."""
+"""Kinematics with NumPy arrays. Arguments are validated here, once; the kernels do not validate them again."""

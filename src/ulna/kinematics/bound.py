@@ -1,4 +1,4 @@
-"""Keeps the functions of q that are bound to a link. Used by ``kinematics.forward`` and ``kinematics.jacobian``."""
+"""Caches the functions of q that are bound to a link. Used by ``kinematics.forward`` and ``kinematics.jacobian``."""
 
 from collections.abc import Hashable
 from typing import Generic, TypeVar
@@ -10,10 +10,10 @@ FunctionT = TypeVar("FunctionT")
 
 
 class Bound(dict[KeyT, FunctionT], Generic[KeyT, FunctionT]):
-    """The bound functions of one robot, made when first asked for.
+    """The bound functions of one robot, made when first needed.
 
-    A dict, because a look-up in one is the fastest way from ``robot.forward_kinematics(q)`` to the function. Where two threads
-    make the same function at once, the first is kept.
+    It is a dict, because a look-up in a dict is the fastest way from ``robot.forward_kinematics(q)`` to the function. If two
+    threads make the same function at once, the first is kept.
     """
 
     def __init__(self, tree: Tree) -> None:
@@ -28,7 +28,11 @@ class Bound(dict[KeyT, FunctionT], Generic[KeyT, FunctionT]):
             return self.make(key)
 
     def make(self, key: KeyT) -> FunctionT:
-        """A new function of a key."""
+        """A new function of a key; each subclass implements it.
+
+        Raises:
+            NotImplementedError: The subclass does not.
+        """
         raise NotImplementedError
 
     def __missing__(self, key: KeyT) -> FunctionT:

@@ -15,13 +15,13 @@ def as_out(
 
     Args:
         out: The caller's array, or None.
-        shape: Of the result.
-        inputs: What the result is computed from; it must not share memory with ``out``, which is written meanwhile.
-        dtype: Of the result.
+        shape: The shape of the result.
+        inputs: The arrays from which the result is computed; they must not share memory with ``out``.
+        dtype: The type of the result.
         name: The argument's name.
 
     Raises:
-        InputError: It is no writable, C-contiguous array of that shape and type, or shares memory with an input.
+        InputError: It is not a writable, C-contiguous array of that shape and type, or shares memory with an input.
 
     Example:
         >>> as_out(None, (2, 3)).shape

@@ -22,7 +22,7 @@ def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float6
         InputError: It is not an array of numbers of that shape.
     """
     if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape == tree.q_shape and q.flags.carray:
-        return q  # one the most frequent case: no other function is called
+        return q  # the most frequent case, without another call
     q = as_floats(name, q)
     if q.shape[-1:] != tree.q_shape:
         raise InputError(name, f"shape {q.shape}, but shape (..., {tree.n_dof}) is expected: {_joints(tree)}")

@@ -19,7 +19,7 @@ def usual_range(lower: ArrayLike, upper: ArrayLike) -> tuple[NDArray[np.float64]
 
 
 def random_positions(tree: Tree, n: int, seed: int = 0) -> NDArray[np.float64]:
-    """Joint positions within the usual range [rad or m], shape (n, n_dof): the same for the same robot and seed."""
+    """Joint positions within ``usual_range`` [rad or m], shape (n, n_dof): the same for the same robot and seed."""
     return np.random.default_rng(seed).uniform(*usual_range(tree.lower, tree.upper), (n, tree.n_dof))
 
 
@@ -27,14 +27,14 @@ def uniform_positions(tree: Tree, n: int | None, seed: object) -> NDArray[np.flo
     """Joint positions uniform within ``random_range`` [rad or m], shape (n, n_dof), or (n_dof,) for None.
 
     Raises:
-        InputError: n is no count, or the seed none that ``numpy.random.default_rng`` takes.
+        InputError: n is not a count, or ``numpy.random.default_rng`` refuses the seed.
     """
     if n is not None and (isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0):
         raise InputError("n", f"{n!r}; a count, or None for one configuration, is expected")
     try:
         rng = np.random.default_rng(seed)  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:
-        raise InputError("seed", f"{seed!r} is no seed ({error})") from None
+        raise InputError("seed", f"{seed!r} is not a seed ({error})") from None
     return rng.uniform(*random_range(tree), (tree.n_dof,) if n is None else (int(n), tree.n_dof))
 
 
@@ -52,7 +52,7 @@ def random_range(tree: Tree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _length(tree: Tree) -> float:
-    """How long the longest chain of joints is, slides at 0 [m]; 1 for a robot without length."""
+    """The length of the longest chain of joints, with prismatic joints at 0 [m]; 1 for a robot of length 0."""
     far = np.zeros(len(tree.joints))
     for k, row in enumerate(tree.joints):
         parent = int(row[PARENT])

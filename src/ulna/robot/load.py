@@ -62,7 +62,7 @@ def load(
 
 
 def with_meshes(robot: Robot, meshes: str | None) -> Robot:
-    """The robot with the shapes of a word of ``MESHES`` in the place of its collision meshes; as it is for None."""
+    """The robot with its collision meshes replaced as a value of ``MESHES`` says; unchanged for None."""
     match meshes:
         case "hulls":
             return robot.with_convex_hulls()

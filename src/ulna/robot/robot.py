@@ -54,13 +54,13 @@ class Robot:
     """
 
     description: Description
-    """Links and joints as the file gives them."""
+    """The links and joints of the description."""
     tree: Tree
-    """The same in flat arrays, as the kernels read it."""
+    """The same as flat arrays, for the kernels."""
     home: Array
     """The configuration to start from [rad or m], shape (n_dof,)."""
     attached: tuple[Attached, ...]
-    """What the robot carries."""
+    """The objects attached to the robot's links."""
     _forward: ForwardByLink
     _jacobian: JacobianByLink
     _checker: Checker
@@ -105,17 +105,17 @@ class Robot:
         """The serial arm of a Denavit-Hartenberg table; the link ``linkN`` is the frame of row N.
 
         Args:
-            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4). Or a ``DHTable``, which says all the rest itself.
+            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4). Or a ``DHTable``, which has the other arguments.
             convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
-            joint_types: ``"revolute"`` (all, unless said), ``"continuous"``, ``"prismatic"`` or ``"fixed"``, one a row.
+            joint_types: ``"revolute"`` (the default for all), ``"continuous"``, ``"prismatic"`` or ``"fixed"``, one a row.
             limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
-            T_base_0: Where the first row begins, the link ``link0``, shape (4, 4); at ``base`` unless given.
-            T_n_tip: Where the tip, the link ``tip``, is in the frame of the last row, shape (4, 4); that frame unless given.
+            T_base_0: The pose of the link ``link0``, where the first row begins, shape (4, 4); the identity unless given.
+            T_n_tip: The pose of the link ``tip`` in the frame of the last row, shape (4, 4); the identity unless given.
             name: The robot's name.
 
         Raises:
             InputError: The rows, types, limits or poses do not fit each other, or the convention is not known; or a ``DHTable``
-                comes with arguments that it already says.
+                is given together with arguments that it has itself.
 
         Example:
             >>> import ulna
@@ -125,7 +125,7 @@ class Robot:
         """
         if isinstance(rows, DHTable):
             if (convention, joint_types, limits, T_base_0, T_n_tip, name) != ("modified", None, None, None, None, "robot"):
-                raise InputError("rows", "a DHTable says all the rest itself; give its rows, table.rows, to say it otherwise")
+                raise InputError("rows", "a DHTable has its own values of the other arguments; give table.rows to choose others")
             return cls(description_of_table(rows))
         return cls(
             description_from_dh(
@@ -148,7 +148,7 @@ class Robot:
 
     @property
     def n_dof(self) -> int:
-        """The number of entries of q: independent joints, mimics applied."""
+        """The number of entries of q: those of the independent joints, without mimics."""
         return self.tree.n_dof
 
     @property
@@ -158,7 +158,7 @@ class Robot:
 
     @property
     def joint_slices(self) -> tuple[slice, ...]:
-        """Joint i owns ``q[joint_slices[i]]``: planar is x, y, theta; floating is x, y, z, roll, pitch, yaw."""
+        """The entries of joint i are ``q[joint_slices[i]]``: planar has x, y, theta; floating x, y, z, roll, pitch, yaw."""
         return self.tree.joint_slices
 
     @property
@@ -173,7 +173,7 @@ class Robot:
 
     @property
     def tip(self) -> str | None:
-        """The only link that carries no other, or None where there are several."""
+        """The only link without child links; None if there are several such links."""
         return self.tree.tip
 
     @property
@@ -308,7 +308,7 @@ class Robot:
         return forward(q, out, threads)
 
     def compile_forward(self, link: str | None = None) -> CompiledForward:
-        """Forward kinematics of one link as a function ``fk(q, out=None, threads=None)`` for control loops: the same, sooner.
+        """Forward kinematics of one link as a function ``fk(q, out=None, threads=None)`` for control loops: the same, but faster.
 
         Args:
             link: The link's name; the tip unless given.
@@ -381,7 +381,7 @@ class Robot:
         return jacobian(q, out, threads)
 
     def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
-        """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, sooner.
+        """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, but faster.
 
         Args:
             link: The link's name; the tip unless given.
@@ -472,31 +472,31 @@ class Robot:
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
-            q_seed: Where to start [rad or m], shape (..., n_dof) or (n_dof,). If given, its branch is followed as long as it
-                leads to the target, and after that the solution nearest to it is taken; otherwise the search starts from
-                ``home`` and random configurations.
+            q_seed: Where to start [rad or m], shape (..., n_dof) or (n_dof,). If given, the search from it comes first; if that
+                fails, random starts follow, and the solution nearest to the seed is returned. Otherwise the search starts
+                from ``home`` and random configurations.
             link: The link's name; the tip unless given.
             method: ``"levenberg_marquardt"``: many searches at once, with restarts; or, from the seed alone and for teaching,
                 ``"jacobian_transpose"``, ``"pseudo_inverse"``, ``"damped_least_squares"``.
             seed: Chooses the random configurations; without ``time_limit`` the result depends on nothing else.
             task: ``"pose"``; ``"position"``: any orientation; ``"pointing"``: position and the direction of the link's z axis;
                 or an ``ulna.Task`` (another axis, slack by component).
-            world: Configurations that collide with it, or in which the robot touches itself, are rejected, and the search goes
-                on.
+            world: Configurations that collide with it, or with the robot itself, are rejected, and the search continues.
             rank: Which of several solutions: ``"nearest"`` to the seed (largest joint change), ``"manipulability"``,
-                ``"clearance"`` from the world, ``"mid_range"`` of the joints. It chooses among what sixteen starts find.
+                ``"clearance"`` from the world, ``"mid_range"`` of the joints. It is chosen from the solutions of sixteen starts.
             posture: Of all solutions near the seed, the one nearest to this configuration, shape (n_dof,), or to
-                ``"mid_range"``. The pose comes first: where limits stand in the way or the steps run out, the posture is met
-                less well, or not.
-            held: Names of joints that stay at the seed.
-            max_step: The most that any entry of q may differ from ``q_seed`` [rad or m]: refused rather than passed.
+                ``"mid_range"``. The pose has priority: at limits, or when the steps run out, the posture is
+                approached less closely, or not at all.
+            held: Names of joints that keep their positions in the seed.
+            max_step: The largest difference of any entry of q from ``q_seed`` [rad or m]; a solution beyond it is rejected.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
-            max_iterations: Steps from all starts together before giving up; 16 000 (800 starts), or 10 000 for the others.
-            time_limit: Seconds before giving up, looked at between rounds.
+            max_iterations: The largest number of steps of all starts together; 16 000 (800 starts), or 10 000 for the textbook
+                methods, unless given.
+            time_limit: The longest time of the search [s], checked between rounds of restarts.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
                 The result is the same bit for bit.
-            trace: For one target: keep errors, step and damping of every step (``result.trace``).
+            trace: For one target: keep the errors, the step and the damping of every step in ``result.trace``.
 
         Returns:
             An ``IKResult``: q, success, status, errors, iterations, and the reasons. A target that is not reached is a result
@@ -534,17 +534,17 @@ class Robot:
 
         Args:
             T: The pose to reach, T_base_link, shape (4, 4).
-            q_seed: The solutions come nearest to this first [rad or m], shape (n_dof,); ``home`` unless given.
+            q_seed: The solutions are sorted by their distance from this [rad or m], shape (n_dof,); ``home`` unless given.
             link: The link's name; the tip unless given.
             seed: Chooses the random starts; the result depends on nothing else.
-            task: What of the pose has to be met; see ``inverse_kinematics``.
+            task: The components of the pose that count; see ``inverse_kinematics``.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
-            n_spread: How many, well apart, are taken from a continuum of solutions.
+            n_spread: How many solutions, far from each other, are returned for a redundant arm.
 
         Returns:
-            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task asks components, every branch
-            that the search met, each once, whole turns aside; for others a spread set.
+            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task has components, every
+            solution that the search found, each once, apart from whole turns; for others ``n_spread`` of them.
 
         Raises:
             InputError: T or the seed is a batch, T is not a rigid motion, or another argument cannot be taken.
@@ -578,7 +578,7 @@ class Robot:
         out: Array | None = None,
         threads: int | None = None,
     ) -> Array:
-        """The joint velocities that give a link a twist for one step, as well as velocity and position limits allow.
+        """The joint velocities of one control step that give a link a twist, as nearly as velocity and position limits allow.
 
         They minimise |J qd - twist|^2 + damping^2 |qd|^2 within the limits: the only minimum, near singularities too, where the
         damping keeps them short.
@@ -650,13 +650,13 @@ class Robot:
         max_distance: float = 0.0,
         threads: int | None = None,
     ) -> Any:
-        """Which of the robot's shapes overlap which objects, or each other, how deep and where.
+        """The pairs of the robot's shapes and objects, or of its own shapes, that overlap: how deep and where.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
-            max_distance: Tell of pairs too that are apart, but no farther than this [m]; ``np.inf`` tells of all.
+            max_distance: Also report pairs that do not overlap, up to this distance [m]; ``np.inf`` reports all pairs.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
@@ -680,7 +680,7 @@ class Robot:
     ) -> Any:
         """The least distance of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
 
-        Zero where shapes touch: ``signed_distance(q) <= 0`` is what ``in_collision(q)`` says.
+        It is 0 where shapes touch: ``signed_distance(q) <= 0`` equals ``in_collision(q)``.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
@@ -728,7 +728,7 @@ class Robot:
         resolution: float = 1e-4,
         threads: int | None = None,
     ) -> EdgeReport:
-        """Whether anything touches on the straight line from one configuration to another: free is free for all of the line.
+        """Whether anything touches on the straight line from one configuration to another. Free holds for the whole line.
 
         That rests on lower bounds of distances, with their rounding, and not on samples (docs/edges.md).
 
@@ -752,7 +752,7 @@ class Robot:
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:
-        """The pairs of links that may touch, each with its reason: found from joints and samples unless the user gave others."""
+        """The pairs of links that may touch, each with its reason: found from joints and samples unless others were given."""
         return self._checker.allowed
 
     def collision_poses(self, q: ArrayLike, *, out: Array | None = None, threads: int | None = None) -> Array:
@@ -790,7 +790,7 @@ class Robot:
         return self._changed(description=with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name))
 
     def with_allowed_collisions(self, allowed: Iterable) -> Robot:
-        """The robot with other pairs of links that may touch, instead of those that were found.
+        """The robot with other pairs of links that may touch, in place of those that were found.
 
         Args:
             allowed: An ``AllowedCollisions``, as ``robot.allowed_collisions.plus(("a", "b"))`` makes it; or pairs of names; or
@@ -802,7 +802,7 @@ class Robot:
         return self._changed(allowed=as_allowed(allowed, self.link_names))
 
     def with_convex_hulls(self) -> Robot:
-        """The robot whose collision meshes are their convex hulls, which are checked exactly; what is seen stays as it is.
+        """The robot with convex hulls in place of its collision meshes; hulls are checked exactly. Visuals are unchanged.
 
         A hull is larger than a mesh with hollows, so it may touch where the mesh would not; it holds all of the mesh. STL, OBJ
         and Collada files are read, found as by ``ulna.load``. The time of a query grows with the number of vertices.
@@ -820,7 +820,7 @@ class Robot:
         return self._changed(description=with_hulls(self.description))
 
     def with_convex_pieces(self) -> Robot:
-        """The robot whose collision meshes are each a number of convex pieces (convex decomposition); what is seen stays.
+        """The robot with convex pieces in place of its collision meshes (convex decomposition). Visuals are unchanged.
 
         The pieces hold the mesh's whole surface, and stand out beyond it by much less than the hull. How far, as sampled, is the
         ``excess`` of each collision of ``robot.description.links``. CoACD finds them, with a fixed seed, in seconds to minutes
@@ -835,7 +835,7 @@ class Robot:
     def with_attached(
         self, name: str, shape: Solid, T_link_object: ArrayLike, link: str | None = None, touch_links: Iterable[str] = ()
     ) -> Robot:
-        """The robot with something that it holds: it moves with a link, and is checked like the robot's own shapes.
+        """The robot with an attached object: it moves with a link, and is checked like the robot's own shapes.
 
         Args:
             name: The object's name in reports.
@@ -860,7 +860,7 @@ class Robot:
         return self._changed(attached=attach(self.attached, new, self.link_names))
 
     def without_attached(self, name: str) -> Robot:
-        """The robot without an object that it held. ``world.add`` puts it down.
+        """The robot without an attached object. ``world.add`` can add it to a world.
 
         Raises:
             UnknownNameError: There is no such attached object.

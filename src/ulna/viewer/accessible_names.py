@@ -1,7 +1,8 @@
 """Gives the controls of viser's page the names that screen readers need. Used by ``document``.
 
-viser writes a label beside each field, but ties it to the first control alone, or to none: not to sliders, their numbers, text
-fields, and the second and third number of a vector. A script in the page ties the others. Source: WCAG 2.2, criterion 4.1.2.
+viser writes a label beside each field, but connects it to the first control only, or to none: sliders, their numbers, text
+fields, and the second and third number of a vector have no name. A script in the page gives them one. Source: WCAG 2.2, criterion
+4.1.2.
 """
 
 SCRIPT = b"""<script>

@@ -20,7 +20,7 @@ from ulna.viewer.nodes import add_shape, add_triangles
 from ulna.viewer.palette import FREE, PALE, STRONG, TOUCHING
 from ulna.viewer.visuals import link_visuals, read_mesh
 
-_STILL = 1e-6  # [m or 1] a link that moved by less is not sent again
+_STILL = 1e-6  # [m or 1] a link that moved by less is not sent to the page again
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +42,12 @@ class Extent:
 
 
 class Arm:
-    """A robot as nodes of the scene, below one name. ``move_to`` and ``mark_touching`` make all changes from frame to frame.
+    """A robot as nodes of the scene, below the node ``root``. ``move_to`` and ``mark_touching`` update it in each frame.
 
     Attributes:
         missing: The meshes that are not shown, each with the reason.
         solids: The collision shapes by their names in reports.
-        held: The objects attached to its links, by name; shown with the visuals.
+        held: The nodes of the objects attached to its links, by name; shown with the visuals.
         extent: Its AABB at home.
     """
 
@@ -88,7 +88,7 @@ class Arm:
         self._places[moved] = places[moved]
 
     def mark_touching(self, names: Collection[str]) -> None:
-        """Show the collision shapes of these names strong and red, the others pale; held objects are always strong."""
+        """Show the collision shapes of these names opaque and red, the others pale; attached objects are always opaque."""
         for name, node in (self.solids | self.held).items():
             if (name in self._touching) != (name in names):
                 node.color = TOUCHING if name in names else FREE
@@ -96,7 +96,7 @@ class Arm:
         self._touching = tuple(names)
 
     def show_looks(self, *, visible: bool) -> None:
-        """Show or hide the visuals, and the held objects."""
+        """Show or hide the visuals, and the attached objects."""
         for node in (*self.looks, *self.held.values()):
             node.visible = visible
 
@@ -116,7 +116,7 @@ class Arm:
             node.visible = visible
 
     def _add_solids(self, number: dict[str, int]) -> dict[str, Any]:
-        """The collision shapes, pale. Meshes that cannot be read are added to ``missing``."""
+        """Add the collision shapes, pale: their nodes by name. Meshes that cannot be read are added to ``missing``."""
         files, found = MeshFiles(self.robot.description), {}
         bodies = [(link.name, body) for link in self.robot.description.links for body in link.collisions]
         look = {"cast_shadow": False, "receive_shadow": False}
@@ -134,14 +134,14 @@ class Arm:
         return found
 
     def _solid_names(self, bodies: list[tuple[str, Body]]) -> list[str]:
-        """Their names in reports; numbered ones for a robot with meshes, which has no reports."""
+        """The names of collision shapes in reports; numbered names for a robot with meshes, which cannot be checked."""
         if any(isinstance(body.shape, Mesh) for _, body in bodies) or not bodies:
             return [f"{link}/{body.name} ({n})" for n, (link, body) in enumerate(bodies)]
         return list(self.robot.collision_names[: len(bodies)])
 
 
 def _names_by_origin(robot: Robot) -> list[tuple[int, str]]:
-    """The first link at each origin, and the names of all links whose origins coincide: their labels would overlap."""
+    """One label for each place: the number of its first link, and the names of all links whose origins coincide there."""
     places = np.hstack([robot.link_poses(q)[:, :3, 3] for q in (robot.home, np.clip(robot.home + 0.1, robot.lower, robot.upper))])
     together: dict[bytes, list[int]] = {}
     for k, place in enumerate(places.round(6) + 0.0):
@@ -150,7 +150,7 @@ def _names_by_origin(robot: Robot) -> list[tuple[int, str]]:
 
 
 def _extent(robot: Robot, scenes: dict[str, Any]) -> Extent:
-    """Of the visuals and the origins of the links."""
+    """The AABB of the visuals and of the origins of the links, at home."""
     places = dict(zip(robot.link_names, robot.link_poses(robot.home), strict=True))
     points = [T[:3, 3] for T in places.values()]
     for name, scene in scenes.items():

@@ -1,4 +1,4 @@
-"""Shows how near the robot is to obstacles: words in the panel, and a line between the nearest points. Used by ``view``."""
+"""Shows the collision result and the nearest pair: text in the panel, and a line in the scene. Used by ``view``."""
 
 import numpy as np
 import viser
@@ -10,7 +10,7 @@ from ulna.viewer.session.clearance import Clearance
 
 
 class ClearancePanel:
-    """The words at the top of the panel, and the line in the scene."""
+    """The text at the top of the panel, and the line between the nearest points; ``size`` is that of the robot [m]."""
 
     def __init__(self, server: viser.ViserServer, size: float) -> None:
         self.verdict = server.gui.add_html(marked("checking ...", UNKNOWN, filled=False))
@@ -47,7 +47,10 @@ class ClearancePanel:
 
 
 def _turn_z_onto(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The unit quaternion (w, x, y, z) of the shortest rotation of z to a direction: halfway between none and twice it."""
+    """The unit quaternion (w, x, y, z) of the shortest rotation of z onto a direction, shape (3,).
+
+    The sum of the identity (1, 0) and the quaternion of twice that rotation, normalised, is half of it.
+    """
     length = float(np.linalg.norm(direction))
     x, y, z = direction / length if length > 0.0 else (0.0, 0.0, 1.0)
     turn = np.array([1.0 + z, -y, x, 0.0]) if z > -1.0 + 1e-9 else np.array([0.0, 1.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""Compiles kernels in a thread of their own, so that no frame waits up to half a minute. Used by ``view``."""
+"""Compiles kernels in another thread, so that no frame waits up to half a minute for them. Used by ``view``."""
 
 import threading
 import time
@@ -14,16 +14,16 @@ _R = TypeVar("_R")
 
 
 class Compiler:
-    """Asks questions that may have to be compiled first. Every method may be called from any thread.
+    """Calls functions whose kernels may have to be compiled first. Every method may be called from any thread.
 
     Args:
-        wake: Called when a job has ended: what could not be asked before may be asked again.
+        wake: Called when a compilation has ended: then ``ask`` can be called again.
     """
 
     def __init__(self, wake: Callable[[], object]) -> None:
         self._wake = wake
         self._lock = threading.Lock()
-        self._jobs: dict[str, Callable[[], object]] = {}  # what waits, by name, in order
+        self._jobs: dict[str, Callable[[], object]] = {}  # the waiting jobs, by name, in order
         self._doing: str | None = None
         self._failed: set[str] = set()
         self._thread: threading.Thread | None = None
@@ -32,24 +32,30 @@ class Compiler:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is compiled now, and what waits for it."""
+        """The names of the job that is being compiled, and of those that wait."""
         with self._lock:
             return (*filter(None, [self._doing]), *(name for name in self._jobs if name != self._doing))
 
     @property
     def busy_for(self) -> float:
-        """How long there has been something to do without a pause [s]."""
+        """For how long it has been compiling without a pause [s]."""
         since = self._since
         return 0.0 if since is None else time.monotonic() - since
 
     def ask(self, name: str, question: Callable[_P, _R], *arguments: _P.args, **options: _P.kwargs) -> _R | None:
-        """The answer; None while a kernel that it needs is compiled.
+        """Call a function; None if a kernel that it needs is being compiled in the other thread.
 
         Args:
-            name: Of the question, in words that a person reads. Questions of one name are asked one after the other.
-            question: It is asked again in the thread that compiles, so it changes nothing.
+            name: A name of the call, which the page shows. Calls of one name are made one after the other.
+            question: The function. It is called again in the thread that compiles, so it must have no side effects.
             arguments: Its arguments.
-            options: Its arguments by name.
+            options: Its keyword arguments.
+
+        Returns:
+            Its result, or None.
+
+        Raises:
+            Exception: What the function raises; also if it has failed in the other thread before.
         """
         if name in self.names:
             return None
@@ -60,11 +66,11 @@ class Compiler:
             except NotCompiledError:
                 self._add(name, partial(question, *arguments, **options), first=True)
                 return None
-        self._failed.discard(name)  # it failed in the other thread: who asks is told why
+        self._failed.discard(name)  # it failed in the other thread: call it here, so that the caller gets the exception
         return question(*arguments, **options)
 
     def prepare(self, name: str, job: Callable[[], object]) -> None:
-        """Compile what a job needs, when nothing else is to be compiled."""
+        """Run a job in the other thread, after all others, so that its kernels are compiled."""
         self._add(name, job, first=False)
 
     def take_news(self) -> bool:
@@ -73,7 +79,7 @@ class Compiler:
         return news
 
     def stop(self, within: float) -> None:
-        """Compile nothing more, and wait for the entry that is being compiled, so many seconds at most."""
+        """Start no other compilation, and wait at most ``within`` seconds for the one that is running."""
         with self._lock:
             self._stopping = True
             self._jobs.clear()
@@ -92,7 +98,7 @@ class Compiler:
             if not self._may_go_on():
                 return
             self._jobs = {name: job, **self._jobs} if first else {**self._jobs, name: job}
-            if self._thread is None:  # no daemon: a program that ends while one compiles would abort
+            if self._thread is None:  # not a daemon: a program that ends while a daemon thread compiles would abort
                 self._since = time.monotonic()
                 self._thread = threading.Thread(target=self._run, name="ulna-compiler", daemon=False)
                 self._thread.start()
@@ -103,8 +109,8 @@ class Compiler:
                 with compiling_if(self._may_go_on):
                     job()
             except NotCompiledError:
-                pass  # it is stopped
-            except Exception:  # noqa: BLE001 - it is logged here, and raised where it is asked next
+                pass  # ``stop`` was called
+            except Exception:  # noqa: BLE001 - it is logged here, and raised by the next call of ``ask``
                 traceback.print_exc()
                 self._failed.add(self._doing or "")
             with self._lock:

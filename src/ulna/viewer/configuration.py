@@ -1,4 +1,4 @@
-"""Brings a robot to a configuration: home, a named one, one of a file; and gives q to copy and to save. Used by ``view``."""
+"""Sets q to home, to a named configuration, or to one of a file; and copies and saves q. Used by ``view``."""
 
 import html
 from collections.abc import Callable
@@ -31,7 +31,7 @@ _MOST_BYTES = 1_000_000
 
 
 class ConfigurationPanel:
-    """A list of configurations, and q as text. ``moved`` is called when there is something to do."""
+    """A list of configurations, and q as text. ``moved`` is called when q was changed."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, moved: Callable[[], None]) -> None:
         self._session, self._moved = session, moved
@@ -48,7 +48,7 @@ class ConfigurationPanel:
         self._shown = b""
 
     def show(self, q: NDArray[np.float64]) -> None:
-        """Show q as text that can be copied."""
+        """Show q, shape (n_dof,), as text that can be copied."""
         if q.tobytes() != self._shown:
             self._shown, words = q.tobytes(), as_text(q)
             short = html.escape(", ".join(f"{value:.4g}" for value in q))
@@ -73,7 +73,7 @@ class ConfigurationPanel:
 
 
 def as_text(q: NDArray[np.float64]) -> str:
-    """All digits of q, shape (n_dof,), as ``--q`` takes it."""
+    """q, shape (n_dof,), with all digits, as ``--q`` reads it."""
     return ", ".join(repr(float(value)) for value in q)
 
 
@@ -81,7 +81,7 @@ def first_row(content: bytes, n_dof: int) -> NDArray[np.float64]:
     """The first row of a .csv file, shape (n_dof,).
 
     Raises:
-        InputError: It has other than n_dof numbers.
+        InputError: It does not consist of n_dof numbers.
     """
     lines = content[:_MOST_BYTES].decode(errors="replace").split("\n")
     words = next((line for line in lines if line.strip()), "").replace(",", " ").split()

@@ -1,4 +1,4 @@
-"""Completes viser's page: its title, names for screen readers, ends of drags, complete words, its layout. Used by ``origin``."""
+"""Adds to viser's page: its title, names for screen readers, scripts for drags and typing, a style. Used by ``origin``."""
 
 import html
 import http
@@ -11,7 +11,7 @@ _TITLE = b"<title>Viser</title>"
 
 
 def completed(response: Any, title: str) -> Any:
-    """The response with the scripts and the style, and under the title, if it is the page; any other unchanged."""
+    """A successful response with the title, the scripts and the style inserted; any other response unchanged."""
     if response is None or response.status_code != http.HTTPStatus.OK:
         return response
     head, found, rest = response.body.partition(b"</head>")
@@ -23,7 +23,7 @@ def completed(response: Any, title: str) -> Any:
 
 
 def asks_for_page(request: Any) -> bool:
-    """Whether a request is for the page itself; then it is changed to ask for uncompressed text."""
+    """Whether a request is for the page itself. If so, its Accept-Encoding is removed, so that the text is not compressed."""
     if request.path.partition("?")[0] not in ("/", "/index.html"):
         return False
     while "Accept-Encoding" in request.headers:

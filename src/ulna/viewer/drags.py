@@ -1,8 +1,8 @@
 """Ends a drag whose pointer was lost, by a script in the page. Used by the pages that ``viewer`` serves.
 
-viser's handles end a drag at ``pointerup`` alone. The browser sends none where it takes the pointer away (``pointercancel``: a
-gesture, a pen that is lost), and may send none while another window is in front; then the handles would follow a pointer with no
-button pressed. A script in the page sends the missing one. Source: W3C Pointer Events, section 4.1.3.
+viser's handles end a drag only at ``pointerup``. The browser does not send it after ``pointercancel`` (a gesture, a lost pen),
+and may not send it while another window is in front; then the handles would follow the pointer with no button pressed. A script
+in the page sends the missing event. Source: W3C Pointer Events, section 4.1.3.
 """
 
 SCRIPT = b"""<script>

@@ -11,11 +11,11 @@ from ulna.viewer.session.session import Session
 COLOR = (124, 92, 200)
 _NAME = "the manipulability"
 _SECONDS = 0.25  # the half axes are the distances that the link moves in this time [s]
-_THINNEST = 1e-3  # [m] so that a flat ellipsoid is seen as a disc
+_THINNEST = 1e-3  # [m] so that a flat ellipsoid is drawn as a disc
 
 
 class EllipsoidPanel:
-    """A checkbox, off at first, the ellipsoid and the numbers."""
+    """A checkbox, which is off at first, the ellipsoid, and the singular values."""
 
     def __init__(self, server: viser.ViserServer, session: Session) -> None:
         self._session = session
@@ -29,7 +29,7 @@ class EllipsoidPanel:
         self.on.on_update(lambda _: self.show())
 
     def show(self) -> None:
-        """Draw it at the hand, if it is switched on."""
+        """Draw it at the hand, if the checkbox is on."""
         session, found = self._session, None
         if self.on.value:
             found = session.ask(_NAME, mobility, session.robot, session.q, session.link)

@@ -1,4 +1,4 @@
-"""Puts a floor under the robot as an obstacle, and takes it away. Used by ``view``."""
+"""Adds a floor under the robot as an obstacle, and removes it. Used by ``view``."""
 
 from collections.abc import Callable
 
@@ -12,11 +12,11 @@ from ulna.robot import Robot
 from ulna.viewer.visuals import triangles
 
 NAME = "floor"
-_BELOW = 1e-3  # [m] under the lowest point of what does not move, so that the base does not touch it
+_BELOW = 1e-3  # [m] below the lowest point of the fixed links, so that they do not touch it
 
 
 class Floor:
-    """A checkbox. ``moved`` is called when there is something to do."""
+    """A checkbox. ``moved`` is called when the floor was added or removed."""
 
     def __init__(self, gui: viser.GuiApi, world: World, height: float, moved: Callable[[], None]) -> None:
         self._world, self._height, self._moved = world, height, moved
@@ -24,7 +24,7 @@ class Floor:
         self.on.on_update(self._set)
 
     def show(self) -> None:
-        """Whether there is one: it may be deleted like any obstacle."""
+        """Set the checkbox: the floor may have been deleted like any obstacle."""
         self.on.value = NAME in self._world.names
 
     async def _set(self, event: viser.GuiEvent) -> None:
@@ -38,7 +38,7 @@ class Floor:
 
 
 def floor_height(robot: Robot, drawn: float) -> float:
-    """The height of a floor [m] that the base does not touch: that which is drawn, or lower."""
+    """The height of a floor [m] that the fixed links do not touch: at most ``drawn``, the height of the drawn one [m]."""
     places = dict(zip(robot.link_names, robot.link_poses(robot.home), strict=True))
     lowest = [drawn]
     for link in robot.description.links:

@@ -1,4 +1,4 @@
-"""Shows the hand: handles, a mark that is red while it cannot follow, orange where it stops, and words. Used by ``view``."""
+"""Shows the hand: handles, a mark (red if it cannot follow, orange if it stops before a collision), text. Used by ``view``."""
 
 from collections.abc import Callable
 
@@ -15,7 +15,7 @@ _RESTING, _STOPPED = (120, 128, 138), (225, 140, 20)
 
 
 class HandPanel:
-    """Pulls the hand of a session to where its handles are dragged. ``moved`` is called when there is something to do."""
+    """Pulls the hand of a session to its handles. ``moved`` is called after each event. ``size`` is that of the robot [m]."""
 
     def __init__(self, server: viser.ViserServer, session: Session, size: float, moved: Callable[[], None]) -> None:
         self._session, self._moved = session, moved
@@ -41,16 +41,16 @@ class HandPanel:
         self.avoiding.on_update(self._avoid)
 
     def take(self) -> None:
-        """Pull the hand to where a person has dragged the handles, or let go of it."""
+        """Pull the hand to where a person has dragged the handles, or release it."""
         self.pose.take()
-        released = self.handles.take_release()  # looked at first: the last move comes before the end of a drag
+        released = self.handles.take_release()  # read first: the last move comes before the end of a drag
         if self.handles.take():
             self._session.pull(self.handles.pose)
         if released:
             self._session.let_go()
 
     def show(self) -> None:
-        """Say how it is with the hand; at rest the handles stand on it."""
+        """Show the state of the hand; while it is not pulled, the handles are moved to it."""
         session, trouble = self._session, self._session.trouble or self._session.missed
         pulled = session.target is not None
         if not pulled:
@@ -69,7 +69,7 @@ class HandPanel:
         self.mark.color, self.reason.text, self.reason.visible = color, label, bool(session.trouble)
         self.status.content = marked(words, color, filled=bool(trouble))
         self.pose.show()
-        if session.link != self._shown:  # else it is a person's choice, of which the session has not heard yet
+        if session.link != self._shown:  # otherwise a person has chosen another link, which the session does not have yet
             self._shown = self.link.value = session.link
 
     def _choose(self, event: viser.GuiEvent) -> None:
@@ -83,7 +83,7 @@ class HandPanel:
 
 
 def _choices(robot: Robot) -> list[str]:
-    """Every link that a joint moves, the tips first."""
+    """Every link that a joint moves, the leaves first; the base if there is none."""
     moved = [name for name in robot.link_names if robot.tree.link_row[name] >= 0]
     return [name for name in moved if name in robot.tree.leaves] + [name for name in moved if name not in robot.tree.leaves] or [
         robot.base

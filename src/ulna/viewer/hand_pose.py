@@ -1,4 +1,4 @@
-"""Shows the hand's pose in numbers that can be typed. Used by ``hand``."""
+"""Shows the hand's pose in fields that can be edited. Used by ``hand``."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ from ulna.viewer.session.session import Session
 
 
 class HandPose:
-    """Two fields, position and angles. A typed pose sends the hand there. ``moved`` is called when there is something to do."""
+    """Two fields, position and angles. A typed pose sends the hand there. ``moved`` is called after something was typed."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, moved: Callable[[], None]) -> None:
         self._session, self._moved = session, moved
@@ -39,7 +39,7 @@ class HandPose:
             client.add_notification("Not changed", str(error), color="red")
 
     def show(self) -> None:
-        """Show where the hand is; not over what was just typed."""
+        """Show the pose of the hand, except in a field that was just typed in."""
         T = self._session.hand_pose
         for name, field, values in (("xyz", self.xyz, T[:3, 3]), ("rpy", self.rpy, rpy_from_matrix(T))):
             if name not in self._typed:

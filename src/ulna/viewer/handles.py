@@ -1,4 +1,4 @@
-"""Handles that a person drags, in any tab; while held, only that person moves them. Used by the hand, obstacles, the demo."""
+"""Handles that a person drags in any tab; meanwhile the program does not move them. Used by the hand, obstacles, the demo."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,7 +10,7 @@ from ulna.description.pose import pose, quaternion_from_matrix
 
 
 class Handles:
-    """A transform control. ``moved`` is called, on the server's own thread, whenever a person moves or lets go of it.
+    """A transform control. ``moved`` is called, in the server's thread, whenever a person moves or releases it.
 
     Attributes:
         moved_by_hand: Whether a person has moved it since ``take`` was called.
@@ -25,7 +25,7 @@ class Handles:
 
     @property
     def held(self) -> bool:
-        """Whether somebody holds it."""
+        """Whether it is being dragged in some tab."""
         return bool(self._holders)
 
     @property
@@ -39,24 +39,24 @@ class Handles:
         return moved
 
     def take_release(self) -> bool:
-        """Whether a person has let go of it since the last call, and nobody holds it."""
+        """Whether it was released since the last call, and is dragged in no tab now."""
         let_go, self._let_go = self._let_go, False
         return let_go and not self.held
 
     def put(self, T: NDArray[Any]) -> None:
-        """Move it to a pose, unless somebody holds it or has just moved it."""
+        """Move it to a pose, shape (4, 4), unless a person drags it or has just moved it."""
         if not self._holders and not self.moved_by_hand:
             self.control.position, self.control.wxyz = T[:3, 3], quaternion_from_matrix(T)
 
     def show(self, *, visible: bool) -> None:
-        """Show or hide it. Nobody holds what is hidden: the page tells of no end of such a drag."""
+        """Show or hide it. Hiding releases it, as the page does not send the end of such a drag."""
         if not visible and self._holders:
             self._holders.clear()
             self._let_go = True
         self.control.visible = visible
 
     async def _update(self, event: viser.TransformControlsEvent) -> None:
-        if event.phase == "end":  # also when the tab is closed that holds it
+        if event.phase == "end":  # also sent when the tab is closed in which it is dragged
             self._holders.discard(event.client_id)
             self._let_go = True
         elif event.phase == "start":

@@ -1,4 +1,4 @@
-"""Writes the HTML of the panel: words with a coloured mark, lists, the tree, tables of numbers. Used by the page's parts."""
+"""Writes the HTML of the panel: text with a coloured mark, lists, the tree, tables of numbers. Used by the page's parts."""
 
 import html
 from collections.abc import Iterable
@@ -13,14 +13,14 @@ STYLE = "padding:0.35em 0.75em;line-height:1.35"
 
 
 def marked(words: str, color: Color, *, filled: bool = True) -> str:
-    """A disc of a colour, or a ring if not filled, and words; screen readers read it when it changes."""
+    """A coloured disc, or a ring if not filled, and text; screen readers announce its changes."""
     look = f"background:rgb{color}" if filled else f"border:0.22em solid rgb{color};box-sizing:border-box"
     disc = f"display:inline-block;width:0.9em;height:0.9em;border-radius:50%;vertical-align:-0.08em;{look}"
     return f'<div role="status" style="{STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
 
 
 def plain(words: str) -> str:
-    """Small words."""
+    """Small text."""
     return f'<div style="{STYLE};font-size:0.85em">{html.escape(words)}</div>'
 
 
@@ -31,7 +31,7 @@ def listed(lines: Iterable[str]) -> str:
 
 
 def tree_html(robot: Robot) -> str:
-    """The kinematic tree: links strong, and the joints that carry them."""
+    """The kinematic tree: each link in bold, and its joint."""
     rows = [
         f'<div style="padding-left:{0.7 * branch.depth:.1f}em"><b>{html.escape(branch.link)}</b>'
         + (

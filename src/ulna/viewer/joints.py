@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from ulna.robot import Robot
 from ulna.viewer.session.joints import Follower, Slide, SlideGroup, slide_groups
 
-_DIGITS = 3  # behind the point: milliradians, millimetres
+_DIGITS = 3  # decimals: milliradians, millimetres
 
 
 class JointSliders:
-    """Sliders in folders, one for each limb. ``moved`` is called, on the server's own thread, when a person moves one."""
+    """Sliders in folders, one for each limb. ``moved`` is called, in the server's thread, when a person moves one."""
 
     def __init__(self, gui: viser.GuiApi, robot: Robot, moved: Callable[[], None]) -> None:
         self._moved, self._dirty = moved, set[int]()
@@ -28,7 +28,7 @@ class JointSliders:
                 self._add_group(gui, group, robot.home)
 
     def take(self, q: NDArray[np.float64]) -> bool:
-        """Write what a person has moved into q, within the limits, and tell whether there was anything."""
+        """Write the values of sliders that a person has moved into q, within the limits. Returns whether there were any."""
         dirty, self._dirty = self._dirty, set()
         for column in dirty:
             slide, slider = self.sliders[column]
@@ -36,7 +36,7 @@ class JointSliders:
         return bool(dirty)
 
     def show(self, q: NDArray[np.float64]) -> None:
-        """Set the sliders to where the robot stands; not those that a person has just moved."""
+        """Set the sliders to q, shape (n_dof,), except those that a person has just moved."""
         for column, (slide, slider) in self.sliders.items():
             if column not in self._dirty:
                 slider.value = _rounded_within(slide.shown(q), slide.low, slide.high)
@@ -75,7 +75,7 @@ class JointSliders:
 
     def _listener(self, column: int) -> Callable:
         async def listen(event: viser.GuiEvent) -> None:
-            if event.client is not None:  # a person's hand, not ``show``
+            if event.client is not None:  # moved by a person, not by ``show``
                 self._dirty.add(column)
                 self._moved()
 
@@ -83,5 +83,5 @@ class JointSliders:
 
 
 def _rounded_within(value: float, low: float, high: float) -> float:
-    """A value in the digits of a slider; at a limit the limit itself, as rounding may lead past it."""
+    """A value rounded to the digits of a slider, and kept between its limits."""
     return min(max(round(value, _DIGITS), low), high)

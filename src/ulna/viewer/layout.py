@@ -1,6 +1,6 @@
-"""Where the panel is: beside the scene on a wide page, below it on a phone; it covers nothing. Used by ``page``, ``document``.
+"""Places the panel beside the scene on a wide page, and below it on a phone. Used by ``page``, ``document``.
 
-On a wide page viser docks it. On a phone viser lays it over the lower part of the scene: a style sheet sets it below it.
+On a wide page viser docks it. On a phone viser draws it over the lower part of the scene; a style sheet moves it below the scene.
 """
 
 import viser
@@ -21,6 +21,6 @@ STYLE = f"""<style>
 
 
 def dock(server: viser.ViserServer) -> None:
-    """Set the panel beside the scene; people can still move or fold it."""
+    """Dock the panel beside the scene; people can still move or fold it."""
     server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False)
     server.gui.main_panel.dock_right()

@@ -1,4 +1,4 @@
-"""Runs a page: a thread that makes a frame when something has happened, or after a while. Used by ``view`` and the demo."""
+"""Runs the thread that draws the frames of a page: after each event, and at intervals. Used by ``view`` and the demo."""
 
 import threading
 import traceback
@@ -7,11 +7,11 @@ from contextlib import suppress
 
 
 class Loop:
-    """Makes frames from ``start`` to ``stop``. One that fails is logged, and is no reason for a dead page.
+    """Draws frames from ``start`` to ``stop``. After a frame that fails, the error is logged and the loop continues.
 
     Args:
-        name: Of the thread.
-        frame: Makes a frame; called in the thread alone.
+        name: The name of the thread.
+        frame: Draws a frame; only this thread calls it.
         pause: How long to wait for ``wake`` before the next frame [s].
         failed: Called when a frame fails, with the error, and with None when one succeeds after that.
 
@@ -32,11 +32,11 @@ class Loop:
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def wake(self) -> None:
-        """Something has happened: the next frame is made at once."""
+        """Draw the next frame at once."""
         self._wake.set()
 
     @property
@@ -45,7 +45,7 @@ class Loop:
         return not self._thread.is_alive()
 
     def stop(self, within: float) -> None:
-        """Make no more frames, and wait for the last one, so many seconds at most."""
+        """Draw no more frames, and wait at most ``within`` seconds for the last one."""
         self.stopping = True
         self._wake.set()
         self._thread.join(timeout=within)
@@ -69,10 +69,10 @@ class Loop:
                     self._note(None)
 
     def _note(self, error: Exception | None) -> None:
-        """Log a failure, once as long as it stays the same, and pass it on."""
+        """Log a failure, unless it is the same as the last one, and call ``failed``."""
         failure = "" if error is None else f"{type(error).__name__}: {error}"
         if failure and failure != self._failure:
             traceback.print_exception(error)
         self._failure = failure
-        with suppress(Exception):  # the page that cannot show it may be what has failed
+        with suppress(Exception):  # showing it on the page may fail too
             self._failed(error)

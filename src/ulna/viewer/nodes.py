@@ -12,7 +12,7 @@ from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
 from ulna.viewer.palette import Color
 from ulna.viewer.visuals import triangles
 
-_GROUND = (4.0, 4.0, 0.004)  # the box that is drawn of a half-space [m]
+_GROUND = (4.0, 4.0, 0.004)  # the box that is drawn for a half-space [m]
 
 
 def add_shape(

@@ -8,7 +8,7 @@ from ulna.viewer.html import STYLE
 
 
 class Notice:
-    """A line of the panel, hidden while there is nothing to say."""
+    """A line of the panel, hidden while it is empty."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._element = gui.add_html("", visible=False)
@@ -17,7 +17,7 @@ class Notice:
 
     @property
     def text(self) -> str:
-        """What it says; empty if nothing."""
+        """Its text; empty if there is nothing to report."""
         if self._failure:
             return f"This picture is not up to date. {self._failure}"
         if self._compiling:
@@ -27,13 +27,13 @@ class Notice:
         return ""
 
     def show_compiling(self, names: tuple[str, ...]) -> None:
-        """Say what is compiled."""
+        """Show the names of what is being compiled."""
         if names != self._compiling:
             self._compiling = names
             self._write()
 
     def show_failure(self, error: Exception | None) -> None:
-        """Say why the last frame failed; None if it did not."""
+        """Show why the last frame failed; None if it did not."""
         self._failure = "" if error is None else f"{type(error).__name__}: {error}"
         self._write()
 

@@ -1,4 +1,4 @@
-"""Shows and edits the chosen obstacle: its name, its sizes, its pose. Used by ``obstacles``."""
+"""Shows and edits the chosen obstacle: its name, its dimensions, its pose. Used by ``obstacles``."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,13 +29,13 @@ class Edit(NamedTuple):
 
 
 class ObstacleForm:
-    """The fields of one obstacle; those that its shape has not are hidden. Typed values are kept for ``take``, not overwritten.
+    """The fields of one obstacle; those that its shape does not have are hidden. Typed values are not overwritten until ``take``.
 
     Args:
         gui: The panel, to which the fields are added.
         world: The obstacles.
-        change: Called with an obstacle's name, and the shape, the pose and the name that it is to have.
-        moved: Called when there is something to do for ``take``.
+        change: Called with an obstacle's name, and its new shape, pose and name.
+        moved: Called when ``take`` is to be called.
     """
 
     def __init__(self, gui: viser.GuiApi, world: World, change: Change, moved: Callable[[], None]) -> None:
@@ -66,9 +66,11 @@ class ObstacleForm:
         self._next, self._changed = name, True
 
     def take(self) -> bool:
-        """Apply what was typed since the last call; where that cannot be, show again what is. Whether another one was chosen."""
+        """Apply what was typed since the last call; a refused value is reset. Returns whether another obstacle was chosen."""
         edits, self._edits = self._edits, {}
-        in_turn = sorted(edits.values(), key=lambda edit: edit.field is self.name)  # the name last: the others have the old one
+        in_turn = sorted(
+            edits.values(), key=lambda edit: edit.field is self.name
+        )  # the name last: the other edits have the old name
         refused = [edit for edit in in_turn if not self._apply(edit)]
         if refused:
             self.show({name: (shape, T) for name, shape, T in self._world.items()})
@@ -125,7 +127,7 @@ class ObstacleForm:
             self._moved()
 
     def _apply(self, edit: Edit) -> bool:
-        """Change an obstacle as one field says, if that can be: a size may be negative, or a name taken."""
+        """Apply one typed value. Returns whether it was accepted: a dimension may be negative, or a name taken."""
         known = {name: (shape, T) for name, shape, T in self._world.items()}
         if edit.name not in known:
             return True
@@ -143,7 +145,7 @@ class ObstacleForm:
         return True
 
     def _shape(self, shape: Obstacle, field: Any, value: Any) -> Obstacle:
-        """The shape with one size changed; unchanged if the field is not a size."""
+        """The shape with one dimension changed; unchanged if the field is not a dimension."""
         if field is self.extents and isinstance(shape, Box):
             return Box(value)
         if field is self.radius and isinstance(shape, Sphere | Cylinder | Capsule):

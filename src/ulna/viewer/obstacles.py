@@ -20,7 +20,7 @@ from ulna.viewer.nodes import add_shape
 from ulna.viewer.obstacle_form import ObstacleForm
 from ulna.viewer.palette import GROUND, MOVABLE, PALE, TOUCHING, obstacle_opacity
 
-_EDGE = 0.15  # of a new obstacle, against the robot's size
+_EDGE = 0.15  # the edge of a new obstacle, as a part of the robot's size
 _NEW = {
     "Box": lambda edge: Box((edge, edge, edge)),
     "Sphere": lambda edge: Sphere(round(edge / 2, 4)),
@@ -29,15 +29,15 @@ _NEW = {
 
 
 class Obstacles:
-    """A world's objects as nodes of the scene, one of them chosen: it has the handles, and the form shows it.
+    """A world's objects as nodes of the scene. The chosen one has the handles, and the form shows it.
 
     Args:
         server: The page.
-        world: What is shown. It may be changed elsewhere too; ``show`` follows.
+        world: The obstacles. The program may change it too; the next ``show`` draws it.
         place: The position of a new obstacle in the base frame [m], shape (3,).
         size: The robot's size [m].
-        moved: Called when there is something to do.
-        taken: What no obstacle is to be called: the names of the robot's parts.
+        moved: Called when the obstacles were changed.
+        taken: Names that no obstacle can have: those of the robot's links and shapes.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Obstacles:
         self.moved()
 
     def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
-        """Give an obstacle another shape, pose or name.
+        """Give an obstacle another shape, pose, shape (4, 4), or name.
 
         Raises:
             InputError: The name is that of a part of the robot, or of another obstacle.
@@ -109,7 +109,7 @@ class Obstacles:
         self.moved()
 
     def replace(self, world: World) -> None:
-        """Put the objects of another world in place of these."""
+        """Replace all objects by those of another world."""
         with self.lock:
             for name in self.world.names:
                 self.world.remove(name)
@@ -121,7 +121,7 @@ class Obstacles:
         """Move the chosen obstacle to where its handles were dragged. Returns whether another one was chosen."""
         with self.lock:
             if self.form.take():
-                self.handles.take()  # a drag of the one before
+                self.handles.take()  # a drag of the obstacle chosen before
                 return True
             if self.handles.take() and self.chosen is not None:
                 self.world.move(self.chosen, self.handles.pose)
@@ -145,7 +145,7 @@ class Obstacles:
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
         color, opacity = TOUCHING if red else MOVABLE, obstacle_opacity(touching=red)
-        if isinstance(shape, HalfSpace):  # all that is above it is seen against it
+        if isinstance(shape, HalfSpace):  # everything above it is seen in front of it
             color, opacity = TOUCHING if red else GROUND, PALE
         if name not in self._drawn:
             self._count += 1

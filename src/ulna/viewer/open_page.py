@@ -1,4 +1,4 @@
-"""Opens a page that shows a robot, beside the program that goes on: ``ulna.view``. Used by programs and ``ulna view``."""
+"""Opens a page that shows a robot while the program continues: ``ulna.view``. Used by programs and ``ulna view``."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ def view(
     open_browser: bool = False,
     origins: Iterable[str] = (),
 ) -> View:
-    """Show a robot on a page: drag its hand, move its joints, put obstacles in its way. The program runs on meanwhile.
+    """Show a robot on a page: drag its hand, move its joints, add obstacles. Meanwhile the program continues.
 
     Args:
         robot: The robot.
         world: The obstacles: the page shows and changes them; an empty world unless given.
         q: The first joint positions [rad or m], shape (n_dof,); home unless given.
-        host: The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.
+        host: The address to listen on; with any but 127.0.0.1, localhost and ::1 other machines can connect.
         port: The TCP port; a free one unless given.
         open_browser: Open a page on this machine, if it has a browser.
-        origins: Addresses of other pages that may talk to it, such as ``"https://hub.example.org"`` of a proxy.
+        origins: Addresses of other pages that may connect to it, such as ``"https://hub.example.org"`` of a proxy.
 
     Returns:
-        A ``View``: ``url``; ``q``, which can be set; ``world``; ``stop()``. It ends with a ``with`` block, and shows itself in
-        Jupyter.
+        A ``View``: ``url``; ``q``, which can be set; ``world``; ``stop()``. It stops at the end of a ``with`` block, and Jupyter
+        shows it in a frame.
 
     Raises:
         InputError: The address cannot be listened on, or the robot, the world or q is not one; then no page is opened.

@@ -1,7 +1,7 @@
-"""Refuses requests of foreign pages: of any page but the server's own that is open in the same browser. Used by ``page``.
+"""Refuses requests of foreign pages: pages of other sites that are open in the same browser. Used by ``page``.
 
-A browser lets any page open a websocket to 127.0.0.1, and sends in the header ``Origin`` which page asks. viser does not check
-it. Source: RFC 6455, section 10.2; that a name may be made to lead here (DNS rebinding): CWE-350.
+A browser lets any page open a websocket to 127.0.0.1, and sends the page's address in the header ``Origin``. viser does not check
+it. Source: RFC 6455, section 10.2. A foreign host name can resolve to this machine (DNS rebinding): CWE-350.
 """
 
 import contextlib
@@ -18,18 +18,18 @@ from ulna.errors import UlnaError
 from ulna.viewer.document import asks_for_page, completed
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
-EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - no hosts, and where this machine finds itself
+EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - addresses of all interfaces, and by which this machine reaches itself
 _starting = threading.Lock()
 
 
 def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bool:
-    """Whether a request comes from a page that this server gave out, from one of ``others``, or from no page at all.
+    """Whether a request comes from this server's own page, from one of ``others``, or from a program.
 
-    The page's address must be that of the request, and name this machine as the server's ``host`` does: a server that listens
-    everywhere cannot know its names.
+    The page's address must be that of the request, and its host must be the server's ``host`` or a loopback name. A server that
+    listens on all interfaces cannot know its own names, so it accepts any host name.
     """
     origins, asked = headers.get_all("Origin"), headers.get_all("Host")
-    if not origins:  # a program, which no foreign page can be
+    if not origins:  # a program: browsers always send the header
         return True
     if len(origins) > 1 or len(asked) > 1:
         return False
@@ -42,16 +42,16 @@ def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bo
 
 @contextlib.contextmanager
 def refusing_foreign_pages(host: str, others: Collection[str] = (), title: str = "Ulna") -> Iterator[None]:
-    """A block in which a server of viser is started; it refuses foreign pages with status 403, and its page has the title.
+    """A context in which a server of viser is started: it refuses foreign pages with status 403, and its page has the title.
 
-    viser has no argument for it, so the call of websockets that it makes is replaced.
+    viser has no argument for this, so the function of websockets that it calls is replaced meanwhile.
 
     Raises:
-        UlnaError: viser has not made that call.
+        UlnaError: viser has not called that function, so the server is not protected.
     """
     guarded = []
     with _starting:
-        serve = websockets.asyncio.server.serve  # read here: before, it may be what another thread has put in its place
+        serve = websockets.asyncio.server.serve  # read under the lock: another thread may have replaced it before
 
         def guarding(*arguments: Any, process_request: Callable, **options: Any) -> Any:
             guarded.append(_asking(process_request, host, others, title))

@@ -1,4 +1,4 @@
-"""Serves a page on this machine: its server, its address, and how it ends. Used by ``view`` and the demo."""
+"""Starts and stops the server of a page on this machine. Used by ``view`` and the demo."""
 
 import contextlib
 import errno
@@ -22,7 +22,7 @@ _silence = threading.Lock()
 
 
 class Page:
-    """A page of viser that no foreign page can talk to. ``port=0`` takes a free one.
+    """A page of viser to which no page of another origin can connect. ``port=0`` chooses a free port.
 
     Raises:
         InputError: The address cannot be listened on.
@@ -34,7 +34,7 @@ class Page:
         try:
             with _quiet(), refusing_foreign_pages(host, origins, title):
                 self.server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
-        except UlnaError:  # it listens, but unguarded
+        except UlnaError:  # the server runs, but accepts foreign pages
             self.stop()
             raise
         self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
@@ -44,13 +44,17 @@ class Page:
         self.url = f"http://{name}:{self.server.get_port()}"
 
     def open(self) -> None:
-        """Show it in a browser of this machine, if it has one with a window; a text browser would take the terminal."""
+        """Open the page in a browser, if this machine has a display; a text browser would block the terminal."""
         if sys.platform in ("win32", "darwin") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
             webbrowser.open(self.url)
 
     @contextlib.contextmanager
     def ending_if_it_fails(self) -> Iterator[None]:
-        """Around what must be there before the page is of use: without it the server ends."""
+        """A context for building the page: an exception in it stops the server.
+
+        Raises:
+            BaseException: The exception of the block, again.
+        """
         try:
             yield
         except BaseException:
@@ -58,16 +62,16 @@ class Page:
             raise
 
     def stop(self) -> None:
-        """End the server; open pages say that they have lost it."""
+        """Stop the server; open pages show that the connection is lost."""
         with _quiet():
             self.server.stop()
 
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Hold back what viser prints on its own: the address is told once, by who serves.
+    """Suppress what viser prints: the caller prints the address itself.
 
-    Its console alone is silenced, one page at a time: sys.stdout is also that of the program's other threads.
+    Only the console that viser uses is silenced, by one page at a time: other threads of the program also write to sys.stdout.
     """
     console = rich.get_console()
     with _silence:
@@ -79,7 +83,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _refuse_busy(host: str, port: int) -> None:
-    """Raise in one sentence if the port cannot be had; viser would quietly take the next one."""
+    """Refuse a port that cannot be used; viser would use the next one without a message."""
     try:
         family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
         with socket.create_server((host, port), family=family):

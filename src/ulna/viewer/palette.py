@@ -1,6 +1,6 @@
 """Colours (red, green, blue in 0..255) and opacities of everything drawn. Used by the page, the film and the demo.
 
-What is free and what touches differ in lightness or opacity too, for people who do not tell red from green.
+Free and touching shapes also differ in lightness or opacity, for people who cannot distinguish red from green.
 """
 
 Color = tuple[int, int, int]

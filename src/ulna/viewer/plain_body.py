@@ -13,11 +13,11 @@ from ulna.description.robot_description import Joint, JointType
 from ulna.robot import Robot
 
 SHELL, HOUSING = (236, 238, 241, 255), (74, 82, 94, 255)  # the colours of the plain body: tubes, joints
-_NARROWEST = 0.6  # of the plain body's radius at the tip, against the base
+_NARROWEST = 0.6  # the radius at the tip, as a part of that at the base
 
 
 def plain_body(robot: Robot) -> dict[str, trimesh.Scene]:
-    """A tube from each joint to the next and a housing about each axis, as thick as the arm is long, thinner to the tip."""
+    """A tube from each joint to the next, and a housing around each axis; thicker for a longer arm, thinner towards the tip."""
     joints = robot.description.joints
     carriers = {joint.child: joint for joint in joints}
     reach = sum(float(np.linalg.norm(joint.origin[:3, 3])) for joint in joints) or 1.0
@@ -38,14 +38,14 @@ def plain_body(robot: Robot) -> dict[str, trimesh.Scene]:
 
 
 def _taper(robot: Robot, link: str) -> float:
-    """From 1 at the base to _NARROWEST at the end of the longest chain."""
+    """The factor of the radius of a link: from 1 at the base to _NARROWEST at the end of the longest chain."""
     depth = len(robot.tree.chain(link))
     deepest = max(len(robot.tree.chain(leaf)) for leaf in robot.tree.leaves)
     return 1.0 - (1.0 - _NARROWEST) * depth / deepest
 
 
 def _housing(carrier: Joint | None, radius: float) -> list[trimesh.Trimesh]:
-    """A foot for the root; for a link that a joint moves, a housing about its axis with a dark cap at each end."""
+    """A foot for the root; for a link that a joint moves, a housing around its axis with a dark cap at each end."""
     if carrier is None:
         return [painted(trimesh.creation.cylinder(1.5 * radius, 0.4 * radius, sections=64), HOUSING)]
     if not _moves(carrier):
@@ -62,7 +62,7 @@ def _moves(joint: Joint) -> bool:
 
 
 def _tube(end: NDArray, radius: float) -> Iterator[trimesh.Trimesh]:
-    """A tube with round ends from the origin to a point, if there is room for one."""
+    """A tube with round ends from the origin to a point [m], shape (3,); none if the point is too near."""
     length = float(np.linalg.norm(end))
     if length > 0.2 * radius:
         yield painted(trimesh.creation.cylinder(radius, segment=[np.zeros(3), end], sections=48), SHELL)
@@ -72,7 +72,7 @@ def _tube(end: NDArray, radius: float) -> Iterator[trimesh.Trimesh]:
 
 
 def painted(mesh: trimesh.Trimesh, rgba: tuple[int, ...]) -> trimesh.Trimesh:
-    """The mesh in one colour, 0..255."""
+    """Set one colour of the mesh, red, green, blue and opacity in 0..255, and return it."""
     mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.55))
     return mesh
 

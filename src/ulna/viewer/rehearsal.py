@@ -1,4 +1,4 @@
-"""Makes each kind of query of a page once, so that its kernels are compiled ahead. Used by ``view``."""
+"""Makes each kind of call of a page once, so that its kernels are compiled ahead. Used by ``view``."""
 
 from collections.abc import Callable, Iterator
 
@@ -13,11 +13,11 @@ from ulna.viewer.session.clearance import clearance
 from ulna.viewer.session.ellipsoid import mobility
 from ulna.viewer.session.hand import Hand
 
-_FAR = 1e3  # [m] a place that no hand reaches: why it does not is a question too
+_FAR = 1e3  # [m] out of reach: finding the reason for that has kernels of its own
 
 
 def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[], object]]]:
-    """Each with a name in words, those that are needed first at the front.
+    """The calls, each with a name that the page shows; those that are needed first come first.
 
     Args:
         robot: The robot of the page.
@@ -35,7 +35,7 @@ def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[
 
 
 def _drag(robot: Robot, world: World | None) -> None:
-    """To where the hand stands already, a little on, and where it cannot go."""
+    """Drag the hand to its own pose, to one nearby, and to one out of reach."""
     hand = Hand(robot, hand_link(robot))
     for step in (0.0, 0.01, _FAR):
         T = robot.forward_kinematics(robot.home, hand.link).copy()

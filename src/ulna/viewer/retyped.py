@@ -1,4 +1,4 @@
-"""Numbers that a form shows rounded, and what was typed over them. Used by ``obstacle_form`` and ``hand_pose``."""
+"""Rounds numbers for a form, and finds those that were typed over. Used by ``obstacle_form`` and ``hand_pose``."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ _DIGITS = 4  # decimals: tenths of millimetres
 
 
 def retyped(exact: NDArray[Any], typed: tuple[float, ...]) -> NDArray[Any]:
-    """The typed numbers that differ from what the form showed; the exact ones for the others, which the form rounds."""
+    """The typed numbers where they differ from the rounded ones that the form showed; the exact numbers elsewhere."""
     return np.where(np.equal(typed, rounded(exact)), exact, typed)
 
 

@@ -6,7 +6,7 @@ import viser
 from ulna.viewer.arm import Extent
 
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
-_FROM = np.array([0.77, -0.72, 0.36])  # the direction of the camera, seen from the robot
+_FROM = np.array([0.77, -0.72, 0.36])  # the direction from the robot to the camera
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
 _ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
 
@@ -37,7 +37,7 @@ def add_stage(server: viser.ViserServer, extent: Extent) -> float:
 
 
 def stand_back_where_narrow(server: viser.ViserServer, aspect: float) -> None:
-    """Move the camera of each new tab back whose scene is narrower, so that as much is seen from side to side."""
+    """Move the camera of each new tab back if its scene is narrower than ``aspect`` (width by height), so that the robot fits."""
 
     def stand_back(client: viser.ClientHandle) -> None:
         factor = aspect / max(client.camera.aspect, 0.1)

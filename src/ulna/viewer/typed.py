@@ -1,8 +1,9 @@
-"""What is typed counts when it is complete: at Enter, at Tab, or when another thing is pressed. Used by ``document``.
+"""Sends what is typed only when it is complete: at Enter, at Tab, or at a click elsewhere. Used by ``document``.
 
-viser sends a field at every key. On its way to 0.25 a size would be 0, and a name that of another obstacle. It also writes over a
-field in which somebody types, when its value changes elsewhere: a joint's while the arm moves. A script in the page keeps what is
-typed in a field until it is complete, and what the program writes until the field is left. Text that is no number is taken back.
+viser sends a field at every key: while 0.25 is typed, a dimension would be 0 for a moment, and a name that of another obstacle.
+It also overwrites the field in which a person types when the value changes, as a joint's does while the arm moves. A script in
+the page holds back what is typed until it is complete, and what the program writes until the field is left. Invalid numbers are
+reset.
 """
 
 SCRIPT = b"""<script>

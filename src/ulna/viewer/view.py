@@ -29,9 +29,9 @@ from ulna.viewer.stage import add_stage
 from ulna.viewer.visibility import VisibilityPanel
 
 FRAME_S = 1 / 60
-IDLE_S = 1 / 20  # between looks at a world that a program may have changed
-_LOADING_S = 0.5  # what takes no longer was on disk already
-_STOP_WITHIN_S = 60.0  # what is being compiled is waited for
+IDLE_S = 1 / 20  # between frames at rest: the program may have changed the world
+_LOADING_S = 0.5  # compiling is shown after this time: loading from disk is faster
+_STOP_WITHIN_S = 60.0  # how long to wait for a compilation
 
 
 class View:
@@ -39,8 +39,8 @@ class View:
 
     Attributes:
         url: The address of the page.
-        world: What stands around the robot: change it at any time, the page follows.
-        answer_time: From the last event to the end of drawing its answer [s].
+        world: The obstacles; they may be changed at any time, and the page shows them.
+        answer_time: The time from the last event to the end of its frame [s].
     """
 
     def __init__(
@@ -104,17 +104,21 @@ class View:
 
     @property
     def ready(self) -> bool:
-        """Whether all that the page may be asked is compiled: that begins when a person opens it, and the page says so."""
+        """Whether all kernels of the page are compiled. Compiling starts when the page is first opened, and the page shows it."""
         return self._rehearsed and not self.compiler.names
 
     @property
     def world(self) -> World:
-        """What stands around the robot."""
+        """The obstacles around the robot."""
         return self.session.world
 
     @property
     def q(self) -> NDArray[np.float64]:
-        """Where the robot stands [rad or m], shape (n_dof,). Set it, and it moves there."""
+        """The joint positions [rad or m], shape (n_dof,). Setting them moves the robot.
+
+        Raises:
+            InputError: The new ones have another shape or are out of range.
+        """
         return self.session.q
 
     @q.setter
@@ -123,13 +127,13 @@ class View:
         self._loop.wake()
 
     def stop(self, within: float = _STOP_WITHIN_S) -> bool:
-        """End the page and everything that runs for it. A second call does nothing.
+        """Stop the page and its threads. A second call does nothing.
 
         Args:
-            within: How long to wait for the last frame, and for what is being compiled [s]: that cannot be interrupted.
+            within: How long to wait for the last frame, and for a compilation [s], which cannot be interrupted.
 
         Returns:
-            Whether both have ended. If not, a program that ends now waits for them, or must end by ``os._exit``.
+            Whether both have ended. If not, a program that exits now waits for them, unless it calls ``os._exit``.
         """
         if not self._loop.stopping:
             self._loop.stop(within)
@@ -138,7 +142,7 @@ class View:
         return self._loop.ended and self.compiler.ended
 
     def wait(self) -> None:
-        """Wait until it is stopped, or for Ctrl-C."""
+        """Wait until ``stop`` is called, or for Ctrl-C."""
         self._loop.wait()
 
     def __enter__(self) -> Self:
@@ -148,7 +152,7 @@ class View:
         self.stop()
 
     def _repr_html_(self) -> str:
-        """The page inside a notebook."""
+        """The page in a frame of a notebook."""
         title = html.escape(f"{self.session.robot.name} in 3-D", quote=True)
         look = 'width="100%" height="600" style="border:0"'
         return f'<iframe src="{html.escape(self.url, quote=True)}" title="{title}" {look}></iframe>'
@@ -156,13 +160,13 @@ class View:
     # ---- a frame ------------------------------------------------------------------------------------------------------
 
     def _happened(self) -> None:
-        """Something is to be done: at once, if the loop is not busy."""
+        """Note the time of an event, and wake the loop."""
         if self._event_time is None:
             self._event_time = time.perf_counter()
         self._loop.wake()
 
     def _rehearse(self, _: object) -> None:
-        """Compile what the page may be asked, when the first person opens it."""
+        """Compile all kernels of the page when it is first opened."""
         with self.session.lock:
             if not self._rehearsed:
                 for name, job in rehearsals(self.session.robot, checked=not self.session.unchecked):
@@ -193,7 +197,7 @@ class View:
             self.notice.show_compiling(self.compiler.names if self.compiler.busy_for > _LOADING_S else ())
 
     def _failed(self, error: Exception | None) -> None:
-        """Show on the page that a frame has failed, and why; None takes it back."""
+        """Show on the page why a frame has failed; None removes the message."""
         self.notice.show_failure(error)
 
     def _show(self) -> None:

@@ -1,4 +1,4 @@
-"""Chooses what is shown of the robot: visuals, collision shapes, frames, names; and shows its tree. Used by ``view``."""
+"""Shows and hides visuals, collision shapes, frames and names; and shows the tree. Used by ``view``."""
 
 import viser
 

@@ -20,14 +20,14 @@ from ulna.viewer.plain_body import SHELL, joined, painted, plain_body
 
 @dataclass(frozen=True, eq=False)
 class Visuals:
-    """What each link shows, in its own frame; and the meshes that could not be had, each with the reason."""
+    """The visuals of each link, in its own frame; and the meshes that could not be read, each with the reason."""
 
     scenes: dict[str, trimesh.Scene]
     missing: tuple[str, ...] = ()
 
 
 def link_visuals(robot: Robot) -> Visuals:
-    """The visuals of a robot. A link of which a mesh is missing has the plain body, and so have all if none shows anything."""
+    """The visuals of a robot. A link with a missing mesh gets the plain body; all links do if none has visuals."""
     files, scenes, missing = MeshFiles(robot.description), {}, {}
     for link in robot.description.links:
         try:
@@ -41,10 +41,10 @@ def link_visuals(robot: Robot) -> Visuals:
 
 
 def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
-    """The triangles of a mesh file, scaled: those that are checked, with the file's materials.
+    """The triangles of a mesh file, scaled, with its materials: the same triangles as for collision checking.
 
     Raises:
-        FileError: It is not there, may not be read, or cannot be understood.
+        FileError: It does not exist, may not be read, or cannot be parsed.
     """
     path = files.find(mesh.uri)
     scene = read_scene(path, mesh_bytes(path), Beside(files, path))
@@ -72,7 +72,7 @@ def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud
 
 
 def _coloured(body: Body, files: MeshFiles) -> trimesh.Scene:
-    """A visual in the frame of its link. The colour of the description is for what brings no material of its own."""
+    """A visual in the frame of its link. The colour of the description is used for meshes without a material."""
     rgba = SHELL if body.color is None else tuple(round(255 * share) for share in body.color)
     if isinstance(body.shape, Mesh):
         scene = read_mesh(body.shape, files)
@@ -86,7 +86,7 @@ def _coloured(body: Body, files: MeshFiles) -> trimesh.Scene:
 
 
 def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
-    """The convex hull; where it has no volume, or there is no SciPy to find it, a ball about each vertex."""
+    """The convex hull; a ball at each vertex if the hull has no volume, or SciPy is not installed."""
     try:
         return trimesh.convex.convex_hull(vertices)
     except (ImportError, ValueError, RuntimeError):  # Qhull's own error is a RuntimeError
@@ -96,7 +96,7 @@ def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
 
 
 def _many(shape: PointCloud | HeightMap) -> trimesh.Trimesh:
-    """A coarse ball about each point, or a column for each cell."""
+    """A coarse ball at each point, or a column for each cell."""
     parts = expand(shape)
     if isinstance(shape, PointCloud):
         one, sizes = trimesh.creation.icosphere(subdivisions=0), np.full((len(parts.places), 3), shape.radius)

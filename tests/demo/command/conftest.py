@@ -1,4 +1,4 @@
-"""The command, run inside this process."""
+"""Fixtures that run the command inside this process."""
 
 from command_fixtures import ask, refusal, run
 

@@ -1,4 +1,4 @@
-"""The demo's commands among the others."""
+"""The demo's commands in ``ulna --help``, and their exit statuses."""
 
 import os
 import re
@@ -13,7 +13,7 @@ COMMANDS = [
     *("list", "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf"),
     *("view", "demo", "record", "bench", "warmup", "ros1", "ros2"),
 ]
-SPOILT = """
+WRONG_TABLE = """
 import ulna.description.names.panda as panda
 rows = [list(row) for row in panda.DH_ROWS]
 rows[4][1] += 1e-4
@@ -23,7 +23,7 @@ app(["demo", "--check"], prog_name="ulna")
 """
 
 
-def test_help_lists_the_commands_of_the_demo_in_their_places(run):
+def test_help_lists_the_commands_of_the_demo_in_order(run):
     assert re.findall(r"^│ (\w+)  ", run("--help").stdout, flags=re.MULTILINE) == COMMANDS
 
 
@@ -34,14 +34,14 @@ def test_every_command_has_help(run, words):
     assert f"Usage: ulna {' '.join(words)}" in result.stdout
 
 
-def test_a_spoilt_table_fails_in_the_real_command():
-    result = subprocess.run([sys.executable, "-c", SPOILT], capture_output=True, text=True, timeout=240, check=False)
+def test_a_wrong_dh_table_fails_in_a_process_of_its_own():
+    result = subprocess.run([sys.executable, "-c", WRONG_TABLE], capture_output=True, text=True, timeout=240, check=False)
     assert (result.returncode, without_announcements(result.stderr)) == (1, "")
     assert "FAILED  forward kinematics, URDF against DH" in result.stdout
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
-def test_a_closed_pipe_is_quiet():
+def test_a_closed_pipe_prints_no_error():
     reading, writing = os.pipe()
     os.close(reading)
     command = [sys.executable, "-m", "ulna", "demo", "--check"]

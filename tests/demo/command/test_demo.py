@@ -1,4 +1,4 @@
-"""``ulna demo``: the checks, and what follows them."""
+"""``ulna demo``: the checks, the page, and the exit status."""
 
 import re
 import sys
@@ -17,7 +17,7 @@ GOOD, BAD = Check("a check", "1e-15", "1e-12", passed=True), Check("a long check
 
 @pytest.fixture
 def served(monkeypatch):
-    """What ``serve`` was called with, in place of a server, which runs what is to be done meanwhile."""
+    """The arguments of each call of ``serve``, which is replaced: it starts no server and calls ``meanwhile`` at once."""
     calls = []
 
     def serve(demo, host, port, *, open_browser, meanwhile):
@@ -29,14 +29,14 @@ def served(monkeypatch):
 
 
 @pytest.fixture
-def spoilt(monkeypatch):
-    """One link of the DH table a tenth of a millimetre longer than the robot's."""
+def wrong_table(monkeypatch):
+    """A DH table in which one d is 0.1 mm larger than the robot's."""
     rows = [list(row) for row in panda.DH_ROWS]
     rows[4][1] += 1e-4
     monkeypatch.setattr(demo, "run_checks", lambda: run_checks(rows))
 
 
-def test_the_real_checks_pass_one_line_each(run, served):
+def test_each_check_passes_and_prints_one_line(run, served):
     result = run("demo", "--check")
     lines = result.stdout.splitlines()
     assert result.exit_code == 0
@@ -45,14 +45,14 @@ def test_the_real_checks_pass_one_line_each(run, served):
     assert served == []
 
 
-def test_a_spoilt_table_fails_while_the_page_is_open(run, spoilt, served):
+def test_a_wrong_dh_table_fails_while_the_page_is_open(run, wrong_table, served):
     result = run("demo")
     assert result.exit_code == 1
     assert result.stdout.splitlines()[0].startswith("FAILED  forward kinematics, URDF against DH: 1.0e-04")
     assert len(served) == 1
 
 
-def test_a_spoilt_table_is_told_to_programs(ask, spoilt):
+def test_a_wrong_dh_table_is_reported_in_json(ask, wrong_table):
     answer = ask("demo", "--check")
     assert (answer.exit_code, answer.passed) == (1, False)
     assert answer.checks[0]["name"] == "forward kinematics, URDF against DH"
@@ -60,7 +60,7 @@ def test_a_spoilt_table_is_told_to_programs(ask, spoilt):
     assert [check["passed"] for check in answer.checks].count(True) >= 4
 
 
-def test_one_failure_among_many_is_a_failure(run, monkeypatch):
+def test_one_failed_check_gives_exit_status_1(run, monkeypatch):
     monkeypatch.setattr(demo, "run_checks", lambda: iter([BAD, GOOD]))
     result = run("demo", "--check")
     assert result.exit_code == 1
@@ -68,7 +68,7 @@ def test_one_failure_among_many_is_a_failure(run, monkeypatch):
 
 
 @pytest.mark.parametrize("width", [80, 100])
-def test_a_terminal_shows_rows_of_fixed_columns(run, monkeypatch, width):
+def test_a_terminal_gets_a_table_of_fixed_columns(run, monkeypatch, width):
     monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD, BAD]))
     result = run("demo", "--check", FORCE_COLOR="1", COLUMNS=str(width))
     lines = re.sub(r"\x1b\[[\d;]*m", "", result.stdout).splitlines()
@@ -102,7 +102,7 @@ def test_the_demo_is_served_and_the_checks_run_meanwhile(run, monkeypatch, serve
     assert isinstance(served[0]["demo"], Demo)
 
 
-def test_a_busy_port_is_one_line(run, monkeypatch):
+def test_a_busy_port_is_a_one_line_error(run, monkeypatch):
     def serve(*_, **options):
         raise InputError("port", "cannot listen")
 
@@ -113,7 +113,7 @@ def test_a_busy_port_is_one_line(run, monkeypatch):
 
 
 @pytest.mark.parametrize("package", ["viser", "trimesh"])
-def test_without_the_viewer_extra_it_says_what_to_install(run, monkeypatch, package):
+def test_a_missing_viewer_extra_is_named(run, monkeypatch, package):
     monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
     for name in [
         name for name in sys.modules if name.startswith(("ulna.viewer", "ulna.demo.page", "ulna.demo.scene", "ulna.demo.film"))
@@ -126,14 +126,14 @@ def test_without_the_viewer_extra_it_says_what_to_install(run, monkeypatch, pack
     assert result.stderr == "ulna: the view needs the viewer extra: pip install 'ulna[viewer]'\n"
 
 
-def test_json_goes_with_check_only(refusal):
+def test_json_without_check_is_refused(refusal):
     assert refusal("demo", "--json").startswith("--json: goes with --check")
 
 
 @pytest.mark.parametrize("options", [["--host", "127.0.0.1"], ["--port", "0"], ["--no-open"]])
-def test_options_of_the_view_do_not_go_with_check(refusal, options):
+def test_options_of_the_page_with_check_are_refused(refusal, options):
     assert refusal("demo", "--check", *options).startswith("--host, --port, --no-open: go with the view")
 
 
-def test_a_port_that_is_none_is_a_usage_error(run):
+def test_a_port_above_65535_is_a_usage_error(run):
     assert run("demo", "--port", "99999").exit_code == 2

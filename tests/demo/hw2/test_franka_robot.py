@@ -1,4 +1,4 @@
-"""The assignment's own files, used as a course script would: the numbers are those of the assignment's tables."""
+"""The assignment's files, used as a course script uses them; the expected numbers are those of the assignment's tables."""
 
 import subprocess
 import sys
@@ -57,13 +57,13 @@ def test_the_script_prints_true(script):
     assert run.stdout == "True\n"
 
 
-def test_parse_urdf_gives_the_tables_rows(course):
+def test_parse_urdf_returns_the_rows_of_the_table(course):
     parsed = course.parse_urdf(str(HW2 / "franka_robot.urdf"))
     np.testing.assert_allclose(parsed["origin"], ORIGIN, rtol=0, atol=1e-15)
     np.testing.assert_array_equal(parsed["axis"], [(0, 0, 1)] * 7 + [(0, 0, 0)] * 2)
 
 
-def test_both_forward_kinematics_are_the_product_of_the_tables_transforms(robot):
+def test_both_forward_kinematics_equal_the_product_of_the_dh_transforms(robot):
     joints, T, frames = np.linspace(-1, 1, 7), np.eye(4), []
     for (a, d, alpha, _), theta in zip(DH, [*joints, 0, 0], strict=True):
         ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
@@ -78,9 +78,9 @@ def test_both_forward_kinematics_are_the_product_of_the_tables_transforms(robot)
         np.testing.assert_allclose(found, frames, rtol=0, atol=1e-12)
 
 
-def test_the_end_effector_at_home_has_roll_plus_pi(robot):
+def test_the_roll_of_the_end_effector_at_home_is_plus_pi(robot):
     x, y, z, roll, pitch, yaw = robot.ee(HOME)
-    # Home by hand: the upper arm and the elbow's offset lean 45 degrees, the fore arm is level, the wrist hangs down.
+    # Home by hand: the upper arm and the elbow's offset lean 45 degrees, the fore arm is level, the wrist points down.
     lean = np.sqrt(0.5)
     by_hand = [0.384 + 0.088 - 0.316 * lean + 0.0825 * lean, 0, 0.333 + 0.316 * lean + 0.0825 * lean + 0.0825 - 0.107 - 0.1034]
     np.testing.assert_allclose([x, y, z, pitch], [*by_hand, 0], rtol=0, atol=1e-12)
@@ -89,7 +89,7 @@ def test_the_end_effector_at_home_has_roll_plus_pi(robot):
 
 
 @pytest.mark.parametrize("kind", [list, tuple, np.array])
-def test_fingers_may_follow_and_joints_are_never_changed(robot, kind):
+def test_finger_joints_are_accepted_and_arguments_are_not_changed(robot, kind):
     joints = kind([*HOME, 0.02, 0.02])
     before = np.array(joints)
     np.testing.assert_array_equal(robot.ee(joints), robot.ee(HOME))
@@ -103,12 +103,12 @@ def test_fingers_may_follow_and_joints_are_never_changed(robot, kind):
     np.testing.assert_array_equal(np.array(joints), before)
 
 
-def test_from_zeros_beyond_the_limit_of_joint_four_home_is_found(robot):
-    """Joint 4 may not be 0: the descent begins at its limit, and comes to rest there 0.23 m off unless it is freed."""
+def test_ik_from_zeros_outside_the_limits_of_joint_four_finds_home(robot):
+    """0 is outside the limits of joint 4. A search that stays at that limit stops 0.23 m from the target."""
     assert np.allclose(robot.ee(robot.inverse_kinematics(robot.ee(HOME), np.zeros(7))), robot.ee(HOME), rtol=0, atol=1e-8)
 
 
-def test_from_anywhere_any_pose_within_reach_is_found(robot):
+def test_ik_from_random_starts_finds_random_reachable_poses(robot):
     rng = np.random.default_rng(0)
     lower, upper = robot.robot.lower, robot.robot.upper
     for _ in range(30):
@@ -121,12 +121,12 @@ def test_from_anywhere_any_pose_within_reach_is_found(robot):
 
 
 @pytest.mark.parametrize("joints", [np.zeros((10, 7)), np.zeros(6), 0.0])
-def test_what_is_not_one_configuration_is_refused_with_its_shape(robot, joints):
+def test_a_wrong_shape_of_the_joints_is_refused(robot, joints):
     with pytest.raises(ValueError, match="one configuration of at least 7 numbers"):
         robot.forward_kinematics_urdf(joints)
 
 
-def test_a_pose_out_of_reach_is_told(robot):
+def test_an_unreachable_pose_gives_a_warning(robot):
     with pytest.warns(UserWarning, match="inverse kinematics: unreachable: .* from the target"):
         found = robot.inverse_kinematics([3, 0, 0.5, pi, 0, 0], HOME)
     assert np.isfinite(found).all()
@@ -136,9 +136,9 @@ def test_a_pose_out_of_reach_is_told(robot):
     ("place", "touches"),
     [((0.5, 0, 0.21), False), ((0.3, 0, 0.5), True), ((0, 0, 0.1), True), ((0, 0.8, 0.1), False)],
 )
-def test_a_box_touches_the_arm_or_not(robot, place, touches):
+def test_a_box_collides_with_the_arm_or_not(robot, place, touches):
     assert robot.check_box_collision(HOME, [*place, 0, 0, 0, 0.15, 0.09, 0.126]) is touches
 
 
-def test_a_box_wholly_inside_the_arm_touches_it(robot):
+def test_a_box_wholly_inside_the_arm_collides(robot):
     assert robot.check_box_collision(HOME, [-0.04, 0, 0.05, 0.3, 0.2, 0.1, 0.01, 0.01, 0.01]) is True

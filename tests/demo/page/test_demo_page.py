@@ -34,7 +34,7 @@ def page(app, open_page):
 
 @pytest.fixture
 def still(app, page):
-    """The arm at home, the box where it starts, and the camera of the one page."""
+    """The camera of the only tab, after the arm is at home and the box at its start."""
     app.set_configuration(app.demo.robot.home)
     page.get_by_role("button", name="Put the box back").click()
     wait_to_see(page, lambda: np.allclose(app.scene.handles.control.position, BOX_START), "the box at its start")
@@ -48,7 +48,7 @@ def light_is(page, camera, color):
     return count(square, color) > 200
 
 
-def test_the_arm_is_seen_where_forward_kinematics_puts_it(app, page, still):
+def test_the_arm_is_drawn_where_forward_kinematics_puts_it(app, page, still):
     page.get_by_role("checkbox", name="Boxes").uncheck()
     wrist, hand = (app.demo.robot.forward_kinematics(app.player.q, link)[:3, 3] for link in ("panda_link6", "panda_link8"))
 
@@ -61,8 +61,8 @@ def test_the_arm_is_seen_where_forward_kinematics_puts_it(app, page, still):
     page.get_by_role("checkbox", name="Boxes").check()
 
 
-def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, page, still):
-    app.set_configuration(app.demo.trajectory.samples[30])  # the hand stands above the box
+def test_the_light_is_red_while_the_box_is_dragged_into_the_arm(app, page, still):
+    app.set_configuration(app.demo.trajectory.samples[30])  # the hand is above the box
     image = pixels(page)
     start = project(still, BOX_START)
     blue = image[..., 2] - image[..., :2].max(axis=-1) > 60
@@ -79,10 +79,10 @@ def test_dragging_a_handle_into_the_arm_turns_the_light_red_and_back_green(app, 
     assert np.allclose(app.scene.handles.control.position[:2], BOX_START[:2], atol=1e-3)
     assert app.player.answer_time > 0.0
 
-    def words_are_those_of_the_report():
+    def text_names_the_touching_boxes():
         return page.get_by_role("status").inner_text().strip() == f"collision: {', '.join(app.demo.check(app.player.q).touching)}"
 
-    wait_to_see(page, words_are_those_of_the_report, "what touches, in words")
+    wait_to_see(page, text_names_the_touching_boxes, "what touches, in words")
     assert "box 12" in app.demo.check(app.player.q).touching
     assert app.scene.arm.solids["box 12"].color == (225, 45, 45)
 
@@ -110,7 +110,7 @@ def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
     wait_to_see(page, lambda: not page.get_by_role("checkbox", name="Play").is_checked(), "the box Play unchecked")
 
 
-def test_on_a_phone_the_box_the_light_and_the_hand_are_seen_above_the_panel(app, open_page):
+def test_on_a_phone_the_box_the_light_and_the_hand_are_above_the_panel(app, open_page):
     page = open_page(app.url, size=(390, 844))
     camera = next(iter(wait_to_see(page, app.server.get_clients, "a tab").values())).camera
     hand = app.demo.robot.forward_kinematics(app.demo.robot.home)[:3, 3]
@@ -127,12 +127,12 @@ def test_on_a_phone_the_box_the_light_and_the_hand_are_seen_above_the_panel(app,
     assert page.title() == "panda - Ulna demo"
 
 
-def test_the_page_asks_nothing_of_the_network(page):
+def test_the_page_loads_nothing_from_other_hosts(page):
     assert page.addresses
     assert all(address.startswith(("http://127.0.0.1:", "ws://127.0.0.1:", "data:", "blob:")) for address in page.addresses)
 
 
-# A program of its own, in which no kernel is loaded; that compiles nothing while another thread holds Numba's lock.
+# A separate program, in which no kernel is loaded. It cannot compile while another thread holds Numba's lock.
 HELD = """
 from numba.core.compiler_lock import global_compiler_lock
 from processes import wait_for
@@ -155,14 +155,14 @@ print("done")
 """
 
 
-def test_the_page_is_there_before_the_check_is_compiled_and_its_light_is_grey_until_then():
+def test_the_light_is_grey_until_the_collision_check_is_compiled():
     path = ":".join(sys.path)
     done = subprocess.run([sys.executable, "-c", HELD], env={"PYTHONPATH": path}, capture_output=True, text=True, check=False)
     assert done.stdout == "done\n", done.stderr
 
 
 @pytest.mark.parametrize("passed", [True, False])
-def test_the_page_is_open_while_the_checks_run_and_ends_if_one_fails(passed, monkeypatch, capsys):
+def test_the_page_opens_before_the_checks_and_closes_if_one_fails(passed, monkeypatch, capsys):
     seen = []
 
     def meanwhile():
@@ -182,7 +182,7 @@ def test_stopping_leaves_no_thread_behind():
     wait_for(lambda: threading.active_count() <= before, "no thread left")
 
 
-def test_a_demo_that_cannot_be_built_leaves_nothing_behind(monkeypatch):
+def test_a_demo_that_cannot_be_built_leaves_no_thread(monkeypatch):
     before = threading.active_count()
     monkeypatch.setitem(DemoApp._build.__globals__, "DemoScene", lambda *_: 1 / 0)  # another test forgets modules
     with pytest.raises(ZeroDivisionError):
@@ -190,8 +190,8 @@ def test_a_demo_that_cannot_be_built_leaves_nothing_behind(monkeypatch):
     wait_for(lambda: threading.active_count() <= before, "no thread left")
 
 
-def test_the_light_answers_where_the_handles_stand_and_no_earlier_place_of_theirs(app):
-    """Whatever the order in which a drag's events are handled."""
+def test_the_collision_check_uses_the_latest_position_of_the_handles(app):
+    """Events of a drag that arrive during a frame are not lost."""
     handles = app.scene.handles
     for x in (0.3, 0.6, 0.45):
         with app.player.lock:  # a frame is being made
@@ -204,8 +204,8 @@ def test_the_light_answers_where_the_handles_stand_and_no_earlier_place_of_their
             assert np.array_equal(app.demo.world.pose(BOX_NAME), handles.pose)
 
 
-def test_record_gives_a_video_of_what_was_seen(app, page, still):
-    """The light is where the page's camera shows it, and changes as the box was moved."""
+def test_record_downloads_a_video_of_the_page(app, page, still):
+    """In the video the light is where the page's camera shows it, and turns red when the box is moved."""
     before = time.monotonic()
     page.get_by_role("button", name="Record").click()
     wait_to_see(page, lambda: len(app.recording._shots) >= 20, "twenty shots")
@@ -228,7 +228,7 @@ def test_record_gives_a_video_of_what_was_seen(app, page, still):
     page.get_by_role("button", name="Record").wait_for()
 
 
-def test_the_sliders_follow_the_arm_while_it_plays(app, page, still):
+def test_the_sliders_follow_the_playing_arm(app, page, still):
     field = page.get_by_role("textbox", name="joint2")
     app.playing.value = True
     seen = set()

@@ -1,4 +1,4 @@
-"""The Record button without a browser: a page of one reader, who presses it and goes away."""
+"""The Record button without a browser: one tab, which presses it and is closed."""
 
 import threading
 from types import SimpleNamespace
@@ -17,7 +17,7 @@ SCREEN = SimpleNamespace(draw_arm=len, draw_report=str)
 
 
 class FakeServer:
-    """As much of viser's server as the button needs; ``press`` is a reader's."""
+    """The part of viser's server that the button uses; ``press`` clicks the button."""
 
     def __init__(self):
         camera = SimpleNamespace(position=np.array([1.5, 1.3, 1.0]), look_at=np.zeros(3), fov=0.7, aspect=1.5)
@@ -60,7 +60,7 @@ def button(server, demo):
     button.close()
 
 
-def test_from_press_to_press_a_video_is_made(server, button):
+def test_two_clicks_make_a_video_of_the_time_between(server, button):
     button.take(0.0)
     server.press()
     assert server.button.label == "Stop recording"
@@ -72,7 +72,7 @@ def test_from_press_to_press_a_video_is_made(server, button):
     assert server.files["ulna-demo.mp4"][4:8] == b"ftyp"
 
 
-def test_while_the_video_is_made_it_says_how_much_there_is_to_make(server, button, monkeypatch):
+def test_the_button_shows_the_progress_while_the_video_is_made(server, button, monkeypatch):
     said = []
 
     def record(form, _robot, pictures, tell):
@@ -91,28 +91,28 @@ def test_while_the_video_is_made_it_says_how_much_there_is_to_make(server, butto
     assert said == ["Making the video: 1 s of 3 s", "Making the video: 2 s of 3 s"]
 
 
-def test_a_video_that_cannot_be_made_is_told_to_its_reader(server, button, monkeypatch, capsys):
+def test_a_failed_video_is_reported_in_its_tab(server, button, monkeypatch, capsys):
     def fail(*_):
         raise ulna.FileError("ulna-demo.mp4", "cannot be written: no space")
 
     monkeypatch.setattr(record_button, "record_pictures", fail)
-    told = []
-    server.client.add_notification = lambda *words, **_: told.append(words)
+    notifications = []
+    server.client.add_notification = lambda *words, **_: notifications.append(words)
     server.press()
     button.take(0.0)
     server.press()
-    wait_for(lambda: told and server.button.label == "Record", "the words, and the button")
-    assert told == [("The video was not made", "ulna-demo.mp4: cannot be written: no space")]
+    wait_for(lambda: notifications and server.button.label == "Record", "the words, and the button")
+    assert notifications == [("The video was not made", "ulna-demo.mp4: cannot be written: no space")]
     assert "no space" in capsys.readouterr().err
 
 
-def test_two_presses_without_a_frame_between_make_nothing(server, button):
+def test_two_clicks_without_a_frame_between_make_no_video(server, button):
     server.press()
     server.press()
     assert (server.button.label, server.files) == ("Record", {})
 
 
-def test_a_recording_ends_when_its_reader_leaves(server, button):
+def test_a_recording_ends_when_its_tab_is_closed(server, button):
     server.press()
     button.take(0.0)
     server.leave()
@@ -121,7 +121,7 @@ def test_a_recording_ends_when_its_reader_leaves(server, button):
     assert button._shots == []
 
 
-def test_a_recording_ends_by_itself_before_it_fills_the_memory(server, button):
+def test_a_recording_ends_at_the_longest_duration(server, button):
     server.press()
     button.take(0.0)
     button.take(LONGEST_S - 1)
@@ -130,7 +130,7 @@ def test_a_recording_ends_by_itself_before_it_fills_the_memory(server, button):
     assert server.button.label.startswith("Making the video")
 
 
-def test_closing_the_page_gives_up_the_video_that_is_being_made(server, button):
+def test_closing_the_page_cancels_the_video(server, button):
     server.press()
     button.take(0.0)
     button.take(60.0)
@@ -140,7 +140,7 @@ def test_closing_the_page_gives_up_the_video_that_is_being_made(server, button):
     assert server.files == {}
 
 
-def test_pictures_are_evenly_spaced_whatever_the_times_of_the_shots():
+def test_pictures_are_evenly_spaced_for_uneven_times_of_frames():
     shots = [(10.0, "a"), (10.02, "b"), (10.13, "c"), (10.5, "d")]
     assert evenly_spaced(shots, 10) == list("abcccd")
     assert evenly_spaced(shots[:1], 30) == ["a"]

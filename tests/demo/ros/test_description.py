@@ -1,4 +1,4 @@
-"""The description for robot_state_publisher, without ROS: it has every joint that is published, and the arm is the same."""
+"""The description for robot_state_publisher, without ROS: it has every published joint, and the arm is unchanged."""
 
 import numpy as np
 from lxml import etree
@@ -9,22 +9,22 @@ from ulna.demo.ros.description import with_fingers
 from ulna.description.pose import pose
 
 
-def described(panda):
+def load_description(panda):
     return ulna.load(with_fingers(panda.to_urdf()))
 
 
-def test_it_has_the_joints_that_are_published_and_no_others(panda):
-    assert described(panda).joint_names == tuple(joint_positions(panda, panda.home))
+def test_the_description_has_exactly_the_published_joints(panda):
+    assert load_description(panda).joint_names == tuple(joint_positions(panda, panda.home))
 
 
-def test_the_arm_is_the_same(panda):
-    robot, q = described(panda), panda.random(20, seed=0)
+def test_the_arm_of_the_description_is_that_of_the_panda(panda):
+    robot, q = load_description(panda), panda.random(20, seed=0)
     ours = robot.forward_kinematics(np.hstack([q, np.full((20, 2), 0.02)]), "panda_ee")
     assert np.array_equal(ours, panda.forward_kinematics(q))
 
 
-def test_the_fingers_frames_are_where_the_fingers_are_drawn(panda):
-    robot, urdf = described(panda), etree.fromstring(panda.to_urdf().encode())
+def test_the_frames_of_the_fingers_are_those_of_their_visuals(panda):
+    robot, urdf = load_description(panda), etree.fromstring(panda.to_urdf().encode())
     q = list(joint_positions(panda, panda.home).values())
     T_base_flange = robot.forward_kinematics(q, "panda_link8")
     drawn = urdf.xpath("//visual[geometry/mesh[contains(@filename, 'finger')]]/origin")

@@ -1,4 +1,4 @@
-"""hw2/robot_description.sh finds ulna where the pages say that it lies. roslaunch runs it outside of any virtual environment."""
+"""hw2/robot_description.sh finds the program ulna where the docs say. roslaunch runs it outside any virtual environment."""
 
 import os
 import shutil
@@ -14,13 +14,13 @@ pytestmark = pytest.mark.skipif(SH is None, reason="no sh: ROS 1 runs on Linux")
 
 @pytest.fixture
 def hw2(tmp_path):
-    """A folder ``hw2`` with the script alone."""
+    """A folder ``hw2`` that holds only the script."""
     (tmp_path / "hw2").mkdir()
     return Path(shutil.copy(SCRIPT, tmp_path / "hw2")).parent
 
 
 def put_ulna(path):
-    """A program that prints where it lies and what it is asked for."""
+    """Write a program that prints its own path and its arguments."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text('#!/bin/sh\necho "$0 $*"\n')
     path.chmod(0o755)
@@ -38,13 +38,13 @@ def test_an_environment_beside_the_script_or_above_it_is_found(hw2, folder):
     assert run(hw2).stdout == f"{ulna} ros1 description\n"
 
 
-def test_what_ULNA_names_comes_first(hw2, tmp_path):  # noqa: N802 - a variable's name
+def test_the_variable_ULNA_comes_first(hw2, tmp_path):  # noqa: N802 - a variable's name
     put_ulna(hw2 / ".venv-ros1" / "bin" / "ulna")
     put_ulna(tmp_path / "named")
     assert run(hw2, ULNA=str(tmp_path / "named")).stdout.startswith(str(tmp_path / "named"))
 
 
-def test_where_there_is_none_it_says_what_to_do(hw2):
+def test_without_a_program_the_error_says_what_to_do(hw2):
     ended = run(hw2)
     assert ended.returncode == 1
     assert "ULNA=/path/to/venv/bin/ulna roslaunch hw2.launch" in ended.stderr

@@ -1,4 +1,4 @@
-"""Where ROS is not: one sentence, and the command that shows the same."""
+"""Without ROS: an error of one line, which names the command that works without it."""
 
 import importlib.util
 import os
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.skipif(importlib.util.find_spec("rosgraph") is not None
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
-def test_a_script_of_hw2_says_so_in_one_sentence(script):
+def test_a_script_of_hw2_without_ros_is_a_one_line_error(script):
     run = subprocess.run([sys.executable, script], cwd=ROOT / "hw2", capture_output=True, text=True, check=False)
     assert run.returncode == 1
     assert SENTENCE in run.stderr
@@ -35,14 +35,14 @@ def test_a_script_of_hw2_says_so_in_one_sentence(script):
 
 
 @pytest.mark.parametrize("version", ["ros1", "ros2"])
-def test_the_command_says_so_in_one_sentence(version):
+def test_a_ros_command_without_ros_is_a_one_line_error(version):
     run = subprocess.run([sys.executable, "-m", "ulna", version, "demo"], capture_output=True, text=True, check=False)
     assert run.returncode == 2
     assert run.stderr.startswith(f"ulna: ROS {version[-1]} {SENTENCE}")
     assert run.stderr.rstrip().endswith(SAME)
 
 
-def test_a_ros_that_is_there_by_half_is_told_in_its_own_words(tmp_path, monkeypatch):
+def test_a_failed_import_of_ros_is_quoted(tmp_path, monkeypatch):
     (tmp_path / "rosgraph.py").write_text('raise ImportError("libros.so:\\n cannot open")')
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("ROS_IP", "127.0.0.1")
@@ -50,7 +50,7 @@ def test_a_ros_that_is_there_by_half_is_told_in_its_own_words(tmp_path, monkeypa
         load_ros(1)
 
 
-def test_ros_stays_on_this_machine_unless_the_user_said_otherwise(monkeypatch):
+def test_ros_uses_the_loopback_address_unless_the_user_set_another(monkeypatch):
     monkeypatch.setenv("ROS_IP", "")
     monkeypatch.setenv("ROS_HOSTNAME", "")
     with pytest.raises(MissingROSError):
@@ -63,15 +63,15 @@ def test_ros_stays_on_this_machine_unless_the_user_said_otherwise(monkeypatch):
     assert os.environ["ROS_IP"] == ""
 
 
-def test_an_arm_whose_meshes_are_not_here_is_described_by_its_boxes_alone():
+def test_without_mesh_files_the_description_is_unchanged_and_a_message_says_so():
     text = ulna.load("panda").to_urdf().replace("package://", "package://not_here_")
-    told = []
-    assert robot_description(ulna.load(text), told.append) == text
-    assert "pip install example-robot-data" in told[0]
-    assert "not_here_" in told[0]
+    messages = []
+    assert robot_description(ulna.load(text), messages.append) == text
+    assert "pip install example-robot-data" in messages[0]
+    assert "not_here_" in messages[0]
 
 
-def test_the_submission_holds_the_assignments_files_and_what_they_need(tmp_path):
+def test_hw2_zip_holds_the_assignment_and_a_wheel_of_ulna(tmp_path):
     made = subprocess.run(["make", "hw2-zip", f"PYTHON={sys.executable}"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr
     with zipfile.ZipFile(ROOT / "hw2.zip") as packed:
@@ -85,7 +85,7 @@ def test_the_submission_holds_the_assignments_files_and_what_they_need(tmp_path)
         assert {"ulna/demo/ros/ros1.py", "ulna/demo/ros/demo.rviz", "ulna/description/names/panda.urdf"} <= set(packed.namelist())
 
 
-def test_the_static_picture_holds_the_assignments_numbers(panda):
+def test_collision_boxes_draws_the_boxes_of_the_assignment(panda):
     drawn = runpy.run_path(str(ROOT / "hw2" / "collision_boxes.py"))["drawn_by_hand"](panda)
     assert [solid.name for solid in drawn] == [f"box {k}" for k in range(1, 13)]
     standing = {solid.name: solid for solid in standing_boxes(panda, np.zeros(7))}

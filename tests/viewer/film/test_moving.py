@@ -1,4 +1,4 @@
-"""Films of a robot along rows of q among obstacles, looked at: what touches is red when the checker says so."""
+"""Films of a robot that moves along rows of q among obstacles: an obstacle is red when the collision checker says so."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Videos and pictures of a robot, read again and looked at: the robot is where forward kinematics puts it."""
+"""Videos and pictures of a robot, decoded again: the robot is where forward kinematics puts it."""
 
 import os
 import subprocess
@@ -16,7 +16,7 @@ from videos import decoded
 SIZE = (320, 180)
 
 
-def test_a_robot_is_seen_where_forward_kinematics_puts_it_from_all_sides(tmp_path):
+def test_a_turning_camera_keeps_the_robot_in_the_picture(tmp_path):
     robot = load("panda")
     path = tmp_path / "panda.mp4"
     record_robot(make_form(path, 1.0, SIZE, 8), robot, robot.home + 0.2, boxes=False)
@@ -31,8 +31,8 @@ def test_a_robot_is_seen_where_forward_kinematics_puts_it_from_all_sides(tmp_pat
         assert columns.max() < 315
 
 
-def test_it_is_made_with_no_display_and_no_graphics_library(tmp_path):
-    """In an empty environment, and what the process has loaded is looked at: Linux tells."""
+def test_a_video_needs_no_display_and_no_graphics_library(tmp_path):
+    """The environment is empty; on Linux, the list of loaded libraries is checked."""
     program = (
         "import sys; from pathlib import Path; from ulna.viewer.film.record import *; from ulna.robot import load;"
         "panda = load('panda'); record_robot(make_form(Path(sys.argv[1]), 0.2, (160, 90), 10), panda, panda.home);"
@@ -62,13 +62,13 @@ def test_it_is_made_with_no_display_and_no_graphics_library(tmp_path):
         ("panda.mp4", {"seconds": 1e9}, "seconds: 1e\\+09"),
     ],
 )
-def test_a_form_that_cannot_be_had_is_refused(tmp_path, name, form, message):
+def test_an_impossible_size_rate_or_format_is_refused(tmp_path, name, form, message):
     with pytest.raises(InputError, match=message):
         make_form(tmp_path / name, **({"seconds": 1.0} | form))
 
 
 @pytest.mark.parametrize("place", ["missing/panda.png", "file/panda.png", "folder.png"])
-def test_a_file_that_cannot_be_written_is_an_error_that_names_it(tmp_path, place, panda):
+def test_a_file_that_cannot_be_written_is_an_error_with_its_path(tmp_path, place, panda):
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.png").mkdir()
     with pytest.raises(FileError, match=rf"{place}: cannot be written: "):

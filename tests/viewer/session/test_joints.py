@@ -1,4 +1,4 @@
-"""The joints as a person moves them, and the tree as a person reads it."""
+"""The sliders of the joints, in groups, and the text of the kinematic tree."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def test_every_entry_of_q_has_one_slider(name):
     assert sorted(joint for limb in limbs(robot) for joint in limb) == sorted(robot.joint_names)
 
 
-def test_planar_and_floating_joints_have_their_components():
+def test_planar_and_floating_joints_have_one_slider_per_component():
     robot = ulna.Robot(robots.of_chain("planar", "floating", "continuous"))
     slides = [slide for group in slide_groups(robot) for slide in group.slides]
     assert [(slide.name, slide.unit) for slide in slides[:3]] == [("j1.x", "m"), ("j1.y", "m"), ("j1.theta", "rad")]
@@ -42,7 +42,7 @@ def test_planar_and_floating_joints_have_their_components():
     assert all(np.isfinite([slide.low, slide.high]).all() for slide in slides)
 
 
-def test_a_slider_shows_whole_turns_as_none_and_stays_in_its_range():
+def test_a_slider_subtracts_whole_turns_and_stays_in_its_range():
     robot = ulna.Robot(robots.of_chain("continuous"))
     slide = slide_groups(robot)[0].slides[0]
     assert slide.shown(np.array([2 * np.pi + 0.5])) == pytest.approx(0.5)
@@ -51,7 +51,7 @@ def test_a_slider_shows_whole_turns_as_none_and_stays_in_its_range():
     assert limited.shown(np.full(7, 5.0)) == limited.high
 
 
-def test_a_joint_that_follows_stands_where_the_robot_has_it():
+def test_a_mimic_joint_is_shown_at_its_multiplier_times_the_leader_plus_offset():
     robot = ulna.load("pr2")
     followers = [follower for group in slide_groups(robot) for follower in group.followers]
     assert len(followers) == sum(joint.mimic is not None for joint in robot.description.joints)
@@ -63,7 +63,7 @@ def test_a_joint_that_follows_stands_where_the_robot_has_it():
         assert str(follower).startswith(f"{follower.name} = ")
 
 
-def test_the_outline_has_every_link_below_the_one_that_carries_it(talos):
+def test_the_outline_lists_every_link_below_its_parent(talos):
     lines = outline(talos)
     assert sorted(line.link for line in lines) == sorted(talos.link_names)
     place = {line.link: k for k, line in enumerate(lines)}
@@ -73,7 +73,7 @@ def test_the_outline_has_every_link_below_the_one_that_carries_it(talos):
         assert line.depth == parent.depth + 1
 
 
-def test_folders_of_one_robot_have_names_of_their_own():
+def test_the_groups_of_a_robot_have_different_names():
     folders = {name: [group.name for group in slide_groups(ulna.load(name))] for name in ("tiago", "pr2")}
     assert all(len(set(names)) == len(names) for names in folders.values())
     assert "r: shoulder_pan to gripper_l_finger" in folders["pr2"]

@@ -1,4 +1,4 @@
-"""The state behind the page: what a frame makes of it, the verdict, the nearest pair, the ellipsoid."""
+"""The state behind the page: its update in each frame, the collision result, the nearest pair, the ellipsoid."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def world():
     return world
 
 
-def test_a_frame_tells_whether_anything_has_changed(panda, world):
+def test_a_frame_returns_whether_anything_has_changed(panda, world):
     session = Session(panda, world)
     assert session.frame()
     assert not session.frame()
@@ -31,7 +31,7 @@ def test_a_frame_tells_whether_anything_has_changed(panda, world):
     assert not session.frame()
 
 
-def test_a_pulled_hand_arrives_frame_by_frame_and_rests_when_let_go(panda):
+def test_a_pulled_hand_arrives_over_several_frames_and_stays_after_release(panda):
     session = Session(panda)
     T = session.hand_pose
     T[:3, 3] += (0.3, 0.3, 0)
@@ -47,7 +47,7 @@ def test_a_pulled_hand_arrives_frame_by_frame_and_rests_when_let_go(panda):
     assert not session.moving
 
 
-def test_letting_go_on_the_way_ends_the_way_first(panda):
+def test_a_hand_released_on_the_way_still_reaches_its_target(panda):
     session = Session(panda)
     T = session.hand_pose
     T[:3, 3] += (0.3, 0.3, 0)
@@ -60,7 +60,7 @@ def test_letting_go_on_the_way_ends_the_way_first(panda):
     assert np.allclose(session.hand_pose, T, atol=2e-5)
 
 
-def test_the_reason_goes_when_the_hand_is_let_go(panda):
+def test_the_reason_is_cleared_when_the_hand_is_released(panda):
     session = Session(panda)
     T = session.hand_pose
     T[:3, 3] += (2.0, 0, 0)
@@ -73,7 +73,7 @@ def test_the_reason_goes_when_the_hand_is_let_go(panda):
     assert (session.target, session.trouble) == (None, "")
 
 
-def test_shapes_are_named_by_their_links_and_never_like_an_obstacle(panda):
+def test_shapes_are_named_by_their_links_so_that_no_obstacle_shares_a_name(panda):
     names = ShapeNames(panda)
     assert [names.of_shape(name) for name in ("box 1", "box 6")] == ["panda_link1 (box 1)", "panda_link3"]
     world = ulna.World()
@@ -83,12 +83,12 @@ def test_shapes_are_named_by_their_links_and_never_like_an_obstacle(panda):
     assert "bar" in ShapeNames(slider).taken
 
 
-def test_a_link_of_one_shape_gives_it_its_name():
+def test_the_only_shape_of_a_link_has_the_name_of_the_link():
     names = ShapeNames(ulna.load("ur5").with_convex_hulls())
     assert names.of_shape("forearm_link_collision") == "forearm_link"
 
 
-def test_what_cannot_be_is_refused_by_name(panda):
+def test_a_bad_argument_is_refused_by_name(panda):
     session = Session(panda)
     with pytest.raises(InputError, match="q: shape"):
         session.q = np.zeros((2, 7))
@@ -104,12 +104,12 @@ def test_what_cannot_be_is_refused_by_name(panda):
         Session(panda, q=np.full(7, 2e6))
 
 
-def test_a_robot_begins_where_it_is_told_to(panda):
+def test_a_session_starts_at_home_or_at_the_given_q(panda):
     assert np.array_equal(Session(panda).q, panda.home)
     assert np.array_equal(Session(panda, q=panda.home + 0.1).q, panda.home + 0.1)
 
 
-def test_the_nearest_pair_is_the_signed_distance(panda, world, rng):
+def test_the_nearest_pair_has_the_signed_distance_of_the_robot(panda, world, rng):
     for q in rng.uniform(panda.lower, panda.upper, (50, 7)):
         found = clearance(panda, q, world)
         assert found.nearest.signed_distance == pytest.approx(panda.signed_distance(q, world, self_collision=False), abs=1e-9)
@@ -118,7 +118,7 @@ def test_the_nearest_pair_is_the_signed_distance(panda, world, rng):
         assert str(found).startswith(found.verdict)
 
 
-def test_the_distance_is_told_in_millimetres(panda):
+def test_the_distance_is_shown_in_millimetres(panda):
     world = ulna.World()
     world.add("ball", ulna.Sphere(0.1), ulna.pose((2.0, 0, 0.5)))
     found = clearance(panda, panda.home, world)
@@ -126,14 +126,14 @@ def test_the_distance_is_told_in_millimetres(panda):
     assert found.verdict == "free"
 
 
-def test_meshes_are_not_called_free():
+def test_a_robot_with_meshes_is_not_checked_rather_than_free():
     session = Session(ulna.load("ur5"))
     session.frame()
     assert session.clearance.verdict == "not checked"
     assert "Mesh" in session.unchecked
 
 
-def test_the_ellipsoid_holds_every_velocity_of_unit_joint_rates_and_no_less(panda, rng):
+def test_the_ellipsoid_is_the_smallest_that_contains_all_velocities_of_unit_joint_rates(panda, rng):
     q = rng.uniform(panda.lower, panda.upper)
     found = mobility(panda, q, panda.tip)
     rates = rng.normal(size=(4000, 7))
@@ -153,14 +153,14 @@ def test_the_product_of_the_singular_values_is_the_manipulability(panda, rng):
         assert np.prod(found.singular_values) == pytest.approx(panda.manipulability(q))
 
 
-def test_a_link_that_nothing_moves_has_a_flat_ellipsoid():
+def test_a_link_moved_only_by_a_floating_base_has_an_empty_ellipsoid():
     robot = ulna.Robot(robots.of_chain("floating", "fixed"))
     found = mobility(robot, robot.home, robot.tip)
     assert np.array_equal(found.radii, np.zeros(3))
     assert found.singular_values.size == 0
 
 
-def test_a_hand_that_is_sent_arrives_on_any_branch_and_says_afterwards_why_it_did_not(panda, rng):
+def test_a_hand_sent_to_a_pose_arrives_on_any_ik_branch_or_the_reason_is_kept(panda, rng):
     session = Session(panda)
     for q in rng.uniform(panda.lower, panda.upper, (5, 7)):
         session.q = panda.home

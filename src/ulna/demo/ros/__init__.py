@@ -1,1 +1,1 @@
-"""The demo in RViz. Only here are quaternions xyzw."""
+"""The demo in RViz. Only here quaternions have the order x, y, z, w."""

@@ -1,4 +1,4 @@
-"""Imports ``ros1`` and ``ros2``, which need ROS, or says what is missing. Used by the commands and hw2."""
+"""Imports ``ros1`` and ``ros2``, which need ROS; an error says what is missing. Used by the commands and hw2."""
 
 import os
 import sys
@@ -7,20 +7,20 @@ from types import ModuleType
 
 from ulna.errors import UlnaError
 
-# The variable that keeps ROS on this machine, and those by which a user has chosen otherwise.
+# The variable that restricts ROS to this machine, and those by which a user may have chosen otherwise.
 _LOCAL = {1: ("ROS_IP", "127.0.0.1"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")}
 _SAID = {1: ("ROS_IP", "ROS_HOSTNAME"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS")}
 
 
 class MissingROSError(UlnaError, ImportError):
-    """A part of ROS that is not on this machine, or that this Python does not find."""
+    """A part of ROS is not installed, or this Python does not find it."""
 
 
 def load_ros(version: int) -> ModuleType:
-    """The module ``ulna.demo.ros.ros1`` or ``ros2``. ROS stays on this machine, unless its environment variables say otherwise.
+    """The module ``ulna.demo.ros.ros1`` or ``ros2``. ROS is restricted to this machine, unless its environment variables are set.
 
     Raises:
-        MissingROSError: ROS is not here; the message says what shows the same without it.
+        MissingROSError: ROS is not installed; the message names the command that works without it.
     """
     if not any(os.environ.get(name) for name in _SAID[version]):
         name, value = _LOCAL[version]

@@ -14,7 +14,7 @@ _CRASHES = tuple(getattr(signal, name) for name in _FAULTS if hasattr(signal, na
 
 
 class Ended(NamedTuple):
-    """A program that has ended by itself: its name, and its status, which is minus the signal that ended it, if one did."""
+    """A program that has ended by itself: its name and its status, which is the negative number of a signal that ended it."""
 
     name: str
     status: int
@@ -29,7 +29,7 @@ class Ended(NamedTuple):
 
 
 class Children(AbstractContextManager):
-    """The programs started, by name. They are ended, the last first, when the block ends."""
+    """Started programs, by name. At the end of the ``with`` block they are ended, the last first."""
 
     def __init__(self) -> None:
         self._running: dict[str, subprocess.Popen] = {}
@@ -38,7 +38,7 @@ class Children(AbstractContextManager):
         """Start one. Its output is discarded, with ``quiet`` its errors too. Ctrl-C of a terminal does not reach it.
 
         Raises:
-            MissingROSError: There is no such program.
+            MissingROSError: The program is not installed.
         """
         nothing = subprocess.DEVNULL
         try:

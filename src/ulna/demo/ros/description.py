@@ -29,7 +29,7 @@ _FINGERS = """
 
 
 def robot_description(robot: Robot, warn: Callable[[str], object]) -> str:
-    """URDF whose meshes are ``file://`` addresses; if meshes are missing, with their given addresses, and a warning."""
+    """URDF with ``file://`` paths of meshes; if meshes are missing, with the given paths, and ``warn`` is called."""
     try:
         return robot.to_urdf(mesh_paths="file")
     except FileError as error:
@@ -38,5 +38,5 @@ def robot_description(robot: Robot, warn: Callable[[str], object]) -> str:
 
 
 def with_fingers(urdf: str) -> str:
-    """The Panda's URDF with its two finger joints: robot_state_publisher warns of joints in ``joint_states`` that it lacks."""
+    """The Panda's URDF with its two finger joints: robot_state_publisher warns of unknown joints in ``joint_states``."""
     return urdf.rpartition("</robot>")[0].rstrip() + _FINGERS

@@ -1,4 +1,4 @@
-"""Says where the pointer is at each moment of the video of RViz: it drags the box by its arrows. Used by ``rviz_video``."""
+"""Computes the mouse pointer's path in the video of RViz: it drags the box by its arrows. Used by ``rviz_video``."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -6,19 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-GRIP = 0.17  # m from the middle of the box, along an arrow: where it is taken
+GRIP = 0.17  # [m] from the middle of the box along an arrow: where the pointer presses
 _AXES = {"x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0)}
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Drag:
-    """The box is dragged along an axis, and then let alone.
+    """A drag of the box along an axis, and a pause.
 
     Attributes:
         axis: "x" or "z".
-        way: How far [m].
-        lasts, rests: For which shares of the video.
+        way: Its length [m].
+        lasts, rests: Duration of the drag and of the pause, as parts of the video.
     """
 
     axis: str
@@ -27,7 +27,7 @@ class Drag:
     rests: float
 
 
-# Up to where the hand passes in each cycle, under the hand and back, down, to the base and back: along arrows that nothing hides.
+# Up into the path of the hand, under the hand and back, down, to the base and back. Nothing hides the arrows used.
 DRAGS = (
     Drag("z", 0.26, 0.12, 0.10),
     Drag("x", -0.14, 0.08, 0.12),
@@ -40,19 +40,19 @@ DRAGS = (
 
 @dataclass(frozen=True)
 class Step:
-    """What the mouse does in one frame: where it moves to [pixel x, y], and if its button goes down, up or neither (None)."""
+    """The mouse in one frame: its place [pixel x, y]; and True if its button is pressed, False if released, else None."""
 
     place: Array
     press: bool | None = None
 
 
 def steps(n_frames: int, box: Callable[[], Array], project: Callable[[Array], Array]) -> Iterator[Step | None]:
-    """A step for each frame; None where nothing is done.
+    """A step for each frame; None where the mouse does nothing.
 
     Args:
         n_frames: How many frames there are, at least three for each drag.
-        box: Where the box is now [m], shape (3,): asked when a drag begins.
-        project: Where a point of the base frame [m] is seen [pixel x, y].
+        box: Returns the position of the box [m], shape (3,); called at the start of each drag.
+        project: Returns the place [pixel x, y] of a point in the base frame [m].
     """
     done, ends = 0, 0.0
     for drag in DRAGS:

@@ -1,7 +1,7 @@
-"""Makes the messages for RViz. ROS 1 and ROS 2 name these classes and their fields alike. Used by ``ros1`` and ``ros2``."""
+"""Makes the messages for RViz, whose classes and fields have the same names in ROS 1 and 2. Used by ``ros1`` and ``ros2``."""
 
 # pyright: reportMissingImports=false
-# ROS comes with the system, not from the index; without it there is nothing to check against.
+# ROS is installed with the system, not by pip; without it pyright cannot check these imports.
 
 from collections.abc import Iterator
 
@@ -31,13 +31,13 @@ _AXES = {"x": (1.0, 0.0, 0.0, 1.0), "y": (0.0, 0.0, 1.0, 1.0), "z": (0.0, 1.0, 0
 
 
 def joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
-    """The positions of the joints and of the fingers; the sender sets the stamp."""
+    """The positions of the joints and of the fingers; the caller sets the stamp."""
     positions = joint_positions(robot, q)
     return JointState(name=list(positions), position=list(positions.values()))
 
 
 def markers(robot: Robot, report: Report) -> Iterator[Marker]:
-    """The light with its word, and the boxes of the arm, which move with its links."""
+    """The light with its text, and the boxes of the arm, which move with its links."""
     yield solid_marker(light(robot, report), "light", 0)
     yield _word(robot, report)
     for k, solid in enumerate(collision_boxes(robot, report.touching)):
@@ -45,7 +45,7 @@ def markers(robot: Robot, report: Report) -> Iterator[Marker]:
 
 
 def solid_marker(solid: Solid[Box] | Solid[Cylinder], namespace: str, number: int) -> Marker:
-    """One solid. RViz keeps it in its link's frame by itself, however the link moves."""
+    """The marker of one solid. RViz moves it with the frame of its link."""
     if isinstance(solid.shape, Box):
         kind, size = Marker.CUBE, solid.shape.extents
     else:
@@ -106,7 +106,7 @@ def _word(robot: Robot, report: Report) -> Marker:
 
 
 def _short_lived(marker: Marker) -> Marker:
-    """The marker, which RViz removes when no other has come for LIFETIME_S: so nothing is left when the node has ended."""
+    """The marker with a lifetime: RViz removes it LIFETIME_S after the last one, so none is left when the node has ended."""
     setattr(marker.lifetime, "secs" if hasattr(marker.lifetime, "secs") else "sec", LIFETIME_S)
     return marker
 

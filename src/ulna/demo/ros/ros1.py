@@ -26,12 +26,12 @@ from ulna.errors import InputError
 from ulna.robot import Robot, load
 from ulna.viewer.solid import Solid
 
-_QUEUE = 30  # messages: a whole picture and more
+_QUEUE = 30  # messages: more than the markers of one picture
 _LOOK_FOR_MASTER_S = 1.0
 
 
 class ArmAndLight:
-    """Publishes where the arm stands and what it touches; hears where the box is."""
+    """Publishes the joints and the contacts of the arm; subscribes to the pose of the box."""
 
     def __init__(self, demo: Demo) -> None:
         self.robot = demo.robot
@@ -42,21 +42,21 @@ class ArmAndLight:
         rospy.Subscriber(f"/{messages.SERVER}/update_full", InteractiveMarkerInit, self._hear_all, queue_size=1)
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
-        """Tell the joints' positions."""
+        """Publish the joint positions."""
         self._joints.publish(_joint_state(self.robot, q))
 
     def draw_report(self, report: Report) -> None:
-        """Tell the light, its word and the boxes."""
+        """Publish the light, its text and the boxes."""
         for marker in messages.markers(self.robot, report):
             self._markers.publish(marker)
 
     def _hear_all(self, init: InteractiveMarkerInit) -> None:
-        """A server tells its markers when it starts: then the box stands where it says."""
+        """Move the box to the pose that a server of markers publishes when it starts."""
         for marker in init.markers:
             self._hear(InteractiveMarkerFeedback(header=marker.header, marker_name=marker.name, pose=marker.pose))
 
     def _hear(self, feedback: InteractiveMarkerFeedback) -> None:
-        """Put the box where a marker is, whatever its name: the course's server calls it simple_6dof."""
+        """Move the box to the pose of a marker of any name: the course's server calls it simple_6dof."""
         try:
             self.player.drag(messages.feedback_pose(feedback, self.robot.base))
         except InputError as error:
@@ -74,7 +74,7 @@ class MovableBox:
         self._server.applyChanges()
 
     def _dragged(self, feedback: InteractiveMarkerFeedback) -> None:
-        """Tell the other screens; a place that is none is undone."""
+        """Publish the new pose to other RViz windows; an invalid pose is undone."""
         try:
             messages.feedback_pose(feedback, self._base)
             self._last = feedback.pose
@@ -86,10 +86,11 @@ class MovableBox:
 
 @contextmanager
 def node(name: str) -> Iterator[Callable[[], bool]]:
-    """A node within a block; every node begins and ends here.
+    """A context that starts and ends a node.
 
     Yields:
-        Whether it shall end: SIGINT or SIGTERM has come, or ROS ends it. A second signal raises KeyboardInterrupt.
+        A function that returns whether the node is to end: after SIGINT or SIGTERM, or if ROS ends it. A second signal raises
+        KeyboardInterrupt.
     """
     rospy.init_node(name, disable_signals=True)
     signals = _noted_signals()
@@ -100,10 +101,10 @@ def node(name: str) -> Iterator[Callable[[], bool]]:
 
 
 def _noted_signals() -> list[int]:
-    """The signals that will have come to end this program.
+    """Install handlers of SIGINT and SIGTERM, and return the list to which they append.
 
-    rospy's own handler shuts the node down amid whatever the main thread does, and waits for ever for a lock that this thread
-    holds, as in ``publish()``. This one takes no lock: the node ends between two steps.
+    rospy's own handler shuts the node down while the main thread runs, and deadlocks if this thread holds a lock, as in
+    ``publish()``. These handlers need no lock: the node ends between two steps.
     """
     come: list[int] = []
 
@@ -117,28 +118,28 @@ def _noted_signals() -> list[int]:
 
 
 def play_arm() -> None:
-    """The arm repeats its trajectory, and the light answers the box, until the node is ended."""
+    """Play the trajectory of the arm, and update the light when the box moves, until the node is ended."""
     demo = Demo()
     with node("arm_and_light") as ended:
         beat(ArmAndLight(demo).player.advance, ended)
 
 
 def hold_arm(q: NDArray[np.float64]) -> None:
-    """The arm stands at q, shape (n_dof,), until the node is ended. No light: nothing is checked."""
+    """Publish the arm at q, shape (n_dof,), until the node is ended. Collisions are not checked, so there is no light."""
     with node("arm") as ended:
         robot, publisher = load("panda"), rospy.Publisher("joint_states", JointState, queue_size=_QUEUE)
         beat(lambda _: publisher.publish(_joint_state(robot, q)), ended)
 
 
 def _joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
-    """Where the joints are now."""
+    """The joint positions, with the current time."""
     message = messages.joint_state(robot, q)
     message.header.stamp = rospy.Time.now()
     return message
 
 
 def show_solids(groups: Mapping[str, Sequence[Solid]]) -> None:
-    """Show solids that stand still, by the namespaces in which RViz lists them, until the node is ended."""
+    """Publish static solids, by the namespaces in which RViz lists them, until the node is ended."""
     with node("collision_boxes") as ended:
         publisher = rospy.Publisher("visualization_marker", Marker, queue_size=_QUEUE)
         markers = [messages.solid_marker(solid, group, k) for group, solids in groups.items() for k, solid in enumerate(solids)]
@@ -153,9 +154,9 @@ def serve_box() -> None:
 
 
 def beat(step: Callable[[float], object], ended: Callable[[], bool], found_master: Callable[[], object] = lambda: None) -> None:
-    """Call ``step(seconds)`` at RATE_HZ, in real time, with the time gone by, until ``ended()``.
+    """Call ``step(seconds)`` at RATE_HZ with the elapsed time, until ``ended()``.
 
-    A master that was lost is found again, and then ``found_master()`` is called, for the new one knows no parameters.
+    If another master has started, the node registers with it, and ``found_master()`` is called, since it has no parameters yet.
     """
     registration = Registration()
     last = time.monotonic()
@@ -163,14 +164,14 @@ def beat(step: Callable[[float], object], ended: Callable[[], bool], found_maste
         now = time.monotonic()
         step(now - last)
         last = now
-        with suppress(OSError):  # lost again at once: there will be a next one
+        with suppress(OSError):  # the master is lost again: the next call tries again
             if registration.keep():
                 found_master()
         time.sleep(max(0.0, 1.0 / RATE_HZ - (time.monotonic() - now)))
 
 
 class Registration:
-    """The node's entry with the master. A new master knows nothing of nodes from before its time: they must say it again."""
+    """The node's registration with the master. A master that was restarted has lost it, so the node registers again."""
 
     def __init__(self) -> None:
         self._master = rosgraph.Master(rospy.get_name())
@@ -178,7 +179,7 @@ class Registration:
         self._asked = time.monotonic()
 
     def keep(self) -> bool:
-        """Register again if the master is another one, and tell whether it is. Asks it once in a while."""
+        """Register again if another master has started. Returns whether it has. Checks once in _LOOK_FOR_MASTER_S."""
         if time.monotonic() - self._asked < _LOOK_FOR_MASTER_S:
             return False
         self._asked = time.monotonic()
@@ -198,7 +199,7 @@ class Registration:
             return None
 
     def _register(self) -> None:
-        """Tell the master every topic of this node, and this node who publishes what it listens to."""
+        """Register every topic of this node with the master, and connect this node to the publishers of its subscriptions."""
         uri, name = rospy.get_node_uri(), rospy.get_name()
         node: Any = ServerProxy(uri)
         for topic, kind in node.getPublications(name)[2]:

@@ -23,16 +23,16 @@ from ulna.demo.scenario import Demo
 _MASTER_WITHIN_S = 20.0
 _HERE = ("localhost", "127.0.0.1", "::1")
 _PUBLISHER, _RVIZ = "robot_state_publisher", "RViz"
-_MOST_CRASHES = 3  # after which there must be a reason that another start will not mend
+_MOST_CRASHES = 3  # after so many, another start will not help
 
 
 def run(*, rviz: bool = True) -> None:
-    """A master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C.
+    """Run a master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C.
 
     Raises:
         MissingROSError: A program is not on this machine, or a master elsewhere does not answer.
     """
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # whoever ends us, we end our children
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # however this process is ended, it ends its children
     demo = Demo()
     with ExitStack() as stack:
         master = stack.enter_context(Children())
@@ -56,14 +56,14 @@ def _step(arm: ArmAndLight, master: Children, beside: "Beside", seconds: float) 
 
 
 class Beside(Children):
-    """What a master must know and the programs that register with it once: both anew for each master."""
+    """The parameters of a master, and the programs that register with it only once: both are renewed for each master."""
 
     def __init__(self, demo: Demo, config: str | None) -> None:
         super().__init__()
         self._demo, self._config, self._crashes = demo, config, 0
 
     def meet_master(self) -> None:
-        """Tell it the description; start robot_state_publisher, and RViz if there is a picture for it."""
+        """Set robot_description; start robot_state_publisher, and RViz if there is a configuration for it."""
         self.end_all()
         rospy.set_param("robot_description", with_fingers(robot_description(self._demo.robot, rospy.logwarn)))
         self.start(_PUBLISHER, _find_state_publisher())
@@ -71,7 +71,7 @@ class Beside(Children):
             _open_rviz(self, self._config)
 
     def begin_again(self, ended: Ended) -> bool:
-        """Open RViz again if it has crashed, as it now and then does when it begins; not if it was closed, nor for ever."""
+        """Start RViz again if it has crashed, as sometimes at its start; at most _MOST_CRASHES times, not if it was closed."""
         if not (ended.name == _RVIZ and ended.crashed and self._config and self._crashes < _MOST_CRASHES):
             return False
         self._crashes += 1
@@ -80,12 +80,16 @@ class Beside(Children):
 
 
 def have_master(master: Children) -> None:
-    """Start a master where ROS_MASTER_URI says, if none answers."""
+    """Start a master at ROS_MASTER_URI, unless one is running there.
+
+    Raises:
+        MissingROSError: The address is on another machine, or the master does not start.
+    """
     if rosgraph.is_master_online():
         return
     uri = urlsplit(rosgraph.get_master_uri())
     if uri.hostname not in _HERE:
-        raise MissingROSError(f"the master at {uri.geturl()} does not answer, and only one on this machine can be started here")
+        raise MissingROSError(f"the master at {uri.geturl()} does not answer, and only a master on this machine can be started")
     port = str(uri.port or 11311)
     master.start("rosmaster", "rosmaster", "--core", "-p", port)
     end = time.monotonic() + _MASTER_WITHIN_S
@@ -96,7 +100,11 @@ def have_master(master: Children) -> None:
 
 
 def _find_state_publisher() -> str:
-    """Where ROS puts the programs of its packages: under each prefix that its setup script names, or under Debian's."""
+    """The path of robot_state_publisher: under a prefix of ROS's setup script, or Debian's.
+
+    Raises:
+        MissingROSError: It is not installed.
+    """
     prefixes = [*filter(None, os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)), "/usr"]
     for prefix in prefixes:
         path = Path(prefix, "lib", _PUBLISHER, _PUBLISHER)
@@ -106,7 +114,7 @@ def _find_state_publisher() -> str:
 
 
 def _open_rviz(programs: Children, config: str) -> None:
-    """RViz with the demo's picture; without one, or without a screen, the command to type elsewhere."""
+    """Start RViz with the demo's configuration; without RViz or a display, log the command to run elsewhere."""
     if os.environ.get("DISPLAY"):
         try:
             programs.start(_RVIZ, "rviz", "-d", config)

@@ -26,7 +26,7 @@ from ulna.errors import InputError
 
 try:
     from tf2_msgs.msg import TFMessage
-except ModuleNotFoundError:  # no wheel has it: it comes with a ROS 2 of the system's
+except ModuleNotFoundError:  # there is no wheel of it: it comes with a system installation of ROS 2
     TFMessage = None
 NO_TF = (
     "no module tf2_msgs here, so nothing is published on /tf; run this in the Python of a whole ROS 2 to see the arm in RViz 2"
@@ -48,7 +48,7 @@ class DemoNode(Node):
             self._tf = self.create_publisher(TFMessage, "/tf", _QUEUE)
         else:
             self.get_logger().warning(NO_TF)
-        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # for an RViz that comes later
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # also for an RViz that starts later
         self._description = self.create_publisher(String, "robot_description", kept)
         self._description.publish(String(data=robot_description(demo.robot, self.get_logger().warning)))
         self._handles = Handles(self, self._put_box)
@@ -65,7 +65,7 @@ class DemoNode(Node):
             self._tf.publish(TFMessage(transforms=transforms(self.demo, q, stamp)))
 
     def draw_report(self, report: Report) -> None:
-        """Publish the light, its word and the boxes."""
+        """Publish the light, its text and the boxes."""
         self._markers.publish(MarkerArray(markers=list(messages.markers(self.demo.robot, report))))
 
     def _beat(self) -> None:
@@ -82,7 +82,7 @@ class DemoNode(Node):
 
 
 class Handles:
-    """The topics of an interactive-marker server, as RViz 2 asks for them; ``interactive_markers`` is not needed."""
+    """The topics and the service of an interactive-marker server for RViz 2, without the package ``interactive_markers``."""
 
     def __init__(self, node: DemoNode, heard: Callable[[InteractiveMarkerFeedback], None]) -> None:
         self._demo, self._heard, self._number = node.demo, heard, 0
@@ -108,7 +108,7 @@ class Handles:
 
 
 def transforms(demo: Demo, q: NDArray[np.float64], stamp) -> list[TransformStamped]:
-    """The pose of each link but the root in the base, at q, shape (n_dof,)."""
+    """The pose in the base of each link except the root, at q, shape (n_dof,)."""
     robot = demo.robot
     found = []
     for name, T in zip(robot.link_names, robot.link_poses(q), strict=True):

@@ -1,7 +1,7 @@
 """Records RViz on a virtual screen while the mouse drags the box by its arrows. Used by ``ulna ros1 record``.
 
-The video is made picture by picture: the arm goes on by a tenth of a second, the pointer by a step, and the picture is taken once
-RViz has drawn both. So the arm has its speed in the video, however slowly this machine draws.
+The video is made frame by frame: the arm advances by a tenth of a second, the pointer by a step, and the frame is taken when RViz
+has drawn both. So the video has the right speed, however slowly this machine draws.
 """
 
 # pyright: reportMissingImports=false
@@ -33,14 +33,14 @@ from ulna.viewer.film.film import Film
 # The programs, and Debian's packages that have them.
 _NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xdotool": "xdotool"}
 _APPEARS_WITHIN_S, _DRAWS_WITHIN_S = 120.0, 2.0
-_LOOK_S = 0.05  # between two looks at the screen
+_LOOK_S = 0.05  # interval between screenshots
 LEAST_SECONDS = 3.0  # a few pictures for each drag
-MISSED = 0.05  # [m] from where the box begins, and is to end
+MISSED = 0.05  # [m] the largest distance from its start at which the box may end
 Tell = Callable[[int], object]
 
 
 class RVizError(UlnaError, RuntimeError):
-    """RViz does not show what it should."""
+    """RViz does not show the scene, or a drag has failed."""
 
 
 def record_rviz(path: Path, seconds: float, tell: Tell = lambda _: None) -> None:
@@ -48,13 +48,13 @@ def record_rviz(path: Path, seconds: float, tell: Tell = lambda _: None) -> None
 
     Args:
         path: The file.
-        seconds: How long the video is.
+        seconds: The length of the video [s].
         tell: Called with the number of pictures done so far.
 
     Raises:
         MissingROSError: A program is not on this machine.
         RVizError: RViz does not show the scene, or the pointer has missed the box.
-        InputError: The file is no .mp4, or the video is too short for the drags.
+        InputError: The path does not end in .mp4, or the video is too short for the drags.
         FileError: The file cannot be written.
     """
     if path.suffix.lower() != ".mp4":
@@ -78,7 +78,7 @@ def record_rviz(path: Path, seconds: float, tell: Tell = lambda _: None) -> None
 
 
 class Screencast:
-    """The pictures of RViz, one after the other, as ``write_film`` takes them.
+    """The frames of RViz in the interface that ``write_film`` needs.
 
     Attributes:
         size, rate: Width and height [pixels]; pictures a second.
@@ -95,7 +95,12 @@ class Screencast:
         return self._n
 
     def frames(self) -> Iterator[NDArray[np.uint8]]:
-        """Play the demo and drag the box."""
+        """Play the demo, drag the box, and yield each frame, shape (height, width, 3).
+
+        Raises:
+            KeyboardInterrupt: The node was ended meanwhile.
+            RVizError: The box did not end at its start, so the pointer has missed an arrow of it.
+        """
         view, before = self._wait_for_scene()
         for k, step in enumerate(steps(self._n, self._place_of_box, view.project)):
             if self._ended():
@@ -112,11 +117,11 @@ class Screencast:
             raise RVizError(f"the box ends at {self._place_of_box().round(3)} m: the pointer has missed an arrow of it")
 
     def _place_of_box(self) -> NDArray[np.float64]:
-        """Where the box was dragged to, by what RViz has told [m], shape (3,)."""
+        """Where the box was dragged to, by the messages of RViz [m], shape (3,)."""
         return self._arm.player.demo.world.pose(BOX_NAME)[:3, 3]
 
     def _wait_for_scene(self) -> tuple[View, NDArray[np.uint8]]:
-        """RViz's window, once it shows the light."""
+        """The view and the pixels of RViz's window, once it shows the light."""
         end = time.monotonic() + _APPEARS_WITHIN_S
         while time.monotonic() < end and not self._ended():
             self._arm.player.advance(0.0)
@@ -130,7 +135,7 @@ class Screencast:
         raise RVizError(f"RViz did not show the light within {_APPEARS_WITHIN_S:g} s; rviz -d {CONFIG} may say why")
 
     def _drawn(self, before: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """The screen once it has changed and then stays the same for two looks, or after a while."""
+        """The screen, once it has changed and two screenshots are equal, or after _DRAWS_WITHIN_S."""
         end, changed, last = time.monotonic() + _DRAWS_WITHIN_S, False, before
         while True:
             time.sleep(_LOOK_S)

@@ -1,4 +1,4 @@
-"""Says where points of the scene appear in RViz's window, by the camera of ``demo.rviz``. Used by ``rviz_video``, tests."""
+"""Projects points of the scene into RViz's window, by the camera of ``demo.rviz``. Used by ``rviz_video``, tests."""
 
 from importlib.resources import files
 
@@ -10,7 +10,7 @@ from ulna.description.pose import inverse
 
 CONFIG = files("ulna.demo.ros") / "demo.rviz"
 BACKGROUND = (246, 247, 249)  # as in demo.rviz
-LEAST_BACKGROUND = 200_000  # pixels of it, once RViz is seen
+LEAST_BACKGROUND = 200_000  # its pixels, if RViz is on the screen
 
 
 def scene_is_seen(image: NDArray) -> bool:
@@ -19,7 +19,7 @@ def scene_is_seen(image: NDArray) -> bool:
 
 
 class View:
-    """The pinhole that the configuration describes, in the part of the window that shows the background.
+    """The pinhole camera of the configuration, in the part of the window that shows the background.
 
     Args:
         image: The screen, shape (height, width, 3), once ``scene_is_seen``.
@@ -38,12 +38,12 @@ class View:
         self.T_base_camera[:3] = np.column_stack([right, np.cross(back, right), back, focus + orbit["Distance"] * back])
 
     def project(self, point: ArrayLike) -> NDArray[np.float64]:
-        """Where a point of the base frame [m] appears [pixel x, y]."""
+        """The place [pixel x, y] of a point in the base frame [m]."""
         x, y, z = (inverse(self.T_base_camera) @ [*np.asarray(point), 1.0])[:3]
         focal = (self.bottom - self.top) / 2 / np.tan(self.fov / 2)
         return np.array([(self.left + self.right) / 2 - focal * x / z, (self.top + self.bottom) / 2 + focal * y / z])
 
     def around(self, image: NDArray, point: ArrayLike, half: int) -> NDArray:
-        """The square of pixels about a point of the base frame."""
+        """The square of pixels around a point in the base frame [m], of half width ``half``."""
         x, y = self.project(point).round().astype(int)
         return image[y - half : y + half, x - half : x + half]

@@ -18,7 +18,7 @@ _END_WITHIN_S = 5.0
 
 @contextmanager
 def virtual_screen() -> Iterator["VirtualScreen"]:
-    """A display within a block; the server picks its number.
+    """A context with a display; the server chooses its number.
 
     Raises:
         MissingROSError: Xvfb does not start.
@@ -44,12 +44,12 @@ def virtual_screen() -> Iterator["VirtualScreen"]:
 
 @dataclass(frozen=True)
 class VirtualScreen:
-    """A display; ``name`` is what DISPLAY is to be."""
+    """A display; ``name`` is the value of DISPLAY for it."""
 
     name: str
 
     def pixels(self) -> NDArray[np.uint8]:
-        """What it shows, with the pointer, shape (height, width, 3)."""
+        """A screenshot with the pointer, shape (height, width, 3)."""
         options = {"video_size": f"{SIZE[0]}x{SIZE[1]}", "draw_mouse": "1"}
         with av.open(self.name, format="x11grab", options=options) as screen:
             return np.asarray(next(screen.decode(video=0)).to_ndarray(format="rgb24"), np.uint8)
@@ -59,7 +59,7 @@ class VirtualScreen:
         self._xdotool("mousemove", *map(str, place.round().astype(int)))
 
     def press(self, *, down: bool) -> None:
-        """Press the left button, or let go of it."""
+        """Press the left button, or release it."""
         self._xdotool("mousedown" if down else "mouseup", "1")
 
     def _xdotool(self, *words: str) -> None:

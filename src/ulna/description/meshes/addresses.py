@@ -16,7 +16,7 @@ _NAMING_FILES = ("mesh", "texture")
 
 
 def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Iterable[str | Path]) -> str:
-    """The text with its meshes and textures as they are ``"given"``, or as a ``"file"``: found, and named absolutely.
+    """The text with mesh and texture paths as they are (``"given"``), or as absolute ``file://`` addresses (``"file"``).
 
     Raises:
         FileError: One is not there; the message lists every path tried.
@@ -34,7 +34,7 @@ def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Ite
 
 
 def _found_files(uris: Iterable[str], folder: Path | None, package_dirs: Iterable[str | Path]) -> dict[str, Path]:
-    """The file behind each address, each looked for once.
+    """The file of each address; each is searched for once.
 
     Raises:
         FileError: One is not there; the message lists every path tried.

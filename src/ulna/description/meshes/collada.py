@@ -1,8 +1,8 @@
 """Checks a Collada file and writes it with a flat scene: each instance of a geometry with one matrix. Used by ``reader``.
 
-Source: Collada 1.4.1 specification, chapters 4 and 5. Of the asset, the unit counts and ``up_axis`` does not: as in RViz, which
-multiplies by the unit and leaves out the turn, for a URDF says itself how its mesh is turned. (Assimp applies both; Pinocchio and
-Coal, which read with Assimp, leave out both.)
+Source: Collada 1.4.1 specification, chapters 4 and 5. As in RViz, the unit of the asset is applied and its ``up_axis`` is not,
+since the URDF gives the orientation of the mesh. (Assimp applies both; Pinocchio and Coal, which read with Assimp, apply
+neither.)
 """
 
 from collections import defaultdict
@@ -25,7 +25,7 @@ def plain_collada(data: bytes, *, materials: bool = True) -> Plain:
 
     Args:
         data: The file.
-        materials: Whether to keep its materials, which may be broken where its geometries are not.
+        materials: Whether to keep its materials, which may be invalid even if its geometries are valid.
 
     Raises:
         ValueError: It has no scene, or one with what is not read: skins, splines, strips, nodes without end, too many triangles.
@@ -38,7 +38,7 @@ def plain_collada(data: bytes, *, materials: bool = True) -> Plain:
     for url in scene.urls():
         geometry = geometries.get(url)
         if geometry is None:
-            raise ValueError(f"its scene shows the geometry {url!r}, which is not in it")
+            raise ValueError(f"its scene shows the geometry {url!r}, which is not in the file")
         counts[url] = _prepared(geometry)
     metres, n_triangles = _metres(root), scene.count_triangles(counts)
     nodes = [(metres @ T, instance) for T, instance in scene.placed()]
@@ -61,7 +61,7 @@ def _parsed(data: bytes) -> etree._Element:
     if root.getroottree().docinfo.internalDTD is not None:
         raise ValueError("it declares a document type, which a mesh does not need")
     if etree.QName(root).localname != "COLLADA":
-        raise ValueError("it is no Collada file")
+        raise ValueError("it is not a Collada file")
     return root
 
 
@@ -69,15 +69,15 @@ def _metres(root: etree._Element) -> Array:
     unit = root.find("{*}asset/{*}unit")
     metres = float(unit.get("meter", "1")) if unit is not None else 1.0
     if not 0 < metres < np.inf:
-        raise ValueError(f"its unit is {metres:g} m")
+        raise ValueError(f"its unit is {metres:g} m; a length above 0 is expected")
     return np.diag([metres, metres, metres, 1.0])
 
 
 def _prepared(geometry: etree._Element) -> int:
-    """How many triangles a geometry has; its sources are rewritten without strides."""
+    """The number of triangles of a geometry; its sources are rewritten without strides."""
     mesh = geometry.find("{*}mesh")
     if mesh is None:
-        raise ValueError(f"its geometry {geometry.get('id')!r} is no mesh of polygons")
+        raise ValueError(f"its geometry {geometry.get('id')!r} is not a mesh of polygons")
     for source in mesh.iterfind("{*}source"):
         _make_dense(source)
     count = 0
@@ -91,7 +91,7 @@ def _prepared(geometry: etree._Element) -> int:
 
 
 def _n_triangles(primitive: etree._Element, kind: str) -> int:
-    """The triangles of one group, each polygon a fan."""
+    """The triangles of one group, each polygon split into a fan."""
     if primitive.find("{*}ph") is not None:
         raise ValueError("it has polygons with holes, which are not read")
     if kind == "polylist":
@@ -114,11 +114,11 @@ def _make_dense(source: etree._Element) -> None:
     """Write an array as its accessor reads it: from an offset, in strides, without parameters that have no name."""
     array, accessor = source.find("{*}float_array"), source.find("{*}technique_common/{*}accessor")
     if array is None or accessor is None:
-        return  # an array of names, or a source that the library refuses
+        return  # an array of names, or a source that pycollada refuses
     try:
         values = np.array(_words(array), dtype=np.float64)
     except ValueError:
-        raise ValueError(f"the array {array.get('id')!r} has words that are no numbers") from None
+        raise ValueError(f"the array {array.get('id')!r} has words that are not numbers") from None
     if not np.isfinite(values).all():
         raise ValueError(f"the array {array.get('id')!r} has numbers that are not finite")
     params = accessor.findall("{*}param")

@@ -1,4 +1,4 @@
-"""Puts convex pieces in the place of a description's collision meshes, by CoACD. Used by ``robot``.
+"""Replaces a description's collision meshes by convex pieces, by CoACD. Used by ``robot``.
 
 Source: Wei et al., Approximate Convex Decomposition for 3D Meshes with Collision-Aware Concavity and Tree Search, SIGGRAPH 2022.
 """
@@ -33,15 +33,15 @@ PARAMETERS = {
     "mcts_max_depth": 2,
     "seed": 0,
 }
-_VERSION = 1  # of what is made of CoACD's pieces: another number, and all are made anew
+_VERSION = 1  # of the processing of CoACD's pieces: a new number invalidates the cache
 
 
 def with_pieces(description: Description, announce: Callable[[str], object] = lambda _: None) -> Description:
-    """The description whose collision meshes are convex pieces; what is seen stays as it is.
+    """The description with convex pieces in place of its collision meshes; its visuals are unchanged.
 
     Args:
         description: The description.
-        announce: Called with a sentence before each mesh that is decomposed, which takes seconds to minutes.
+        announce: Called with a message before each decomposition, which takes seconds to minutes.
 
     Raises:
         FileError: A mesh is not there, lies where the description may not lead, cannot be read, or cannot be decomposed.
@@ -56,7 +56,7 @@ def _shapes(path: Path, scale: Scale, announce: Callable[[str], object]) -> tupl
 
 
 def pieces_of_file(path: Path, announce: Callable[[str], object] = lambda _: None) -> Pieces:
-    """The pieces of a mesh file in its own units; kept on disk by the file's content.
+    """The pieces of a mesh file in its own units; cached on disk by the file's content.
 
     Raises:
         FileError: It cannot be read, or not decomposed within the limits of time and memory.

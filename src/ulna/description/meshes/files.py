@@ -28,7 +28,7 @@ class Located(Protocol):
 class MeshFiles:
     """Finds meshes in the description's folder, its package, ``package_dirs``, and packages found; and nowhere else.
 
-    Like a xacro document, a description may name ``file:///etc/passwd`` or climb with ``..``; what it names would be served.
+    A description from elsewhere could refer to ``file:///etc/passwd`` or use ``..``, and the viewer would serve that file.
     """
 
     def __init__(self, description: Located) -> None:
@@ -39,7 +39,7 @@ class MeshFiles:
         """The file behind ``package://``, ``file://`` or a path that is relative to the description.
 
         Raises:
-            FileError: It is not there, may not be read, or is no mesh; the message says which, and what was tried.
+            FileError: It does not exist, may not be read, or is not a mesh; the message says which, and the paths tried.
         """
         if Path(uri).suffix.lower() not in MESHES:
             raise FileError(uri, f"is not read as a mesh; {', '.join(MESHES)} are")
@@ -51,10 +51,14 @@ class MeshFiles:
             raise FileError(uri, str(error)) from None  # a name that no file system takes
 
     def beside(self, mesh: Path, name: str) -> Path:
-        """A file that a mesh names, as a texture: in the mesh's folder, or where the description may read."""
+        """A file that a mesh refers to, such as a texture: in the mesh's folder, or where the description may read.
+
+        Raises:
+            FileError: It lies elsewhere.
+        """
         path = mesh.parent / unquote(name)
         if not (self.readable.admits(str(path)) or path.resolve().is_relative_to(mesh.parent.resolve())):
-            raise FileError(name, f"lies outside {mesh.parent}, whose {mesh.name} names it")
+            raise FileError(name, f"lies outside {mesh.parent}, the folder of {mesh.name}, which refers to it")
         return path
 
     def _readable(self, uri: str) -> Path:

@@ -16,13 +16,13 @@ from ulna.errors import FileError, InputError, needs_extra
 
 Scale = tuple[float, float, float]
 ShapesOf = Callable[[Path, Scale], tuple[tuple[ConvexMesh, ...], float | None]]
-_MOST_KEPT = 256  # hulls, of files that robots share
+_MOST_KEPT = 256  # cached hulls, which robots share
 _kept: dict[tuple[bytes, str, Scale], ConvexMesh] = {}
 _lock = Lock()
 
 
 def with_hulls(description: Description) -> Description:
-    """The description whose collision meshes are their convex hulls; what is seen stays as it is.
+    """The description with convex hulls in place of its collision meshes; its visuals are unchanged.
 
     Raises:
         FileError: A mesh is not there, lies where the description may not lead, or cannot be read.
@@ -32,7 +32,7 @@ def with_hulls(description: Description) -> Description:
 
 
 def with_shapes(description: Description, shapes_of: ShapesOf) -> Description:
-    """The description with other shapes in the place of each collision mesh.
+    """The description with other shapes in place of each collision mesh.
 
     Args:
         description: The description.
@@ -47,12 +47,12 @@ def with_shapes(description: Description, shapes_of: ShapesOf) -> Description:
 
 
 def n_collision_meshes(description: Description) -> int:
-    """How many collision shapes are meshes as their files give them."""
+    """The number of collision shapes that are mesh files."""
     return sum(isinstance(body.shape, Mesh) for link in description.links for body in link.collisions)
 
 
 def in_place_of_meshes(description: Description) -> str:
-    """What is checked in the place of meshes, in a few words; nothing if nothing is."""
+    """A sentence that says what is checked in place of meshes; empty if there are none."""
     shapes = [body for link in description.links for body in link.collisions if isinstance(body.shape, ConvexMesh)]
     excesses = [body.excess for body in shapes if body.excess is not None]
     if excesses:
@@ -77,7 +77,7 @@ def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:
 
 
 def hull_of(path: Path, scale: Scale) -> ConvexMesh:
-    """The hull of a mesh file, kept by the file's content. A flat mesh, which has no volume, keeps all its points.
+    """The hull of a mesh file, cached by the file's content. A flat mesh, which has no volume, keeps all its points.
 
     Raises:
         FileError: It cannot be read.
@@ -97,14 +97,14 @@ def hull_of(path: Path, scale: Scale) -> ConvexMesh:
         except InputError:
             found = ConvexMesh(points)
     with _lock:
-        _kept[key] = found  # last, as the one used most lately
+        _kept[key] = found  # at the end: most recently used
         while len(_kept) > _MOST_KEPT:
             del _kept[next(iter(_kept))]
     return found
 
 
 def refuse_unchecked(path: Path) -> None:
-    """Refuse a file of a kind that is drawn but not checked.
+    """Refuse a file format that is drawn but not checked for collision.
 
     Raises:
         FileError: It is one.
@@ -116,7 +116,7 @@ def refuse_unchecked(path: Path) -> None:
 
 @cache
 def mesh_reader():
-    """The module ``reader``, loaded when first needed: it brings trimesh.
+    """The module ``reader``, imported when first needed, since it imports trimesh.
 
     Raises:
         MissingExtraError: trimesh, pycollada or SciPy is not installed.

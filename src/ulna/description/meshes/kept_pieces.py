@@ -1,4 +1,4 @@
-"""Keeps the convex pieces of meshes on disk, in this user's own cache folder. Used by ``decompose`` and its child process."""
+"""Caches the convex pieces of meshes on disk, in the user's own cache folder. Used by ``decompose`` and its child process."""
 
 import contextlib
 import io
@@ -22,7 +22,7 @@ class Pieces(NamedTuple):
 
     Attributes:
         points: The corners of each, shape (n, 3).
-        excess: How far they stand out beyond the mesh, as sampled (``pieces.sampled_excess``).
+        excess: The largest distance [m] of the pieces from the mesh, by sampling (``pieces.sampled_excess``).
     """
 
     points: tuple[NDArray[np.float64], ...]
@@ -30,7 +30,7 @@ class Pieces(NamedTuple):
 
 
 def to_bytes(pieces: Pieces) -> bytes:
-    """The pieces as a file of NumPy's."""
+    """The pieces as the bytes of a NumPy file."""
     file = io.BytesIO()
     np.savez(file, points=np.concatenate(pieces.points), counts=[len(one) for one in pieces.points], excess=pieces.excess)
     return file.getvalue()
@@ -53,7 +53,7 @@ def from_bytes(data: bytes) -> Pieces:
 
 
 def read(name: str) -> Pieces | None:
-    """The pieces kept under a name; None if there are none."""
+    """The cached pieces of a name; None if there are none."""
     folder = _folder()
     if folder is None:
         return None
@@ -67,12 +67,12 @@ def read(name: str) -> Pieces | None:
 
 
 def write(name: str, pieces: Pieces) -> None:
-    """Keep pieces under a name, where something can be kept; those that nobody has used for three months are removed."""
+    """Cache pieces under a name, if the folder can be written; remove files that were not used for three months."""
     folder = _folder()
     if folder is None:
         return
     with contextlib.suppress(OSError):
-        handle, beside = tempfile.mkstemp(dir=folder)  # then renamed: nobody reads a file that is not yet whole
+        handle, beside = tempfile.mkstemp(dir=folder)  # renamed afterwards, so that no incomplete file is read
         with os.fdopen(handle, "wb") as file:
             file.write(to_bytes(pieces))
         Path(beside).replace(folder / f"{name}.npz")
@@ -82,7 +82,7 @@ def write(name: str, pieces: Pieces) -> None:
 
 
 def _folder() -> Path | None:
-    """None where nothing can be kept, or others could change it."""
+    """The cache folder; None if it cannot be written, or other users could write there."""
     try:
         return make_private(cache_base(), "pieces")
     except (SharedFolderError, OSError, RuntimeError):  # RuntimeError: a user without a home folder

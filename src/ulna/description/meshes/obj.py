@@ -45,7 +45,7 @@ def plain_obj(data: bytes) -> Plain:
             case word if word in _SURFACES:
                 raise ValueError(f"line {number}: it has curved surfaces ({word}), which are not read")
     if highest > len(lists["v"]):
-        raise ValueError(f"a face names vertex {highest}; there are {len(lists['v'])}")
+        raise ValueError(f"a face refers to vertex {highest}; there are {len(lists['v'])}")
     vertices = lists["v"] if all_coloured else [" ".join(vertex.split()[:3]) for vertex in lists["v"]]
     text = [*libraries[:1], *(f"v {vertex}" for vertex in vertices)]
     text += [f"{kind} {row}" for kind in ("vt", "vn") for row in lists[kind]] + faces
@@ -53,7 +53,7 @@ def plain_obj(data: bytes) -> Plain:
 
 
 def _lines(data: bytes) -> list[tuple[int, str]]:
-    """The lines with their numbers, those that go on joined."""
+    """The lines with their numbers; continued lines are joined."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -72,7 +72,7 @@ def _vertex(words: list[str], number: int) -> list[float]:
     except ValueError:
         values = []
     if len(values) not in (3, 4, 6, 7) or not all(map(isfinite, values)) or (len(values) == 4 and values[3] == 0):
-        raise ValueError(f"line {number}: {' '.join(words)[:60]!r} is no vertex of finite numbers")
+        raise ValueError(f"line {number}: {' '.join(words)[:60]!r} is not a vertex of finite numbers")
     if len(values) == 4:
         return [value / values[3] for value in values[:3]]
     return values[:6]
@@ -88,7 +88,7 @@ def _corner(word: str, lists: dict[str, list[str]], number: int) -> str:
     counts = [len(lists[kind]) for kind in ("v", "vt", "vn")]
     absolute = [n + 1 + i if i is not None and i < 0 else i for i, n in zip(indices, counts, strict=False)]
     if not 1 <= len(indices) <= 3 or absolute[0] is None or any(i is not None and i < 1 for i in absolute):
-        raise ValueError(f"line {number}: {word[:30]!r} is no corner of a face")
+        raise ValueError(f"line {number}: {word[:30]!r} is not a corner of a face")
     return "/".join("" if i is None else str(i) for i in absolute)
 
 

@@ -1,7 +1,7 @@
 """Groups the triangles of a mesh by approximate convex pieces, and measures what their hulls add. Used by ``decompose_child``.
 
-A decomposition works on a closed surface made anew from the mesh, so its pieces are near the mesh but do not hold it. Here each
-triangle of the mesh is given to one piece, and a piece becomes the hull of its triangles: together they hold the whole surface.
+A decomposition works on a closed surface that is remeshed, so its pieces are near the mesh but do not contain it. Here each
+triangle of the mesh is assigned to one piece, and a piece becomes the hull of its triangles: together they contain the surface.
 """
 
 import numpy as np
@@ -11,18 +11,18 @@ from scipy.spatial import ConvexHull, KDTree, QhullError
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
-_FINEST = 0.01  # of the mesh's diagonal: triangles are not cut smaller
-_OUTSIDE = 1e-3  # of the diagonal: a triangle that leaves a piece by less is in it
+_FINEST = 0.01  # of the mesh's diagonal: smaller triangles are not cut
+_OUTSIDE = 1e-3  # of the diagonal: a triangle that protrudes from a piece by less counts as inside
 _MOST_TRIANGLES = 500_000
 _SURFACE_SAMPLES, _PIECE_SAMPLES = 50_000, 10_000
-_AT_ONCE = 1 << 22  # pairs of points and triangles, or of points and planes, of which arrays are made
+_AT_ONCE = 1 << 22  # pairs of points and triangles, or of points and planes, in one array
 
 
 def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
     """The corners of the hulls of groups of triangles, a group for each hull given, none empty.
 
-    1. A triangle belongs to the hull that it leaves least: the largest distance of its corners from the hull's planes.
-    2. A triangle that leaves every hull is cut at the middle of its longest edge, until it does not or is small.
+    1. A triangle is assigned to the hull from which it protrudes least: by the largest distance of its corners from the planes.
+    2. A triangle that protrudes from every hull is cut at the middle of its longest edge, until it is inside one or small.
 
     Args:
         vertices: Of the mesh, shape (n, 3).
@@ -30,7 +30,7 @@ def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
         hulls: The points of approximate convex pieces, shape (k, 3) each.
 
     Returns:
-        Points, shape (k, 3) each: their hulls together hold every triangle of the mesh.
+        Points, shape (k, 3) each: their hulls together contain every triangle of the mesh.
     """
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     planes = [ConvexHull(points).equations for points in hulls]
@@ -73,7 +73,7 @@ def _corners(points: Array) -> Array:
 
 
 def sampled_excess(vertices: Array, faces: Faces, pieces: list[Array]) -> float:
-    """How far pieces stand out beyond a mesh: the largest distance of a sampled point of theirs from the solid that it encloses.
+    """The excess of pieces over a mesh: the largest distance of a sampled point of theirs from the solid that it encloses.
 
     Samples are 10,000 points on the pieces and within them, spread by area, so the true value is larger, if little. A point is
     within the mesh where the winding number is above a half (Jacobson et al., Robust Inside-Outside Segmentation, 2013), whose
@@ -134,7 +134,7 @@ def _samples_of_pieces(pieces: list[Array], random: np.random.Generator) -> Arra
 
 
 def _winding_numbers(triangles: Array, points: Array) -> Array:
-    """How often a surface goes round each point: the sum of solid angles (Van Oosterom and Strackee 1983) over 4 pi."""
+    """The winding number of a surface at each point: the sum of solid angles (Van Oosterom and Strackee 1983) over 4 pi."""
     a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
     lengths = [np.linalg.norm(one, axis=2) for one in (a, b, c)]
     determinant = np.einsum("ijk,ijk->ij", a, np.cross(b, c))

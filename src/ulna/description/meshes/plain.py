@@ -1,18 +1,18 @@
-"""Holds a mesh file rewritten in the plainest form of its format, and how many triangles it has. Used by each format's reader."""
+"""A mesh file rewritten in the simplest form of its format, and its number of triangles. Used by each format's reader."""
 
 from typing import NamedTuple
 
 CHECKED = (".stl", ".obj", ".dae")
-"""The kinds of files that are read whole, with nothing left out: only these are checked for collision."""
-MOST_TRIANGLES = 4_000_000  # placed; a binary STL of the most bytes has half of this
+"""The formats that are read completely: only these are used for collision checking."""
+MOST_TRIANGLES = 4_000_000  # of all instances; a binary STL of MOST_BYTES has half of this
 
 
 class Plain(NamedTuple):
-    """What a mesh library reads in place of the file.
+    """The data that a mesh library reads in place of the file.
 
     Attributes:
         data: The file, rewritten in its own format.
-        n_triangles: How many triangles a reader must find in it, instances counted as often as they are placed.
+        n_triangles: The number of triangles that a reader must find in it, over all instances.
     """
 
     data: bytes

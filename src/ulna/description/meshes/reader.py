@@ -1,7 +1,7 @@
 """Reads a mesh file with trimesh, the same for what is checked and what is drawn. Used by ``hulls``, the viewer, ``inspect``.
 
-Before, a file of a format that can be written in many ways is rewritten in one (``stl``, ``obj``, ``collada``). After, the
-triangles are counted. So a file is read whole, or refused.
+A file of a format with many notations is first rewritten in one notation (``stl``, ``obj``, ``collada``). Afterwards the
+triangles are counted. So a file is read completely, or refused.
 """
 
 from collections.abc import Iterable
@@ -46,26 +46,26 @@ def read_scene(path: Path, data: bytes, beside: Resolver | None = None) -> trime
     """The triangles of a mesh file, Collada's in metres; each instance a geometry of its own.
 
     Args:
-        path: The file, of whose name the kind is taken, and which errors name.
+        path: The file; its ending gives the format, and errors name it.
         data: Its bytes.
-        beside: Reads the files that it names: materials, textures, buffers. Without it they are left out.
+        beside: Reads the files that it refers to: materials, textures, buffers. Without it they are skipped.
 
     Raises:
         FileError: It cannot be understood, has no triangles, points that are not finite, or more triangles than are read.
     """
     try:
         if beside is not None:
-            with suppress(Exception):  # materials may be broken where the triangles are not
+            with suppress(Exception):  # materials may be invalid even if the triangles are valid
                 return _checked(path.suffix.lower(), data, beside)
         return _checked(path.suffix.lower(), data, None)
     except MemoryError:
         raise FileError(str(path), "cannot be read: out of memory") from None
-    except Exception as error:  # noqa: BLE001 -- trimesh and what it calls raise whatever comes to them
+    except Exception as error:  # noqa: BLE001 -- trimesh and its dependencies raise any exception
         raise FileError(str(path), f"cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
 
 
 def used_points(scene: trimesh.Scene) -> NDArray[np.float64]:
-    """The points that a triangle uses, shape (n, 3): what else a file lists is no part of the mesh."""
+    """The points that triangles use, shape (n, 3); other vertices of the file are not part of the mesh."""
     return np.concatenate([vertices[np.unique(faces)] for vertices, faces in _parts(scene)])
 
 
@@ -109,7 +109,7 @@ def _parts(scene: trimesh.Scene) -> Iterable[tuple[NDArray[np.float64], NDArray[
         T, geometry = scene.graph[name]
         mesh = scene.geometry[geometry]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused in ``_check``
+            with np.errstate(invalid="ignore", over="ignore"):  # numbers that are not finite are refused in ``_check``
                 yield np.asarray(mesh.vertices) @ T[:3, :3].T + T[:3, 3], np.asarray(mesh.faces)
 
 
@@ -119,18 +119,18 @@ def _check(scene: trimesh.Scene, plain: Plain | None) -> None:
     if not found:
         raise ValueError("it has no triangles")
     if plain is not None and found != plain.n_triangles:
-        raise ValueError(f"of its {plain.n_triangles} triangles {found} are understood")
+        raise ValueError(f"{found} of its {plain.n_triangles} triangles can be read")
     if found > MOST_TRIANGLES:
         raise ValueError(f"it has {found} triangles; up to {MOST_TRIANGLES} are read")
     for vertices, faces in parts:
         if faces.min() < 0 or faces.max() >= len(vertices):
-            raise ValueError("a triangle names a vertex that is not there")
+            raise ValueError("a triangle refers to a vertex that does not exist")
         if not np.isfinite(vertices).all():
             raise ValueError("it has points that are not finite")
 
 
 class Beside(Resolver):
-    """What a mesh names, such as a texture: files beside it, or in the folders that its description may read."""
+    """Reads the files that a mesh refers to, such as textures: beside it, or in the folders that its description may read."""
 
     def __init__(self, files: MeshFiles, mesh: Path) -> None:
         self._files, self._mesh = files, mesh
@@ -144,23 +144,31 @@ class Beside(Resolver):
         return mesh_bytes(self._files.beside(self._mesh, key))
 
     def write(self, name: str, data: object) -> None:
-        """Nothing is written."""
+        """Not supported.
+
+        Raises:
+            NotImplementedError: Always.
+        """
         raise NotImplementedError(f"{name} would be written")
 
     def namespaced(self, namespace: str) -> Resolver:
-        """There are no namespaces."""
+        """Not supported.
+
+        Raises:
+            NotImplementedError: Always.
+        """
         raise NotImplementedError(namespace)
 
     def keys(self) -> Iterable[str]:
-        """Nothing is listed."""
+        """An empty list: files are found by name only."""
         return ()
 
 
 class _Nothing(Beside):
-    """Refuses every file that a mesh names."""
+    """Refuses every file that a mesh refers to."""
 
     def __init__(self) -> None:
         pass
 
     def get(self, key: str) -> bytes:
-        raise FileError(key, "a file that a mesh names, which is not needed")
+        raise FileError(key, "a mesh refers to this file, which is not needed")

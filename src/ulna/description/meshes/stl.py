@@ -1,4 +1,4 @@
-"""Checks an STL file and writes it as binary STL, which leaves nothing to guess. Used by ``reader``."""
+"""Checks an STL file and writes it as binary STL, which is unambiguous. Used by ``reader``."""
 
 import re
 
@@ -13,7 +13,7 @@ _NUMBERS = np.array([word == b"x" for word in _FACET])
 
 
 def plain_stl(data: bytes) -> Plain:
-    """Binary STL as it is; text as binary STL.
+    """Binary STL unchanged; text converted to binary STL.
 
     It is binary where the length is that of the triangles it counts, as Assimp and trimesh decide too. A text must consist of
     whole facets of three vertices each: one that was cut off is refused.
@@ -26,7 +26,7 @@ def plain_stl(data: bytes) -> Plain:
         return Plain(data, count)
     numbers = _facets(data)
     triangles = np.zeros(len(numbers), _TRIANGLE)
-    with np.errstate(over="ignore"):  # what is too large becomes infinite, which the reader refuses
+    with np.errstate(over="ignore"):  # numbers that are too large become infinite, which the reader refuses
         triangles["normal"], triangles["corners"] = numbers[:, 0], numbers[:, 1:]
     return Plain(bytes(80) + len(triangles).to_bytes(4, "little") + triangles.tobytes(), len(triangles))
 
@@ -35,11 +35,11 @@ def _facets(data: bytes) -> np.ndarray:
     """The normal and the three corners of each facet of a text, shape (n, 4, 3)."""
     text = re.sub(rb"\r\n?", b"\n", data.removeprefix(b"\xef\xbb\xbf"))
     if not re.match(rb"\s*solid\b", text, re.IGNORECASE):
-        raise ValueError("it is no STL file: neither as long as its header says, nor a text that begins with 'solid'")
+        raise ValueError("it is not an STL file: it neither has the length that its header gives, nor begins with 'solid'")
     words = []
     for line in text.split(b"\n"):
         some = line.split()
-        if not some or some[0].lower() not in (b"solid", b"endsolid"):  # a name may be any words
+        if not some or some[0].lower() not in (b"solid", b"endsolid"):  # the name may be any text
             words += some
         elif b"endfacet" in line.lower():
             raise ValueError("a line has both facets and a name")

@@ -17,7 +17,7 @@ def find_by_name(name: str) -> Named:
     """The file of a robot that is not bundled.
 
     Raises:
-        FileError: No robot is called so, or its description is not on this machine yet; the message says where to get it.
+        FileError: There is no robot of that name, or its description is not downloaded; the message says how to get it.
     """
     examples, cached = example_robots(), cached_descriptions.names()
     if name in examples:
@@ -52,7 +52,7 @@ class KnownRobot:
 
 
 def known_robots() -> list[KnownRobot]:
-    """Every robot that has a name here, in the order of the packages and then of the names."""
+    """Every robot that can be loaded by name, sorted by package and name."""
     found = [KnownRobot(name, (), "bundled", None, installed=True) for name in BUNDLED]
     for package, files in (("example-robot-data", example_robots()), ("robot_descriptions", cached_descriptions.names())):
         by_file: dict[Path, list[str]] = {}
@@ -65,7 +65,7 @@ def known_robots() -> list[KnownRobot]:
 
 
 def packages_to_install() -> list[str]:
-    """The packages that would give more names, as pip calls them."""
+    """The packages, by their names for pip, that would add more robots."""
     found = {robot.package for robot in known_robots()}
     return [package for package in _PACKAGES if package not in found]
 
@@ -94,7 +94,7 @@ def _without(end: str, files: dict[str, Path]) -> dict[str, Path]:
 def _near(name: str, known: dict[str, str]) -> str:
     near = near_names(name, known, _MOST_NEAR)
     if not near:
-        return f"; {len(known)} names are known, of which none is near; `ulna list` prints them"
+        return f"; {len(known)} names are known, none of them similar; `ulna list` prints them"
     return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"
 
 

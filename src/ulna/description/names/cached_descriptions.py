@@ -32,7 +32,7 @@ def find(name: str, module: Path) -> Named:
     """The URDF or xacro file that a module points to, with its arguments and its packages.
 
     Raises:
-        FileError: Its repository is not in the cache yet, or the module cannot be understood.
+        FileError: Its repository is not in the cache yet, or the module cannot be read.
     """
     repositories = _run(module.with_name("_repositories.py"), None)["REPOSITORIES"]
 
@@ -72,5 +72,5 @@ def _run(module: Path, clone_to_cache: Any) -> dict[str, Any]:
     except FileError:
         raise
     except Exception as error:
-        raise FileError(str(module), f"cannot be understood ({type(error).__name__}: {error})") from error
+        raise FileError(str(module), f"cannot be read ({type(error).__name__}: {error})") from error
     return defined

@@ -68,8 +68,8 @@ def _found(message: dict[str, Any], readable: Readable) -> dict[str, Any]:
         return {"refused": str(error)}
     except OSError as error:
         return {"failed": (error.errno or 5, error.strerror or str(error))}
-    except ValueError:  # a zero byte, or half a character
-        return {"refused": f"{name!a} is no name of a file"}
+    except ValueError:  # a zero byte, or a lone surrogate
+        return {"refused": f"{name!a} is not a file name"}
     raise _DiedError
 
 

@@ -1,4 +1,4 @@
-"""A pinhole camera, and its projection as the kernels of the raster take it. Used by ``painter`` and ``record``."""
+"""A pinhole camera, and its projection in the form of the kernels' arguments. Used by ``painter`` and ``record``."""
 
 from dataclasses import dataclass
 from math import atan, cos, sin, tan
@@ -25,33 +25,40 @@ class Camera:
 
     @classmethod
     def around(cls, middle: ArrayLike, radius: float, turn: float, aspect: float) -> "Camera":
-        """A camera that sees a ball [m], from above and ``turn`` [rad] about z from x; ``aspect`` is width by height."""
+        """A camera that sees all of a ball from above.
+
+        Args:
+            middle: The centre of the ball in the base frame [m], shape (3,).
+            radius: Its radius [m].
+            turn: The angle of the camera about z, from x [rad].
+            aspect: Width by height of the picture.
+        """
         half = atan(tan(cls.fov / 2.0) * min(aspect, 1.0))
         away = np.array([cos(turn), sin(turn), 0.42])
         position = np.asarray(middle) + away / np.linalg.norm(away) * radius / sin(half)
         return cls(tuple(position.tolist()), tuple(np.asarray(middle).tolist()))
 
     def rays(self, width: int, height: int) -> NDArray[np.float64]:
-        """Its position, the direction through a raster's corner, and the steps of it to the right and down: shape (4, 3)."""
+        """Its position, the direction through the raster's corner, and its change for a pixel right and down, shape (4, 3)."""
         right, down, forward = self._axes()
         sample = 2.0 * tan(self.fov / 2.0) / height
         corner = forward - right * (sample * width / 2.0) - down * (sample * height / 2.0)
         return np.array([self.position, corner, right * sample, down * sample])
 
     def view(self, width: int, height: int) -> NDArray[np.float64]:
-        """The map of a point of the base to x and y, times its depth, and the depth [m], shape (3, 4)."""
+        """The projection of a point in the base frame to x * depth, y * depth [pixel m] and depth [m], shape (3, 4)."""
         right, down, forward = self._axes()
         scale = height / (2.0 * tan(self.fov / 2.0))
         rows = np.array([scale * right + width / 2.0 * forward, scale * down + height / 2.0 * forward, forward])
         return np.column_stack([rows, -rows @ np.array(self.position)])
 
     def place(self, point: ArrayLike, width: int, height: int) -> tuple[float, float]:
-        """Where a point of the base frame [m] is seen [pixels]: x, y."""
+        """The place in the picture [pixels x, y] of a point in the base frame [m]."""
         x, y, depth = self.view(width, height) @ np.append(np.asarray(point, dtype=np.float64), 1.0)
         return float(x / depth), float(y / depth)
 
     def _axes(self) -> NDArray[np.float64]:
-        """Right, down and forward, in the base."""
+        """The unit vectors right, down and forward, in the base frame, as rows: shape (3, 3)."""
         forward = np.subtract(self.look_at, self.position)
         forward /= np.linalg.norm(forward)
         right = np.cross(forward, (0.0, 0.0, 1.0))
@@ -62,7 +69,7 @@ class Camera:
 
 
 def sun_view(direction: ArrayLike, middle: ArrayLike, radius: float, texels: int) -> NDArray[np.float64]:
-    """The map of points to the shadow map of a sun, which covers a radius [m] about a point, shape (3, 4).
+    """The projection of points to the shadow map of a sun, which covers a radius [m] around a point, shape (3, 4).
 
     The third row is the height towards the sun [m], above zero within twice the radius of the point.
     """

@@ -1,4 +1,4 @@
-"""Writes words over a finished picture. Used by ``painter``."""
+"""Writes text over a finished picture. Used by ``painter``."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -9,17 +9,17 @@ from PIL import Image, ImageDraw, ImageFont
 
 from ulna.viewer.palette import INK
 
-_HEIGHT = 0.03  # of the letters, as a part of the picture's
-_LEAST = 11  # pixels: smaller letters cannot be read
+_HEIGHT = 0.03  # the height of the letters, as a part of the picture's
+_LEAST = 11  # [pixels] the least height of the letters: smaller ones cannot be read
 _PAPER = (255, 255, 255, 215)
 
 
 @dataclass(frozen=True)
 class Caption:
-    """Words in a picture.
+    """Text in a picture.
 
     Attributes:
-        text: The words; none are written if it is empty.
+        text: The text; nothing is written if it is empty.
         position: Where the middle of their upper edge is, in the base frame [m].
     """
 
@@ -28,12 +28,12 @@ class Caption:
 
 
 def write_text(pixels: NDArray[np.uint8], text: str, place: tuple[float, float]) -> None:
-    """Write words on a light strip, kept inside the picture.
+    """Write text on a light strip, kept inside the picture.
 
     Args:
         pixels: The picture, shape (height, width, 3); it is changed.
-        text: The words.
-        place: Where the middle of the strip's upper edge is to be [pixels]: x, y.
+        text: The text.
+        place: The middle of the strip's upper edge [pixels x, y].
     """
     if not text:
         return
@@ -54,5 +54,5 @@ def write_text(pixels: NDArray[np.uint8], text: str, place: tuple[float, float])
 
 @cache
 def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    """Pillow's own font, so that none of the system is needed."""
+    """Pillow's own font, so that no font of the system is needed."""
     return ImageFont.load_default(size)

@@ -13,15 +13,15 @@ from PIL import Image
 from ulna.errors import FileError
 from ulna.viewer.film.film import Film
 
-_STEADY = "mbtree=0"  # with macroblock trees x264 writes other bytes for the same frames from run to run, on some processors
+_STEADY = "mbtree=0"  # with macroblock trees the output of x264 varies from run to run on some processors
 _QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
-_THREADS = 4  # of the encoder: what it writes depends on their number, which is therefore the same on every machine
-_COLORS = 255  # of a moving picture: the last of its 256 is kept for what does not change
+_THREADS = 4  # of the encoder: its output depends on their number, so the number is fixed
+_COLORS = 255  # of a .gif: the last of its 256 is reserved for unchanged pixels
 _LOOKED_AT = 30  # frames, to choose the colours
 
 
 def write_film(path: Path, film: Film) -> None:
-    """Write a film in the format of its path's ending: first beside, then renamed, so that no incomplete file is left.
+    """Write a film in the format of its path's ending: into a temporary file that is then renamed, so none is left incomplete.
 
     Raises:
         FileError: It cannot be written there.
@@ -55,7 +55,7 @@ def _write_mp4(path: Path, film: Film) -> None:
 
 
 def _write_gif(path: Path, film: Film) -> None:
-    """A moving picture that repeats for ever, in colours chosen once: what does not move is then the same in every frame."""
+    """A .gif that repeats for ever. Its colours are chosen once, so that still parts are the same in every frame."""
     palette = _palette(np.concatenate(film.some(_LOOKED_AT)))
     frames = (Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE) for pixels in film.frames())
     ticks = np.diff(np.round(np.arange(len(film) + 1) * 100 / film.rate)) * 10  # the format counts hundredths of a second
@@ -63,7 +63,7 @@ def _write_gif(path: Path, film: Film) -> None:
 
 
 def _palette(pixels: NDArray[np.uint8]) -> Image.Image:
-    """Colours near those of a picture, those of few pixels too: a small red light matters."""
+    """A palette near the colours of pictures; rare colours count too, since a small red light matters."""
     six_bits = (pixels.reshape(-1, 3) >> 2).astype(np.int32)
     counts = np.bincount(six_bits @ np.array([1 << 12, 1 << 6, 1], np.int32), minlength=1 << 18)
     codes = np.flatnonzero(counts)

@@ -1,4 +1,4 @@
-"""Paints the pictures of a film in threads, for the kernels release the interpreter's lock. Used by ``record`` and ``files``."""
+"""Paints the pictures of a film in threads, as the kernels release the interpreter's lock. Used by ``record`` and ``files``."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -42,7 +42,7 @@ class Film:
         self.pictures, self.size, self.rate = pictures, size, rate
         self._tell = tell
         self._n_threads = min(default_threads(), len(pictures), _MOST_THREADS)
-        self._painters: SimpleQueue[Painter] = SimpleQueue()  # a thread takes one, and puts it back
+        self._painters: SimpleQueue[Painter] = SimpleQueue()  # each thread takes one, and puts it back
         for _ in range(self._n_threads):
             self._painters.put(Painter(model, size, ground, samples))
 
@@ -55,7 +55,7 @@ class Film:
             ahead: deque = deque()
             for k, picture in enumerate(self.pictures):
                 ahead.append(pool.submit(self._paint, picture))
-                if len(ahead) > 2 * self._n_threads:  # at most so many are kept: a film is larger than memory
+                if len(ahead) > 2 * self._n_threads:  # keeps at most so many: a film may be larger than memory
                     yield ahead.popleft().result()
                     self._tell(k + 1 - len(ahead))
             while ahead:

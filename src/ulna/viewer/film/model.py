@@ -1,4 +1,4 @@
-"""Makes the triangles of a robot and of opaque solids, which all its pictures share. Used by ``painter`` and ``record``."""
+"""Makes the triangles of a robot and of opaque solids, shared by all pictures. Used by ``painter`` and ``record``."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ulna.viewer.visuals import link_visuals, triangles
 
 @dataclass(frozen=True, eq=False)
 class BoundingBall:
-    """A ball that holds a robot: its centre and radius in the base frame [m]; and the height of the robot's lowest point [m]."""
+    """A ball around a robot: its centre in the base frame and its radius [m]; and the height of the robot's lowest point [m]."""
 
     centre: NDArray[np.float64]
     radius: float
@@ -52,7 +52,7 @@ class Model:
         return poses
 
     def paints(self, solids: Sequence[Solid]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The colour of every triangle (linear light), and how much of it it shines by itself."""
+        """The colour of every triangle (linear light), shape (m, 3), and the part of it that it emits, shape (m,)."""
         colors, glow = self.skin.colors.copy(), np.zeros(len(self.skin.colors))
         for solid in solids:
             if is_opaque(solid):
@@ -61,7 +61,7 @@ class Model:
         return colors, glow
 
     def bounding_ball(self, q: NDArray[np.float64]) -> BoundingBall:
-        """A ball about the robot at q, shape (n_dof,)."""
+        """A ball around the robot at q, shape (n_dof,)."""
         poses, skin = self.robot.link_poses(q), self.skin
         own = skin.frames < len(poses)
         T, p = poses[skin.frames[own]], skin.points[own]

@@ -1,4 +1,4 @@
-"""Records a robot that moves along rows of q among obstacles, seen by a camera that stands still. Used by ``ulna record``."""
+"""Records a robot that moves along rows of q among obstacles, with a fixed camera. Used by ``ulna record``."""
 
 from collections.abc import Iterator
 
@@ -19,17 +19,17 @@ from ulna.viewer.solid import Solid, collision_boxes
 from ulna.viewer.visuals import triangles
 
 Array = NDArray[np.float64]
-_FAR = 4.0  # an obstacle farther away than so many of the robot's radii does not widen the picture
-_SLAB = Box((4.0, 4.0, 0.004))  # what is drawn of a half-space [m]
+_FAR = 4.0  # in radii of the robot: the picture does not include obstacles farther away
+_SLAB = Box((4.0, 4.0, 0.004))  # drawn for a half-space [m]
 
 
 def record_moving(
     form: Form, robot: Robot, path: Array, world: World, *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
-    """Record a robot along rows of q, evenly spaced in time; what touches is red.
+    """Record a robot along rows of q, evenly spaced in time; shapes that touch are red.
 
     Args:
-        form: What the file is to be like. A single picture shows the first row.
+        form: The format of the file. A single picture shows the first row.
         robot: The robot.
         path: Joint positions [rad or m], shape (n, n_dof).
         world: The obstacles.
@@ -67,7 +67,7 @@ def _solids(robot: Robot, q: Array, world: World, *, boxes: bool) -> tuple[Solid
 
 
 def _report(robot: Robot, q: Array, world: World) -> Report:
-    """What touches; nothing where the robot's shapes cannot be checked."""
+    """The collision report; an empty one if the robot's shapes cannot be checked."""
     try:
         return robot.check_collision(q, world)
     except GeometryError:
@@ -75,7 +75,7 @@ def _report(robot: Robot, q: Array, world: World) -> Report:
 
 
 def _obstacle(robot: Robot, name: str, shape: object, T: Array, *, touching: bool) -> Solid:
-    """An obstacle as it is drawn: of a half-space, a slab under its surface."""
+    """An obstacle as it is drawn; a half-space is drawn as a slab under its surface."""
     color = TOUCHING if touching else MOVABLE
     if isinstance(shape, HalfSpace):
         T = T.copy()
@@ -85,7 +85,7 @@ def _obstacle(robot: Robot, name: str, shape: object, T: Array, *, touching: boo
 
 
 def _around(balls: list[BoundingBall], world: World) -> BoundingBall:
-    """A ball about all that is to be seen: the robot in all its places, and the obstacles near it."""
+    """A ball around the robot in all its configurations, and the obstacles near it."""
     low = np.min([ball.centre - ball.radius for ball in balls], axis=0)
     high = np.max([ball.centre + ball.radius for ball in balls], axis=0)
     solids = [

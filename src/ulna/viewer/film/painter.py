@@ -21,13 +21,13 @@ NO_LAMP = (0.0, 0.0, -1.0, -1.0, -1.0)
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What is to be painted.
+    """The contents of a picture.
 
     Attributes:
         q: Joint positions of the robot [rad or m], shape (n_dof,).
-        camera: From where it is seen.
-        solids: Shapes beside it, or on its links.
-        caption: Words that are written over it.
+        camera: The camera.
+        solids: Shapes in the scene, each on a link.
+        caption: Text that is written over the picture.
     """
 
     q: NDArray[np.float64]
@@ -41,9 +41,9 @@ class Ground:
     """The floor under the robot.
 
     Attributes:
-        middle: Of all that is shown [m].
-        radius: Of a ball about it that holds all that is shown [m].
-        height: Of the floor [m].
+        middle: The middle of everything shown, in the base frame [m].
+        radius: The radius of a ball around it that contains everything shown [m].
+        height: The height of the floor [m].
         cell: The side of a cell of the floor's grid [m].
     """
 
@@ -54,7 +54,7 @@ class Ground:
 
 
 class Painter:
-    """Paints one picture at a time, on a raster of its own; several may work at once.
+    """Paints one picture at a time, on its own raster; several painters may work at once.
 
     Args:
         model: The robot, with the solids that its pictures show.
@@ -93,7 +93,7 @@ class Painter:
         return pixels
 
     def _draw(self, poses: NDArray, view: NDArray, glow: NDArray) -> None:
-        """What the sun and the camera see."""
+        """Draw the shadow map of the sun, and the triangles that the camera sees."""
         skin, frames = self.model.skin, _twelves(poses)
         place_points, draw_triangles = entry("rendering.place_points"), entry("rendering.draw_triangles")
         place_points(skin.points, skin.frames, frames, _map(self._sun, 0.0), self._lit)
@@ -138,10 +138,10 @@ class Painter:
 
 
 def _twelves(poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Poses as rows of twelve numbers, as kernels take them."""
+    """Poses, shape (n, 4, 4), as rows of twelve numbers for the kernels, shape (n, 12)."""
     return np.ascontiguousarray(poses[:, :3]).reshape(-1, 12)
 
 
 def _map(view: NDArray[np.float64], has_depth: float) -> NDArray[np.float64]:
-    """A view as ``place_points`` takes it."""
+    """A projection as ``place_points`` takes it, shape (1, 13)."""
     return np.append(view.ravel(), has_depth)[None]

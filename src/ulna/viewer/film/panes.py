@@ -10,7 +10,7 @@ from ulna.description.shapes import Box
 from ulna.viewer.film.skin import linear
 from ulna.viewer.solid import Solid
 
-# The sides of a cube of edge 2, each as four corners in turn.
+# The sides of a cube of edge 2, each as four corners in order around it.
 _SIDES = np.array(
     [
         np.roll([(sign, y * sign, z) for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis, axis=1)
@@ -19,7 +19,7 @@ _SIDES = np.array(
     ],
     dtype=np.float64,
 )
-_SHADE = 0.25  # how much darker a side is that faces down
+_SHADE = 0.25  # by which part a side that faces down is darker
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Panes:
     """Sides of boxes, from far to near.
 
     Attributes:
-        points: Their corners in the base, shape (4 n, 3): four in turn.
+        points: Their corners in the base frame [m], four for each side in order around it, shape (4 n, 3).
         paints: Red, green, blue (linear light) and opacity, shape (n, 4).
     """
 

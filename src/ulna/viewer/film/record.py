@@ -19,22 +19,22 @@ from ulna.viewer.solid import collision_boxes
 
 TURN_FROM = 0.75  # [rad] about z from x: where the camera starts to go round a robot
 LARGEST_SIZE, MOST_FRAMES = 4096, 20_000
-FINE_PIXELS = 1920 * 1080  # up to which a single picture has more samples a pixel
+FINE_PIXELS = 1920 * 1080  # a single picture of at most so many pixels has more samples a pixel
 Tell = Callable[[int], object]
 
 
 def report_nothing(done: int) -> None:
-    """Progress that is not shown."""
+    """Ignore the progress."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """What a video or picture file is to be like.
+    """The format of a video or picture file.
 
     Attributes:
-        path: Where it is written; its ending says what it is: .mp4, .gif or .png.
-        seconds: How long it is.
-        size: Width and height [pixels]; the sides of a video are made even.
+        path: Its path, which ends in .mp4, .gif or .png.
+        seconds: Its length [s].
+        size: Width and height [pixels]; those of a video are even.
         rate: Pictures a second.
     """
 
@@ -50,7 +50,7 @@ class Form:
 
     @property
     def n_frames(self) -> int:
-        """How many pictures it has."""
+        """The number of its pictures."""
         return 1 if self.is_still else max(round(self.seconds * self.rate), 1)
 
 
@@ -80,10 +80,10 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
 def record_robot(
     form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
-    """Record a robot that stands still, while the camera goes round it once.
+    """Record a robot at one q, while the camera goes round it once.
 
     Args:
-        form: What the file is to be like.
+        form: The format of the file.
         robot: The robot.
         q: Its joint positions [rad or m], shape (n_dof,).
         boxes: Show its collision boxes.

@@ -9,7 +9,7 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 CREASE = 0.75  # the cosine of the angle from which an edge is drawn sharp: 41 degrees
-_SAME_PLACE = 1e-6  # of a mesh's extent
+_SAME_PLACE = 1e-6  # vertices within this part of a mesh's extent are at one place
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,8 +20,8 @@ class Skin:
         points: The vertices in their frames, shape (n, 3).
         frames: The frame of each vertex, shape (n,).
         triangles: Their vertices, shape (m, 3).
-        normals: Of their corners, in the axes of their frame, shape (3 m, 3).
-        colors: Linear light, shape (m, 3).
+        normals: The normals at their corners, in the axes of their frame, shape (3 m, 3).
+        colors: Their colours as linear light, shape (m, 3).
         owners: The frame of each triangle, shape (m,).
     """
 
@@ -57,8 +57,8 @@ def corner_normals(points: NDArray, triangles: NDArray) -> NDArray[np.float64]:
     """The normal at each corner of each triangle, shape (3 m, 3): smooth over flat edges, sharp at creases.
 
     1. Each triangle's normal, as long as twice its area.
-    2. Corners at one place belong together, whatever the numbers of their vertices.
-    3. A corner's normal is the sum of those at its place that are turned against its own by no more than a crease.
+    2. Corners at one place belong together, even if their vertices have different numbers.
+    3. A corner's normal is the sum of the normals at its place whose angle to its own is smaller than that of a crease.
     """
     a, b, c = np.moveaxis(points[triangles], 1, 0)
     flat = np.cross(b - a, c - a)
@@ -79,7 +79,7 @@ def corner_normals(points: NDArray, triangles: NDArray) -> NDArray[np.float64]:
 
 
 def _unit(vectors: NDArray) -> NDArray[np.float64]:
-    """Vectors of length 1; those of length 0, of triangles without area, point upwards."""
+    """Normalised vectors; zero vectors, of triangles without area, become (0, 0, 1)."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(length > 0.0, vectors / np.where(length > 0.0, length, 1.0), (0.0, 0.0, 1.0))
 

@@ -10,17 +10,17 @@ from ulna.errors import GeometryError
 from ulna.robot import Robot
 from ulna.viewer.session.shape_names import ShapeNames
 
-_ROUNDING = 1e-5  # [m] by which the distance of one pair may differ when it is measured again
+_ROUNDING = 1e-5  # [m] by which two computations of the distance of one pair may differ
 
 
 @dataclass(frozen=True, eq=False)
 class Clearance:
-    """What was found at one configuration.
+    """The result of a collision check at one configuration.
 
     Attributes:
-        report: What touches; None where the robot's shapes cannot be checked, or are not checked yet.
+        report: The pairs that touch; None if the robot's shapes cannot be checked, or are not checked yet.
         nearest: The nearest, or deepest, pair of the robot and the world; None if the world is empty.
-        refusal: Why the shapes cannot be checked; empty if they are not checked yet.
+        refusal: Why the shapes cannot be checked; empty if they can.
         touching: The pairs that touch, in words; empty if none does.
         apart: The nearest pair in words; empty if there is none.
     """
@@ -48,14 +48,14 @@ class Clearance:
 
 
 def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True, names: ShapeNames | None = None) -> Clearance:
-    """What touches at q, shape (n_dof,), and the nearest pair.
+    """The pairs that touch at q, and the nearest pair of the robot and the world.
 
     Args:
         robot: The robot.
         q: Joint positions [rad or m], shape (n_dof,).
         world: The obstacles.
         itself: Whether to check the robot's links against each other too.
-        names: How the robot's shapes are called; made anew unless given.
+        names: The shown names of the robot's shapes; made from the robot unless given.
     """
     try:
         report = robot.check_collision(q, world, itself)

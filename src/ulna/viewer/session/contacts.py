@@ -1,4 +1,4 @@
-"""Changes a step of the joints so that nothing touches: the arm slides along what is in its way. Used by ``hand``.
+"""Changes a step of the joints so that it ends free of collision: the arm slides along obstacles. Used by ``hand``.
 
 Source: Faverjon and Tournassoud, A local based approach for path planning of manipulators with a high number of degrees of
 freedom (IEEE Int. Conf. Robotics and Automation 1987): the distance of a near pair is linear in a small step.
@@ -13,8 +13,8 @@ from ulna.collision.report import Pair
 from ulna.collision.world import World
 from ulna.robot import Robot
 
-NEAR, MARGIN = 0.03, 1e-3  # [m] pairs that are looked at, and the distance that is kept
-_OUT = 1e-3  # [m] that a step leads out of a pair that is nearer than MARGIN
+NEAR, MARGIN = 0.03, 1e-3  # [m] the distance up to which pairs are considered, and the distance that is kept
+_OUT = 1e-3  # [m] by which a step increases the distance of a pair that is nearer than MARGIN
 _MOST_PAIRS, _SWEEPS = 12, 60
 _DAMPING = 1e-3  # of the metric: J'J + _DAMPING I
 Array = NDArray[np.float64]
@@ -22,21 +22,21 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Slid:
-    """A step that keeps off what is near: the change of q, shape (n_dof,), and the pairs that have changed it."""
+    """A step that avoids collisions: the change of q, shape (n_dof,), and the pairs because of which it differs."""
 
     change: Array
     against: tuple[Pair, ...]
 
 
 def along_contacts(robot: Robot, q: Array, change: Array, link: str, world: World) -> Slid:
-    """The step nearest to a wanted one, by the motion of the link, that brings no pair nearer than MARGIN.
+    """The step nearest to a wanted one, measured by the motion of the link, that brings no pair nearer than MARGIN.
 
     Args:
         robot: The robot.
         q: Joint positions [rad or m], shape (n_dof,).
-        change: The wanted step, shape (n_dof,); what it does not move is not moved.
-        link: The link whose motion is to be kept.
-        world: The obstacles; the robot's own links count too.
+        change: The wanted step, shape (n_dof,); its zero entries stay zero.
+        link: The link whose motion is kept as far as possible.
+        world: The obstacles; self-collision is avoided too.
     """
     pairs = robot.check_collision(q, world, max_distance=NEAR).pairs[:_MOST_PAIRS]
     free = np.flatnonzero(change)
@@ -52,7 +52,7 @@ def along_contacts(robot: Robot, q: Array, change: Array, link: str, world: Worl
 
 
 def _rate(robot: Robot, q: Array, pair: Pair) -> Array:
-    """The gradient of a pair's distance in q, shape (n_dof,): how fast its nearest points part along the normal."""
+    """The gradient of a pair's distance in q, shape (n_dof,): the rate at which its nearest points separate along the normal."""
     rate = -pair.normal @ _point_jacobian(robot, q, pair.link, pair.witness_a)
     if pair.link_b is not None:
         rate += pair.normal @ _point_jacobian(robot, q, pair.link_b, pair.witness_b)
@@ -60,7 +60,7 @@ def _rate(robot: Robot, q: Array, pair: Pair) -> Array:
 
 
 def _point_jacobian(robot: Robot, q: Array, link: str, point: Array) -> Array:
-    """The velocity of a point [m] that moves with a link, or with an object that it holds, shape (3, n_dof)."""
+    """The Jacobian of a point [m] that moves with a link, or with an object attached to one, shape (3, n_dof)."""
     carrier = next((held.link for held in robot.attached if held.name == link), link)
     J = robot.jacobian(q, carrier)
     return J[:3] + np.cross(J[3:], point - robot.forward_kinematics(q, carrier)[:3, 3], axis=0)

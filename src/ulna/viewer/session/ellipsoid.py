@@ -17,8 +17,8 @@ class Mobility:
 
     Attributes:
         T: The ellipsoid's frame in the base, shape (4, 4): at the link's origin, its x axis the longest.
-        radii: The link's largest speeds along these axes [m/s] when the joint rates, squared and added, come to 1.
-        singular_values: Those of the whole Jacobian, largest first; metres and radians together.
+        radii: The half axes: the link's largest speeds along these axes [m/s] for joint rates of norm 1, shape (3,).
+        singular_values: Those of the whole Jacobian, in metres and radians, largest first.
         manipulability: ``robot.manipulability``.
     """
 
@@ -31,7 +31,7 @@ class Mobility:
 def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
     """The ellipsoid {J u : |u| = 1} of the linear velocities: axes and radii are those of J J'.
 
-    Planar and floating joints are left out, as while a hand is dragged.
+    Planar and floating joints are left out: they do not move while a hand is dragged.
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
     """
     J = robot.jacobian(q, link)[:, _driven_columns(robot, link)]
@@ -44,7 +44,7 @@ def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
 
 
 def _driven_columns(robot: Robot, link: str) -> list[int]:
-    """The entries of q that move a link, those of a moving base aside."""
+    """The entries of q that move a link, without those of planar and floating joints."""
     types = {joint.name: joint.type for joint in robot.description.joints}
     own = [
         column

@@ -1,4 +1,4 @@
-"""Moves an arm so that its hand follows a drag, frame by frame, or says why it cannot. Used by ``session``."""
+"""Moves an arm so that its hand follows a drag, frame by frame, or gives the reason why not. Used by ``session``."""
 
 from dataclasses import dataclass, replace
 from math import inf
@@ -15,11 +15,11 @@ from ulna.robot import Robot
 from ulna.viewer.session.contacts import along_contacts
 from ulna.viewer.session.shape_names import ShapeNames
 
-MOST_A_FRAME = 0.25  # [rad or m] of any joint: at 60 frames a second faster than arms are, and never another branch
+MOST_A_FRAME = 0.25  # [rad or m] the largest change of a joint: faster than real arms, but too small for another IK branch
 _GLIDES, _DAMPING = 10, 0.03  # steps of differential inverse kinematics in a frame, and their damping
-_QUICK = 160  # steps of the search in a frame: a branch that goes on is found in a few
-_AT_REST = 1e-9  # of |displacement|^2 [m^2] + |rotation|^2 [rad^2]: less is no progress
-BASES = (JointType.PLANAR, JointType.FLOATING)  # a moving base is held while its hand is dragged
+_QUICK = 160  # steps of the search in a frame: if the branch continues, a few are enough
+_AT_REST = 1e-9  # the least decrease of |displacement|^2 [m^2] + |rotation|^2 [rad^2] that counts as progress
+BASES = (JointType.PLANAR, JointType.FLOATING)  # a mobile base does not move while its hand is dragged
 Array = NDArray[np.float64]
 
 
@@ -32,7 +32,7 @@ class Followed:
         reached: Whether the link is at the target.
         moving: Whether another frame would bring it nearer.
         reason: Why the target is not reached; see ``IKResult.reason``.
-        stopped: Whether the reason is that the arm would touch something: it is free where it is.
+        stopped: Whether the reason is that the arm stopped before a collision.
     """
 
     q: Array
@@ -43,12 +43,12 @@ class Followed:
 
 
 class Hand:
-    """A link that is dragged. Planar and floating joints are held.
+    """A link that is dragged. Planar and floating joints do not move.
 
     Args:
         robot: The robot.
         link: The link's name; see ``robot.hand_link``.
-        names: How the robot's shapes are called; made anew unless given.
+        names: The shown names of the robot's shapes; made from the robot unless given.
     """
 
     def __init__(self, robot: Robot, link: str, names: ShapeNames | None = None) -> None:
@@ -61,13 +61,13 @@ class Hand:
     def follow(self, q: Array, T: Array, world: World | None = None) -> Followed:
         """One frame towards a pose.
 
-        The search continues the branch of q and may move no joint by more than MOST_A_FRAME. Where that does not arrive, the arm
-        glides nearer by differential inverse kinematics, until nothing leads nearer; along obstacles if these are to be avoided.
+        The search stays on the IK branch of q: no joint moves by more than MOST_A_FRAME. If it does not reach the pose,
+        differential inverse kinematics moves the arm nearer, until no step does; along obstacles, if these are to be avoided.
 
         Args:
             q: Joint positions [rad or m], shape (n_dof,).
             T: The pose to reach, T_base_link, shape (4, 4).
-            world: Obstacles to avoid, the robot itself too; nothing is avoided unless given.
+            world: Obstacles to avoid; then self-collision is avoided too. Collisions are not checked unless given.
         """
         found = self._search(q, T, world, max_iterations=_QUICK)
         if found.success:
@@ -75,7 +75,7 @@ class Hand:
         nearer, against = self._glide(q, T, world)
         if self._miss(q, T) - self._miss(nearer, T) > _AT_REST:
             return Followed(nearer, reached=False, moving=True)
-        found = self._search(nearer, T, world)  # at rest: time to ask why
+        found = self._search(nearer, T, world)  # the arm has stopped: find the reason
         if found.success:
             return Followed(found.q, reached=True, moving=False)
         if against:
@@ -84,7 +84,7 @@ class Hand:
         return Followed(nearer, reached=False, moving=False, reason=_words(found))
 
     def place(self, q: Array, T: Array, world: World | None = None) -> Followed:
-        """A configuration at a pose, on any branch, however far its joints are from q; see ``follow``."""
+        """A configuration at a pose, on any IK branch, however far it is from q. Arguments as ``follow``."""
         found = self.robot.inverse_kinematics(T, q, self.link, held=self.held, world=world)
         if found.success:
             return Followed(found.q, reached=True, moving=False)
@@ -96,7 +96,7 @@ class Hand:
         )
 
     def _glide(self, q: Array, T: Array, world: World | None) -> tuple[Array, tuple[Pair, ...]]:
-        """As near to the pose as a frame leads, and the pairs that would touch if it went nearer."""
+        """The nearest configuration to the pose that one frame reaches, and the pairs that prevent a nearer one."""
         miss, against = self._miss(q, T), ()
         for _ in range(_GLIDES):
             change = self._loop.differential_ik(q, self._error(q, T), 1.0, self.link, damping=_DAMPING)
@@ -109,7 +109,7 @@ class Hand:
         return q, against
 
     def _error(self, q: Array, T: Array) -> Array:
-        """The displacement and the rotation vector that are left, in the axes of the base, shape (6,)."""
+        """The remaining displacement [m] and rotation vector [rad], in the axes of the base, shape (6,)."""
         T_base_link = self.robot.forward_kinematics(q, self.link)
         return np.concatenate([T[:3, 3] - T_base_link[:3, 3], rotation_vector(T[:3, :3] @ T_base_link[:3, :3].T)])
 
@@ -118,7 +118,7 @@ class Hand:
         return float(error @ error)
 
     def _kept_off(self, q: Array, change: Array, world: World) -> tuple[Array, tuple[Pair, ...]]:
-        """A step that touches nothing, for a wanted one, and the pairs that have changed it; 0 where there is none."""
+        """A step without collision near a wanted one, and the pairs that have changed it; a zero step if there is none."""
         slid = along_contacts(self.robot, q, change, self.link, world)
         for part in (1.0, 0.25):
             step = part * slid.change
@@ -129,29 +129,29 @@ class Hand:
         return np.zeros_like(change), slid.against or hits
 
     def _may_go(self, q: Array, nearer: Array, world: World) -> bool:
-        """Whether a step ends free of collision, or less deep in one in which it began."""
+        """Whether a step ends free of collision, or less deep in a collision than it began."""
         after = self.robot.signed_distance(nearer, world)
         return after > 0.0 or after > self.robot.signed_distance(q, world)
 
 
 def _words(found: IKResult) -> str:
-    """Why a search has not arrived."""
+    """Why a search has not reached its target."""
     return f"{found.status}: {found.reason}" if found.reason else str(found.status)
 
 
 def _shortened(change: Array) -> Array:
-    """A step of which no joint is longer than a glide's."""
+    """A step scaled down so that no joint moves by more than MOST_A_FRAME / _GLIDES."""
     return change * min(1.0, MOST_A_FRAME / _GLIDES / max(float(np.abs(change).max()), 1e-12))
 
 
 def rotation_vector(R: Array) -> Array:
-    """The axis of a rotation times its angle [rad], shape (3,); at half a turn one of the two."""
+    """The axis of a rotation times its angle [rad], shape (3,); for half a turn, one of the two possible axes."""
     w, *xyz = quaternion_from_matrix(R)
     sine = float(np.linalg.norm(xyz))
     return np.array(xyz) * (2.0 if sine < 1e-12 else 2.0 * np.arctan2(sine, w) / sine)
 
 
 def _unhurried(joint: Joint) -> Joint:
-    """A joint without velocity limit, which some files give as 0; or with the limit 0 if it is held."""
+    """A joint without a velocity limit, since some files give 0; with the limit 0 if the joint is not to move."""
     speed = 0.0 if joint.type in BASES else inf
     return replace(joint, limits=Limits(joint.limits.lower, joint.limits.upper, speed, joint.limits.effort))

@@ -1,4 +1,4 @@
-"""Makes sliders of joints: a range for each entry of q, grouped by limbs, with mimic joints. Used by the page."""
+"""Describes the sliders of joints: a range for each entry of q, in groups by limbs, and mimic joints. Used by the page."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Slide:
     high: float
 
     def shown(self, q: NDArray[np.float64]) -> float:
-        """Its value as the slider shows it: without whole turns, and within the range."""
+        """Its value as the slider shows it: whole turns subtracted, and within the range."""
         value = float(q[self.column])
         if self.unit == "rad" and self.high - self.low >= 2 * pi and not self.low <= value <= self.high:
             value = (value + pi) % (2 * pi) - pi
@@ -61,7 +61,7 @@ class SlideGroup:
 
 
 def slide_groups(robot: Robot) -> tuple[SlideGroup, ...]:
-    """All entries of q: a group for each part of the tree without a fork. A serial arm has one."""
+    """All entries of q, in a group for each part of the tree without a branch. A serial arm has one group."""
     slides, followers = _slides(robot), _followers(robot)
     return tuple(
         SlideGroup(
@@ -74,9 +74,9 @@ def slide_groups(robot: Robot) -> tuple[SlideGroup, ...]:
 
 
 def limbs(robot: Robot) -> list[list[str]]:
-    """The independent joints in lists, one for each part of the tree between two forks, in the order of q."""
+    """The independent joints in lists, one for each part of the tree without a branch, in the order of q."""
     order = {name: k for k, name in enumerate(robot.joint_names)}
-    moving, alive = [], set()  # the joints that move something, and the links on whose way such a joint lies
+    moving, alive = [], set()  # the movable joints and those above them, and their parent links
     for joint in reversed(joints_from_root(robot.description)):
         if joint.name in order or joint.child in alive:
             moving.append(joint)
@@ -93,7 +93,7 @@ def limbs(robot: Robot) -> list[list[str]]:
 
 
 def _slides(robot: Robot) -> dict[str, list[Slide]]:
-    """Those of each independent joint."""
+    """The sliders of each independent joint."""
     slides, entries = {}, coordinates_of(robot)
     for name, place in zip(robot.joint_names, robot.joint_slices, strict=True):
         slides[name] = [
@@ -122,7 +122,7 @@ def _followers(robot: Robot) -> list[Follower]:
 
 
 def _group_name(limb: list[str]) -> str:
-    """What the names of most of a limb's joints begin with; else what all begin with, and the first and the last of them."""
+    """The common beginning of most names of a limb's joints; otherwise that of all, with the first and the last name."""
     stems = [name.removesuffix("_joint").rstrip("_0123456789") for name in limb]
     stem, count = Counter(stems).most_common(1)[0]
     if 2 * count > len(limb) and len(stem) > 1:

@@ -1,4 +1,4 @@
-"""The state of one view: q, the target of the hand, the world; and its change from frame to frame. Used by the page."""
+"""Holds the state of one view: q, the target of the hand, the world; and updates it in each frame. Used by the page."""
 
 import threading
 from collections.abc import Callable
@@ -19,37 +19,40 @@ from ulna.viewer.session.hand import Hand
 from ulna.viewer.session.shape_names import ShapeNames
 
 Array = NDArray[np.float64]
-HAND, COLLISIONS = "the motion of the hand", "collisions and distances"  # what is asked in a frame
+HAND, COLLISIONS = "the motion of the hand", "collisions and distances"  # names of the calls of a frame
 
 
 def ask_at_once(_name: str, question: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
-    """The answer to a question, however long its compilation takes."""
+    """Call a function at once, however long its compilation takes. Replaces ``Compiler.ask`` where there is no page."""
     return question(*arguments, **options)
 
 
 class Session:
-    """The state that every tab and every program sees. Each method may be called from any thread.
+    """The state that all tabs and the program share. Each method may be called from any thread.
 
     Args:
         robot: The robot.
-        world: What stands around it; an empty one unless given.
-        q: Where it stands at first [rad or m], shape (n_dof,); home unless given.
-        ask: Asks the named questions of a frame; it may return None while their kernels are compiled elsewhere. Then the hand
-            waits, and the clearance is not known; the next frame asks again.
+        world: The obstacles around it; an empty world unless given.
+        q: Its first configuration [rad or m], shape (n_dof,); home unless given.
+        ask: Calls the functions of a frame, as ``Compiler.ask`` does. It returns None while their kernels are compiled in another
+            thread: then the hand does not move, the clearance is not known, and the next frame calls them again.
 
     Attributes:
         robot: The robot; it does not change.
-        world: The obstacles; they may be changed from any thread, at any time.
-        target: The pose that the hand is pulled to, T_base_link, shape (4, 4); None if it is not pulled.
-        avoiding: Whether the pulled hand stays clear of the world and the robot itself.
-        itself: Whether the verdict counts the robot's links against each other too.
-        trouble: Why the hand is not where it is pulled; empty if it is, while it is on its way, and when it is let go.
-        missed: Why the last pose that it was sent to was not reached; empty if it was, and when something else moves it.
-        stopped: Whether ``trouble`` is that it would touch something, while nothing touches.
-        names: How the robot's collision shapes are called.
-        clearance: What the robot touches, and what it is nearest to.
-        waiting: Whether the pulled hand waits for its kernels.
-        lock: Held during a frame; hold it to do two things as one.
+        world: The obstacles; any thread may change them at any time.
+        target: The pose to which the hand is pulled, T_base_link, shape (4, 4); None if it is not pulled.
+        avoiding: Whether the pulled hand avoids collisions with the world and the robot itself.
+        itself: Whether self-collision is checked too.
+        trouble: Why the hand has not reached its target; empty if it has, while it moves, and after release.
+        missed: Why the last pose given to ``send`` was not reached; empty if it was, and after any other motion.
+        stopped: Whether ``trouble`` is that the hand stopped before a collision.
+        names: The shown names of the robot's collision shapes.
+        clearance: What the robot touches, and the nearest obstacle.
+        waiting: Whether the pulled hand waits for kernels to be compiled.
+        lock: Held during a frame; hold it to make several changes at once.
+
+    Raises:
+        InputError: ``robot`` is not a Robot, ``world`` not a World, or q has another shape or is out of range.
     """
 
     def __init__(
@@ -84,7 +87,11 @@ class Session:
 
     @property
     def q(self) -> Array:
-        """Joint positions [rad or m], shape (n_dof,)."""
+        """Joint positions [rad or m], shape (n_dof,).
+
+        Raises:
+            InputError: The new ones have another shape or are out of range.
+        """
         with self.lock:
             return self._q.copy()
 
@@ -100,7 +107,11 @@ class Session:
 
     @property
     def link(self) -> str:
-        """The hand: the link that is pulled."""
+        """The hand: the link that is pulled.
+
+        Raises:
+            UnknownNameError: The robot has no link of the new name.
+        """
         return self.robot.base if self._hand is None else self._hand.link
 
     @link.setter
@@ -118,24 +129,32 @@ class Session:
         return self.robot.forward_kinematics(self.q, self.link)
 
     def pull(self, T_base_hand: ArrayLike) -> None:
-        """Pull the hand to a pose; the frames to come bring it there."""
+        """Pull the hand to a pose, shape (4, 4); the following frames move it there.
+
+        Raises:
+            InputError: It is not a pose.
+        """
         with self.lock:
             self.target, self._letting_go = as_one_pose(T_base_hand, "T_base_hand"), False
             self._sent, self.missed = False, ""
 
     def send(self, T_base_hand: ArrayLike) -> None:
-        """Send the hand to a pose, on any branch; the frames to come bring it there, or say in ``missed`` why not."""
+        """Send the hand to a pose, shape (4, 4), on any IK branch; the following frames move it there, or set ``missed``.
+
+        Raises:
+            InputError: It is not a pose.
+        """
         with self.lock:
             self.pull(T_base_hand)
             self._sent = self._letting_go = True
 
     def let_go(self) -> None:
-        """End the pull: the hand goes on to its target, and rests."""
+        """Release the hand: it goes on to its target, and then stops."""
         with self.lock:
             self._letting_go = True
 
     def frame(self) -> bool:
-        """Go on by a frame. Returns whether anything that is seen has changed."""
+        """Advance by one frame. Returns whether anything visible has changed."""
         with self.lock:
             self._follow()
             seen = (
@@ -153,13 +172,13 @@ class Session:
 
     @property
     def moving(self) -> bool:
-        """Whether the hand is on its way."""
+        """Whether the hand moves to its target."""
         return self.target is not None and self._on_the_way
 
     _on_the_way = False
 
     def _check(self) -> bool:
-        """Find the clearance, and tell whether it is known now."""
+        """Find the clearance. Returns whether it is known."""
         found = Clearance(None, refusal=self.unchecked)
         if not self.unchecked:
             found = self.ask(COLLISIONS, clearance, self.robot, self._q.copy(), self.world, itself=self.itself, names=self.names)
@@ -187,6 +206,6 @@ class Session:
             self.missed = missed
 
     def _rest(self) -> None:
-        """Nothing pulls the hand."""
+        """Clear the target and the reasons: nothing pulls the hand."""
         self.target, self.trouble, self.missed, self.stopped = None, "", "", False
         self._letting_go = self._sent = False

@@ -11,10 +11,10 @@ from ulna.robot import Robot
 class ShapeNames:
     """The shown name of each collision shape: the link's; with several shapes on a link, that of the shape behind it.
 
-    A description numbers its shapes ("box 2"), and so does the page its obstacles: their own names are not told apart.
+    A description numbers its shapes ("box 2"), and the page numbers its obstacles: these names could be confused.
 
     Attributes:
-        taken: What no obstacle is to be called: the names of links and shapes.
+        taken: Names that no obstacle can have: those of links and shapes.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -30,18 +30,18 @@ class ShapeNames:
         return self._shown.get(name, name)
 
     def of_pair(self, pair: Pair) -> tuple[str, str]:
-        """The shown names of both of a pair. An obstacle that a program has named like a part of the robot is called one."""
+        """The shown names of both shapes of a pair. An obstacle with the name of a part of the robot gets the word "obstacle"."""
         if pair.link_b is not None:
             return self.of_shape(pair.name_a), self.of_shape(pair.name_b)
         return self.of_shape(pair.name_a), f"obstacle {pair.name_b}" if pair.name_b in self.taken else pair.name_b
 
     def listed(self, pairs: Iterable[Pair], most: int = 3) -> str:
-        """Pairs in words, such as "panda_link7 and table", so many at most."""
+        """Pairs in words, such as "panda_link7 and table", at most ``most`` of them."""
         words = [" and ".join(self.of_pair(pair)) for pair in pairs]
         more = f" and {len(words) - most} more" if len(words) > most else ""
         return f"{', '.join(words[:most])}{more}"
 
 
 def _has_meshes(robot: Robot) -> bool:
-    """Whether its collision shapes are refused, so that no report names them."""
+    """Whether it has collision meshes: then its shapes cannot be checked, and no report names them."""
     return any(isinstance(body.shape, Mesh) for link in robot.description.links for body in link.collisions)

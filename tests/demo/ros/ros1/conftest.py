@@ -1,4 +1,4 @@
-"""ROS 1 with its real parts, on this machine alone: a master, the programs beside it, a screen for RViz."""
+"""Fixtures for ROS 1 with its real programs: the address of a master, a virtual screen for RViz, scripts of hw2."""
 
 import os
 import shutil
@@ -16,7 +16,7 @@ NEEDED = ("rosmaster", "roslaunch", "rostopic", "rviz", "Xvfb", "xdotool", "impo
 
 @pytest.fixture(scope="session")
 def machine(tmp_path_factory):
-    """The environment of everything that is started: a master's address that is free, logs in a folder of their own."""
+    """The environment of all programs: the free address of a master, and a folder for logs."""
     missing = [name for name in NEEDED if not shutil.which(name)]
     if missing:
         pytest.skip(f"not on this machine: {', '.join(missing)}; docs/ros.md says how to install them")
@@ -31,7 +31,7 @@ def machine(tmp_path_factory):
 
 @pytest.fixture
 def another(machine):
-    """The same with a master's address of its own."""
+    """The same environment with another master's address."""
     return machine | {"ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"}
 
 
@@ -43,7 +43,7 @@ def display(machine):
 
 @pytest.fixture
 def script(machine):
-    """Starts a script of hw2 as the assignment says: ``python NAME`` in that folder."""
+    """Starts a script of hw2 as the assignment does: ``python NAME`` in that folder."""
 
     def start(name, **options):
         options = {"env": machine, "cwd": HW2, "stderr": subprocess.PIPE} | options

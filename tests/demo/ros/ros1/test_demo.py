@@ -1,4 +1,4 @@
-"""``ulna ros1 demo`` alone starts what it needs and ends it; its node outlives RViz, a master, and a place that is none."""
+"""``ulna ros1 demo`` starts and ends what it needs; its node survives the end of RViz, of a master, and a bad pose."""
 
 import os
 import re
@@ -26,7 +26,7 @@ LIGHT = "m.ns=='light' and m.type==9"  # its word
 
 @pytest.fixture
 def node(another):
-    """The demo without RViz, at a master of its own that it must start."""
+    """The demo without RViz; it starts a master."""
     with demo_without_rviz(another) as program:
         yield program
 
@@ -44,14 +44,14 @@ def rostopic(environment, *words):
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60).stdout
 
 
-def tell_box(environment, x, w, name="box"):
+def publish_box(environment, x, w, name="box"):
     place = f"{{position: {{x: {x}, z: 0.1}}, orientation: {{w: {w}}}}}"
     place = f"{{header: {{frame_id: panda_link0}}, marker_name: {name}, event_type: 1, pose: {place}}}"
     rostopic(environment, "pub", "-1", "/basic_controls/feedback", FEEDBACK, place)
 
 
 def word(environment):
-    """The word beside the light."""
+    """The text beside the light."""
     return rostopic(environment, "echo", "-n1", "--filter", LIGHT, "/visualization_marker/text").splitlines()[0].strip('"')
 
 
@@ -66,43 +66,43 @@ def is_alive(environment):
 
 
 def end_master(environment):
-    """Its process number, once it is told to end."""
+    """Send SIGTERM to the master, and return its process id."""
     number = master_of(environment).getPid()
     os.kill(number, signal.SIGTERM)
     return number
 
 
-def test_the_joints_are_told_by_name(node, another):
+def test_joint_states_have_the_names_of_the_joints(node, another):
     text = rostopic(another, "echo", "-n1", "/joint_states/name")
     names = [*(f"panda_joint{k}" for k in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
     assert re.findall(r"\w+_joint\d", text) == names
 
 
-def test_a_zero_quaternion_is_passed_over_and_the_node_goes_on(node, another):
-    tell_box(another, 0.0, 1.0)
+def test_a_zero_quaternion_is_ignored_and_the_node_continues(node, another):
+    publish_box(another, 0.0, 1.0)
     wait_for(lambda: "collision" in word(another), "the word collision")
-    tell_box(another, 2.0, 0.0)
+    publish_box(another, 2.0, 0.0)
     assert "collision" in word(another)
-    tell_box(another, 2.0, 1.0)
+    publish_box(another, 2.0, 1.0)
     wait_for(lambda: word(another) == "free", "the word free")
     assert node.poll() is None
 
 
-def test_the_box_of_the_course_is_heard_by_its_own_name(node, another):
-    tell_box(another, 0.0, 1.0, name="simple_6dof")
+def test_the_marker_name_of_the_course_is_accepted(node, another):
+    publish_box(another, 0.0, 1.0, name="simple_6dof")
     wait_for(lambda: "collision" in word(another), "the word collision")
 
 
-def test_a_master_of_its_own_that_is_lost_is_started_again(node, another):
+def test_the_demo_restarts_the_master_that_it_started(node, another):
     lost = end_master(another)
-    wait_for(lambda: goes_on(another), "the joints and the description at another master")
+    wait_for(lambda: is_published(another), "the joints and the description at another master")
     assert master_of(another).getPid() != lost
-    tell_box(another, 0.0, 1.0)
+    publish_box(another, 0.0, 1.0)
     wait_for(lambda: "collision" in word(another), "the word collision, by the new master")
     assert node.poll() is None
 
 
-def test_a_master_of_others_that_is_lost_is_found_when_it_is_back(another):
+def test_the_demo_reconnects_to_a_master_that_was_restarted(another):
     command = ("rosmaster", "--core", "-p", another["ROS_MASTER_URI"].rsplit(":", 1)[1])
     nothing = {"env": another, "stdout": subprocess.DEVNULL}
     with running(*command, **nothing):
@@ -111,12 +111,12 @@ def test_a_master_of_others_that_is_lost_is_found_when_it_is_back(another):
             end_master(another)
             wait_for(lambda: not is_alive(another), "the master's end")
             with running(*command, **nothing):
-                wait_for(lambda: goes_on(another), "the joints and the description at another master")
+                wait_for(lambda: is_published(another), "the joints and the description at another master")
                 assert program.poll() is None
 
 
-def goes_on(environment):
-    """Whether the master knows the joints, the arm's description, and who makes tf of both."""
+def is_published(environment):
+    """Whether /joint_states and /tf are published and /robot_description is set."""
     with suppress(OSError, rosgraph.MasterException):
         master = master_of(environment)
         topics = dict(master.getSystemState()[0])
@@ -124,7 +124,7 @@ def goes_on(environment):
     return False
 
 
-def test_one_command_shows_it_all_and_ends_what_it_started(another, display):
+def test_ros1_demo_starts_rviz_and_ends_all_that_it_started(another, display):
     environment = another | {"DISPLAY": display.name}
     with running(sys.executable, "-m", "ulna", "ros1", "demo", env=environment, stdout=subprocess.PIPE) as program:
         assert "The demo runs" in program.stdout.readline()

@@ -1,4 +1,4 @@
-"""A node ends at Ctrl-C, whatever it does at that moment."""
+"""A node ends at Ctrl-C, even in the middle of publish."""
 
 import subprocess
 import sys
@@ -14,8 +14,8 @@ from processes import running, wait_for
 pytestmark = pytest.mark.filterwarnings(
     "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
 )  # rospy's
-# Ctrl-C amid publish(): the lock of the connection to a listener is held by the main thread itself.
-AMID_PUBLISH = """
+# Ctrl-C during publish(): the main thread itself holds the lock of the connection to a subscriber.
+DURING_PUBLISH = """
 import os, signal, sys
 import numpy as np
 from ulna.demo.ros.adapter import load_ros
@@ -51,7 +51,7 @@ def is_online(uri):
 
 @pytest.fixture
 def master(another):
-    """An environment with a master."""
+    """The environment of a master that runs."""
     port = another["ROS_MASTER_URI"].rsplit(":", 1)[1]
     with running("rosmaster", "--core", "-p", port, env=another, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
         wait_for(lambda: is_online(another["ROS_MASTER_URI"]), "a master")
@@ -59,9 +59,9 @@ def master(another):
 
 
 @pytest.mark.parametrize(("topic", "call"), [(topic, call) for topic, calls in NODES.items() for call in calls])
-def test_a_signal_amid_publish_ends_the_node(master, topic, call):
+def test_a_signal_during_publish_ends_the_node(master, topic, call):
     with running("rostopic", "echo", topic, env=master, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
-        command = [sys.executable, "-c", AMID_PUBLISH + call]
+        command = [sys.executable, "-c", DURING_PUBLISH + call]
         done = subprocess.run(command, env=master, capture_output=True, text=True, check=False, timeout=300)
     assert done.stdout.startswith("signalled")
     assert done.returncode == 0, done.stderr

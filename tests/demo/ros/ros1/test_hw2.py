@@ -1,4 +1,4 @@
-"""The assignment as it is written: roslaunch hw2.launch, and its scripts, each a process of its own, seen in RViz."""
+"""The assignment's launch file and scripts, each in its own process, with pictures of RViz."""
 
 import shutil
 import subprocess
@@ -29,17 +29,17 @@ pytestmark = pytest.mark.filterwarnings(
 
 @pytest.fixture(scope="module")
 def printed(tmp_path_factory):
-    """The file of what roslaunch and its nodes print."""
+    """The file with the output of roslaunch and its nodes."""
     return tmp_path_factory.mktemp("roslaunch") / "printed.txt"
 
 
 @pytest.fixture(scope="module")
 def rviz(machine, display, printed):
-    """``roslaunch hw2.launch`` in hw2/, and what RViz shows once it shows its floor."""
+    """``roslaunch hw2.launch`` in hw2/, and the view of RViz once it has drawn its background."""
     environment = machine | {"DISPLAY": display.name}
     with (
-        printed.open("w") as told,
-        running("roslaunch", "hw2.launch", cwd=HW2, env=environment, stdout=told, stderr=subprocess.STDOUT),
+        printed.open("w") as output,
+        running("roslaunch", "hw2.launch", cwd=HW2, env=environment, stdout=output, stderr=subprocess.STDOUT),
     ):
         wait_for(lambda: (display.pixels() == BACKGROUND).all(axis=-1).sum() > 200_000, "RViz")
         rospy.init_node("test", anonymous=True, disable_signals=True)
@@ -51,39 +51,39 @@ def light_is(display, rviz, color):
 
 
 def differs(image, rviz, point):
-    """Whether something stands at a point of the scene: few pixels about it are the background's."""
+    """Whether something is drawn at a point of the scene: few pixels around it have the colour of the background."""
     return (np.abs(rviz.around(image, point, 6) - BACKGROUND).max(axis=-1) > 20).mean() > 0.9
 
 
-def test_line_5_of_the_launch_file_is_its_path():
+def test_line_5_of_the_launch_file_sets_the_path():
     assert '<arg name="path"' in (HW2 / "hw2.launch").read_text().splitlines()[4]
 
 
-def test_the_path_can_be_said_on_the_command_line(machine, tmp_path):
+def test_the_path_can_be_given_on_the_command_line(machine, tmp_path):
     shutil.copy(HW2 / "hw2.launch", tmp_path)  # alone: all else is at the path
     command = ["roslaunch", "--dump-params", "hw2.launch", f"path:={HW2}"]
-    told = subprocess.run(command, cwd=tmp_path, env=machine, capture_output=True, text=True, check=True)
-    arm = ulna.load(yaml.safe_load(told.stdout)["/robot_description"])
+    dump = subprocess.run(command, cwd=tmp_path, env=machine, capture_output=True, text=True, check=True)
+    arm = ulna.load(yaml.safe_load(dump.stdout)["/robot_description"])
     assert arm.joint_names == (*ulna.load("panda").joint_names, *FINGER_JOINTS)
 
 
-def test_robot_description_is_the_arm_with_meshes_that_are_there(rviz):
+def test_robot_description_is_the_arm_with_mesh_files(rviz):
     text = rospy.get_param("robot_description")
     assert ulna.load(text).joint_names == (*ulna.load("panda").joint_names, *FINGER_JOINTS)
     assert "file:///" in text
     assert "package://" not in text
 
 
-def test_every_joint_that_is_published_has_its_frame_and_nobody_warns(rviz, printed, script):
-    robot, told = ulna.load("panda"), []
+def test_every_published_joint_has_a_frame_and_there_are_no_warnings(rviz, printed, script):
+    robot, frames = ulna.load("panda"), []
     fingers = {"panda_leftfinger", "panda_rightfinger"}
-    rospy.Subscriber("/tf", TFMessage, lambda message: told.extend(t.child_frame_id for t in message.transforms))
+    rospy.Subscriber("/tf", TFMessage, lambda message: frames.extend(t.child_frame_id for t in message.transforms))
     with script("test_collision_boxes.py"):
-        wait_for(lambda: fingers | set(robot.link_names[1:8]) <= set(told), "the frames of all moving links")
+        wait_for(lambda: fingers | set(robot.link_names[1:8]) <= set(frames), "the frames of all moving links")
     assert "not found in URDF" not in printed.read_text()
 
 
-def test_the_arm_stands_upright_and_the_static_boxes_about_it(display, rviz, script):
+def test_the_arm_and_the_static_boxes_are_drawn(display, rviz, script):
     robot = ulna.load("panda")
     elbow, wrist, flange = (
         robot.forward_kinematics(AT_ZERO, link)[:3, 3] for link in ("panda_link4", "panda_link5", "panda_link8")
@@ -97,9 +97,9 @@ def test_the_arm_stands_upright_and_the_static_boxes_about_it(display, rviz, scr
             wait_for(lambda: differs(display.pixels(), rviz, beside), "box 4")
 
 
-def test_the_box_dragged_by_the_mouse_turns_the_light_red_and_back_green(display, rviz, script):
-    heard = []
-    rospy.Subscriber("/basic_controls/feedback", InteractiveMarkerFeedback, heard.append)
+def test_the_light_is_red_while_the_mouse_drags_the_box_into_the_arm(display, rviz, script):
+    feedback = []
+    rospy.Subscriber("/basic_controls/feedback", InteractiveMarkerFeedback, feedback.append)
     with script("test_collision_detection.py"), script("6DoF_Box.py"):
         wait_for(lambda: light_is(display, rviz, "green"), "a green light")
         wait_for(lambda: arrow_up(display.pixels(), rviz, BOX_START) is not None, "the arrow that points up")
@@ -108,21 +108,21 @@ def test_the_box_dragged_by_the_mouse_turns_the_light_red_and_back_green(display
         display.drag(head, head + climb)  # to where the hand passes in each cycle
         wait_for(lambda: light_is(display, rviz, "red"), "a red light")
         down, moved, up = (getattr(InteractiveMarkerFeedback, name) for name in ("MOUSE_DOWN", "POSE_UPDATE", "MOUSE_UP"))
-        wait_for(lambda: up in {m.event_type for m in heard}, "the button let go")
-        told = [m.event_type for m in heard]
-        assert moved in told[told.index(down) : told.index(up)]
-        assert {m.marker_name for m in heard} == {"box"}
-        place = heard[-1].pose.position
+        wait_for(lambda: up in {m.event_type for m in feedback}, "a released button")
+        kinds = [m.event_type for m in feedback]
+        assert moved in kinds[kinds.index(down) : kinds.index(up)]
+        assert {m.marker_name for m in feedback} == {"box"}
+        place = feedback[-1].pose.position
         assert place.z > BOX_START[2] + 0.2
         np.testing.assert_allclose([place.x, place.y], BOX_START[:2], atol=1e-3)
         head = arrow_up(display.pixels(), rviz, [place.x, place.y, place.z])
         display.drag(head, head - climb)
-        wait_for(lambda: heard[-1].pose.position.z < BOX_START[2] + 0.05, "the box below")
+        wait_for(lambda: feedback[-1].pose.position.z < BOX_START[2] + 0.05, "the box below")
         wait_for(lambda: light_is(display, rviz, "green"), "a green light again")
 
 
 def arrow_up(image, rviz, place):
-    """Where the head of the upward arrow of a box at ``place`` is [pixel x, y]: the highest blue above it. None if not seen."""
+    """The head of the upward arrow of a box at ``place`` [pixel x, y]: the highest blue pixel above it, or None."""
     x, y = rviz.project(place).astype(int)
     rows, columns = np.nonzero(image[: y - 40, x - 20 : x + 20, 2] - image[: y - 40, x - 20 : x + 20, :2].max(axis=-1) > 60)
     return np.array([x - 20 + columns[rows.argmin()], rows.min() + 12]) if rows.size else None

@@ -22,7 +22,7 @@ def record(environment, path, *words):
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
-def test_the_box_is_dragged_and_the_light_turns_red_and_green_again(another, tmp_path):
+def test_the_light_in_the_video_turns_red_and_green_again(another, tmp_path):
     done = record(another, tmp_path / "out.mp4", "--seconds", "4")
     assert done.returncode == 0, done.stderr
     frames, codec, _, rate, _ = decoded(tmp_path / "out.mp4")
@@ -39,7 +39,7 @@ def test_the_box_is_dragged_and_the_light_turns_red_and_green_again(another, tmp
 
 
 def exact(frame):
-    """The background of a frame in its own colour, which the encoder changes a little, and black else."""
+    """The frame with the exact background colour, which the encoder changes a little, and black elsewhere."""
     near = np.abs(frame.astype(int) - BACKGROUND).max(axis=-1) <= 4
     near &= near.sum(axis=0) > 300  # not what is pale in the windows beside
     rows = np.flatnonzero(near.sum(axis=1) > 300)
@@ -53,7 +53,7 @@ def is_box(pixels):
     return (r > 90) & (r - b > 60)
 
 
-def test_what_is_missing_is_named_with_its_package(another, tmp_path):
+def test_missing_programs_are_named_with_their_packages(another, tmp_path):
     nothing = tmp_path / "bin"
     nothing.mkdir()
     done = record(another | {"PATH": str(nothing)}, tmp_path / "out.mp4")

@@ -1,4 +1,4 @@
-"""The node of ROS 2 and a second process that listens and drags the box: real rclpy, this machine alone."""
+"""The node of ROS 2, and a second process that subscribes to its topics and drags the box: real rclpy, on loopback."""
 
 import os
 import subprocess
@@ -49,11 +49,11 @@ def listener(demo):
 
 
 class Listener:
-    """The second process: what it has heard last on each topic, and its hand on the box."""
+    """The second process: the last message of each topic, and a publisher that drags the box."""
 
     def __init__(self):
         self.node = rclpy.create_node("listener")
-        self.heard = {}
+        self.received = {}
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         for topic, kind, quality in (
             ("joint_states", JointState, 10),
@@ -61,14 +61,16 @@ class Listener:
             ("basic_controls/update", InteractiveMarkerUpdate, 10),
             ("robot_description", String, kept),
         ):
-            self.node.create_subscription(kind, topic, lambda message, topic=topic: self.heard.update({topic: message}), quality)
+            self.node.create_subscription(
+                kind, topic, lambda message, topic=topic: self.received.update({topic: message}), quality
+            )
         self.hand = self.node.create_publisher(InteractiveMarkerFeedback, "basic_controls/feedback", 10)
         self.handles = self.node.create_client(GetInteractiveMarkers, "basic_controls/get_interactive_markers")
 
     def wait_for(self, condition, what):
         end = time.monotonic() + PATIENCE_S
         while not condition():
-            assert time.monotonic() < end, f"not heard within {PATIENCE_S:g} s: {what}"
+            assert time.monotonic() < end, f"not received within {PATIENCE_S:g} s: {what}"
             rclpy.spin_once(self.node, timeout_sec=0.1)
 
     def drag(self, place: Pose):
@@ -76,50 +78,52 @@ class Listener:
         self.hand.publish(InteractiveMarkerFeedback(header=Header(frame_id="panda_link0"), marker_name="box", pose=place))
 
     def light(self):
-        """The light's colour, 0..255, and its word."""
-        light, word = self.heard["visualization_marker_array"].markers[:2]
+        """The light's colour, 0 to 255, and its text."""
+        light, word = self.received["visualization_marker_array"].markers[:2]
         return tuple(round(255 * c) for c in (light.color.r, light.color.g, light.color.b)), word.text
 
 
 def test_joint_states_follow_the_trajectory(listener):
-    listener.wait_for(lambda: "joint_states" in listener.heard, "joint states")
-    first = listener.heard["joint_states"]
+    listener.wait_for(lambda: "joint_states" in listener.received, "joint states")
+    first = listener.received["joint_states"]
     assert list(first.name) == [*(f"panda_joint{k}" for k in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
-    listener.wait_for(lambda: not np.allclose(listener.heard["joint_states"].position, first.position, atol=0.01), "a moving arm")
+    listener.wait_for(
+        lambda: not np.allclose(listener.received["joint_states"].position, first.position, atol=0.01), "a moving arm"
+    )
 
 
-def test_the_description_is_kept_for_an_rviz_that_comes_later(listener):
-    listener.wait_for(lambda: "robot_description" in listener.heard, "the description")
-    assert ulna.load(listener.heard["robot_description"].data).joint_names == ulna.load("panda").joint_names
+def test_the_description_is_sent_to_an_rviz_that_starts_later(listener):
+    listener.wait_for(lambda: "robot_description" in listener.received, "the description")
+    assert ulna.load(listener.received["robot_description"].data).joint_names == ulna.load("panda").joint_names
 
 
-def test_the_light_answers_the_box(listener):
-    listener.wait_for(lambda: "visualization_marker_array" in listener.heard, "markers")
-    assert len(listener.heard["visualization_marker_array"].markers) == 14
+def test_the_light_changes_when_the_box_is_moved(listener):
+    listener.wait_for(lambda: "visualization_marker_array" in listener.received, "markers")
+    assert len(listener.received["visualization_marker_array"].markers) == 14
     assert listener.light() == (GREEN, "free")
     listener.drag(pose_message(pose((0, 0, 0.1))))
     listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
     assert "box 1" in listener.light()[1]
-    listener.wait_for(lambda: "basic_controls/update" in listener.heard, "where the box stands")
-    np.testing.assert_allclose(pose_of(listener.heard["basic_controls/update"].poses[0].pose), pose((0, 0, 0.1)))
+    listener.wait_for(lambda: "basic_controls/update" in listener.received, "where the box stands")
+    np.testing.assert_allclose(pose_of(listener.received["basic_controls/update"].poses[0].pose), pose((0, 0, 0.1)))
     listener.drag(pose_message(pose((0, 0.8, 0.1))))
     listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light again")
 
 
-def test_a_zero_quaternion_is_undone_and_the_node_goes_on(listener):
+def test_a_zero_quaternion_is_undone_and_the_node_continues(listener):
     listener.drag(pose_message(pose((0, 0, 0.1))))
     listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
-    listener.heard.pop("basic_controls/update", None)
+    listener.received.pop("basic_controls/update", None)
     zero = Pose()
     zero.orientation.w = 0.0
     listener.drag(zero)
-    listener.wait_for(lambda: "basic_controls/update" in listener.heard, "the box put back")
-    np.testing.assert_allclose(pose_of(listener.heard["basic_controls/update"].poses[0].pose), pose((0, 0, 0.1)))
+    listener.wait_for(lambda: "basic_controls/update" in listener.received, "the box put back")
+    np.testing.assert_allclose(pose_of(listener.received["basic_controls/update"].poses[0].pose), pose((0, 0, 0.1)))
     listener.drag(pose_message(pose((0, 0.8, 0.1))))
     listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light")
 
 
-def test_an_rviz_that_comes_later_is_told_the_handles(listener):
+def test_an_rviz_that_starts_later_gets_the_handles(listener):
     asked = listener.handles.call_async(GetInteractiveMarkers.Request())
     listener.wait_for(asked.done, "the handles")
     (box,) = asked.result().markers
@@ -127,7 +131,7 @@ def test_an_rviz_that_comes_later_is_told_the_handles(listener):
     assert box.header.frame_id == "panda_link0"
 
 
-def test_without_tf2_msgs_the_node_says_so_and_ends_quietly(machine):
+def test_without_tf2_msgs_the_node_runs_with_a_message(machine):
     code = "import sys; sys.modules['tf2_msgs'] = None; from ulna.cli.app import app; app(['ros2', 'demo'])"
     with running(sys.executable, "-c", code, env=machine, stderr=subprocess.PIPE) as node:
         lines = []

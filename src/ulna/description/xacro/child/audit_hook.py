@@ -1,7 +1,7 @@
 """Refuses files, imports and processes by an audit hook (PEP 578), a weak second line. Used by ``main``.
 
-This interpreter itself refuses them. It is no sandbox: Python code that runs in this process can reach the hook and undo it. It
-is there for mistakes of ours, such as a file that xacro opens, or a module that it imports, without asking the parent.
+An audit hook is not a sandbox: Python code in this process can reach the hook and disable it. It guards against mistakes in Ulna,
+such as a file that xacro opens, or a module that it imports, without asking the parent.
 """
 
 import sys
@@ -12,7 +12,11 @@ _REFUSED = ("open", "import", "os.", "subprocess.", "socket.", "shutil.", "glob.
 
 
 def audit_hook(event: str, arguments: tuple) -> None:
-    """Refuse an event that computing does not need."""
+    """Refuse an event that evaluating expressions does not need.
+
+    Raises:
+        RefusedError: It opens or lists files, imports, starts a process, or the like.
+    """
     if event.startswith(_REFUSED):
         words = " ".join(argument for argument in arguments if isinstance(argument, str))[:80]
         raise RefusedError(f"a description may not do this: {event} {words}".rstrip())

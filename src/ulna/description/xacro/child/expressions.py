@@ -144,7 +144,7 @@ def _callee(node: ast.expr, lookup: Lookup) -> Callable:
             return method
         function = _entry_by_name(of, node.attr) if type(of) is xacro.NameSpace else None
     if function is None or not offered(function):
-        raise RefusedError(f"calls {ast.unparse(node)}, which is no function that expressions have")
+        raise RefusedError(f"calls {ast.unparse(node)}, which is not a function of expressions")
     return function
 
 

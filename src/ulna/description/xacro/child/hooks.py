@@ -40,7 +40,11 @@ class Arguments(dict):
 
 
 def teach_xacro(parent: Parent, arguments: Arguments, file: str | None) -> None:
-    """Replace what xacro evaluates and reads with. A version of xacro that lacks one of these names is refused."""
+    """Replace the functions by which xacro evaluates expressions and reads files.
+
+    Raises:
+        RefusedError: This version of xacro lacks one of the replaced names.
+    """
     missing = [f"{module.__name__}.{name}" for module, names in _REPLACED.items() for name in names if not hasattr(module, name)]
     if missing:
         raise RefusedError(f"this version of the package xacro is not known here (no {missing[0]}); 2.1.1 is")
@@ -59,7 +63,7 @@ def teach_xacro(parent: Parent, arguments: Arguments, file: str | None) -> None:
 
 
 def _without_python(module: ModuleType, parent: Parent) -> None:
-    """A module whose own ``open`` asks the parent, and whose own ``eval`` is refused if it is called."""
+    """Replace ``open`` in a module, which then asks the parent; and ``eval``, ``exec`` and ``compile``, which then raise."""
 
     def refused(*_: object, **__: object) -> None:
         raise RefusedError("this version of the package xacro evaluates Python by itself; 2.1.1 does not here")

@@ -1,4 +1,4 @@
-"""Asks the parent process, which alone opens files, by one line of JSON. Used by ``hooks`` and ``main``."""
+"""Asks the parent process, the only one that opens files, by lines of JSON. Used by ``hooks`` and ``main``."""
 
 import io
 import json
@@ -19,22 +19,35 @@ class Parent:
         return json.loads(self._source.readline())
 
     def send(self, message: dict[str, Any]) -> None:
-        """A message to the parent."""
+        """Send a message to the parent."""
         self._sink.write(json.dumps(message).encode() + b"\n")
         self._sink.flush()
 
     def open(self, path: str, mode: str = "r") -> io.StringIO:
-        """The text of a file, in place of the built-in ``open``."""
+        """The text of a file, in place of the built-in ``open``.
+
+        Raises:
+            RefusedError: The mode is not "r", or the file may not be read.
+            OSError: It cannot be read.
+        """
         if not isinstance(path, str) or mode != "r":
-            raise RefusedError(f"opens {path!r} with {mode!r}; a description reads texts")
+            raise RefusedError(f"opens {path!r} with {mode!r}; a description can only read text files")
         return io.StringIO(self._asked({"read": path})["text"], newline=None)
 
     def find(self, package: str) -> str:
-        """The folder of a package."""
+        """The folder of a package.
+
+        Raises:
+            RefusedError: It is not found, or may not be read.
+        """
         return self._asked({"find": package})["folder"]
 
     def matching(self, pattern: str) -> list[str]:
-        """The files that a pattern names, in place of ``glob.glob``."""
+        """The files that match a pattern, in place of ``glob.glob``.
+
+        Raises:
+            RefusedError: They may not be read.
+        """
         return self._asked({"matching": pattern})["files"]
 
     def _asked(self, question: dict[str, str]) -> dict[str, Any]:

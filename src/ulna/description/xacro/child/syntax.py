@@ -15,7 +15,12 @@ _LITERALS = (str, int, float, complex, type(None))  # bool is an int
 
 @lru_cache(maxsize=4096)
 def checked(text: str) -> ast.expr:
-    """The syntax tree of an expression of which every part is known."""
+    """The syntax tree of an expression that consists of known parts only.
+
+    Raises:
+        RefusedError: It has a part that is not known, such as a lambda.
+        SyntaxError: It is not an expression.
+    """
     tree = ast.parse(text, "<expression>", "eval").body
     for node in ast.walk(tree):
         if not isinstance(node, KNOWN) or isinstance(node, ast.MatMult):

@@ -1,4 +1,4 @@
-"""The demo's film: judged by what the box touches."""
+"""The script of the demo's film: what the box touches, and how it moves."""
 
 from itertools import groupby
 
@@ -15,7 +15,7 @@ def demo():
 
 
 @pytest.mark.parametrize("seconds", [1.0, 3.0, 9.0, 30.0, 60.0, 61.7])
-def test_however_long_it_is_the_light_turns_red_once_for_each_visit_and_green_between(demo, seconds):
+def test_the_light_turns_red_once_for_each_visit_whatever_the_length(demo, seconds):
     moments = list(Script(demo, seconds).moments(1200 / seconds))
     switches = [is_red for is_red, _ in groupby(moment.report.in_collision for moment in moments)]
     assert switches == [False, *[True, False] * len(VISITS)]
@@ -28,7 +28,7 @@ def test_however_long_it_is_the_light_turns_red_once_for_each_visit_and_green_be
     assert len(set().union(*touched)) >= 8, "the light names boxes of the whole arm"
 
 
-def test_the_box_comes_back_to_where_it_starts_and_never_jumps(demo):
+def test_the_box_moves_smoothly_and_returns_to_its_start(demo):
     story = Script(demo, 30.0)
     assert np.allclose(story.box_pose(0.0)[:3, 3], BOX_START)
     assert np.allclose(story.box_pose(0.0), story.box_pose(1.0), atol=1e-9)
@@ -45,7 +45,7 @@ def test_the_box_stays_above_the_floor(demo):
         assert T[2, 3] - np.abs(T[2, :3]) @ BOX.half_extents > 0.0
 
 
-def test_the_moments_of_a_film_are_evenly_spaced_and_their_answers_those_of_the_checker(demo):
+def test_the_moments_of_a_film_are_evenly_spaced_and_agree_with_the_checker(demo):
     story = Script(demo, 3.0)
     moments = list(story.moments(10))
     assert len(moments) == 30
