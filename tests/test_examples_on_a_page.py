@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from browser import wait_to_see
 from processes import running
@@ -15,6 +16,7 @@ from processes import running
 LOOP = Path(__file__).parents[1] / "examples" / "07_control_loop.py"
 
 
+@pytest.mark.slow
 def test_the_hand_follows_a_crate_that_is_moved_on_the_page_and_the_loop_says_how_late_it_was(open_page):
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     with running(sys.executable, str(LOOP), "--view", env=environment, stdout=subprocess.PIPE) as program:

@@ -21,6 +21,7 @@ def run(*arguments):
     return CliRunner().invoke(app, ["bench", *arguments], catch_exceptions=False)
 
 
+@pytest.mark.slow
 def test_the_figures_of_inverse_kinematics_for_programs():
     answer = json.loads(run("ik", "--n", "10", "--json").stdout)
     assert [row["protocol"] for row in answer["protocols"]] == ["reachable", "A", "B", "unreachable"]
@@ -30,6 +31,7 @@ def test_the_figures_of_inverse_kinematics_for_programs():
     assert all(row["lower_ns"] <= row["median_ns"] <= row["upper_ns"] for row in answer["ik"])
 
 
+@pytest.mark.slow
 def test_the_figures_of_kinematics_and_collision_for_people():
     shown = run("fk", "jacobian", "collision").stdout
     for work in ("forward_kinematics, one", "link_poses, 8192", "jacobian, one", "in_collision, one", "check_collision, one"):

@@ -86,12 +86,14 @@ def run(*arguments, **variables):
     return subprocess.run([sys.executable, "-c", *arguments], capture_output=True, text=True, check=True, env=environment)
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(900)  # on a machine that has compiled nothing yet, with the other tests beside it
 def test_each_entry_declares_exactly_the_signatures_it_is_called_with(tmp_path):
     """Warmup compiles the declared signatures, so these must be complete."""
     assert json.loads(run(CALLS, str(tmp_path / "film.mp4")).stdout) == {"undeclared": [], "unused": []}
 
 
+@pytest.mark.slow
 def test_nothing_is_compiled_after_warmup(tmp_path):
     cache = {"NUMBA_CACHE_DIR": str(tmp_path)}
     first = run(SOME, "--json", **cache)

@@ -48,6 +48,7 @@ def test_a_half_space_is_as_far_as_coal_says(rng, kind):
     assert_close(d, coal_distances(coal_scene(pairs), 1e-12), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_pairs_of_boxes(rng):
     pairs = solids.random_pairs(rng, ("box", "box"), 100_000, 0.6)
     d, p, q, n, overlap = solids.ask(run, pairs)

@@ -51,6 +51,7 @@ def distance_of(peer, geometry, q, kept):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_distances_of_the_robot_from_itself_are_those_of_coal(name, rng):
     robot, (peer, geometry) = robot_of(name), peer_of(name)

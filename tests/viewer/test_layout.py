@@ -14,6 +14,7 @@ SHEET = """() => {
 }"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [SIZE, PHONE])
 def test_the_panel_does_not_cover_the_robot_or_a_new_obstacle(open_page, size):
     robot = ulna.load("ur5")

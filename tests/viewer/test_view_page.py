@@ -42,6 +42,7 @@ def tab(page, name):
     page.get_by_role("tab", name=name).click()
 
 
+@pytest.mark.slow
 def test_visuals_shapes_frames_and_names_are_shown_and_hidden(view, page, camera, panda):
     tab(page, "Look")
     elbow = project(camera, panda.forward_kinematics(panda.home, "panda_link4")[:3, 3])
@@ -68,6 +69,7 @@ def test_visuals_shapes_frames_and_names_are_shown_and_hidden(view, page, camera
     page.get_by_text("revolute panda_joint3").wait_for()
 
 
+@pytest.mark.slow
 def test_a_number_typed_at_a_slider_moves_only_that_joint(view, page, camera, panda):
     tab(page, "Move")
     field = page.get_by_role("textbox", name="joint4")
@@ -108,6 +110,7 @@ def behind_another_window(page):
     page.evaluate("dispatchEvent(new Event('blur'))")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [outside, cancelled, behind_another_window])
 def test_a_drag_ends_even_if_the_page_receives_no_button_release(view, page, camera, end):
     tab(page, "Move")
@@ -143,6 +146,7 @@ def test_an_unreachable_drag_has_a_red_mark_and_a_reason_on_the_page(view, page,
     page.get_by_text("drag the handles to move the hand").wait_for()
 
 
+@pytest.mark.slow
 def test_a_drag_that_avoids_collisions_names_the_obstacle_at_which_it_stops(view, page, camera):
     tab(page, "Move")
     view.world.add("table", ulna.Box((1.0, 1.0, 0.1)), ulna.pose((0.6, 0.0, 0.2)))
@@ -161,6 +165,7 @@ def test_a_drag_that_avoids_collisions_names_the_obstacle_at_which_it_stops(view
     page.get_by_text("drag the handles to move the hand").wait_for()
 
 
+@pytest.mark.slow
 def test_a_typed_pose_moves_the_hand_or_gives_a_reason(view, page, camera):
     tab(page, "Move")
     field, T = page.get_by_label("Hand xyz [m], z"), view.session.hand_pose
@@ -180,6 +185,7 @@ def test_a_typed_pose_moves_the_hand_or_gives_a_reason(view, page, camera):
     page.get_by_text("drag the handles to move the hand").wait_for()
 
 
+@pytest.mark.slow
 def test_q_is_copied_saved_and_loaded(view, page, camera, tmp_path):
     tab(page, "Move")
     view.q = q = view.session.robot.home + 0.1
@@ -198,6 +204,7 @@ def test_q_is_copied_saved_and_loaded(view, page, camera, tmp_path):
     wait_to_see(page, lambda: np.array_equal(view.q, q), "the saved q")
 
 
+@pytest.mark.slow
 def test_a_floor_is_an_obstacle_that_the_base_does_not_touch(view, page, camera):
     tab(page, "Obstacles")
     page.get_by_role("checkbox", name="Floor").check()
@@ -208,6 +215,7 @@ def test_a_floor_is_an_obstacle_that_the_base_does_not_touch(view, page, camera)
     wait_to_see(page, lambda: view.world.names == (), "none")
 
 
+@pytest.mark.slow
 def test_a_negative_extent_is_refused_and_the_field_is_reset(view, page, camera):
     tab(page, "Obstacles")
     page.get_by_role("button", name="Box").click()
@@ -282,6 +290,7 @@ def test_an_obstacle_dragged_into_the_robot_turns_red_and_is_reported(view, page
     assert view.answer_time > 0.0
 
 
+@pytest.mark.slow
 def test_the_page_saves_and_loads_a_scene(view, page, camera, tmp_path):
     tab(page, "Obstacles")
     view.world.add("ball", ulna.Sphere(0.05), ulna.pose((0.65, 0.1, 0.5)))
@@ -301,6 +310,7 @@ def test_the_page_saves_and_loads_a_scene(view, page, camera, tmp_path):
     assert view.world.names == ("globe",)
 
 
+@pytest.mark.slow
 def test_the_manipulability_checkbox_shows_the_ellipsoid_and_singular_values(view, page, camera, panda):
     tab(page, "Move")
     page.get_by_role("checkbox", name="Manipulability").check()

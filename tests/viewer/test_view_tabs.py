@@ -82,6 +82,7 @@ def number(page, name):
     return page.get_by_role("textbox", name=name).input_value()
 
 
+@pytest.mark.slow
 def test_two_tabs_show_the_same_robot_and_do_not_overwrite_each_other(view, panda, open_page, monkeypatch):
     first, second = open_page(view.url), open_page(view.url, browser=1)
     wait_for(lambda: len(view.page.server.get_clients()) == 2, "two tabs")
@@ -111,6 +112,7 @@ def test_two_tabs_show_the_same_robot_and_do_not_overwrite_each_other(view, pand
     wait_for(lambda: not view.page.server.get_clients(), "no tab")
 
 
+@pytest.mark.slow
 def test_a_closed_tab_leaves_no_thread_and_no_client(view, open_page):
     open_page(view.url).close()  # the threads that serve pages exist from now on
     wait_for(lambda: not view.page.server.get_clients(), "no tab")

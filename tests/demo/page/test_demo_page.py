@@ -204,6 +204,7 @@ def test_the_collision_check_uses_the_latest_position_of_the_handles(app):
             assert np.array_equal(app.demo.world.pose(BOX_NAME), handles.pose)
 
 
+@pytest.mark.slow
 def test_record_downloads_a_video_of_the_page(app, page, still):
     """In the video the light is where the page's camera shows it, and turns red when the box is moved."""
     before = time.monotonic()
@@ -228,6 +229,7 @@ def test_record_downloads_a_video_of_the_page(app, page, still):
     page.get_by_role("button", name="Record").wait_for()
 
 
+@pytest.mark.slow
 def test_the_sliders_follow_the_playing_arm(app, page, still):
     field = page.get_by_role("textbox", name="joint2")
     app.playing.value = True
