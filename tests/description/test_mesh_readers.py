@@ -60,8 +60,8 @@ def test_an_obj_file_is_read_in_every_notation(points, text):
     ("text", "words"),
     [
         (OBJ.replace("v 0 0 1", "v 0 1"), "line 4: '0 1' is not a vertex"),
-        (OBJ.replace("v 0 0 1", "v 0 0 nan"), "no vertex of finite numbers"),
-        (OBJ.replace("v 0 0 1", "v 0 0 x"), "no vertex"),
+        (OBJ.replace("v 0 0 1", "v 0 0 nan"), "not a vertex of finite numbers"),
+        (OBJ.replace("v 0 0 1", "v 0 0 x"), "not a vertex"),
         (OBJ.replace("f 2 3 4", "f 2 3 5"), "refers to vertex 5; there are 4"),
         (OBJ.replace("f 2 3 4", "f 0 3 4"), "line 8: '0' is not a corner"),
         (OBJ.replace("f 2 3 4", "f -5 3 4"), "'-5' is not a corner"),
