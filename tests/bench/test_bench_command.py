@@ -61,7 +61,7 @@ def test_an_unknown_subject_is_refused_with_a_suggestion():
     assert "subject: 'jacobain' is not a subject of the benchmark; did you mean 'jacobian'?" in result.stderr
 
 
-def test_the_machine_is_told_without_names_of_hosts():
+def test_the_description_of_the_machine_has_no_host_names():
     facts = machine_facts()
     assert facts["numba"] == numba.__version__
     assert facts["numpy"] == np.__version__
@@ -98,7 +98,7 @@ def test_a_measuring_process_that_fails_says_why(monkeypatch):
         cold_rows()
 
 
-def test_memory_is_told_for_each_call(monkeypatch):
+def test_memory_is_measured_for_each_call(monkeypatch):
     call = (800_000, "random_positions(robot, n, 0)", "(lambda q: [q.copy(), robot.forward_kinematics(q)][1])", "result")
     monkeypatch.setattr(first_use, "_CALLS", {"greedy": call})
     (row,) = first_use.memory_rows()

@@ -57,7 +57,7 @@ def test_more_pairs_need_more_operations_and_a_tree_has_no_such_bound(panda, mon
     assert counts["boxes_overlap"] > 5 * counts["balls_overlap"] > 0
 
 
-def test_a_scene_that_says_otherwise_is_not_timed(panda, monkeypatch):
+def test_a_scene_with_a_different_verdict_is_not_timed(panda, monkeypatch):
     q, world = np.random.default_rng(0).uniform(panda.lower, panda.upper, (100, 7)), collision.scattered(20, 0.2, 0.8)
     scene = coal.Scene(panda, world, itself=True)
     assert coal.disagreement(scene, panda, world, q, itself=True) == ""

@@ -64,7 +64,7 @@ def test_a_solver_that_lies_is_found_out(panda):
         assert (row["solved_percent"], row["said_solved_but_not"]) == (0.0, 20)
 
 
-def test_a_solver_that_gives_up_says_nothing_wrong(panda):
+def test_a_solver_that_gives_up_is_counted_as_failed_not_as_wrong(panda):
     silent = Solver("silent", lambda *_: None, lambda q: q)
     targets = panda.forward_kinematics(random_positions(panda, 5, 0))
     claimed, good = judge(silent, panda, PROTOCOLS["reachable"], targets, panda.forward_kinematics)

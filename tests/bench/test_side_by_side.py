@@ -49,7 +49,7 @@ def test_a_peer_that_computes_something_else_is_not_timed(panda):
     assert peer.check(right, panda) == (right, "")
 
 
-def test_a_tip_that_stands_still_on_ours_is_found_and_another_arm_refused(panda):
+def test_a_tip_fixed_to_ours_is_found_and_another_arm_is_refused(panda):
     T = ulna.pose((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
     np.testing.assert_allclose(peer.standing_offset(panda, lambda q: panda.forward_kinematics(q) @ T), T, atol=1e-12)
     with pytest.raises(peer.NotForThisArm):

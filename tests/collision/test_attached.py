@@ -81,7 +81,7 @@ def test_it_can_be_put_down(panda, holding):
         ((3, CUP, np.eye(4)), InputError),
     ],
 )
-def test_what_cannot_be_held_is_refused(panda, arguments, error):
+def test_an_invalid_attached_object_is_refused(panda, arguments, error):
     with pytest.raises(error):
         panda.with_attached(*arguments)
 

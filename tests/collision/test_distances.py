@@ -141,7 +141,7 @@ def test_rows_are_the_same_bit_for_bit_however_a_batch_is_cut(panda, world, rng)
 
 
 @pytest.mark.parametrize("limit", [-1, np.nan, "far", True])
-def test_a_distance_that_is_none_is_refused(panda, limit):
+def test_a_value_that_is_not_a_distance_is_refused(panda, limit):
     with pytest.raises(InputError, match="max_distance"):
         panda.check_collision(panda.home, max_distance=limit)
 

@@ -119,7 +119,7 @@ def test_inverse_kinematics_takes_the_allowed_pairs_as_free(panda):
     assert panda.inverse_kinematics(T, panda.home, world=world).success
 
 
-def test_a_ur5_with_hulls_stands_on_its_floor():
+def test_a_ur5_with_hulls_on_a_floor_that_its_base_may_touch_is_free():
     pytest.importorskip("scipy")
     robot, world = ulna.load(EXAMPLES / "ur_description" / "urdf" / "ur5_robot.urdf").with_convex_hulls(), ulna.World()
     upright = [0, -np.pi / 2, 0, 0, 0, 0]
@@ -155,7 +155,7 @@ def test_a_copy_of_a_world_is_a_world_of_its_own():
     assert np.array_equal(world.pose("a"), np.eye(4))
 
 
-def test_a_world_is_told_in_a_line():
+def test_the_repr_of_a_world_is_one_line():
     world = ulna.World()
     assert repr(world) == "<World: no objects>"
     world.add("crate", ulna.Box((1, 1, 1)))

@@ -216,7 +216,7 @@ def test_the_robot_of_a_table_keeps_the_names_and_limits_of_the_joints(panda):
     assert_close(ulna.load(rebuilt.to_urdf()).forward_kinematics(panda.home), panda.forward_kinematics(panda.home), atol=1e-14)
 
 
-def test_a_table_says_the_rest_itself(panda):
+def test_from_dh_refuses_arguments_that_a_table_already_has(panda):
     with pytest.raises(InputError, match=r"^rows: a DHTable has its own values of the other arguments"):
         Robot.from_dh(panda.dh(), convention="standard")
 

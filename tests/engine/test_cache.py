@@ -275,7 +275,7 @@ def test_a_terminal_shows_a_compilation_and_only_that(tmp_path):
     assert said[1] == "end"
 
 
-def test_a_pipe_is_told_once_of_all_that_is_compiled(tmp_path):
+def test_a_pipe_gets_one_line_about_all_that_is_compiled(tmp_path):
     code = "import ulna; panda = ulna.load('panda'); panda.jacobian(panda.home); panda.forward_kinematics(panda.home)"
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
     environment.pop("NUMBA_DISABLE_JIT", None)

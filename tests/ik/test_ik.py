@@ -134,7 +134,7 @@ def test_targets_as_nested_lists_are_as_good_as_arrays_and_are_not_changed(panda
 
 
 @pytest.mark.parametrize("limit", [1e3, 1e9, 1e16], ids=lambda limit: f"{limit:g}")
-def test_limits_so_wide_that_they_are_none_do_not_scatter_the_search(limit):
+def test_very_wide_limits_do_not_scatter_the_search(limit):
     """Descriptions write 1e16 for "no limit" (iris.urdf does); the answers must be angles that can be used again."""
     arm = ulna.Robot.from_dh(robots.UR5, convention="standard", limits=[(-limit, limit)] * 6)
     targets = arm.forward_kinematics(np.random.default_rng(5).uniform(-3, 3, (100, 6)))

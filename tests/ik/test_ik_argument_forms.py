@@ -144,7 +144,7 @@ def test_threads_that_share_a_robot_get_the_bits_of_one(panda, targets, q):
 NAMES = ("q", "success", "status", "position_error", "rotation_error", "residual", "iterations", "starts", "reach_excess")
 
 
-def test_a_result_survives_the_way_between_processes_whatever_it_says(panda, targets):
+def test_every_kind_of_result_can_be_pickled(panda, targets):
     far = targets[0].copy()
     far[0, 3] += 3
     mixed = np.array([targets[0], far])

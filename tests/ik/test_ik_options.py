@@ -135,7 +135,7 @@ def test_without_a_bound_a_path_is_followed_and_with_one_it_is_followed_alike(pa
     ids=str,
 )
 @pytest.mark.parametrize("batch", [False, True], ids=["one", "batch"])
-def test_an_option_that_cannot_be_taken_is_refused_by_its_name(panda, options, error, message, batch):
+def test_an_invalid_option_is_refused_by_its_name(panda, options, error, message, batch):
     T = panda.forward_kinematics(panda.home + 0.01)
     with pytest.raises(error, match=f"^{message}"):
         panda.inverse_kinematics(T[None] if batch else T, **{"q_seed": panda.home, **options})

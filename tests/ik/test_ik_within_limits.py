@@ -58,7 +58,7 @@ def test_what_is_found_at_the_limits_without_heed_of_them_is_the_result():
     assert_solves(robot, robot.inverse_kinematics(T), T, "link6")
 
 
-def test_a_joint_that_is_held_is_not_blamed_for_a_rounding(panda):
+def test_rounding_at_a_held_joint_is_not_reported_as_an_excess(panda):
     seed = [
         0.9056304838558811, 0.9090911450239343, -0.4769003531886038, -0.2292939060427841, 0.639610138609704, 3.3670977727539424,
         -0.9930382770767194,

@@ -48,13 +48,13 @@ def test_a_slide_without_limits_is_within_the_robots_length():
 
 
 @pytest.mark.parametrize(("limits", "range_"), [((-1e308, 1e308), (-1, 1)), ((-2e3, 1e4), (-2e3, 1e4)), ((3, 1e16), (3, 5))])
-def test_a_limit_that_means_none_is_none(limits, range_):
+def test_a_limit_too_wide_to_count_is_ignored(limits, range_):
     robot = ulna.Robot(robots.two_links("prismatic", robots.X, limits=Limits(*limits, 1.0)))
     q = robot.random(4000, seed=0)
     np.testing.assert_allclose([q.min(), q.max()], range_, atol=1e-2 * (range_[1] - range_[0]))
 
 
-def test_a_robot_without_joints_stands_still():
+def test_a_robot_without_joints_has_an_empty_random_q():
     robot = ulna.load("panda", base="panda_link7", tip="panda_link8")
     assert (robot.random().shape, robot.random(3).shape) == ((0,), (3, 0))
 

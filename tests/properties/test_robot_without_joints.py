@@ -21,7 +21,7 @@ def robot(request):
     return ulna.Robot(request.param)
 
 
-def test_it_says_what_it_is(robot):
+def test_its_properties_are_empty(robot):
     assert robot.n_dof == 0
     assert robot.joint_names == ()
     assert robot.joint_slices == ()

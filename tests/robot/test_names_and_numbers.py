@@ -79,7 +79,7 @@ def test_cells_of_terrain_have_a_width():
 
 
 @pytest.mark.parametrize("name", [[], None, 3])
-def test_an_object_that_is_none_is_an_unknown_name(name):
+def test_an_object_that_does_not_exist_is_an_unknown_name(name):
     with pytest.raises(ulna.UnknownNameError):
         ulna.World().move(name, np.eye(4))
     with pytest.raises(ulna.UnknownNameError):
