@@ -9,7 +9,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator
 
-PATIENCE_S = 60.0  # with a program that is told to end: one that takes longer never does
+PATIENCE_S = 240.0  # with a program that is told to end: one that takes longer never does
 LOOKS = 600  # for what is waited for; a slow machine looks more slowly
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # of a shell's background job; what is started here would inherit it

@@ -50,8 +50,8 @@ def test_the_account_is_of_one_pose_and_one_jacobian(panda):
 def test_more_pairs_need_more_operations_and_a_tree_has_no_such_bound(panda, monkeypatch):
     monkeypatch.setattr(collision, "BOXES", (1, 3, 65))
     monkeypatch.setattr(collision, "N", 64)
-    one, three, hung = (row for row in collision.growth_rows(panda, peak=1.0) if row["world"] == "as dense")
-    assert (one["pairs"], three["pairs"], hung["bound_ns"]) == (12, 36, None)
+    one, three, indexed = (row for row in collision.growth_rows(panda, peak=1.0) if row["world"] == "as dense")
+    assert (one["pairs"], three["pairs"], indexed["bound_ns"]) == (12, 36, None)
     counts = bounds.count_operations(panda, with_boxes=True)
     assert three["bound_ns"] - one["bound_ns"] == pytest.approx(24 * counts["balls_overlap"] / 8)
     assert counts["boxes_overlap"] > 5 * counts["balls_overlap"] > 0

@@ -142,7 +142,7 @@ def test_ctrl_c_prints_no_error():
         assert process.stdout.readline() == "started\n"
         time.sleep(0.1)
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=30)
+        out, err = process.communicate(timeout=240)
     assert (process.returncode, out, err) == (130, "", "")
 
 

@@ -34,7 +34,7 @@ def test_the_distance_is_that_of_the_nearest_pair_of_the_report(panda, world, rn
         assert panda.signed_distance(row, world, self_collision) == distance
 
 
-def test_its_sign_is_the_verdict(panda, world, rng):
+def test_its_sign_agrees_with_in_collision(panda, world, rng):
     q = random_positions(panda, rng, 500)
     assert np.array_equal(panda.signed_distance(q, world) <= 0, panda.in_collision(q, world))
 
@@ -75,8 +75,8 @@ def test_a_batch_of_reports_is_an_array_of_them(panda, world, rng):
     q = random_positions(panda, rng, 6).reshape(2, 3, 7)
     reports = panda.check_collision(q, world)
     assert reports.shape == (2, 3)
-    verdicts = panda.in_collision(q, world)
-    assert [[report.in_collision for report in row] for row in reports] == verdicts.tolist()
+    touching = panda.in_collision(q, world)
+    assert [[report.in_collision for report in row] for row in reports] == touching.tolist()
 
 
 class Restless(ulna.World):

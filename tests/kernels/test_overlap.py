@@ -76,14 +76,14 @@ def overlaps(panda, bodies, world, q, pairs=NO_PAIRS):
     return hits
 
 
-def test_the_verdict_is_that_of_every_pair(panda, bodies, objects, rng):
+def test_it_overlaps_where_any_pair_does(panda, bodies, objects, rng):
     q = configurations(panda, rng)
     expected = np.array([(naive_gaps(panda, x, objects) <= 0).any() for x in q])
     assert 0.1 < expected.mean() < 0.9
     assert np.array_equal(overlaps(panda, bodies, table_of(objects), q), expected)
 
 
-def test_a_tree_of_objects_gives_the_verdict_of_each_object_by_itself(panda, bodies, rng):
+def test_a_bvh_of_objects_overlaps_where_any_object_does(panda, bodies, rng):
     for n in (MOST_UNINDEXED, MOST_UNINDEXED + 1, 3 * MOST_UNINDEXED):
         objects, q = scattered(rng, n, 0.02, reach=1.5), configurations(panda, rng, 24)
         world = table_of(objects)

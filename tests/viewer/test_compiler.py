@@ -23,7 +23,7 @@ with ulna.view(panda) as view:
     with global_compiler_lock:
         view.world.add("ball", ulna.Sphere(0.05), ulna.pose((0.65, 0.0, 0.5)))
         wait_for(lambda: "Compiling for this machine (once): " in view.notice.text, "the word of it")
-        assert "checking ..." in view.clearance.verdict.content
+        assert "checking ..." in view.clearance.state.content
         wait_for(lambda: "ball" in view.obstacles.nodes, "the ball")
         view.q = panda.home + 0.1
         there = panda.forward_kinematics(view.q, panda.link_names[-1])[:3, 3]

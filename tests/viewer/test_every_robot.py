@@ -1,9 +1,10 @@
-"""Every robot of every collection on this machine has a page: all its controls, at home and at its limits. No browser."""
+"""Every robot of every collection on this machine has a page, and controls that take its limits. No browser."""
 
 import numpy as np
 import pytest
 
 import ulna
+from processes import wait_for
 from robot_files import example_urdfs, rtb_package_dirs, rtb_xacros
 from ulna.viewer.ellipsoid import EllipsoidPanel
 from ulna.viewer.hand import HandPanel
@@ -51,3 +52,16 @@ def test_a_page_for_every_robot_of_rtb_data(server, tmp_path):
     for file in rtb_xacros():
         if file.stem not in NOT_LOADED:
             check_page(ulna.load(file, package_dirs=packages), server)
+
+
+def check_view(robot):
+    """Start the whole page, at home, until its first frame is drawn."""
+    with ulna.view(robot) as view:
+        wait_for(lambda: "checking" not in view.clearance.state.content, "the first frame", looks=None)
+        assert not view.notice.text.startswith("This picture is not up to date")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", [file for file in example_urdfs() if file.stem not in NOT_LOADED], ids=lambda file: file.stem)
+def test_ulna_view_shows_every_robot_of_example_robot_data(file):
+    check_view(ulna.load(file))

@@ -39,9 +39,9 @@ def overlapping(lock, context):
 
     other = threading.Thread(target=enter_and_leave)
     with contextlib.suppress(ulna.UlnaError), context():
-        assert lock.asked.acquire(timeout=10)
+        assert lock.asked.acquire(timeout=240)
         other.start()
-        assert lock.asked.acquire(timeout=10)
+        assert lock.asked.acquire(timeout=240)
     other.join()
 
 

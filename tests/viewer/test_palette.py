@@ -66,7 +66,7 @@ def test_a_touching_obstacle_is_darker_than_a_free_one(sight):
 
 def test_the_collision_result_is_also_given_by_word_and_by_filling():
     free = Clearance(Report(()))
-    assert free.verdict == "free"
+    assert free.state == "free"
     assert "border:" in html.marked("free", GREEN, filled=False)
     assert "border:" not in html.marked("collision", RED, filled=True)
     assert "collision" in html.marked("collision", RED)

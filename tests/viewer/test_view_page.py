@@ -210,7 +210,7 @@ def test_a_floor_is_an_obstacle_that_the_base_does_not_touch(view, page, camera)
     page.get_by_role("checkbox", name="Floor").check()
     wait_to_see(page, lambda: view.world.names == ("floor",), "a floor")
     wait_to_see(page, lambda: view.session.clearance.nearest is not None, "its distance")
-    assert view.session.clearance.verdict == "free"
+    assert view.session.clearance.state == "free"
     page.get_by_role("checkbox", name="Floor").uncheck()
     wait_to_see(page, lambda: view.world.names == (), "none")
 

@@ -32,8 +32,8 @@ def test_all_meshes_of_a_robot_are_shown(name, links):
         assert len(view.arm.frames) == links
         assert len(view.arm.looks) == sum(bool(link.visuals) for link in robot.description.links)
         assert len(view.arm.solids) == sum(len(link.collisions) for link in robot.description.links)
-        wait_for(lambda: "checking" not in view.clearance.verdict.content, "the verdict")
-        assert ("not checked" in view.clearance.verdict.content) == bool(view.session.unchecked)
+        wait_for(lambda: "checking" not in view.clearance.state.content, "the state")
+        assert ("not checked" in view.clearance.state.content) == bool(view.session.unchecked)
         assert view.arm.extent.low[2] <= min(T[2, 3] for T in robot.link_poses(robot.home))
 
 

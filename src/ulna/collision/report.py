@@ -15,7 +15,8 @@ class Pair:
         name_b: Another shape of the robot, or the object of the world.
         link: The link of ``name_a``, or its own name if it is an attached object.
         link_b: The same of ``name_b``; None if that is of the world.
-        signed_distance: Their distance [m]; negative: minus the penetration depth.
+        signed_distance: Their distance [m]; negative: minus the penetration depth. The depth is never too small; of a cylinder,
+            and of two meshes of many hundred vertices each, it may be an upper bound (docs/conventions.md says how close).
         witness_a: The point of a that lies deepest in b, or nearest to it, in the base frame [m], shape (3,).
         witness_b: The same of b: witness_b - witness_a = signed_distance * normal.
         normal: The unit vector from a to b along which they are nearest, or overlap least, in the base frame, shape (3,).

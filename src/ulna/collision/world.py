@@ -129,7 +129,11 @@ class World:
             return self._poses[name].copy()
 
     def touch_links(self, name: str) -> frozenset[str]:
-        """The links, or attached objects, that may touch an object."""
+        """The links, or attached objects, that may touch an object.
+
+        Raises:
+            UnknownNameError: There is no such object.
+        """
         with self._lock:
             self._known(name)
             return self._touch_links.get(name, frozenset())

@@ -37,11 +37,11 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
     if at is not None and not form.is_still:
         raise InputError("at", f"is for a single picture, a .png; {form.path.name} shows the whole demo")
     demo = Demo()
-    story = Script(demo, form.seconds)
+    script = Script(demo, form.seconds)
     at = 0.1 * form.seconds if at is None else at
     if not 0.0 <= at <= form.seconds:
         raise InputError("at", f"{at:g} s is not between 0 and {form.seconds:g} s")
-    moments = [story.moment(at)] if form.is_still else story.moments(form.rate)
+    moments = [script.moment(at)] if form.is_still else script.moments(form.rate)
     camera = _widened(DEMO_CAMERA, form.size)
     record_pictures(form, demo.robot, [demo_picture(demo.robot, moment, camera, boxes=boxes) for moment in moments], tell)
 

@@ -63,7 +63,14 @@ class Task:
 
     @classmethod
     def pointing(cls, axis: ArrayLike = (0.0, 0.0, 1.0)) -> "Task":
-        """The position, and the direction of one axis of the link; the turn about it is free (drilling, pouring, five joints)."""
+        """The position, and the direction of one axis of the link; the turn about it is free (drilling, pouring, five joints).
+
+        Args:
+            axis: In the frame of the link, shape (3,); of any length above 0.
+
+        Raises:
+            InputError: ``axis`` is not such a vector.
+        """
         return cls((0.0, 0.0, 0.0, 0.0, 0.0, _FREE), axis)  # type: ignore[arg-type]
 
     @property

@@ -12,7 +12,7 @@ from ulna.inspection.joints import joint_findings
 from ulna.inspection.meshes import mesh_findings
 from ulna.inspection.names import name_findings
 from ulna.inspection.result import Finding, Inspection, Severity
-from ulna.inspection.robot_checks import reach_of, robot_findings
+from ulna.inspection.robot_checks import robot_findings, stretched_length
 from ulna.inspection.shapes import shape_findings
 from ulna.inspection.tree import tree_rows
 
@@ -44,7 +44,7 @@ def inspect(
     package_dirs = tuple(package_dirs) if isinstance(package_dirs, Iterator) else package_dirs  # it is gone through twice
     document = read_inspected(source, xacro_args or {}, package_dirs)
     robot, root = document.robot, document.root
-    reach = None if robot is None else reach_of(robot)
+    reach = None if robot is None else stretched_length(robot)
     found = list(_findings(document, reach))
     ordered = [finding for severity in Severity for finding in found if finding.severity == severity]
     return Inspection(

@@ -22,7 +22,7 @@ def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
         yield Finding(Severity.WARNING, "document", f"it reaches {reach:.3g} m when stretched: scaled twice?")
 
 
-def reach_of(robot: Robot) -> float:
+def stretched_length(robot: Robot) -> float:
     """The length of the longest chain [m]: its joints' distances in sum, slides drawn out to their finite limits."""
     far = {robot.base: 0.0}
     for joint in joints_from_root(robot.description):

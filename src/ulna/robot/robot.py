@@ -236,6 +236,9 @@ class Robot:
             Shape (n, n_dof), or (n_dof,) for one [rad or m]. An angle without limits is within +-pi; a slide without limits is
             within the robot's length, its slides at 0, to both sides. The angles of a floating joint are uniform one by one.
 
+        Raises:
+            InputError: ``n`` is not a count.
+
         Example:
             >>> import ulna
             >>> panda = ulna.load("panda")

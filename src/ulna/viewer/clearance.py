@@ -13,7 +13,7 @@ class ClearancePanel:
     """The text at the top of the panel, and the line between the nearest points; ``size`` is that of the robot [m]."""
 
     def __init__(self, server: viser.ViserServer, size: float) -> None:
-        self.verdict = server.gui.add_html(marked("checking ...", UNKNOWN, filled=False))
+        self.state = server.gui.add_html(marked("checking ...", UNKNOWN, filled=False))
         self.nearest = server.gui.add_html("")
         point = np.zeros(3)
         self.line = server.scene.add_cylinder("/nearest/line", 0.004 * size, 1.0, INK, visible=False, cast_shadow=False)
@@ -25,11 +25,11 @@ class ClearancePanel:
 
     def show(self, clearance: Clearance) -> None:
         """Show what touches and what is nearest."""
-        color = {"free": GREEN, "collision": RED}.get(clearance.verdict, UNKNOWN)
+        color = {"free": GREEN, "collision": RED}.get(clearance.state, UNKNOWN)
         pair = clearance.nearest
         words = clearance.refusal if pair is None else f"{clearance.distance}: {clearance.apart}"
         for element, content in (
-            (self.verdict, marked(str(clearance), color, filled=clearance.verdict == "collision")),
+            (self.state, marked(str(clearance), color, filled=clearance.state == "collision")),
             (self.nearest, plain(words) if words else ""),
         ):
             element.content = content

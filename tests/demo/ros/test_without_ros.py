@@ -71,6 +71,13 @@ def test_without_mesh_files_the_description_is_unchanged_and_a_message_says_so()
     assert "not_here_" in messages[0]
 
 
+def test_hw2_has_a_copy_of_the_settings_of_rviz_and_no_link():
+    """Windows writes a link of git as a text file."""
+    copy, original = ROOT / "hw2" / "hw2.rviz", ROOT / "src" / "ulna" / "demo" / "ros" / "demo.rviz"
+    assert not any(path.is_symlink() for path in (ROOT / "hw2").rglob("*"))
+    assert copy.read_text() == original.read_text()
+
+
 def test_hw2_zip_holds_the_assignment_and_a_wheel_of_ulna(tmp_path):
     made = subprocess.run(["make", "hw2-zip", f"PYTHON={sys.executable}"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr

@@ -25,7 +25,7 @@ def test_a_frame_returns_whether_anything_has_changed(panda, world):
     assert not session.frame()
     world.move("crate", ulna.pose((0.3, 0, 0.5)))  # by anyone
     assert session.frame()
-    assert session.clearance.verdict == "collision"
+    assert session.clearance.state == "collision"
     session.q = panda.home + 0.1
     assert session.frame()
     assert not session.frame()
@@ -115,7 +115,7 @@ def test_the_nearest_pair_has_the_signed_distance_of_the_robot(panda, world, rng
         assert found.nearest.signed_distance == pytest.approx(panda.signed_distance(q, world, self_collision=False), abs=1e-9)
         assert found.nearest.name_b == "crate"
         assert found.report.in_collision == panda.in_collision(q, world)
-        assert str(found).startswith(found.verdict)
+        assert str(found).startswith(found.state)
 
 
 def test_the_distance_is_shown_in_millimetres(panda):
@@ -123,13 +123,13 @@ def test_the_distance_is_shown_in_millimetres(panda):
     world.add("ball", ulna.Sphere(0.1), ulna.pose((2.0, 0, 0.5)))
     found = clearance(panda, panda.home, world)
     assert found.distance == f"{1000 * panda.signed_distance(panda.home, world, self_collision=False):.1f} mm"
-    assert found.verdict == "free"
+    assert found.state == "free"
 
 
 def test_a_robot_with_meshes_is_not_checked_rather_than_free():
     session = Session(ulna.load("ur5"))
     session.frame()
-    assert session.clearance.verdict == "not checked"
+    assert session.clearance.state == "not checked"
     assert "Mesh" in session.unchecked
 
 

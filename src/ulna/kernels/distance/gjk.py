@@ -47,7 +47,7 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
         and q of B; the unit normal from p to q; and where the cores overlap.
     """
     r, t = relative_pose(a, b)
-    size = reach_of(h) + reach_of(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
+    size = core_bound(h) + core_bound(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
     w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-t[0], -t[1], -t[2]))
     zero = splat(0.0, t[0])
     points, sources, weights = (w, w, w), (p, p, p), (zero + 1.0, zero, zero)
@@ -78,7 +78,7 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
 
 
 @kernel
-def reach_of(h):
+def core_bound(h):
     """A length that a core with these half extents does not exceed, from its frame's origin."""
     return h[0] + h[1] + h[2]
 

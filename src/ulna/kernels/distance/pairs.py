@@ -18,7 +18,7 @@ from ulna.engine.lanes import any_lane, splat, where
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
 from ulna.kernels.distance.epa import with_penetration
-from ulna.kernels.distance.gjk import nearest_cores, reach_of
+from ulna.kernels.distance.gjk import core_bound, nearest_cores
 from ulna.kernels.distance.half_space import core_half_space
 from ulna.kernels.distance.support import support
 from ulna.kernels.distance.swept_segments import point_box, point_cylinder, segment_segment, swept
@@ -125,7 +125,7 @@ def pair_overlap(a, b):
 def contact_reach(a, b):
     """How far apart the cores of two bodies that touch may be [m]: the radii of their balls, and ``CONTACT`` of their sizes."""
     radii = a[2][3] + b[2][3]
-    return radii + CONTACT * (radii + reach_of(a[2]) + reach_of(b[2]))
+    return radii + CONTACT * (radii + core_bound(a[2]) + core_bound(b[2]))
 
 
 @routine

@@ -32,7 +32,7 @@ class Clearance:
     apart: str = ""
 
     @property
-    def verdict(self) -> str:
+    def state(self) -> str:
         """``free``, ``collision``, ``not checked`` or ``checking ...``."""
         if self.report is None:
             return "not checked" if self.refusal else "checking ..."
@@ -44,7 +44,7 @@ class Clearance:
         return "" if self.nearest is None else f"{1e3 * self.nearest.signed_distance:.1f} mm"
 
     def __str__(self) -> str:
-        return f"{self.verdict}: {self.touching}" if self.touching else self.verdict
+        return f"{self.state}: {self.touching}" if self.touching else self.state
 
 
 def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True, names: ShapeNames | None = None) -> Clearance:
