@@ -65,10 +65,12 @@ def wrapped(x):
 def angle_onto(p, q, k, free):
     """Subproblem 1: the angle for which rot(k, angle) p comes nearest to q; ``free`` where p or q lies on the axis.
 
+    Sine and cosine are those between k x p and k x q: between p and q themselves they would lose half their digits near the axis.
+
     Returns the angle and the square of the product of the distances of p and q from the axis.
     """
-    s = dot(k, cross(p, q))
-    c = dot(p, q) - dot(k, p) * dot(k, q)
+    across_p, across_q = cross(k, p), cross(k, q)
+    s, c = dot(across_p, cross(across_q, k)), dot(across_p, across_q)
     size = s * s + c * c
     good = size > UNDETERMINED
     r = 1.0 / sqrt(where(good, size, 1.0))
