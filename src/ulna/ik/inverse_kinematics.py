@@ -10,8 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
 from ulna.ik.all_solutions import all_solutions
+from ulna.ik.closed_form.result import IKSolutions
+from ulna.ik.closed_form.solutions import solutions
 from ulna.ik.numeric import NumericSolver
-from ulna.ik.options import Options
+from ulna.ik.options import Options, as_count
 from ulna.ik.problem import as_names
 from ulna.ik.query import Query
 from ulna.ik.result import IKResult
@@ -79,6 +81,18 @@ class InverseKinematics:
             UnknownNameError: There is no such link.
         """
         return all_solutions(self._query(link, options), T, q_seed, n_spread)
+
+    def solutions(
+        self, T: ArrayLike, link: str | None, options: Options, redundancy: str | None, n_samples: int, *, whole_turns: bool
+    ) -> IKSolutions:
+        """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``.
+
+        Raises:
+            InputError: An argument that cannot be taken.
+            UnknownNameError: There is no such link or joint.
+        """
+        n_samples = as_count("n_samples", n_samples)
+        return solutions(self._query(link, options), T, redundancy, n_samples, whole_turns=whole_turns)
 
 
 def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options: Options) -> Query:

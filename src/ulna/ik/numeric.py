@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.errors import InputError
 from ulna.ik.collision_filter import CollisionFilter
+from ulna.ik.entry_names import entry_names
 from ulna.ik.explain import close_unreachable, explain_open, reach_in_words, settle_open
 from ulna.ik.explanation import Explanation
 from ulna.ik.options import LEVENBERG_MARQUARDT
@@ -19,7 +20,6 @@ from ulna.ik.restarts import Search, search_with_restarts
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.trace import convergence
 from ulna.kernels.ik import search_layout as layout
-from ulna.kinematics.tree import Tree
 
 if TYPE_CHECKING:
     from ulna.collision.world import World
@@ -83,9 +83,3 @@ def _explanation(search: Search, collisions: CollisionFilter | None) -> Explanat
 
 def _trace(search: Search) -> Array:
     return convergence(search.problem, search.info[0], search.origins.get(0), with_posture=bool(search.with_posture[0]))
-
-
-def entry_names(tree: Tree) -> tuple[str, ...]:
-    """A name for every entry of q: the joint's, with a number behind it where a joint has several."""
-    parts = [(name, range(tree.n_dof)[cut]) for name, cut in zip(tree.joint_names, tree.joint_slices, strict=True)]
-    return tuple(f"{name}[{k}]" if len(cut) > 1 else name for name, cut in parts for k in range(len(cut)))

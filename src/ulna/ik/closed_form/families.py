@@ -1,4 +1,4 @@
-"""Finds to which family of closed forms six axes belong, and by how much they miss it. Used by ``closed_form.form``.
+"""Finds to which family of closed forms six axes belong, and by how much they miss it. Used by ``closed_form.six_joints``.
 
 Source of the families: Ostermeier, Kuelz and Althoff, Automatic geometric decomposition for analytical inverse kinematics
 (EAIK, 2024), table 1; of the parallel and intersecting axes that they need: Elias and Wen, IK-Geo (2022).
@@ -49,7 +49,10 @@ def family_of(directions: Array, points: Array, reach: float) -> Family | None:
 
     directions, points: Shape (6, 3).
     """
-    found = [*_families(directions, points, reach, from_end=False), *_families(-directions[::-1], points[::-1], reach, from_end=True)]
+    found = [
+        *_families(directions, points, reach, from_end=False),
+        *_families(-directions[::-1], points[::-1], reach, from_end=True),
+    ]
     if not found:
         return None
     least = min(family.miss for family in found)

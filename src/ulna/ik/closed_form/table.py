@@ -1,4 +1,4 @@
-"""Lays out six axes of a family as the table of the kernels. Used by ``closed_form.form``."""
+"""Lays out six axes of a family as the table of the kernels. Used by ``closed_form.six_joints``."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Computes all branches of the inverse kinematics of an arm of six revolute joints in closed form. Used by ``drivers.closed_form``.
+"""Computes all branches of inverse kinematics of six revolute joints in closed form. Used by ``drivers.closed_form``.
 
 1. From the target T to the motion G = T T(0)^-1 of the end, its rotation made exact, lengths as shares of the reach; inverted if
    the chain is seen from its end.
@@ -22,8 +22,8 @@ def closed_form(table, target_rows, sign_rows, n, free_rows, q_rows, known_rows)
     A branch is chosen by three signs, each from n of its own. With n = 2, lanes are targets and the signs 1 and -1 in all lanes:
     eight branches are written. With n = 1, lanes are the eight branches of one target, and one is written for each lane.
 
-    table: ``closed_form_layout``; target_rows: a pose, twelve; sign_rows: 3 n; free_rows: twelve, sines and cosines of what angles
-    are to be where any would do; q_rows: six a branch, written; known_rows: what is known of it, N_KNOWN a branch, written.
+    table: ``closed_form_layout``; target_rows: a pose, twelve; sign_rows: 3 n; free_rows: twelve, sines and cosines of what
+    angles are to be where any would do; q_rows: six a branch, written; known_rows: what is known of it, N_KNOWN a branch, written.
     """
     motion = end_motion(table, load_pose(target_rows, 0))
     p = minus(plus(origin(motion), rotate(motion, tabled(table, LAST))), tabled(table, POINTS))

@@ -49,7 +49,7 @@ def spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_row
         outer, v, sure_1, apart_1 = outer_angle(table, p, load(sign_rows, i), free_rows)
         q_outer = full_circle_angle(outer[0], outer[1])
         for j in range(n):
-            second, other, sure_2, apart_2 = inner_angles(table, p, v, outer, load(sign_rows, n + j), free_rows)
+            second, other, sure_2, apart_2 = inner_angles(table, p, v, load(sign_rows, n + j), free_rows)
             q_second, q_other = full_circle_angle(second[0], second[1]), full_circle_angle(other[0], other[1])
             first, third, q_first, q_third = other, outer, q_other, q_outer
             if outer_first:
@@ -81,9 +81,7 @@ def wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, miss
     put(table, q_rows, branch, 5, full_circle_angle(sixth[0], sixth[1]))
     e = minus(turn(h4, fourth, bent), axis)
     f = minus(turn(h4, fourth, turn(h5, fifth, turn(h6, sixth, n6))), normal)
-    put_known(
-        known_rows, branch, missed + dot(e, e) + dot(f, f), minimum(sure, minimum(sure_4, sure_5)), minimum(apart, apart_5)
-    )
+    put_known(known_rows, branch, missed + dot(e, e) + dot(f, f), minimum(sure, minimum(sure_4, sure_5)), minimum(apart, apart_5))
 
 
 @kernel
@@ -126,8 +124,8 @@ def outer_angle(table, p, sign, free_rows):
 
 
 @kernel
-def inner_angles(table, p, v, outer, sign, free_rows):
-    """Step 2: q_2, and q_1 or q_3, from what step 1 returned; how well they are determined, and how far apart the two pairs are."""
+def inner_angles(table, p, v, sign, free_rows):
+    """Step 2: q_2, and q_1 or q_3, from what step 1 returned; how well determined, and how far apart, they are."""
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     family = int(table[FORM, FAMILY])

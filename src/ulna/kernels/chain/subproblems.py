@@ -116,8 +116,8 @@ def angle_to_direction(h, p, k, v, bends, sign, free):
     """Subproblem 4 for unit vectors with d = h . v; returns as above.
 
     b as a cosine loses half its digits where h and v are nearly parallel, as at the singularity of a wrist. So the discriminant
-    is (1 - h.v - bends[0]) (1 + h.v - bends[1]), with 1 - h.v = |h - v|^2 / 2 and 1 + h.v = |h + v|^2 / 2, and of the angles a and
-    b of k with h and p: bends = 1 - cos(a - b), 1 + cos(a + b).
+    is (1 - h.v - bends[0]) (1 + h.v - bends[1]), with 1 - h.v = |h - v|^2 / 2 and 1 + h.v = |h + v|^2 / 2, and of the angles a
+    and b of k with h and p: bends = 1 - cos(a - b), 1 + cos(a + b).
     """
     hk_kp = dot(h, k) * dot(k, p)
     a_s, a_c = dot(h, cross(k, p)), dot(h, p) - hk_kp

@@ -1,4 +1,4 @@
-"""Solves arms of six revolute joints whose axes 2, 3 and 4 are parallel and whose axes 5 and 6 intersect. Used by ``closed_form``.
+"""Solves arms of six revolute joints whose axes 2, 3 and 4 are parallel and 5 and 6 intersect. Used by ``closed_form``.
 
 So are Universal Robots' arms. The angle of axes 2, 3 and 4 together is that of R_2 R_3 R_4 = rot(h_2, bend).
 
@@ -11,7 +11,7 @@ Source: Elias and Wen, IK-Geo (2022), section 5; Ostermeier, Kuelz and Althoff, 
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import any_lane, load, sqrt, where
+from ulna.engine.lanes import any_lane, load, sqrt
 from ulna.kernels.chain.closed_form_layout import AXES, BENDS, NORMALS, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, put, put_known, tabled
 from ulna.kernels.chain.subproblems import (

@@ -1,15 +1,14 @@
-"""Holds the closed form of an arm, and computes all branches of targets by it. Used by ``Robot`` and the solvers of ``ik``."""
+"""Computes all branches of targets by the closed form of six joints, the others at one place. Used by ``closed_form``."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
-from ulna.ik.closed_form.axes import N_AXES, Axes, axes_of, turning_order
-from ulna.ik.closed_form.families import EXACT, NAMES, Family, family_of
+from ulna.ik.closed_form.axes import N_AXES, axes_of
+from ulna.ik.closed_form.families import EXACT, Family, family_of
 from ulna.ik.closed_form.table import table_of
 from ulna.kernels.chain import closed_form_layout as layout
 
