@@ -3,19 +3,27 @@
 import numpy as np
 
 from ulna.drivers.batch import gather
+from ulna.drivers.lane_state import write_result
 from ulna.engine.decorators import entry, kernel, workspace
-from ulna.engine.lanes import any_lane, load, store
-from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, TABLE, WHOLE
+from ulna.engine.lanes import any_lane, load, splat, store, where
+from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import COLUMNS, FORM, INVERSE_REACH, N_BRANCHES, N_KNOWN, SIGNS
+from ulna.kernels.chain.poses import chain_pose
+from ulna.kernels.ik.damped_system import error_squares, pose_error
+from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, N_STATE, P2, R2, TAKEN
+from ulna.kernels.ik.nearest_branch import nearest_branch
 from ulna.kernels.ik.polish import ENOUGH, polish
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
+from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED, STATUS
 from ulna.kernels.layout import LARGEST_DEFECT
-from ulna.kernels.spatial.elementary import sincos
-from ulna.kernels.spatial.se3 import rigidity_defect
+from ulna.kernels.spatial.elementary import all_in_range, sincos
+from ulna.kernels.spatial.se3 import load_pose, rigidity_defect
 
 N_AXES = 6
+_FEW = 4  # targets that take no longer one by one
+_MOST_POLISHED, _POLISHES = 1e-3, 4
 
 
 @workspace
@@ -97,3 +105,80 @@ def all_branches(table, chain, targets, seeds, most, steps, q_out, known):
                 for k in range(N_KNOWN):
                     known[i, branch, k] = known_rows[N_KNOWN * branch + k, lane]
     return good
+
+
+@entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRIX, MATRIX))
+def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
+    """For each target (n, 4, 4) the branch nearest to its seed within the limits; True if all are solved.
+
+    plan: the tolerances [m, rad], then the lower and the upper limits, six each; seeds: (n or 1, 6); q_out: (n, 6); info:
+    (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a lane, the others
+    eight at a time, a target a lane: with the same machine code, so to the same bits.
+    """
+    n = targets.shape[0]
+    step = 1 if n < _FEW else WIDTH
+    rows, scratch = branch_state(1 if step == 1 else 2)
+    best = best_state(plan)
+    good = True
+    for start in range(0, n, step):
+        for lane in range(WIDTH):
+            i = start if step == 1 else min(start + lane, n - 1)
+            write_start_of(targets[i], seeds[min(i, seeds.shape[0] - 1)], rows[2], best[0], best[1], lane)
+        if start == 0 or seeds.shape[0] > 1:
+            write_free_angles(table, best[0], rows[1])
+        closed_form(table, rows[2], rows[0], 1 if step == 1 else 2, rows[1], rows[3], rows[4])
+        polish_branches(table, chain, _MOST_POLISHED, _POLISHES, rows, scratch)
+        nearest_branch(rows[3], rows[4], best[0], best[1], best[2], best[3])
+        verify(chain, plan, rows[2], best[2], best[3], best[4])
+        for lane in range(WIDTH if step > 1 else 1):
+            i, chosen = min(start + lane, n - 1), lane if step > 1 else least_lane(best[3])
+            write_result(best[2], rows[2], best[4], chosen, 0, i, q_out, info)
+            if not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seeds[min(i, seeds.shape[0] - 1)])):
+                info[i, STATUS] = NOT_A_POSE
+            good &= info[i, STATUS] == SOLVED
+    return good
+
+
+@workspace
+def best_state(plan):
+    """Rows of the seeds, of the bounds, of the best branches, of their costs, and the state of a search (``lane_state``)."""
+    block = np.zeros((4 * N_AXES + 1 + N_STATE, WIDTH))
+    for k in range(2 * N_AXES):
+        block[N_AXES + k, :] = plan[2 + k]
+    return (
+        block[:N_AXES], block[N_AXES : 3 * N_AXES], block[3 * N_AXES : 4 * N_AXES], block[4 * N_AXES : 4 * N_AXES + 1],
+        block[4 * N_AXES + 1 :],
+    )  # fmt: skip
+
+
+@kernel
+def write_start_of(target, seed, target_rows, seed_rows, bound_rows, lane):
+    """Write a target and its seed, brought within the bounds, to a lane."""
+    for k in range(12):
+        target_rows[k, lane] = target[k // 4, k % 4]
+    for j in range(N_AXES):
+        seed_rows[j, lane] = min(max(seed[j], bound_rows[j, lane]), bound_rows[N_AXES + j, lane])
+
+
+@kernel
+def verify(chain, plan, target_rows, q_rows, cost_rows, state_rows):
+    """Write the state of each lane: its errors by forward kinematics, and whether there is a branch and it is within them."""
+    e = pose_error(chain_pose(chain, q_rows), load_pose(target_rows, 0))
+    p2, r2 = error_squares(e)
+    solved = (p2 <= plan[0] ** 2) & (r2 <= plan[1] ** 2) & (load(cost_rows, 0) < np.inf)
+    store(state_rows, ENDED, where(solved, HAS_SOLVED, HAS_FAILED))
+    store(state_rows, P2, p2)
+    store(state_rows, R2, r2)
+    store(state_rows, TAKEN, splat(1.0, p2))
+    for k in range(6):
+        store(state_rows, ERROR + k, e[k])
+
+
+@kernel
+def least_lane(cost_rows):
+    """The lane with the least cost."""
+    least = 0
+    for lane in range(1, WIDTH):
+        if cost_rows[0, lane] < cost_rows[0, least]:
+            least = lane
+    return least

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.errors import InputError
 from ulna.ik.collision_filter import CollisionFilter
 from ulna.ik.entry_names import entry_names
 from ulna.ik.explain import close_unreachable, explain_open, reach_in_words, settle_open
@@ -15,7 +14,7 @@ from ulna.ik.explanation import Explanation
 from ulna.ik.options import LEVENBERG_MARQUARDT
 from ulna.ik.problem import Problem, make_problem, refuse_no_pose
 from ulna.ik.query import Query
-from ulna.ik.ranking import cost_of
+from ulna.ik.ranking import cost_of, refuse_clearance_of_nothing
 from ulna.ik.restarts import Search, search_with_restarts
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.trace import convergence
@@ -45,8 +44,7 @@ class NumericSolver:
         """The best that the restarts find."""
         query, options = self._query, self._query.options
         problem = make_problem(query, T, q_seed, posture, held)
-        if options.rank == "clearance" and world is None:
-            raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
+        refuse_clearance_of_nothing(options.rank, world)
         collisions = None if world is None else CollisionFilter(query.checker, world, options.threads)
         search = _search(problem, collisions)
         if (search.info[:, layout.STATUS] == layout.NOT_A_POSE).any():

@@ -528,6 +528,8 @@ class Robot:
         seed: int = 0,
         *,
         task: Task | str = "pose",
+        world: World | None = None,
+        rank: str | None = None,
         position_tolerance: float = 1e-5,
         rotation_tolerance: float = 1e-5,
         n_spread: int = 16,
@@ -540,13 +542,16 @@ class Robot:
             link: The link's name; the tip unless given.
             seed: Chooses the random starts; the result depends on nothing else.
             task: What of the pose has to be met; see ``inverse_kinematics``.
+            world: Solutions that collide with it, or in which the robot touches itself, are left out.
+            rank: By what they are ordered instead; see ``inverse_kinematics``.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
             n_spread: How many, well apart, are taken from a continuum of solutions.
 
         Returns:
-            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task asks components, every branch
-            that the search met, each once, whole turns aside; for others a spread set.
+            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task asks components, every branch,
+            each once, whole turns aside: all there are where the arm has an exact closed form (``all_solutions`` proves it), all
+            that the search found elsewhere. For others a spread set.
 
         Raises:
             InputError: T or the seed is a batch, T is not a rigid motion, or another argument cannot be taken.
@@ -562,15 +567,16 @@ class Robot:
         options = Options(
             seed=seed,
             task=as_task(task),
+            rank=rank,
             position_tolerance=position_tolerance,
             rotation_tolerance=rotation_tolerance,
             threads=1,
         )
-        return self._inverse_kinematics.all_solutions(T, q_seed, link, options, n_spread)
+        return self._inverse_kinematics.all_solutions(T, q_seed, link, options, n_spread, world)
 
     @cached_property
     def closed_form(self) -> ClosedForm | None:
-        """The closed form of the tip's inverse kinematics: family, held joint, and by how much the axes miss it; None without one.
+        """The closed form of the tip's inverse kinematics: family, held joint, by how much the axes miss it; or None.
 
         Raises:
             InputError: The robot has several tips.
@@ -602,8 +608,8 @@ class Robot:
             link: The link's name; the tip unless given.
             redundancy: The joint of seven that is held; that of ``closed_form`` unless given.
             n_samples: The number of places at which it is held, spread evenly over its range.
-            whole_turns: Whether to list every whole turn that the limits allow. Otherwise each solution is listed once, as near to
-                ``home`` as whole turns within the limits bring it.
+            whole_turns: Whether to list every whole turn that the limits allow. Otherwise each solution is listed once, as near
+                to ``home`` as whole turns within the limits bring it.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from ulna.ik.closed_form.closed_form import ClosedForm, held_range
 from ulna.ik.closed_form.result import Proof
-from ulna.ik.closed_form.six_joints import REACHED
 from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kinematics.tree import Tree
@@ -47,7 +46,7 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, thr
     """
     columns = list(form.columns)
     angles, known = form.six_joints(seeds[0]).branches(targets, np.ascontiguousarray(seeds[:, columns]), threads)
-    real = known[..., layout.RESIDUAL] <= REACHED
+    real = known[..., layout.RESIDUAL] <= layout.REACHED
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
     q[..., columns] = angles
     proof = _proofs(known, real) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
@@ -65,7 +64,7 @@ def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array,
         here[:, form.held_column] = low + (k + 0.5) / n_samples * (high - low)
         parts.append(all_branches(form, tree, targets, here, threads))
     real = np.concatenate([part.real for part in parts], axis=1)
-    proof = np.where(real.any(axis=1), PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
+    proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
     q, valid = (np.concatenate([getattr(part, name) for part in parts], axis=1) for name in ("q", "valid"))
     return Branches(q, real, valid, proof)
 

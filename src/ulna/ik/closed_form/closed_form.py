@@ -15,7 +15,7 @@ from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 _SHARES = (0.5, 0.31, 0.83)  # of the range of a joint that is held: where a family has to hold
-_MOST_KEPT = 256  # places of a joint that is held
+_MOST_KEPT = 256  # links, and places of a joint that is held
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +66,12 @@ def closed_form_of(tree: Tree, link: str, held: str | None = None) -> ClosedForm
         InputError: ``held`` is given, and is not one of seven joints that move the link.
         UnknownNameError: There is no such link or joint.
     """
+    tree.chain(link)
+    return _closed_form_of(tree, link, held)
+
+
+@lru_cache(maxsize=_MOST_KEPT)
+def _closed_form_of(tree: Tree, link: str, held: str | None) -> ClosedForm | None:
     chain = tree.chain(link)
     order = turning_order(chain)
     if held is not None:

@@ -13,7 +13,6 @@ from ulna.ik.closed_form.table import table_of
 from ulna.kernels.chain import closed_form_layout as layout
 
 Array = NDArray[np.float64]
-REACHED = 1e-9  # largest residual of a branch: a share of the reach, and radians
 _LEAST_TARGETS = 512  # of a part
 
 

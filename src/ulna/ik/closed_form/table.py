@@ -30,12 +30,12 @@ def table_of(axes: Axes, family: Family) -> Array:
 
 
 def _normal(h: Array) -> Array:
-    n = np.cross(h, np.eye(3)[np.argmin(np.abs(h))])
-    return n / np.linalg.norm(n)
+    n = np.asarray(np.cross(h, np.eye(3)[np.argmin(np.abs(h))]), dtype=np.float64)
+    return n / float(np.linalg.norm(n))
 
 
 def _bends(h: Array, k: Array, p: Array) -> tuple[float, float]:
     """1 - cos(a - b) and 1 + cos(a + b), a and b the angles of k with h and with p, with no digits lost near 0."""
-    a, b = (np.arctan2(np.linalg.norm(np.cross(k, v)), k @ v) for v in (h, p))
-    bends = 2.0 * np.sin((a - b) / 2.0) ** 2, 2.0 * np.cos((a + b) / 2.0) ** 2
-    return tuple(0.0 if bend < _NOTHING else float(bend) for bend in bends)  # type: ignore[return-value]
+    a, b = (float(np.arctan2(np.linalg.norm(np.cross(k, v)), k @ v)) for v in (h, p))
+    less, more = 2.0 * np.sin((a - b) / 2.0) ** 2, 2.0 * np.cos((a + b) / 2.0) ** 2
+    return 0.0 if less < _NOTHING else float(less), 0.0 if more < _NOTHING else float(more)

@@ -23,7 +23,7 @@ def closed_form(table, target_rows, sign_rows, n, free_rows, q_rows, known_rows)
     eight branches are written. With n = 1, lanes are the eight branches of one target, and one is written for each lane.
 
     table: ``closed_form_layout``; target_rows: a pose, twelve; sign_rows: 3 n; free_rows: twelve, sines and cosines of what
-    angles are to be where any would do; q_rows: six a branch, written; known_rows: what is known of it, N_KNOWN a branch, written.
+    angles are to be where any would do; q_rows: six a branch, written; known_rows: what is known of it, N_KNOWN a branch.
     """
     motion = end_motion(table, load_pose(target_rows, 0))
     p = minus(plus(origin(motion), rotate(motion, tabled(table, LAST))), tabled(table, POINTS))

@@ -27,5 +27,6 @@ N_BRANCHES = 8
 # determined; how far its nearest pair of angles is apart, squared.
 RESIDUAL, DETERMINED, APART = 0, 1, 2
 N_KNOWN = 3
+REACHED = 1e-9  # largest RESIDUAL of a branch
 UNDETERMINED = 1e-44  # of DETERMINED, which is the fourth power of a sine or of a share of the reach
 COINCIDING = 1e-12  # of APART, which is the square of the sine of half an angle
