@@ -13,8 +13,8 @@ from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.choice import best_branches
 from ulna.ik.closed_form.closed_form import closed_form_of
-from ulna.ik.closed_form.unsolved import with_unsolved
-from ulna.ik.explanation import NOTHING_TO_EXPLAIN
+from ulna.ik.closed_form.unsolved import no_steps, with_unsolved
+from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.numeric import NumericSolver
 from ulna.ik.options import LEVENBERG_MARQUARDT
 from ulna.ik.problem import make_problem
@@ -58,7 +58,6 @@ class ClosedFormSolver:
             or options.task.kind != layout.WHOLE_POSE
             or options.max_step is not None
             or options.max_iterations is not None
-            or options.trace
             or len(turning_order(query.tree.chain(query.link))) != N_AXES
         ):
             return False
@@ -92,7 +91,8 @@ class ClosedFormSolver:
         q, info = np.empty((1, N_AXES)), np.empty((1, layout.N_INFO))
         if not self._nearest(self._table, self._chain, self._plan, T.reshape(1, 4, 4), seed, q, info):
             return None
-        return IKResult(q[0], info, (), self._query.options.tolerances, NOTHING_TO_EXPLAIN)
+        explanation = Explanation(trace=no_steps(info)) if self._query.options.trace else NOTHING_TO_EXPLAIN
+        return IKResult(q[0], info, (), self._query.options.tolerances, explanation)
 
     def _many(self, T: Array, q_seed: ArrayLike | None) -> IKResult:
         problem = make_problem(self._query, T, q_seed)

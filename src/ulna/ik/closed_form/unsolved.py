@@ -41,7 +41,8 @@ def with_unsolved(
     solved = info[:, layout.STATUS] == layout.SOLVED
     rest = np.flatnonzero(~solved if found is None else ~(solved & found))
     if not len(rest):
-        return IKResult(q.reshape(*problem.batch, q.shape[-1]), info, problem.batch, options.tolerances)
+        explanation = Explanation(trace=no_steps(info) if options.trace else None)
+        return IKResult(q.reshape(*problem.batch, q.shape[-1]), info, problem.batch, options.tolerances, explanation)
     some = _searched(search, problem, rest, world)
     q[rest], info[rest] = some.q.reshape(len(rest), -1), some.info
     known = some.explanation
@@ -56,8 +57,14 @@ def with_unsolved(
         collisions=collisions,
         reach=known.reach or words,
         entry_names=entry_names(problem.query.tree) if limits else (),
+        trace=known.trace,
     )
     return IKResult(q.reshape(*problem.batch, q.shape[-1]), info, problem.batch, options.tolerances, explanation)
+
+
+def no_steps(info: Array) -> Array:
+    """The trace (1, 4) of one target that took no step: its errors."""
+    return np.array([[info[0, layout.POSITION_ERROR], info[0, layout.ROTATION_ERROR], 0.0, 0.0]])
 
 
 def _searched(search: NumericSolver, problem: Problem, rest: NDArray[np.int64], world: World | None) -> IKResult:
