@@ -1,6 +1,6 @@
-"""Solves arms of six revolute joints whose last three axes intersect, of whose first three two are parallel or intersect.
+"""Solves six revolute joints: a spherical wrist, two axes before it parallel or intersecting. Used by ``closed_form``.
 
-Used by ``closed_form``. The position of the wrist's centre gives the first three angles, then the rotation the others.
+The position of the wrist's centre gives the first three angles, then the rotation the others.
 
 Source: Pieper (1968); Elias and Wen, IK-Geo (2022), section 5; Ostermeier, Kuelz and Althoff, EAIK (2024), for the families.
 In vectors: p = R_1 (P_1 + R_2 (P_2 + R_3 P_3)), R_i = rot(h_i, q_i), with p from the point on the first axis to the centre.

@@ -1,6 +1,6 @@
-"""Solves for one angle of a rotation: the Paden-Kahan subproblems, in least squares where they have no solution.
+"""Solves the Paden-Kahan subproblems, in least squares where they have no solution. Used by the closed forms of this folder.
 
-Used by the closed forms of this folder. An angle is a pair, its sine and cosine. ``rot(k, angle)`` turns about the unit vector k.
+Each is for one angle of a rotation. An angle is a pair, its sine and cosine. ``rot(k, angle)`` turns about the unit vector k.
 
 Source: Elias and Wen, IK-Geo: unified robot inverse kinematics using subproblem decomposition (2022), section 3: subproblems 1,
 3 and 4; their subproblem 2 is 4 followed by 1. Their least-squares solutions there. Paden (1986), Kahan (1983).
