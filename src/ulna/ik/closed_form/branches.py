@@ -84,7 +84,7 @@ def _proofs(known: Array, real: Truths) -> NDArray[np.int64]:
 
     Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then.
     """
-    free = known[..., layout.DETERMINED] <= layout.UNDETERMINED
+    free = known[..., layout.DETERMINED] <= layout.HARDLY_DETERMINED
     coinciding = (np.abs(known[..., layout.APART]) <= layout.COINCIDING) & real
     rules = [(free & real).any(axis=1), (free & ~real).any(axis=1), coinciding.any(axis=1)]
     results = [PROOFS.index(proof) for proof in (Proof.CONTINUUM, Proof.SEARCHED, Proof.COINCIDING)]

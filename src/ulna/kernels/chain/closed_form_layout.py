@@ -28,5 +28,7 @@ N_BRANCHES = 8
 RESIDUAL, DETERMINED, APART = 0, 1, 2
 N_KNOWN = 3
 REACHED = 1e-9  # largest RESIDUAL of a branch
-UNDETERMINED = 1e-44  # of DETERMINED, which is the fourth power of a sine or of a share of the reach
+# Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle is taken for any, and
+# below the second it is said that it may be: the rounding of other angles may have made it that large.
+UNDETERMINED, HARDLY_DETERMINED = 1e-44, 1e-36
 COINCIDING = 1e-12  # of APART, which is the square of the sine of half an angle

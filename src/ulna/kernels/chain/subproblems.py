@@ -37,12 +37,6 @@ def reversed_vector(v):
 
 
 @kernel
-def added(angle_a, angle_b):
-    """The sum of two angles."""
-    return angle_a[0] * angle_b[1] + angle_a[1] * angle_b[0], angle_a[1] * angle_b[1] - angle_a[0] * angle_b[0]
-
-
-@kernel
 def subtracted(angle_a, angle_b):
     """The difference of two angles."""
     return angle_a[0] * angle_b[1] - angle_a[1] * angle_b[0], angle_a[1] * angle_b[1] + angle_a[0] * angle_b[0]
