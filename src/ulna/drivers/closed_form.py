@@ -10,6 +10,7 @@ from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, WHO
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import COLUMNS, FORM, INVERSE_REACH, N_BRANCHES, N_KNOWN, SIGNS
+from ulna.kernels.chain.closed_form_rows import known_in_one
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, N_STATE, P2, R2, TAKEN
@@ -79,12 +80,12 @@ def gather_targets(targets, start, target_rows):
     return good
 
 
-@entry((TABLE, TABLE, MATRICES, MATRIX, NUMBER, WHOLE, MATRICES, MATRICES))
+@entry((TABLE, TABLE, MATRICES, MATRIX, NUMBER, WHOLE, MATRICES, MATRIX))
 def all_branches(table, chain, targets, seeds, most, steps, q_out, known):
     """All branches of targets (n, 4, 4), with what is known of each (``closed_form_layout``). False if a target is no pose.
 
     table: of the closed form; chain: of the six joints that it turns. seeds: (n or 1, 6), the angles of joints that may have any.
-    most, steps: of ``polish``. q_out: (n, 8, 6); known: (n, 8, N_KNOWN).
+    most, steps: of ``polish``. q_out: (n, 8, 6); known: (n, 8), in one number.
     """
     n = targets.shape[0]
     rows, scratch = branch_state(2)
@@ -97,13 +98,14 @@ def all_branches(table, chain, targets, seeds, most, steps, q_out, known):
         good &= gather_targets(targets, start, target_rows)
         closed_form(table, target_rows, sign_rows, 2, free_rows, q_rows, known_rows)
         polish_branches(table, chain, most, steps, rows, scratch)
+        for branch in range(N_BRANCHES):
+            store(known_rows, branch, known_in_one(known_rows, branch))  # of those before, what is known is in one already
         for lane in range(WIDTH):
             i = min(start + lane, n - 1)
             for branch in range(N_BRANCHES):
                 for j in range(N_AXES):
                     q_out[i, branch, j] = q_rows[N_AXES * branch + j, lane]
-                for k in range(N_KNOWN):
-                    known[i, branch, k] = known_rows[N_KNOWN * branch + k, lane]
+                known[i, branch] = known_rows[branch, lane]
     return good
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.ik.closed_form.closed_form import ClosedForm, held_range
+from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
 from ulna.ik.closed_form.result import Proof
 from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.kernels.chain import closed_form_layout as layout
@@ -45,8 +45,9 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, thr
         threads: How many threads to use at most.
     """
     columns = list(form.columns)
-    angles, known = form.six_joints(seeds[0]).branches(targets, np.ascontiguousarray(seeds[:, columns]), threads)
-    real = known[..., layout.RESIDUAL] <= layout.REACHED
+    angles, known = joints_at(form, seeds[0]).branches(targets, np.ascontiguousarray(seeds[:, columns]), threads)
+    known = known.astype(np.int8)
+    real = (known & layout.IS_REAL) > 0
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
     q[..., columns] = angles
     proof = _proofs(known, real) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
@@ -79,13 +80,13 @@ def _within(form: ClosedForm, tree: Tree, q: Array, real: Truths, seeds: Array, 
     return Branches(q, real, valid, proof)
 
 
-def _proofs(known: Array, real: Truths) -> NDArray[np.int64]:
+def _proofs(known: NDArray[np.int8], real: Truths) -> NDArray[np.int64]:
     """What is proved of targets by all that is known of their branches, shape (n,).
 
     Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then.
     """
-    free = known[..., layout.DETERMINED] <= layout.HARDLY_DETERMINED
-    coinciding = (np.abs(known[..., layout.APART]) <= layout.COINCIDING) & real
+    free = (known & layout.IS_HARDLY_DETERMINED) > 0
+    coinciding = ((known & layout.IS_COINCIDING) > 0) & real
     rules = [(free & real).any(axis=1), (free & ~real).any(axis=1), coinciding.any(axis=1)]
     results = [PROOFS.index(proof) for proof in (Proof.CONTINUUM, Proof.SEARCHED, Proof.COINCIDING)]
     return np.select(rules, results, PROOFS.index(Proof.COMPLETE))

@@ -40,18 +40,19 @@ class ClosedForm:
     columns: tuple[int, ...] = field(repr=False)
     held_column: int | None = field(repr=False)
 
-    def six_joints(self, q: Array) -> SixJoints:
-        """The form of the six joints, the others at q, shape (n_dof,)."""
-        form = _six_joints(self, None if self.held_column is None else float(q[self.held_column]), len(q))
-        if form is None:
-            raise AssertionError("a family that holds at three places of the held joint does not hold at another")
-        return form
-
     def __str__(self) -> str:
         seen = ", counted from the end" if self.from_end else ""
         held = f"with {self.held} held: " if self.held else ""
         tier = "exact" if self.is_exact else "near"
         return f"{held}{self.family}{seen}; {tier}, the axes miss it by {self.miss:.1g}"
+
+
+def joints_at(form: ClosedForm, q: Array) -> SixJoints:
+    """The form of the six joints, the others at q, shape (n_dof,)."""
+    joints = _six_joints(form, None if form.held_column is None else float(q[form.held_column]), len(q))
+    if joints is None:
+        raise AssertionError("a family that holds at three places of the held joint does not hold at another")
+    return joints
 
 
 def closed_form_of(tree: Tree, link: str, held: str | None = None) -> ClosedForm | None:

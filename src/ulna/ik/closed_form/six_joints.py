@@ -38,12 +38,13 @@ class SixJoints:
         return self.family.miss <= EXACT
 
     def branches(self, targets: Array, seeds: Array, threads: int | None = None) -> tuple[Array, Array]:
-        """All branches of targets (n, 4, 4), which are rigid motions, whatever the limits: q (n, 8, 6), known (n, 8, N_KNOWN).
+        """All branches of targets (n, 4, 4), which are rigid motions, whatever the limits: q (n, 8, 6) and known (n, 8).
 
-        Joints that may have any angle get that of seeds (n or 1, 6).
+        ``known`` is the sum of what is known of a branch (``closed_form_layout``). Joints that may have any
+        angle get that of seeds (n or 1, 6).
         """
         n = len(targets)
-        q, known = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES, layout.N_KNOWN))
+        q, known = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES))
         all_branches, most, steps = entry("closed_form.all_branches"), *((1e-3, 4) if self.is_exact else (0.3, 8))
 
         def run(part: slice) -> bool:

@@ -12,7 +12,7 @@ from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.choice import best_branches
-from ulna.ik.closed_form.closed_form import closed_form_of
+from ulna.ik.closed_form.closed_form import closed_form_of, joints_at
 from ulna.ik.closed_form.unsolved import no_steps, with_unsolved
 from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.numeric import NumericSolver
@@ -40,7 +40,7 @@ class ClosedFormSolver:
         form = closed_form_of(query.tree, query.link)
         if form is None:
             raise AssertionError("no closed form")
-        self._query, self._form, six = query, form, form.six_joints(query.home)
+        self._query, self._form, six = query, form, joints_at(form, query.home)
         self._columns, self._n = list(form.columns), query.tree.n_dof
         self._alone = self._columns == list(range(self._n))
         self._table, self._chain, self._nearest = six.table, six.chain, entry("closed_form.nearest_branches")

@@ -1,8 +1,21 @@
 """Reads the tables of a closed form and writes its branches. Used by the closed forms of this folder."""
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import load, sqrt, store
-from ulna.kernels.chain.closed_form_layout import APART, COLUMNS, DETERMINED, N_KNOWN, RESIDUAL, SIGNS
+from ulna.engine.lanes import load, sqrt, store, where
+from ulna.kernels.chain.closed_form_layout import (
+    APART,
+    COINCIDING,
+    COLUMNS,
+    DETERMINED,
+    HARDLY_DETERMINED,
+    IS_COINCIDING,
+    IS_HARDLY_DETERMINED,
+    IS_REAL,
+    N_KNOWN,
+    REACHED,
+    RESIDUAL,
+    SIGNS,
+)
 
 
 @kernel
@@ -30,3 +43,12 @@ def put_known(known_rows, branch, square, sure, apart):
     store(known_rows, row + RESIDUAL, sqrt(square))
     store(known_rows, row + DETERMINED, sure)
     store(known_rows, row + APART, apart)
+
+
+@kernel
+def known_in_one(known_rows, branch):
+    """What is known of a branch, as a sum (``closed_form_layout``)."""
+    row = N_KNOWN * branch
+    real = where(load(known_rows, row + RESIDUAL) <= REACHED, IS_REAL * 1.0, 0.0)
+    hardly = where(load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED, IS_HARDLY_DETERMINED * 1.0, 0.0)
+    return real + hardly + where(abs(load(known_rows, row + APART)) <= COINCIDING, IS_COINCIDING * 1.0, 0.0)
