@@ -12,7 +12,7 @@ from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABL
 from ulna.kernels.collision.scene import Scene
 
 TRUTH = types.boolean
-VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (3, 4, 6, 12))
+ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
 TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))
 BODY = types.Tuple((WHOLE, POSE, SIZE, TABLE))  # kind, pose, half extents and radius, vertices
 CORES = types.Tuple((WHOLE, VECTOR, TABLE, WHOLE, VECTOR, TABLE, THREE_VECTORS, VECTOR))  # two bodies of EPA; the second's pose
@@ -51,6 +51,14 @@ TYPES = {
         f"spatial.vectors.{name}": {"a": POSE}
         for name in ("axis", "origin", "rotate", "rotate_inverse", "transform", "transform_inverse")
     },
+    "spatial.arc_tangent": {**_each("s c", NUMBER)},
+    "chain": {
+        **_each("first second third fourth fifth sixth bend angle angle_a angle_b bends free", ANGLE), "n": WHOLE,
+        "motion": POSE, **_each("axis normal plane rest", VECTOR), "singular": TRUTH,
+        **_each("a_s a_c discriminant sign square missed sure apart q_bend", NUMBER), "branch": WHOLE,
+    },
+    "chain.subproblems": {"k": VECTOR, **_each("b d", NUMBER)},
+    "chain.closed_form_rows.put": {"angle": NUMBER},
     "distance": {"scratch": POLYTOPE, "body": CORES, **_each("index square gap depth angle level", NUMBER), "points": MATRIX},
     "distance.box_distance": {"best": POINTS, "other": POINTS, **_each("length sign_1 sign_2 sign_y sign_z", NUMBER)},
     "distance.box_distance.edge_pair": {**_each("y z", VECTOR)},
@@ -93,6 +101,7 @@ TYPES = {
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
     "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
     **{f"ik.{name}": {"v": TWIST} for name in ("damped_system.add_column", "singular_values.add_rotated")},
+    "ik.polish": {**_each("most inverse_reach", NUMBER), "steps": WHOLE},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "ik.pseudo_inverse.rotate_rows": {"rows": NUMBERS},
 }  # fmt: skip

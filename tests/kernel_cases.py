@@ -7,10 +7,13 @@ import sys
 
 import numpy as np
 
+import closed_form_probes
 import formulas
 import kernel_modes
 import kernel_probes as probes
 import robots
+from ulna.dh.from_table import description_from_dh
+from ulna.ik.closed_form.closed_form import closed_form_of, joints_at
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik.levenberg_marquardt import N_STATE
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
@@ -66,9 +69,28 @@ def cases():
         "swing": (probes.swing_of_axes, poses, 3, ()),
         "two bodies": (probes.two_bodies, bodies, 11, (HULL, WEDGE, BOX, WEDGE[:0], tuple(map(np.zeros, SCRATCH)))),
         "row of bodies": (probes.row_of_bodies, poses[:12], 7, (BODIES, WEDGE)),
+        "branch of a closed form": (closed_form_probes.one_branch, branch_inputs(poses[:12]), 9, (closed_form_table(),)),
+        "branches of a closed form": (
+            closed_form_probes.eight_branches,
+            branch_inputs(poses[:12])[[*range(12), *range(15, 27)]],
+            72 + 6,
+            (closed_form_table(),),
+        ),
         "single lanes": (probes.single_lanes, plain[:1], 2, ()),
         "two boxes": (probes.two_boxes, np.vstack([poses[:12], halves[:3], poses[12:], halves[3:]]), 3, ()),
     }
+
+
+def closed_form_table():
+    """Of a UR5."""
+    tree = build_tree(description_from_dh(robots.UR5, convention="standard"))
+    return joints_at(closed_form_of(tree, tree.tip), np.zeros(6)).table
+
+
+def branch_inputs(poses):
+    """Poses, three signs, and twelve sines and cosines of angles that may be any."""
+    signs = np.array([(-1.0) ** (np.arange(N) >> k) for k in range(3)])
+    return np.vstack([poses * 0.4, signs, np.zeros((6, N)), np.ones((6, N))])
 
 
 def settings(task=WHOLE_POSE, about_z=0.0, posture=0.0):

@@ -21,6 +21,7 @@ from ulna.errors import (
     UlnaError,
     UnknownNameError,
 )
+from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
 from ulna.inspection.inspect import inspect
@@ -44,6 +45,7 @@ __all__ = [
     "HalfSpace",
     "HeightMap",
     "IKResult",
+    "IKSolutions",
     "InputError",
     "Inspection",
     "Mesh",

@@ -165,10 +165,17 @@ def test_of_two_elbows_that_pass_a_limit_the_lesser_is_reported():
 # ---- singular
 
 
+ASKEW = [(a, d, alpha + 1e-4 * (k == 1), theta) for k, (a, d, alpha, theta) in enumerate(robots.UR5)]
+
+
 @pytest.mark.parametrize("case", ["stretched", "over the shoulder"])
-def test_where_no_joint_can_lessen_what_is_missing_the_arm_is_singular(rng, case):
-    """A centimetre beyond the stretched arm, which the bound of the reach does not prove; and a wrist too near the first axis."""
-    arm = Robot.from_dh(robots.UR5, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
+@pytest.mark.parametrize(("rows", "status"), [(ASKEW, "singular"), (robots.UR5, "unreachable")], ids=["searched", "closed form"])
+def test_where_no_joint_can_lessen_what_is_missing_the_arm_is_singular(rng, case, rows, status):
+    """A centimetre beyond the stretched arm, which the bound of the reach does not prove; and a wrist too near the first axis.
+
+    Where the arm has a closed form, that there is no solution is proved.
+    """
+    arm = Robot.from_dh(rows, convention="standard", limits=[(-2 * np.pi, 2 * np.pi)] * 6)
     target = ulna.pose((0.05, 0, 0.5), (0, np.pi, 0))
     if case == "stretched":
         q = np.array([0, -0.5, 0, -1, -1.5, 0])
@@ -176,7 +183,8 @@ def test_where_no_joint_can_lessen_what_is_missing_the_arm_is_singular(rng, case
         out = arm.forward_kinematics(q, link="link3")[:3, 3] - arm.forward_kinematics(q, link="link1")[:3, 3]
         target[:3, 3] += 0.01 * out / np.linalg.norm(out)
     result = arm.inverse_kinematics(target)
-    assert result.status == "singular", str(result)
+    assert result.status == status, str(result)
+    assert result.reason.startswith("the arm cannot" if status == "singular" else "the closed form has no solution")
     missing = lambda q: np.linalg.norm(formulas.pose_error(arm.description, q, "link6", target))  # noqa: E731
     here, size = missing(result.q), 1e-4
     nearer = [here - missing(result.q + size * v / np.linalg.norm(v)) for v in rng.normal(size=(200, 6))]

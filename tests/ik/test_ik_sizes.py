@@ -55,13 +55,15 @@ def test_the_same_robot_in_another_unit_goes_the_same_way_to_the_bit(rng):
 
 @pytest.mark.parametrize("size", [2.0**-17, 1.0, 2.0**10])
 def test_the_reason_does_not_depend_on_the_size(size):
-    """A centimetre beyond the stretched arm, which the bound of the reach does not prove; and a target far away."""
+    """A centimetre beyond the stretched arm, which the closed form proves, and the bound of the reach not; and one far away."""
     robot = ur5(size)
     q = np.array([0, -0.5, 0, -1, -1.5, 0])
     T = robot.forward_kinematics(q)
     out = robot.forward_kinematics(q, link="link3")[:3, 3] - robot.forward_kinematics(q, link="link1")[:3, 3]
     T[:3, 3] += 0.01 * size * out / np.linalg.norm(out)
-    assert robot.inverse_kinematics(T, position_tolerance=1e-5 * size).status == "singular"
+    result = robot.inverse_kinematics(T, position_tolerance=1e-5 * size)
+    assert (result.status, result.reach_excess) == ("unreachable", 0.0)
+    assert result.reason.startswith("the closed form has no solution")
     assert robot.inverse_kinematics(ulna.pose((9e5, 0, 0))).status == "unreachable"
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import closed_form_probes
 import kernel_cases
 import kernel_modes
 import kernel_probes
@@ -43,7 +44,9 @@ def test_this_process_agrees_with_plain_numpy(of_this_process, without_compiler,
 
 def test_every_probe_has_a_case():
     told_by_their_own_tests = {"any_of", "load_and_store"}  # what they do depends on the number of lanes, or is exact
-    own = {name for name, f in vars(kernel_probes).items() if getattr(f, "__module__", "") == kernel_probes.__name__}
+    told_by_their_own_tests |= {"onto", "to_plane", "to_sphere", "to_direction", "arc_tangent", "vector_at"}  # test_subproblems
+    modules = kernel_probes, closed_form_probes
+    own = {name for m in modules for name, f in vars(m).items() if getattr(f, "__module__", "") == m.__name__}
     defined = {name for name in own if not name.startswith("_")}
     covered = {probe.__name__ for probe, *_ in kernel_cases.cases().values()}
     assert covered == defined - told_by_their_own_tests

@@ -9,6 +9,7 @@ from rich.text import Text
 from ulna.cli.options import Base, Json, PackageDirs, RobotName, SrdfFile, Tip, XacroArgs, load_robot
 from ulna.cli.output import Data, limit, make_table, show
 from ulna.description.robot_description import JointType
+from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 from ulna.robot.hand_link import hand_link
@@ -17,7 +18,8 @@ INFO_KEYS = (
     "name; base; tip: null if there are several; hand: the link that other commands take; leaves; n_dof; joints: one for each "
     "entry of q, with name, type, lower, upper, soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: "
     "name, joint, multiplier, offset; links; groups: the joints of each, and named_configurations: the q of each, both of "
-    "--srdf; collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
+    "--srdf; closed_form: of the hand's inverse kinematics, null if there is none: family, from_end, held, miss, is_exact; "
+    "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
 )
 
 
@@ -56,12 +58,18 @@ def info_data(robot: Robot) -> Data:
         "links": list(robot.link_names),
         "groups": {name: list(group.joint_names) for name, group in robot.groups.items()},
         "named_configurations": dict(robot.named_configurations),
+        "closed_form": _closed_form(robot),
         "collision_shapes": [
             {"name": body.name, "link": link.name, "kind": type(body.shape).__name__.lower(), **asdict(body.shape)}
             for link in robot.description.links
             for body in link.collisions
         ],
     }
+
+
+def _closed_form(robot: Robot) -> dict[str, object] | None:
+    form = closed_form_of(robot.tree, robot.tip or hand_link(robot))
+    return None if form is None else {name: getattr(form, name) for name in ("family", "from_end", "held", "miss", "is_exact")}
 
 
 def info_table(data) -> Iterator[RenderableType]:
@@ -78,6 +86,7 @@ def info_table(data) -> Iterator[RenderableType]:
             yield f"{joint['name']}: soft limits {limit(joint['soft_lower'])} to {limit(joint['soft_upper'])} {joint['unit']}"
     for mimic in data["mimic_joints"]:
         yield f"{mimic['name']} = {mimic['multiplier']:g} * {mimic['joint']} + {mimic['offset']:g}"
+    yield closed_form_text(data["closed_form"])
     yield _names("fixed joints", data["fixed_joints"])
     yield _names("links", data["links"])
     for name, joints in data["groups"].items():
@@ -88,6 +97,16 @@ def info_table(data) -> Iterator[RenderableType]:
     for shape in data["collision_shapes"]:
         shapes.add_row(shape["name"], shape["link"], shape["kind"], _measures(shape))
     yield shapes if data["collision_shapes"] else "no collision shapes: ulna check has nothing to check"
+
+
+def closed_form_text(form) -> Text:
+    """A line about the closed form."""
+    if form is None:
+        return Text.assemble(("inverse kinematics", "bold"), ": no closed form")
+    held, seen = f", {form['held']} held" if form["held"] else "", ", from the end" if form["from_end"] else ""
+    tier = "exact" if form["is_exact"] else "near, starts of the search only"
+    text = f": closed form{held}: {form['family']}{seen} ({tier}; the axes miss it by {form['miss']:.1g})"
+    return Text.assemble(("inverse kinematics", "bold"), text)
 
 
 def _names(kind: str, names: Sequence[str]) -> Text:

@@ -14,7 +14,8 @@ from ulna.inspection.inspect import inspect as inspect_description
 from ulna.inspection.result import Inspection, Severity
 
 INSPECT_KEYS = (
-    "source; name; loads: whether Ulna takes it; n_dof and reach (m): null if not; n_links; joint_types: how many of each; "
+    "source; name; loads: whether Ulna takes it; n_dof and reach (m): null if not; closed_form: of inverse kinematics, empty if "
+    "there is none; n_links; joint_types: how many of each; "
     "counts: error, warning, note; findings, worst first: severity, where, message, line, tried (the paths where a mesh was "
     "looked for); tree: depth, link, joint, type."
 )
@@ -66,6 +67,8 @@ def _heading(data) -> Iterator[Text]:
     parts = f"{count_of(data['n_links'], 'link')}, {joints}"
     if data["loads"]:
         yield Text(f"{data['n_dof']} dof, {parts}, reach {data['reach']:.3g} m")
+        if data["closed_form"]:
+            yield Text(f"closed form of inverse kinematics {data['closed_form']}")
     else:
         yield Text.assemble(("cannot be loaded", "bold red"), f": {parts}" * bool(data["n_links"]))
 

@@ -1,5 +1,7 @@
 """Finds all solutions for one pose: every branch, or a spread set of a continuum. Used by ``ik.inverse_kinematics``.
 
+Where the closed form gives all of them, it does. Else:
+
 1. Search from random starts, half of them with the joints that can turn all the way round let free (and then turned back
    into their limits by whole turns), which no limit stops on the way to a branch.
 2. Keep what lies within the limits and differs from all that is kept, whole turns aside, by more than DISTINCT in some joint.
@@ -8,7 +10,10 @@
 4. Elsewhere take ``n_spread`` of what was found, each as far as can be from those taken before (Gonzalez 1985).
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,14 +21,22 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError
+from ulna.ik.closed_form.branches import PROOFS, all_branches
+from ulna.ik.closed_form.closed_form import closed_form_of
+from ulna.ik.closed_form.result import Proof
+from ulna.ik.collision_filter import CollisionFilter
 from ulna.ik.options import as_count
 from ulna.ik.problem import Problem, make_problem
 from ulna.ik.query import STEPS, Query
+from ulna.ik.ranking import cost_of, refuse_clearance_of_nothing
 from ulna.ik.restarts import Restart, limit_starts, run_starts
 from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.ik.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.jacobian import geometric_jacobian
+
+if TYPE_CHECKING:
+    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 DISTINCT = 1e-3  # rad or m
@@ -33,8 +46,8 @@ _MOST_BRANCHES = 256  # more than any arm of six joints has (16): what is found 
 _ISOLATED = 1e-6  # of the largest singular value
 
 
-def all_solutions(query: Query, T: ArrayLike, q_seed: ArrayLike | None, n_spread: int) -> Array:
-    """Distinct solutions for one target, nearest to the seed first: shape (n, n_dof).
+def all_solutions(query: Query, T: ArrayLike, q_seed: ArrayLike | None, n_spread: int, world: World | None = None) -> Array:
+    """Distinct solutions for one target that are clear of the world, by rank or nearest to the seed first: shape (n, n_dof).
 
     Their error is at most EXACT: near a singularity the caller's tolerance would turn each into a whole family. The caller's
     tolerance counts only if no solution is that exact, as at the border of the reach.
@@ -46,13 +59,47 @@ def all_solutions(query: Query, T: ArrayLike, q_seed: ArrayLike | None, n_spread
     if problem.batch or len(problem.seeds) != 1:
         raise InputError("T", f"shape {np.shape(T)}: all solutions are found for one target and one seed at a time")
     as_pose(as_floats("T", T))
-    settings = problem.settings.copy()
+    refuse_clearance_of_nothing(query.options.rank, world)
+    return _ranked(problem, _found(problem, n_spread), world)
+
+
+def _ranked(problem: Problem, found: Array, world: World | None) -> Array:
+    """Those clear of the world, by the cost of the rank; without a rank in the order in which they are."""
+    query = problem.query
+    collisions = None if world is None else CollisionFilter(query.checker, world, query.options.threads)
+    cost = cost_of(problem, collisions)
+    if cost is None or not len(found):
+        return found
+    costs = cost(np.zeros(len(found), dtype=np.int64), found)
+    order = np.argsort(costs, kind="stable") if query.options.rank is not None else np.arange(len(found))
+    return found[order[np.isfinite(costs[order])]]
+
+
+def _found(problem: Problem, n_spread: int) -> Array:
+    known = _of_closed_form(problem)
+    if len(known):
+        return known
+    query, settings = problem.query, problem.settings.copy()
     for tolerance, exact in ((layout.POSITION_TOLERANCE, EXACT * query.unit), (layout.ROTATION_TOLERANCE, EXACT)):
         settings[tolerance] = min(settings[tolerance], exact)
     found = _branches(replace(problem, settings=settings), n_spread)
     if not len(found):
         found = _branches(problem, n_spread)
     return found if len(found) else _at_limits(problem, n_spread)
+
+
+def _of_closed_form(problem: Problem) -> Array:
+    """All solutions, if a closed form proves that they are; else none."""
+    query, empty = problem.query, np.empty((0, problem.query.tree.n_dof))
+    if query.options.task.kind != layout.WHOLE_POSE:
+        return empty
+    form = closed_form_of(query.tree, query.link)
+    if form is None or not form.is_exact or form.held is not None:
+        return empty
+    branches = all_branches(form, query.tree, problem.targets, problem.seeds, threads=1)
+    if PROOFS[branches.proof[0]] not in {Proof.COMPLETE, Proof.COINCIDING}:
+        return empty
+    return _nearest_first(problem, _merge(problem, empty, branches.q[0, branches.valid[0]]))
 
 
 def _branches(problem: Problem, n_spread: int) -> Array:

@@ -10,8 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
 from ulna.ik.all_solutions import all_solutions
+from ulna.ik.closed_form.result import IKSolutions
+from ulna.ik.closed_form.solutions import solutions
+from ulna.ik.closed_form.solver import ClosedFormSolver
 from ulna.ik.numeric import NumericSolver
-from ulna.ik.options import Options
+from ulna.ik.options import Options, as_count
 from ulna.ik.problem import as_names
 from ulna.ik.query import Query
 from ulna.ik.result import IKResult
@@ -21,7 +24,8 @@ from ulna.ik.textbook import TextbookSolver
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-SOLVERS: tuple[type[Solver], ...] = (SingleTargetSolver, NumericSolver, TextbookSolver)  # in the order in which they are tried
+# In the order in which they are tried.
+SOLVERS: tuple[type[Solver], ...] = (ClosedFormSolver, SingleTargetSolver, NumericSolver, TextbookSolver)
 _MOST_KEPT = 64  # queries of a robot
 
 
@@ -71,14 +75,28 @@ class InverseKinematics:
                 return result
         raise AssertionError("the last solver has a result for any target")
 
-    def all_solutions(self, T: ArrayLike, q_seed: ArrayLike | None, link: str | None, options: Options, n_spread: int) -> Array:
+    def all_solutions(
+        self, T: ArrayLike, q_seed: ArrayLike | None, link: str | None, options: Options, n_spread: int, world: World | None
+    ) -> Array:
         """Distinct solutions for one target, shape (n, n_dof); see ``Robot.inverse_kinematics_all``.
 
         Raises:
             InputError: T or the seed is a batch, T is not a pose, or ``n_spread`` is not a count.
             UnknownNameError: There is no such link.
         """
-        return all_solutions(self._query(link, options), T, q_seed, n_spread)
+        return all_solutions(self._query(link, options), T, q_seed, n_spread, world)
+
+    def solutions(
+        self, T: ArrayLike, link: str | None, options: Options, redundancy: str | None, n_samples: int, *, whole_turns: bool
+    ) -> IKSolutions:
+        """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``.
+
+        Raises:
+            InputError: An argument that cannot be taken.
+            UnknownNameError: There is no such link or joint.
+        """
+        n_samples = as_count("n_samples", n_samples)
+        return solutions(self._query(link, options), T, redundancy, n_samples, whole_turns=whole_turns)
 
 
 def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options: Options) -> Query:

@@ -7,19 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.errors import InputError
 from ulna.ik.collision_filter import CollisionFilter
+from ulna.ik.entry_names import entry_names
 from ulna.ik.explain import close_unreachable, explain_open, reach_in_words, settle_open
 from ulna.ik.explanation import Explanation
 from ulna.ik.options import LEVENBERG_MARQUARDT
 from ulna.ik.problem import Problem, make_problem, refuse_no_pose
 from ulna.ik.query import Query
-from ulna.ik.ranking import cost_of
+from ulna.ik.ranking import cost_of, refuse_clearance_of_nothing
 from ulna.ik.restarts import Search, search_with_restarts
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.trace import convergence
 from ulna.kernels.ik import search_layout as layout
-from ulna.kinematics.tree import Tree
 
 if TYPE_CHECKING:
     from ulna.collision.world import World
@@ -45,8 +44,7 @@ class NumericSolver:
         """The best that the restarts find."""
         query, options = self._query, self._query.options
         problem = make_problem(query, T, q_seed, posture, held)
-        if options.rank == "clearance" and world is None:
-            raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
+        refuse_clearance_of_nothing(options.rank, world)
         collisions = None if world is None else CollisionFilter(query.checker, world, options.threads)
         search = _search(problem, collisions)
         if (search.info[:, layout.STATUS] == layout.NOT_A_POSE).any():
@@ -83,9 +81,3 @@ def _explanation(search: Search, collisions: CollisionFilter | None) -> Explanat
 
 def _trace(search: Search) -> Array:
     return convergence(search.problem, search.info[0], search.origins.get(0), with_posture=bool(search.with_posture[0]))
-
-
-def entry_names(tree: Tree) -> tuple[str, ...]:
-    """A name for every entry of q: the joint's, with a number behind it where a joint has several."""
-    parts = [(name, range(tree.n_dof)[cut]) for name, cut in zip(tree.joint_names, tree.joint_slices, strict=True)]
-    return tuple(f"{name}[{k}]" if len(cut) > 1 else name for name, cut in parts for k in range(len(cut)))

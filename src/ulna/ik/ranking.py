@@ -1,18 +1,35 @@
-"""Computes the cost by which one of several solutions is taken. Used by ``ik.numeric``."""
+"""Computes the cost by which one of several solutions is taken. Used by the solvers of ``ik``."""
+
+from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.errors import InputError
 from ulna.ik.collision_filter import CollisionFilter
 from ulna.ik.problem import Problem, mid_range
 from ulna.kinematics.jacobian import manipulability
 from ulna.kinematics.tree import Tree
 
+if TYPE_CHECKING:
+    from ulna.collision.world import World
+
 Array = NDArray[np.float64]
 Cost = Callable[[NDArray[np.int64], Array], Array]
 """The costs (k,) of configurations (k, n_dof) that solve the targets of the numbers (k,); infinite: not acceptable."""
+
+
+def refuse_clearance_of_nothing(rank: str | None, world: World | None) -> None:
+    """Refuse a rank that needs a world where there is none.
+
+    Raises:
+        InputError: The rank is the clearance from a world, and there is none.
+    """
+    if rank == "clearance" and world is None:
+        raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
 
 
 def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None:

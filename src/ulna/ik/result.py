@@ -59,7 +59,8 @@ class IKResult:
 
     ========================= ========================================================================================
     ``solved``                The errors that the task counts are within the tolerances.
-    ``unreachable``           A certificate: the target lies outside the arm's reach, by at least ``reach_excess``.
+    ``unreachable``           A certificate: the target lies outside the arm's reach, by at least ``reach_excess``; where that
+                              is 0, the closed form proves that there is no solution, whatever the limits.
     ``joint limits``          Solutions found, all beyond the limits; ``limit_excess`` holds which joints, by how much.
     ``beyond max_step``       Solutions found, all beyond ``max_step``; ``limit_excess`` holds by how much.
     ``held joints``           Solutions found, all with joints moved that are held; ``limit_excess`` holds by how much.
@@ -217,7 +218,8 @@ def one_as_text(result: IKResult) -> str:
 def _reason(result: IKResult) -> str:
     status, known = Status(str(result.status)), result.explanation
     if status == Status.UNREACHABLE:
-        return f"{known.reach}, {result.reach_excess:.3g} m are missing"
+        missing = f", {result.reach_excess:.3g} m are missing" if result.reach_excess else ""
+        return known.reach + missing
     if status in _NARROWED:
         beyond = [f"{name} by {x:.3g}" for name, x in zip(known.entry_names, result.limit_excess, strict=True) if x > 0]
         return f"{_NARROWED[status]}: {', '.join(beyond)}"

@@ -12,7 +12,7 @@ from ulna.inspection.joints import joint_findings
 from ulna.inspection.meshes import mesh_findings
 from ulna.inspection.names import name_findings
 from ulna.inspection.result import Finding, Inspection, Severity
-from ulna.inspection.robot_checks import robot_findings, stretched_length
+from ulna.inspection.robot_checks import closed_form_in_words, robot_findings, stretched_length
 from ulna.inspection.shapes import shape_findings
 from ulna.inspection.tree import tree_rows
 
@@ -57,6 +57,7 @@ def inspect(
         joint_types={} if root is None else dict(Counter(joint.get("type", "") for joint in root.iterfind("joint"))),
         n_dof=None if robot is None else robot.n_dof,
         reach=reach,
+        closed_form="" if robot is None else closed_form_in_words(robot),
     )
 
 

@@ -42,6 +42,7 @@ class Inspection:
     """The health of a description. ``findings`` are sorted, worst first, ``tree`` has a row for each link, depth first.
 
     ``loads``: whether ``ulna.load`` takes it; ``n_dof`` and ``reach`` [m] (of the longest chain, stretched) are None if not.
+    ``closed_form``: that of the hand's inverse kinematics, in words; empty if there is none.
     """
 
     source: str
@@ -53,6 +54,7 @@ class Inspection:
     joint_types: dict[str, int] = field(default_factory=dict)
     n_dof: int | None = None
     reach: float | None = None
+    closed_form: str = ""
 
     def count(self, severity: Severity) -> int:
         """How many findings of a severity there are."""

@@ -7,8 +7,10 @@ import numpy as np
 
 from ulna.description.robot_description import Description, JointType
 from ulna.description.structure import bounds_of_q, columns_of_q, drives_of, hard_bounds, joints_from_root
+from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.inspection.result import Finding, Severity
 from ulna.robot import Robot
+from ulna.robot.hand_link import hand_link
 
 _LARGEST_REACH, _LEAST_REACH = 20.0, 0.01
 
@@ -31,6 +33,12 @@ def stretched_length(robot: Robot) -> float:
             slide = max((abs(limit) for limit in (joint.limits.lower, joint.limits.upper) if math.isfinite(limit)), default=0.0)
         far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.origin[:3, 3])) + slide
     return max(far.values())
+
+
+def closed_form_in_words(robot: Robot) -> str:
+    """The closed form of the hand's inverse kinematics; empty if there is none."""
+    form = closed_form_of(robot.tree, robot.tip or hand_link(robot))
+    return "" if form is None else str(form)
 
 
 def _contradictions(description: Description) -> Iterator[Finding]:

@@ -33,6 +33,8 @@ from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
 from ulna.errors import InputError
+from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
+from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.differential import differential_ik
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
@@ -529,6 +531,8 @@ class Robot:
         seed: int = 0,
         *,
         task: Task | str = "pose",
+        world: World | None = None,
+        rank: str | None = None,
         position_tolerance: float = 1e-5,
         rotation_tolerance: float = 1e-5,
         n_spread: int = 16,
@@ -541,13 +545,16 @@ class Robot:
             link: The link's name; the tip unless given.
             seed: Chooses the random starts; the result depends on nothing else.
             task: The components of the pose that count; see ``inverse_kinematics``.
+            world: Solutions that collide with it, or in which the robot touches itself, are left out.
+            rank: By what they are ordered instead; see ``inverse_kinematics``.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
             n_spread: How many solutions, far from each other, are returned for a redundant arm.
 
         Returns:
-            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task has components, every
-            solution that the search found, each once, apart from whole turns; for others ``n_spread`` of them.
+            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task has components, every branch,
+            each once, apart from whole turns: all there are where the arm has an exact closed form (``all_solutions`` proves it),
+            elsewhere all that the search found. For others ``n_spread`` of them.
 
         Raises:
             InputError: T or the seed is a batch, T is not a rigid motion, or another argument cannot be taken.
@@ -563,11 +570,68 @@ class Robot:
         options = Options(
             seed=seed,
             task=as_task(task),
+            rank=rank,
             position_tolerance=position_tolerance,
             rotation_tolerance=rotation_tolerance,
             threads=1,
         )
-        return self._inverse_kinematics.all_solutions(T, q_seed, link, options, n_spread)
+        return self._inverse_kinematics.all_solutions(T, q_seed, link, options, n_spread, world)
+
+    @cached_property
+    def closed_form(self) -> ClosedForm | None:
+        """The closed form of the tip's inverse kinematics: family, held joint, by how much the axes miss it; or None.
+
+        Raises:
+            InputError: The robot has several tips.
+
+        Example:
+            >>> import ulna
+            >>> ulna.load("panda").closed_form.held
+            'panda_joint7'
+        """
+        return closed_form_of(self.tree, self.tree.link_or_tip(None))
+
+    def all_solutions(
+        self,
+        T: ArrayLike,
+        link: str | None = None,
+        *,
+        redundancy: str | None = None,
+        n_samples: int = 16,
+        whole_turns: bool = False,
+        threads: int | None = None,
+    ) -> IKSolutions:
+        """All joint positions that bring a link to poses, and what is proved of them.
+
+        Arms of six joints of a family with a closed form have at most eight solutions, whole turns aside. For arms of seven
+        joints one is held at ``n_samples`` places, and all solutions are found at each. Other arms are searched for each pose.
+
+        Args:
+            T: The poses to reach, T_base_link, shape (..., 4, 4).
+            link: The link's name; the tip unless given.
+            redundancy: The joint of seven that is held; that of ``closed_form`` unless given.
+            n_samples: The number of places at which it is held, spread evenly over its range.
+            whole_turns: Whether to list every whole turn that the limits allow. Otherwise each solution is listed once, as near
+                to ``home`` as whole turns within the limits bring it.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            An ``IKSolutions``: q (..., m, n_dof), valid, real, proof, family. Joints that may have any angle are near ``home``.
+
+        Raises:
+            InputError: T is not an array of poses, the robot has several tips and no link is named, ``redundancy`` is not a joint
+                of an arm of seven, or another argument cannot be taken.
+            UnknownNameError: There is no such link or joint.
+
+        Example:
+            >>> import ulna
+            >>> found = ulna.load("panda").all_solutions(ulna.pose((0.5, 0.0, 0.4), (np.pi, 0, 0)), n_samples=32)
+            >>> found.q.shape, str(found.proof)
+            ((256, 7), 'continuum')
+        """
+        return self._inverse_kinematics.solutions(
+            T, link, Options(threads=threads), redundancy, n_samples, whole_turns=whole_turns
+        )
 
     def differential_ik(
         self,

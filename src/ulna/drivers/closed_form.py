@@ -1,0 +1,186 @@
+"""Finds all eight branches of inverse kinematics in closed form, eight targets at a time, or one. Used by ``ik.closed_form``."""
+
+import numpy as np
+
+from ulna.drivers.batch import gather
+from ulna.drivers.lane_state import write_result
+from ulna.engine.decorators import entry, kernel, workspace
+from ulna.engine.lanes import any_lane, load, splat, store, where
+from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
+from ulna.engine.width import WIDTH
+from ulna.kernels.chain.closed_form import closed_form
+from ulna.kernels.chain.closed_form_layout import COLUMNS, FORM, INVERSE_REACH, N_BRANCHES, N_KNOWN, SIGNS
+from ulna.kernels.chain.closed_form_rows import known_in_one
+from ulna.kernels.chain.poses import chain_pose
+from ulna.kernels.ik.damped_system import error_squares, pose_error
+from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, N_STATE, P2, R2, TAKEN
+from ulna.kernels.ik.nearest_branch import nearest_branch
+from ulna.kernels.ik.polish import ENOUGH, polish
+from ulna.kernels.ik.scratch_layout import N_SYSTEM
+from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED, STATUS
+from ulna.kernels.layout import LARGEST_DEFECT
+from ulna.kernels.spatial.elementary import all_in_range, sincos
+from ulna.kernels.spatial.se3 import load_pose, rigidity_defect
+
+N_AXES = 6
+_FEW = 4  # targets that take no longer one by one
+_MOST_POLISHED, _POLISHES = 1e-3, 4
+
+
+@workspace
+def branch_state(n):
+    """Rows of signs, free angles, the target, q and what is known, for n^3 branches; and the scratch of a polish."""
+    branches = n * n * n
+    target, q, known = 3 * n + 2 * N_AXES, 3 * n + 2 * N_AXES + 12, 3 * n + 2 * N_AXES + 12 + N_AXES * branches
+    jacobian = known + N_KNOWN * branches
+    system = jacobian + 6 * N_AXES
+    block = np.zeros((system + N_SYSTEM + N_AXES, WIDTH))
+    for k in range(3 * n):
+        for lane in range(WIDTH):
+            bit = (lane >> (2 - k)) & 1 if n == 1 else k & 1
+            block[k, lane] = 1.0 - 2.0 * bit
+    block[target - N_AXES : target] = 1.0  # the cosines of free angles
+    rows = block[: 3 * n], block[3 * n : target], block[target:q], block[q:known], block[known:jacobian]
+    return rows, (block[jacobian:system], block[system : system + N_SYSTEM], block[system + N_SYSTEM :])
+
+
+@kernel
+def write_free_angles(table, angle_rows, free_rows):
+    """Write the sines and cosines of the angles about the axes that a seed gives. angle_rows: q, six."""
+    for j in range(N_AXES):
+        sign = table[SIGNS + j // 3, j % 3]
+        s, c = sincos(load(angle_rows, int(table[COLUMNS + j // 3, j % 3])) * sign)
+        store(free_rows, j, s)
+        store(free_rows, N_AXES + j, c)
+
+
+@workspace
+def polish_branches(table, chain, most, steps, rows, scratch):
+    """Polish the branches of the rows of ``branch_state``."""
+    _, _, target_rows, q_rows, known_rows = rows
+    jacobian_rows, system_rows, last_rows = scratch
+    for k in range(q_rows.shape[0] // N_AXES):
+        error = load(known_rows, N_KNOWN * k)
+        if any_lane((error > ENOUGH) & (error <= most)):
+            polish(
+                chain, target_rows, q_rows[N_AXES * k : N_AXES * (k + 1)], known_rows[N_KNOWN * k : N_KNOWN * (k + 1)],
+                table[FORM, INVERSE_REACH], most, steps, jacobian_rows, system_rows, last_rows,
+            )  # fmt: skip
+
+
+@kernel
+def gather_targets(targets, start, target_rows):
+    """Rows of the eight targets from ``start`` on. False if one is no rigid motion."""
+    good = True
+    for lane in range(WIDTH):
+        i = min(start + lane, targets.shape[0] - 1)
+        good &= rigidity_defect(targets[i]) <= LARGEST_DEFECT
+        for k in range(12):
+            target_rows[k, lane] = targets[i, k // 4, k % 4]
+    return good
+
+
+@entry((TABLE, TABLE, MATRICES, MATRIX, NUMBER, WHOLE, MATRICES, MATRIX))
+def all_branches(table, chain, targets, seeds, most, steps, q_out, known):
+    """All branches of targets (n, 4, 4), with what is known of each (``closed_form_layout``). False if a target is no pose.
+
+    table: of the closed form; chain: of the six joints that it turns. seeds: (n or 1, 6), the angles of joints that may have any.
+    most, steps: of ``polish``. q_out: (n, 8, 6); known: (n, 8), in one number.
+    """
+    n = targets.shape[0]
+    rows, scratch = branch_state(2)
+    sign_rows, free_rows, target_rows, q_rows, known_rows = rows
+    good = True
+    for start in range(0, n, WIDTH):
+        if start == 0 or seeds.shape[0] > 1:
+            gather(seeds, start, scratch[2])
+            write_free_angles(table, scratch[2], free_rows)
+        good &= gather_targets(targets, start, target_rows)
+        closed_form(table, target_rows, sign_rows, 2, free_rows, q_rows, known_rows)
+        polish_branches(table, chain, most, steps, rows, scratch)
+        for branch in range(N_BRANCHES):
+            store(known_rows, branch, known_in_one(known_rows, branch))  # of those before, what is known is in one already
+        for lane in range(WIDTH):
+            i = min(start + lane, n - 1)
+            for branch in range(N_BRANCHES):
+                for j in range(N_AXES):
+                    q_out[i, branch, j] = q_rows[N_AXES * branch + j, lane]
+                known[i, branch] = known_rows[branch, lane]
+    return good
+
+
+@entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRIX, MATRIX))
+def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
+    """For each target (n, 4, 4) the branch nearest to its seed within the limits; True if all are solved.
+
+    plan: the tolerances [m, rad], then the lower and the upper limits, six each; seeds: (n or 1, 6); q_out: (n, 6); info:
+    (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a lane, the others
+    eight at a time, a target a lane: with the same machine code, so to the same bits.
+    """
+    n = targets.shape[0]
+    step = 1 if n < _FEW else WIDTH
+    rows, scratch = branch_state(1 if step == 1 else 2)
+    best = best_state(plan)
+    good = True
+    for start in range(0, n, step):
+        for lane in range(WIDTH):
+            i = start if step == 1 else min(start + lane, n - 1)
+            write_start_of(targets[i], seeds[min(i, seeds.shape[0] - 1)], rows[2], best[0], best[1], lane)
+        if start == 0 or seeds.shape[0] > 1:
+            write_free_angles(table, best[0], rows[1])
+        closed_form(table, rows[2], rows[0], 1 if step == 1 else 2, rows[1], rows[3], rows[4])
+        polish_branches(table, chain, _MOST_POLISHED, _POLISHES, rows, scratch)
+        nearest_branch(rows[3], rows[4], best[0], best[1], best[2], best[3])
+        verify(chain, plan, rows[2], best[2], best[3], best[4])
+        for lane in range(WIDTH if step > 1 else 1):
+            i, chosen = min(start + lane, n - 1), lane if step > 1 else least_lane(best[3])
+            write_result(best[2], rows[2], best[4], chosen, 0, i, q_out, info)
+            if not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seeds[min(i, seeds.shape[0] - 1)])):
+                info[i, STATUS] = NOT_A_POSE
+            good &= info[i, STATUS] == SOLVED
+    return good
+
+
+@workspace
+def best_state(plan):
+    """Rows of the seeds, of the bounds, of the best branches, of their costs, and the state of a search (``lane_state``)."""
+    block = np.zeros((4 * N_AXES + 1 + N_STATE, WIDTH))
+    for k in range(2 * N_AXES):
+        block[N_AXES + k, :] = plan[2 + k]
+    return (
+        block[:N_AXES], block[N_AXES : 3 * N_AXES], block[3 * N_AXES : 4 * N_AXES], block[4 * N_AXES : 4 * N_AXES + 1],
+        block[4 * N_AXES + 1 :],
+    )  # fmt: skip
+
+
+@kernel
+def write_start_of(target, seed, target_rows, seed_rows, bound_rows, lane):
+    """Write a target and its seed, brought within the bounds, to a lane."""
+    for k in range(12):
+        target_rows[k, lane] = target[k // 4, k % 4]
+    for j in range(N_AXES):
+        seed_rows[j, lane] = min(max(seed[j], bound_rows[j, lane]), bound_rows[N_AXES + j, lane])
+
+
+@kernel
+def verify(chain, plan, target_rows, q_rows, cost_rows, state_rows):
+    """Write the state of each lane: its errors by forward kinematics, and whether there is a branch and it is within them."""
+    e = pose_error(chain_pose(chain, q_rows), load_pose(target_rows, 0))
+    p2, r2 = error_squares(e)
+    solved = (p2 <= plan[0] ** 2) & (r2 <= plan[1] ** 2) & (load(cost_rows, 0) < np.inf)
+    store(state_rows, ENDED, where(solved, HAS_SOLVED, HAS_FAILED))
+    store(state_rows, P2, p2)
+    store(state_rows, R2, r2)
+    store(state_rows, TAKEN, splat(1.0, p2))
+    for k in range(6):
+        store(state_rows, ERROR + k, e[k])
+
+
+@kernel
+def least_lane(cost_rows):
+    """The lane with the least cost."""
+    least = 0
+    for lane in range(1, WIDTH):
+        if cost_rows[0, lane] < cost_rows[0, least]:
+            least = lane
+    return least

@@ -1,0 +1,92 @@
+"""Computes all branches of an arm by its closed form, turned into the limits. Used by the solvers of ``ik``."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
+from ulna.ik.closed_form.result import Proof
+from ulna.ik.turns import nearest_turns, turning_columns
+from ulna.kernels.chain import closed_form_layout as layout
+from ulna.kinematics.tree import Tree
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+PROOFS = (Proof.COMPLETE, Proof.COINCIDING, Proof.CONTINUUM, Proof.SEARCHED)
+_AT_LIMIT = 1e-9  # rad: no further beyond a limit than this, a joint is at it
+
+
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """All branches of n targets.
+
+    Attributes:
+        q: Shape (n, m, n_dof), nearest to the seeds by whole turns within the limits; NaN where a branch is not real.
+        real: Whether they reach the target, shape (n, m).
+        valid: Whether they are within the limits too, shape (n, m).
+        proof: The numbers of what is proved in ``PROOFS``, shape (n,).
+    """
+
+    q: Array
+    real: Truths
+    valid: Truths
+    proof: NDArray[np.int64]
+
+
+def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None = None) -> Branches:
+    """The eight branches of an arm of six joints.
+
+    Args:
+        form: Its closed form.
+        tree: The robot.
+        targets: Rigid motions, shape (n, 4, 4).
+        seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
+        threads: How many threads to use at most.
+    """
+    columns = list(form.columns)
+    angles, known = joints_at(form, seeds[0]).branches(targets, np.ascontiguousarray(seeds[:, columns]), threads)
+    known = known.astype(np.int8)
+    real = (known & layout.IS_REAL) > 0
+    q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
+    q[..., columns] = angles
+    proof = _proofs(known, real) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
+    return _within(form, tree, q, real, seeds, proof)
+
+
+def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, threads: int | None) -> Branches:
+    """The branches of an arm of seven joints at each of ``n_samples`` places of the held joint, shape (n, 8 n_samples, ...)."""
+    if form.held_column is None:
+        raise AssertionError("an arm of six joints has no joint to hold")
+    low, high = held_range(tree, form.held_column)
+    parts = []
+    for k in range(n_samples):
+        here = seeds.copy()
+        here[:, form.held_column] = low + (k + 0.5) / n_samples * (high - low)
+        parts.append(all_branches(form, tree, targets, here, threads))
+    real = np.concatenate([part.real for part in parts], axis=1)
+    proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
+    q, valid = (np.concatenate([getattr(part, name) for part in parts], axis=1) for name in ("q", "valid"))
+    return Branches(q, real, valid, proof)
+
+
+def _within(form: ClosedForm, tree: Tree, q: Array, real: Truths, seeds: Array, proof: NDArray[np.int64]) -> Branches:
+    """Branches turned near the seeds, those at a limit to rounding put there."""
+    lower, upper = tree.lower, tree.upper
+    turning = turning_columns(form.chain, tree.n_dof)
+    q = nearest_turns(q, seeds[:, None], lower - _AT_LIMIT, upper + _AT_LIMIT, turning)
+    valid = real & ((q >= lower - _AT_LIMIT) & (q <= upper + _AT_LIMIT)).all(axis=-1)
+    q = np.where(valid[..., None], np.clip(q, lower, upper), np.where(real[..., None], q, np.nan))
+    return Branches(q, real, valid, proof)
+
+
+def _proofs(known: NDArray[np.int8], real: Truths) -> NDArray[np.int64]:
+    """What is proved of targets by all that is known of their branches, shape (n,).
+
+    Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then.
+    """
+    free = (known & layout.IS_HARDLY_DETERMINED) > 0
+    coinciding = ((known & layout.IS_COINCIDING) > 0) & real
+    rules = [(free & real).any(axis=1), (free & ~real).any(axis=1), coinciding.any(axis=1)]
+    results = [PROOFS.index(proof) for proof in (Proof.CONTINUUM, Proof.SEARCHED, Proof.COINCIDING)]
+    return np.select(rules, results, PROOFS.index(Proof.COMPLETE))

@@ -1,0 +1,148 @@
+"""Says whether an arm has a closed form, and of which family. Used by ``Robot``, ``ik.closed_form.solutions`` and the solvers."""
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.errors import InputError, UnknownNameError
+from ulna.ik.closed_form.axes import N_AXES, turning_order
+from ulna.ik.closed_form.families import EXACT, NAMES
+from ulna.ik.closed_form.six_joints import SixJoints, six_joints
+from ulna.ik.entry_names import entry_names
+from ulna.kinematics.tree import Tree
+
+Array = NDArray[np.float64]
+_SHARES = (0.5, 0.31, 0.83)  # of the range of a joint that is held: where a family has to hold
+_MOST_KEPT = 256  # links, and places of a joint that is held
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedForm:
+    """The closed form of the inverse kinematics of a link.
+
+    Attributes:
+        family: Which axes are parallel and which intersect, counted from the base on, the held joint left out.
+        from_end: Whether the axes are counted from the end on instead.
+        held: The joint that is held, for arms of seven joints; None for six.
+        miss: By how much the axes miss the family: the largest angle [rad], or distance as a share of the arm's length.
+        is_exact: Whether ``miss`` is at most 1e-12, so that the branches are all there are. Otherwise, up to 1e-6, they are
+            starts of the search and prove nothing.
+    """
+
+    family: str
+    from_end: bool
+    held: str | None
+    miss: float
+    is_exact: bool
+    chain: Array = field(repr=False)
+    columns: tuple[int, ...] = field(repr=False)
+    held_column: int | None = field(repr=False)
+
+    def __str__(self) -> str:
+        seen = ", counted from the end" if self.from_end else ""
+        held = f"with {self.held} held: " if self.held else ""
+        tier = "exact" if self.is_exact else "near"
+        return f"{held}{self.family}{seen}; {tier}, the axes miss it by {self.miss:.1g}"
+
+
+def joints_at(form: ClosedForm, q: Array) -> SixJoints:
+    """The form of the six joints, the others at q, shape (n_dof,)."""
+    joints = _six_joints(form, None if form.held_column is None else float(q[form.held_column]), len(q))
+    if joints is None:
+        raise AssertionError("a family that holds at three places of the held joint does not hold at another")
+    return joints
+
+
+def closed_form_of(tree: Tree, link: str, held: str | None = None) -> ClosedForm | None:
+    """The closed form of a link; None if there is none. Of several joints of seven that may be held, the one that misses least.
+
+    Args:
+        tree: The robot.
+        link: The link that is brought to a pose.
+        held: The joint to hold, for arms of seven joints; the best unless given.
+
+    Raises:
+        InputError: ``held`` is given, and is not one of seven joints that move the link.
+        UnknownNameError: There is no such link or joint.
+    """
+    tree.chain(link)
+    return _closed_form_of(tree, link, held)
+
+
+@lru_cache(maxsize=_MOST_KEPT)
+def _closed_form_of(tree: Tree, link: str, held: str | None) -> ClosedForm | None:
+    chain = tree.chain(link)
+    order = turning_order(chain)
+    if held is not None:
+        return _with_held(tree, chain, order, _column_of(tree, held, order))
+    if len(order) == N_AXES:
+        return _made(tree, chain, order, None)
+    if len(order) != N_AXES + 1:
+        return None
+    found = [form for column in _by_preference(order) if (form := _with_held(tree, chain, order, column)) is not None]
+    return next((form for form in found if form.is_exact), min(found, key=lambda form: form.miss, default=None))
+
+
+def _by_preference(order: tuple[int, ...]) -> list[int]:
+    """The joints at both ends first: the geometry of the others does not change with them."""
+    return [order[k] for k in (6, 0, 2, 4, 1, 5, 3)]
+
+
+def _with_held(tree: Tree, chain: Array, order: tuple[int, ...], column: int) -> ClosedForm | None:
+    return _made(tree, chain, tuple(other for other in order if other != column), column)
+
+
+def _made(tree: Tree, chain: Array, columns: tuple[int, ...], held: int | None) -> ClosedForm | None:
+    forms = [six_joints(chain, columns, q) for q in _places(tree, held)]
+    if any(form is None for form in forms):
+        return None
+    families = [form.family for form in forms if form is not None]
+    if len({(family.number, family.from_end) for family in families}) > 1:
+        return None
+    miss = max(family.miss for family in families)
+    names = entry_names(tree)
+    return ClosedForm(
+        family=NAMES[families[0].number],
+        from_end=families[0].from_end,
+        held=None if held is None else names[held],
+        miss=miss,
+        is_exact=miss <= EXACT,
+        chain=chain,
+        columns=columns,
+        held_column=held,
+    )
+
+
+def _places(tree: Tree, held: int | None) -> list[Array]:
+    """Configurations at which a family has to hold."""
+    if held is None:
+        return [np.zeros(tree.n_dof)]
+    low, high = held_range(tree, held)
+    return [np.where(np.arange(tree.n_dof) == held, low + share * (high - low), 0.0) for share in _SHARES]
+
+
+def held_range(tree: Tree, column: int) -> tuple[float, float]:
+    """Where a held joint may be: its limits, no more than a turn; without limits half a turn to both sides."""
+    low, high = float(tree.lower[column]), float(tree.upper[column])
+    if not np.isfinite(low) or not np.isfinite(high):
+        return -np.pi, np.pi
+    return low, high
+
+
+@lru_cache(maxsize=_MOST_KEPT)
+def _six_joints(form: ClosedForm, held_at: float | None, n_dof: int) -> SixJoints | None:
+    q = np.zeros(n_dof)
+    if form.held_column is not None and held_at is not None:
+        q[form.held_column] = held_at
+    return six_joints(form.chain, form.columns, q)
+
+
+def _column_of(tree: Tree, joint: str, order: tuple[int, ...]) -> int:
+    names = entry_names(tree)
+    if joint not in names:
+        raise UnknownNameError("joint", str(joint), names)
+    if len(order) != N_AXES + 1 or names.index(joint) not in order:
+        raise InputError("redundancy", f"{joint!r}; a joint is held for arms of seven joints, one of them")
+    return names.index(joint)

@@ -1,0 +1,142 @@
+"""Finds to which family of closed forms six axes belong, and by how much they miss it. Used by ``closed_form.six_joints``.
+
+Source of the families: Ostermeier, Kuelz and Althoff, Automatic geometric decomposition for analytical inverse kinematics
+(EAIK, 2024), table 1; of the parallel and intersecting axes that they need: Elias and Wen, IK-Geo (2022).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.kernels.chain import closed_form_layout as layout
+
+Array = NDArray[np.float64]
+NAMES = {
+    layout.THREE_PARALLEL: "axes 2, 3 and 4 parallel, 5 and 6 intersecting",
+    layout.PARALLEL_23: "spherical wrist, axes 2 and 3 parallel",
+    layout.INTERSECTING_12: "spherical wrist, axes 1 and 2 intersecting",
+    layout.PARALLEL_12: "spherical wrist, axes 1 and 2 parallel",
+    layout.INTERSECTING_23: "spherical wrist, axes 2 and 3 intersecting",
+}
+_SKEW = 1e-3  # rad: nearer to parallel than this, axes that have to intersect are not well enough determined
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Six axes, brought into a family.
+
+    Attributes:
+        number: Of the family (``closed_form_layout``).
+        from_end: Whether the chain is seen from its end: the axes are turned round and in reversed order.
+        miss: The most by which directions [rad] and points [share of the reach] were moved for it.
+        directions: Unit vectors, shape (6, 3), exactly of the family.
+        points: On the axes, shape (6, 3) [m].
+        signs: Shape (6,): -1 where the direction is opposite to that about which q turns.
+    """
+
+    number: int
+    from_end: bool
+    miss: float
+    directions: Array
+    points: Array
+    signs: Array
+
+
+def family_of(directions: Array, points: Array, reach: float) -> Family | None:
+    """The family with the least miss, of several that are as good the first; None where none comes near.
+
+    directions, points: Shape (6, 3).
+    """
+    found = [
+        *_families(directions, points, reach, from_end=False),
+        *_families(-directions[::-1], points[::-1], reach, from_end=True),
+    ]
+    if not found:
+        return None
+    least = min(family.miss for family in found)
+    return next(family for family in found if family.miss <= max(10.0 * least, EXACT))
+
+
+EXACT = 1e-12  # largest miss of a form whose branches are all there are
+NEAR = 1e-6  # largest miss of one whose branches are only starts of a search
+
+
+def _families(h: Array, c: Array, reach: float, *, from_end: bool) -> Iterator[Family]:
+    scale = reach if reach > 0.0 else 1.0
+    for make in (_three_parallel, _parallel_23, _intersecting_12, _parallel_12, _intersecting_23):
+        directions, points, signs = h.copy(), c.copy(), np.ones(6)
+        result = make(directions, points, signs)
+        if result is not None:
+            number, angle, length = result
+            miss = max(angle, length / scale)
+            if miss <= NEAR:
+                yield Family(number, from_end, miss, directions, points, signs)
+
+
+Miss = tuple[int, float, float] | None  # the family, and by how much angles and lengths miss it
+
+
+def _three_parallel(h: Array, c: Array, signs: Array) -> Miss:
+    angle = max(_made_parallel(h, signs, 1, 2), _made_parallel(h, signs, 1, 3))
+    if min(_skewness(h, 0, 1), _skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW:
+        return None
+    return layout.THREE_PARALLEL, angle, _made_intersecting(h, c, 4, 5)
+
+
+def _parallel_23(h: Array, c: Array, signs: Array) -> Miss:
+    angle = _made_parallel(h, signs, 1, 2)
+    return None if _skewness(h, 0, 1) < _SKEW else _with_wrist(layout.PARALLEL_23, h, c, angle, 0.0)
+
+
+def _intersecting_12(h: Array, c: Array, _: Array) -> Miss:
+    if min(_skewness(h, 0, 1), _skewness(h, 1, 2)) < _SKEW and _skewness(h, 0, 1) < _SKEW:
+        return None
+    return _with_wrist(layout.INTERSECTING_12, h, c, 0.0, _made_intersecting(h, c, 0, 1))
+
+
+def _parallel_12(h: Array, c: Array, signs: Array) -> Miss:
+    angle = _made_parallel(h, signs, 0, 1)
+    return None if _skewness(h, 1, 2) < _SKEW else _with_wrist(layout.PARALLEL_12, h, c, angle, 0.0)
+
+
+def _intersecting_23(h: Array, c: Array, _: Array) -> Miss:
+    return None if _skewness(h, 1, 2) < _SKEW else _with_wrist(layout.INTERSECTING_23, h, c, 0.0, _made_intersecting(h, c, 1, 2))
+
+
+def _with_wrist(number: int, h: Array, c: Array, angle: float, length: float) -> Miss:
+    """The miss, together with that of the last three axes, which are made to intersect."""
+    if min(_skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW:
+        return None
+    across = np.eye(3) - h[3:, :, None] * h[3:, None, :]
+    point = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, c[3:]))
+    away = np.linalg.norm(np.einsum("nij,nj->ni", across, point - c[3:]), axis=1).max()
+    c[3:] = point
+    return number, angle, max(length, float(away))
+
+
+def _skewness(h: Array, i: int, j: int) -> float:
+    """The sine of the angle between two axes."""
+    return float(np.linalg.norm(np.cross(h[i], h[j])))
+
+
+def _made_parallel(h: Array, signs: Array, i: int, j: int) -> float:
+    """Turn axis j to the direction of axis i, or the opposite of it, and note that; the angle that it misses."""
+    signs[j] = 1.0 if h[i] @ h[j] >= 0.0 else -1.0
+    missed = _skewness(h, i, j)
+    h[j] = h[i]
+    return missed
+
+
+def _made_intersecting(h: Array, c: Array, i: int, j: int) -> float:
+    """Move the points of two axes to where they intersect; the distance between the axes."""
+    normal = np.cross(h[i], h[j])
+    square = normal @ normal
+    if square < _SKEW**2:
+        return np.inf
+    way = c[j] - c[i]
+    on_i = c[i] + h[i] * (np.cross(way, h[j]) @ normal / square)
+    on_j = c[j] + h[j] * (np.cross(way, h[i]) @ normal / square)
+    c[i] = c[j] = (on_i + on_j) / 2.0
+    return float(abs(way @ normal) / np.sqrt(square))

@@ -1,0 +1,58 @@
+"""Holds all solutions of targets, and what is proved of them. Used by ``Robot.all_solutions``."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+
+
+class Proof(StrEnum):
+    """What is known of the solutions of a target."""
+
+    COMPLETE = "complete"
+    COINCIDING = "complete but for coinciding branches"
+    CONTINUUM = "continuum"
+    SEARCHED = "searched"
+
+
+@dataclass(frozen=True, eq=False)
+class IKSolutions:
+    """The solutions of targets of shape (..., 4, 4); m is the same for all of them.
+
+    ========================================= ==========================================================================
+    ``complete``                              The closed form gives every solution; a target without one is out of reach.
+    ``complete but for coinciding branches``  The same, and some of them are one to within a millionth of a radian.
+    ``continuum``                             A joint may have any angle, or the arm has a joint more than it needs: they
+                                              are examples.
+    ``searched``                              They were found by a search, which may have missed some.
+    ========================================= ==========================================================================
+
+    Attributes:
+        q: Joint positions [rad or m], shape (..., m, n_dof); NaN where there is no solution.
+        valid: Whether they are solutions within the joint limits, shape (..., m).
+        real: Whether they are solutions, shape (..., m).
+        proof: What is proved, shape (...): for one target a ``Proof``.
+        family: Of the closed form; empty where there is none.
+    """
+
+    q: Array
+    valid: Truths
+    real: Truths
+    proof: Proof | NDArray[np.str_]
+    family: str
+
+    def __post_init__(self) -> None:
+        for array in (self.q, self.valid, self.real, self.proof):
+            if isinstance(array, np.ndarray):
+                array.setflags(write=False)
+
+    def __str__(self) -> str:
+        counts, proofs = np.atleast_1d(self.valid.sum(axis=-1)).ravel(), np.atleast_1d(self.proof)
+        words = [f"{count} {word}" for word in Proof if (count := np.count_nonzero(proofs == word))]
+        proved = str(self.proof) if isinstance(self.proof, Proof) else ", ".join(words)
+        found = " to ".join(str(count) for count in sorted({counts.min(), counts.max()})) if counts.size else "no"
+        return f"{found} solutions within the limits ({proved})" + (f"; {self.family}" if self.family else "")

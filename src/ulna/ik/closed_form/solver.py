@@ -1,0 +1,110 @@
+"""Solves by the closed form, where the arm has one: the branch nearest to the seed. Used by ``ik.inverse_kinematics``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.drivers import entry
+from ulna.engine.threads import in_parts
+from ulna.ik.closed_form.axes import N_AXES, turning_order
+from ulna.ik.closed_form.choice import best_branches
+from ulna.ik.closed_form.closed_form import closed_form_of, joints_at
+from ulna.ik.closed_form.unsolved import no_steps, with_unsolved
+from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
+from ulna.ik.numeric import NumericSolver
+from ulna.ik.options import LEVENBERG_MARQUARDT
+from ulna.ik.problem import make_problem
+from ulna.ik.query import Query
+from ulna.ik.result import IKResult
+from ulna.kernels.ik import search_layout as layout
+
+if TYPE_CHECKING:
+    from ulna.collision.world import World
+
+Array = NDArray[np.float64]
+_MATRIX = (4, 4)
+_LEAST_TARGETS = 512  # of a part
+
+
+class ClosedFormSolver:
+    """The solver for arms of six joints with an exact closed form; see ``ik.solver.Solver``.
+
+    Targets without a branch within the limits are left to the search, for the nearest configuration and the reason.
+    """
+
+    def __init__(self, query: Query) -> None:
+        form = closed_form_of(query.tree, query.link)
+        if form is None:
+            raise AssertionError("no closed form")
+        self._query, self._form, six = query, form, joints_at(form, query.home)
+        self._columns, self._n = list(form.columns), query.tree.n_dof
+        self._alone = self._columns == list(range(self._n))
+        self._table, self._chain, self._nearest = six.table, six.chain, entry("closed_form.nearest_branches")
+        lower, upper = query.tree.lower[self._columns], query.tree.upper[self._columns]
+        self._plan = np.array([*query.options.tolerances, *lower, *upper])
+        self._home = query.home[self._columns].reshape(1, N_AXES)
+        self._search = NumericSolver(query)
+
+    @staticmethod
+    def applies(query: Query) -> bool:
+        """Whether the options ask for a whole pose by any way, and the arm has an exact closed form."""
+        options = query.options
+        if (
+            options.method != LEVENBERG_MARQUARDT
+            or options.task.kind != layout.WHOLE_POSE
+            or options.max_step is not None
+            or options.max_iterations is not None
+            or len(turning_order(query.tree.chain(query.link))) != N_AXES
+        ):
+            return False
+        form = closed_form_of(query.tree, query.link)
+        return form is not None and form.is_exact
+
+    def solve(
+        self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
+    ) -> IKResult | None:
+        """The nearest branch, or that of the best rank that is clear of the world; None where something else is asked for."""
+        if posture is not None or held:
+            return None
+        rank = self._query.options.rank
+        if world is not None or (rank is not None and rank != "nearest"):
+            return best_branches(self._query, self._form, self._search, T, q_seed, world)
+        T = as_floats("T", T)
+        if T.shape == _MATRIX and self._alone:
+            result = self._one(T, q_seed)
+            if result is not None:
+                return result
+        return self._many(T, q_seed)
+
+    def _one(self, T: Array, q_seed: ArrayLike | None) -> IKResult | None:
+        """The result for one target, if it is solved."""
+        seed = self._home
+        if q_seed is not None:
+            seed = as_floats("q_seed", q_seed)
+            if seed.shape != (N_AXES,):
+                return None
+            seed = seed.reshape(1, N_AXES)
+        q, info = np.empty((1, N_AXES)), np.empty((1, layout.N_INFO))
+        if not self._nearest(self._table, self._chain, self._plan, T.reshape(1, 4, 4), seed, q, info):
+            return None
+        explanation = Explanation(trace=no_steps(info)) if self._query.options.trace else NOTHING_TO_EXPLAIN
+        return IKResult(q[0], info, (), self._query.options.tolerances, explanation)
+
+    def _many(self, T: Array, q_seed: ArrayLike | None) -> IKResult:
+        problem = make_problem(self._query, T, q_seed)
+        targets, seeds = problem.targets, np.ascontiguousarray(problem.seeds[:, self._columns])
+        angles, info = np.empty((len(targets), N_AXES)), np.empty((len(targets), layout.N_INFO))
+
+        def run(part: slice) -> bool:
+            own = seeds[part] if len(seeds) > 1 else seeds
+            self._nearest(self._table, self._chain, self._plan, targets[part], own, angles[part], info[part])
+            return True
+
+        in_parts(run, len(targets), _LEAST_TARGETS, self._query.options.threads)
+        q = np.broadcast_to(problem.seeds, (len(targets), self._n)).copy()
+        q[:, self._columns] = angles
+        return with_unsolved(self._search, self._form, problem, q, info, None, None)

@@ -1,0 +1,41 @@
+"""Lays out six axes of a family as the table of the kernels. Used by ``closed_form.six_joints``."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.closed_form.axes import Axes
+from ulna.ik.closed_form.families import Family
+from ulna.kernels.chain import closed_form_layout as layout
+
+Array = NDArray[np.float64]
+_NOTHING = 1e-14  # of a bend, which the rounding of right angles leaves
+
+
+def table_of(axes: Axes, family: Family) -> Array:
+    """The table (``closed_form_layout``), shape (N_ROWS, 3), read-only."""
+    table = np.zeros((layout.N_ROWS, 3))
+    h, reach = family.directions, axes.reach or 1.0
+    c, back = family.points / reach, np.linalg.inv(axes.end)
+    table[layout.AXES : layout.AXES + 6] = h
+    table[layout.POINTS], table[layout.POINTS + 1 : layout.POINTS + 6], table[layout.LAST] = c[0], np.diff(c, axis=0), c[5]
+    table[layout.FRAME : layout.FRAME + 3], table[layout.FRAME + 3] = back[:3, :3].T, back[:3, 3] / reach
+    table[layout.NORMALS], table[layout.NORMALS + 1] = _normal(h[1]), _normal(h[5])
+    table[layout.BENDS, :2] = _bends(h[1] if family.number == layout.THREE_PARALLEL else h[3], h[4], h[5])
+    table[layout.FORM] = family.number, family.from_end, 1.0 / reach
+    order = np.arange(6)[::-1] if family.from_end else np.arange(6)
+    table[layout.COLUMNS : layout.COLUMNS + 2] = order.reshape(2, 3)
+    table[layout.SIGNS : layout.SIGNS + 2] = family.signs.reshape(2, 3)
+    table.setflags(write=False)
+    return table
+
+
+def _normal(h: Array) -> Array:
+    n = np.asarray(np.cross(h, np.eye(3)[np.argmin(np.abs(h))]), dtype=np.float64)
+    return n / float(np.linalg.norm(n))
+
+
+def _bends(h: Array, k: Array, p: Array) -> tuple[float, float]:
+    """1 - cos(a - b) and 1 + cos(a + b), a and b the angles of k with h and with p, with no digits lost near 0."""
+    a, b = (float(np.arctan2(np.linalg.norm(np.cross(k, v)), k @ v)) for v in (h, p))
+    less, more = 2.0 * np.sin((a - b) / 2.0) ** 2, 2.0 * np.cos((a + b) / 2.0) ** 2
+    return 0.0 if less < _NOTHING else float(less), 0.0 if more < _NOTHING else float(more)

@@ -1,0 +1,70 @@
+"""Computes all branches of inverse kinematics of six revolute joints in closed form. Used by ``drivers.closed_form``.
+
+1. From the target T to the motion G = T T(0)^-1 of the end, its rotation made exact, lengths as shares of the reach; inverted if
+   the chain is seen from its end.
+2. The angles of each branch of the family (``three_parallel``, ``spherical_wrist``), and its residual: the forward kinematics of
+   its sines and cosines from the base on, and back from the target, compared where they come together.
+"""
+
+from ulna.engine.decorators import kernel, routine
+from ulna.kernels.chain.closed_form_layout import FAMILY, FORM, FRAME, INVERSE_REACH, LAST, POINTS, REVERSED, THREE_PARALLEL
+from ulna.kernels.chain.closed_form_rows import tabled
+from ulna.kernels.chain.spherical_wrist import spherical_wrist
+from ulna.kernels.chain.three_parallel import three_parallel
+from ulna.kernels.spatial.se3 import compose, load_pose
+from ulna.kernels.spatial.vectors import dot, minus, origin, plus, rotate
+
+
+@routine
+def closed_form(table, target_rows, sign_rows, n, free_rows, q_rows, known_rows):
+    """Steps 1 and 2.
+
+    A branch is chosen by three signs, each from n of its own. With n = 2, lanes are targets and the signs 1 and -1 in all lanes:
+    eight branches are written. With n = 1, lanes are the eight branches of one target, and one is written for each lane.
+
+    table: ``closed_form_layout``; target_rows: a pose, twelve; sign_rows: 3 n; free_rows: twelve, sines and cosines of what
+    angles are to be where any would do; q_rows: six a branch, written; known_rows: what is known of it, N_KNOWN a branch.
+    """
+    motion = end_motion(table, load_pose(target_rows, 0))
+    p = minus(plus(origin(motion), rotate(motion, tabled(table, LAST))), tabled(table, POINTS))
+    if int(table[FORM, FAMILY]) == THREE_PARALLEL:
+        three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+    else:
+        spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+
+
+@kernel
+def end_motion(table, target):
+    """Step 1: G, a pose."""
+    share = table[FORM, INVERSE_REACH]
+    x, y, z, o = tabled(table, FRAME), tabled(table, FRAME + 1), tabled(table, FRAME + 2), tabled(table, FRAME + 3)
+    frame = x[0], y[0], z[0], o[0], x[1], y[1], z[1], o[1], x[2], y[2], z[2], o[2]
+    a = nearer_rotation(nearer_rotation(target))
+    a = a[0], a[1], a[2], a[3] * share, a[4], a[5], a[6], a[7] * share, a[8], a[9], a[10], a[11] * share
+    a = compose(a, frame)
+    if table[FORM, REVERSED] != 0.0:
+        return inverted(a)
+    return a
+
+
+@kernel
+def inverted(a):
+    """The inverse of a pose."""
+    return (
+        a[0], a[4], a[8], -(a[0] * a[3] + a[4] * a[7] + a[8] * a[11]),
+        a[1], a[5], a[9], -(a[1] * a[3] + a[5] * a[7] + a[9] * a[11]),
+        a[2], a[6], a[10], -(a[2] * a[3] + a[6] * a[7] + a[10] * a[11]),
+    )  # fmt: skip
+
+
+@kernel
+def nearer_rotation(a):
+    """A pose whose rotation R is replaced by R (3 I - R'R) / 2, whose fault is the square of R's (Bjorck and Bowie 1971)."""
+    x, y, z = (a[0], a[4], a[8]), (a[1], a[5], a[9]), (a[2], a[6], a[10])
+    xy, yz, zx = -0.5 * dot(x, y), -0.5 * dot(y, z), -0.5 * dot(z, x)
+    xx, yy, zz = 1.5 - 0.5 * dot(x, x), 1.5 - 0.5 * dot(y, y), 1.5 - 0.5 * dot(z, z)
+    return (
+        x[0] * xx + y[0] * xy + z[0] * zx, x[0] * xy + y[0] * yy + z[0] * yz, x[0] * zx + y[0] * yz + z[0] * zz, a[3],
+        x[1] * xx + y[1] * xy + z[1] * zx, x[1] * xy + y[1] * yy + z[1] * yz, x[1] * zx + y[1] * yz + z[1] * zz, a[7],
+        x[2] * xx + y[2] * xy + z[2] * zx, x[2] * xy + y[2] * yy + z[2] * yz, x[2] * zx + y[2] * yz + z[2] * zz, a[11],
+    )  # fmt: skip

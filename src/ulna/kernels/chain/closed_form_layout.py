@@ -1,0 +1,36 @@
+"""Numbers the rows of the table of a closed form and its families. Used by the kernels and by ``ik.closed_form``.
+
+The arm in its zero configuration, as a product of exponentials: the motion G(q) = T(q) T(0)^-1 of the end is that of six turns,
+the last first. All vectors are in the base's axes. Lengths are shares of the reach, so that one threshold serves every arm.
+
+========= ==========================================================================================================
+AXES      six rows: unit vectors h_1 .. h_6
+POINTS    six rows: P_0, a point on the first axis, then P_i, from the point on axis i to the one on axis i + 1
+LAST      the point on the last axis
+FRAME     four rows: the columns of T(0)^-1: its three axes and its origin
+NORMALS   two rows: unit vectors normal to h_2 and to h_6
+BENDS     1 - cos(a - b) and 1 + cos(a + b): a and b are the angles of h_5 with h_2 or h_4, and with h_6
+FORM      FAMILY, REVERSED (1: the chain is seen from its end, so G is inverted), INVERSE_REACH [1/m]
+COLUMNS   two rows: which entry of q each axis turns
+SIGNS     two rows: 1 or -1: q = sign times the angle
+========= ==========================================================================================================
+"""
+
+AXES, POINTS, LAST, FRAME, NORMALS, BENDS, FORM, COLUMNS, SIGNS = 0, 6, 12, 13, 17, 19, 20, 21, 23
+N_ROWS = 25
+FAMILY, REVERSED, INVERSE_REACH = 0, 1, 2  # entries of FORM
+# Three parallel axes between a first one and two that intersect; and a spherical wrist behind the axes 1, 2 and 3, of which two
+# are parallel or intersect.
+THREE_PARALLEL, PARALLEL_23, INTERSECTING_12, PARALLEL_12, INTERSECTING_23 = 0, 1, 2, 3, 4
+N_BRANCHES = 8
+# What is known of a branch: its largest error as a share of the reach or in radians; how well its worst determined angle is
+# determined; how far its nearest pair of angles is apart, squared.
+RESIDUAL, DETERMINED, APART = 0, 1, 2
+N_KNOWN = 3
+# That in one number, a sum of these.
+IS_REAL, IS_HARDLY_DETERMINED, IS_COINCIDING = 1, 2, 4
+REACHED = 1e-9  # largest RESIDUAL of a branch
+# Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle is taken for any, and
+# below the second it is said that it may be: the rounding of other angles may have made it that large.
+UNDETERMINED, HARDLY_DETERMINED = 1e-44, 1e-36
+COINCIDING = 1e-12  # of APART, which is the square of the sine of half an angle

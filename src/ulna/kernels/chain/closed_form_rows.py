@@ -1,0 +1,54 @@
+"""Reads the tables of a closed form and writes its branches. Used by the closed forms of this folder."""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, sqrt, store, where
+from ulna.kernels.chain.closed_form_layout import (
+    APART,
+    COINCIDING,
+    COLUMNS,
+    DETERMINED,
+    HARDLY_DETERMINED,
+    IS_COINCIDING,
+    IS_HARDLY_DETERMINED,
+    IS_REAL,
+    N_KNOWN,
+    REACHED,
+    RESIDUAL,
+    SIGNS,
+)
+
+
+@kernel
+def tabled(table, i):
+    """The vector in row i."""
+    return table[i, 0], table[i, 1], table[i, 2]
+
+
+@kernel
+def free_angle(free_rows, j):
+    """What angle j is to be where any would do: twelve rows, six sines and then six cosines."""
+    return load(free_rows, j), load(free_rows, 6 + j)
+
+
+@kernel
+def put(table, q_rows, branch, j, angle):
+    """Write the angle about axis j to its entry of q."""
+    store(q_rows, 6 * branch + int(table[COLUMNS + j // 3, j % 3]), angle * table[SIGNS + j // 3, j % 3])
+
+
+@kernel
+def put_known(known_rows, branch, square, sure, apart):
+    """Write what is known of a branch; ``square`` is that of the residual."""
+    row = N_KNOWN * branch
+    store(known_rows, row + RESIDUAL, sqrt(square))
+    store(known_rows, row + DETERMINED, sure)
+    store(known_rows, row + APART, apart)
+
+
+@kernel
+def known_in_one(known_rows, branch):
+    """What is known of a branch, as a sum (``closed_form_layout``)."""
+    row = N_KNOWN * branch
+    real = where(load(known_rows, row + RESIDUAL) <= REACHED, IS_REAL * 1.0, 0.0)
+    hardly = where(load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED, IS_HARDLY_DETERMINED * 1.0, 0.0)
+    return real + hardly + where(abs(load(known_rows, row + APART)) <= COINCIDING, IS_COINCIDING * 1.0, 0.0)

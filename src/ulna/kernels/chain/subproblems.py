@@ -1,0 +1,120 @@
+"""Solves the Paden-Kahan subproblems, in least squares where they have no solution. Used by the closed forms of this folder.
+
+Each is for one angle of a rotation. An angle is a pair, its sine and cosine. ``rot(k, angle)`` turns about the unit vector k.
+
+Source: Elias and Wen, IK-Geo: unified robot inverse kinematics using subproblem decomposition (2022), section 3: subproblems 1,
+3 and 4; their subproblem 2 is 4 followed by 1. Their least-squares solutions there. Paden (1986), Kahan (1983).
+"""
+
+import math
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import sqrt, where
+from ulna.kernels.chain.closed_form_layout import UNDETERMINED
+from ulna.kernels.spatial.elementary import maximum
+from ulna.kernels.spatial.vectors import cross, dot, minus, plus
+
+
+@kernel
+def turn(k, angle, v):
+    """rot(k, angle) v, by Rodrigues' formula."""
+    s, c = angle
+    w = cross(k, v)
+    along = dot(k, v) * (1.0 - c)
+    return v[0] * c + w[0] * s + k[0] * along, v[1] * c + w[1] * s + k[1] * along, v[2] * c + w[2] * s + k[2] * along
+
+
+@kernel
+def turn_back(k, angle, v):
+    """rot(k, -angle) v."""
+    return turn(k, (-angle[0], angle[1]), v)
+
+
+@kernel
+def reversed_vector(v):
+    """-v."""
+    return -v[0], -v[1], -v[2]
+
+
+@kernel
+def subtracted(angle_a, angle_b):
+    """The difference of two angles."""
+    return angle_a[0] * angle_b[1] - angle_a[1] * angle_b[0], angle_a[1] * angle_b[1] + angle_a[0] * angle_b[0]
+
+
+@kernel
+def chosen_angle(mask, angle_a, angle_b):
+    """One angle where the mask is true, the other elsewhere."""
+    return where(mask, angle_a[0], angle_b[0]), where(mask, angle_a[1], angle_b[1])
+
+
+@kernel
+def wrapped(x):
+    """An angle of at most 3 pi in size, less a whole turn where it is beyond [-pi, pi]."""
+    x = where(x > math.pi, x - 2.0 * math.pi, x)
+    return where(x < -math.pi, x + 2.0 * math.pi, x)
+
+
+@kernel
+def angle_onto(p, q, k, free):
+    """Subproblem 1: the angle for which rot(k, angle) p comes nearest to q; ``free`` where p or q lies on the axis.
+
+    Sine and cosine are those between k x p and k x q: between p and q themselves they would lose half their digits near the axis.
+
+    Returns the angle and the square of the product of the distances of p and q from the axis.
+    """
+    across_p, across_q = cross(k, p), cross(k, q)
+    s, c = dot(across_p, cross(across_q, k)), dot(across_p, across_q)
+    size = s * s + c * c
+    good = size > UNDETERMINED
+    r = 1.0 / sqrt(where(good, size, 1.0))
+    return (where(good, s * r, free[0]), where(good, c * r, free[1])), size
+
+
+@kernel
+def angle_to_plane(h, p, k, d, sign, free):
+    """Subproblem 4: an angle for which h . rot(k, angle) p = d, one of two by the sign; ``free`` if any angle is as good.
+
+    1. h . rot(k, angle) p = h.k k.p + a_s sin(angle) + a_c cos(angle): the angle is that of (a_s, a_c), more or less the one
+       whose cosine is b / a, where b = d - h.k k.p and a = |(a_s, a_c)|.
+    2. Where the discriminant a^2 - b^2 is negative there is no solution, and the nearest is the angle of (a_s, a_c), or opposite.
+
+    Returns the angle, how well it is determined (a^4), and the discriminant as a share of a^2.
+    """
+    hk_kp = dot(h, k) * dot(k, p)
+    a_s, a_c = dot(h, cross(k, p)), dot(h, p) - hk_kp
+    b = d - hk_kp
+    return angle_of_two(a_s, a_c, b, a_s * a_s + a_c * a_c - b * b, sign, free)
+
+
+@kernel
+def angle_of_two(a_s, a_c, b, discriminant, sign, free):
+    """Step 2 of subproblem 4."""
+    real = maximum(discriminant, 0.0)
+    half = sign * sqrt(real)
+    size = (a_s * a_s + a_c * a_c) * (b * b + real)  # a^4 where there is a solution
+    good = size > UNDETERMINED
+    r = 1.0 / sqrt(where(good, size, 1.0))
+    angle = where(good, (a_s * b + a_c * half) * r, free[0]), where(good, (a_c * b - a_s * half) * r, free[1])
+    return angle, size, where(good, discriminant * r, 1.0)  # r is 1 / a^2 where there is a solution
+
+
+@kernel
+def angle_to_sphere(p, q, k, square, sign, free):
+    """Subproblem 3: an angle for which |rot(k, angle) p - q|^2 is ``square``, one of two by the sign; returns as above."""
+    return angle_to_plane(q, p, k, 0.5 * (dot(p, p) + dot(q, q) - square), sign, free)
+
+
+@kernel
+def angle_to_direction(h, p, k, v, bends, sign, free):
+    """Subproblem 4 for unit vectors with d = h . v; returns as above.
+
+    b as a cosine loses half its digits where h and v are nearly parallel, as at the singularity of a wrist. So the discriminant
+    is (1 - h.v - bends[0]) (1 + h.v - bends[1]), with 1 - h.v = |h - v|^2 / 2 and 1 + h.v = |h + v|^2 / 2, and of the angles a
+    and b of k with h and p: bends = 1 - cos(a - b), 1 + cos(a + b).
+    """
+    hk_kp = dot(h, k) * dot(k, p)
+    a_s, a_c = dot(h, cross(k, p)), dot(h, p) - hk_kp
+    apart, together = minus(h, v), plus(h, v)
+    discriminant = (0.5 * dot(apart, apart) - bends[0]) * (0.5 * dot(together, together) - bends[1])
+    return angle_of_two(a_s, a_c, dot(h, v) - hk_kp, discriminant, sign, free)

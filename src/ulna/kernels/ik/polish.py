@@ -1,0 +1,46 @@
+"""Improves configurations that nearly reach their targets, by Newton steps of the forward kinematics. Used by ``drivers``.
+
+1. Evaluate the pose error and the Jacobian at q.
+2. Move by J' (J J' + lambda I)^-1 e with lambda = |e|^2 + 1e-13, which is Newton's step but where J has no inverse.
+3. Keep the step of a lane if its error is smaller then.
+"""
+
+from ulna.engine.decorators import routine
+from ulna.engine.lanes import any_lane, load, sqrt, store, where
+from ulna.kernels.chain.jacobian import chain_jacobian
+from ulna.kernels.chain.jacobian_frames import BASE
+from ulna.kernels.chain.poses import chain_pose
+from ulna.kernels.ik.damped_system import back_to_joints, error_squares, pose_error, solve_damped
+from ulna.kernels.spatial.se3 import load_pose
+
+ENOUGH = 1e-12  # of an error: below it a step is not worth its time
+_LEAST_DAMPING = 1e-13
+
+
+@routine
+def polish(chain, target_rows, q_rows, error_rows, inverse_reach, most, steps, jacobian_rows, system_rows, last_rows):
+    """At most ``steps`` of the above for the lanes whose error is above ENOUGH and at most ``most``.
+
+    q_rows: (n_dof), changed; error_rows: one, the error (a share of the reach, and radians, in one square), changed; the others
+    are scratch: (6 n_dof), (N_SYSTEM), (n_dof).
+    """
+    n_dof, target = q_rows.shape[0], load_pose(target_rows, 0)
+    for _ in range(steps):
+        error = load(error_rows, 0)
+        moving = (error > ENOUGH) & (error <= most)
+        if not any_lane(moving):
+            return
+        e = pose_error(chain_jacobian(chain, q_rows, BASE, jacobian_rows, 6, 1), target)
+        p2, r2 = error_squares(e)
+        before = sqrt(p2 * inverse_reach**2 + r2)
+        solve_damped(jacobian_rows, n_dof, p2 + r2 + _LEAST_DAMPING, e, system_rows)
+        for j in range(n_dof):
+            q = load(q_rows, j)
+            store(last_rows, j, q)
+            store(q_rows, j, q + back_to_joints(jacobian_rows, j, system_rows))
+        p2, r2 = error_squares(pose_error(chain_pose(chain, q_rows), target))
+        after = sqrt(p2 * inverse_reach**2 + r2)
+        better = moving & (after < before)
+        for j in range(n_dof):
+            store(q_rows, j, where(better, load(q_rows, j), load(last_rows, j)))
+        store(error_rows, 0, where(better, after, where(moving, before, error)))

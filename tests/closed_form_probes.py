@@ -1,0 +1,64 @@
+"""The probes of the kernels of closed forms; see ``kernel_modes``."""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, store
+from ulna.kernels.chain.closed_form import closed_form
+from ulna.kernels.chain.subproblems import angle_onto, angle_to_direction, angle_to_plane, angle_to_sphere
+from ulna.kernels.spatial.arc_tangent import full_circle_angle
+
+FREE = 0.6, 0.8  # the sine and cosine of an angle that may be any
+
+
+@kernel
+def vector_at(x, i):
+    return load(x, i), load(x, i + 1), load(x, i + 2)
+
+
+def onto(x, out):
+    angle, size = angle_onto(vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), FREE)
+    store(out, 0, angle[0])
+    store(out, 1, angle[1])
+    store(out, 2, size)
+
+
+def to_plane(x, out):
+    angle, size, apart = angle_to_plane(vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), load(x, 9), load(x, 10), FREE)
+    store(out, 0, angle[0])
+    store(out, 1, angle[1])
+    store(out, 2, size)
+    store(out, 3, apart)
+
+
+def to_sphere(x, out):
+    angle, size, apart = angle_to_sphere(vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), load(x, 9), load(x, 10), FREE)
+    store(out, 0, angle[0])
+    store(out, 1, angle[1])
+    store(out, 2, size)
+    store(out, 3, apart)
+
+
+def to_direction(x, out):
+    bends = load(x, 12), load(x, 13)
+    angle, size, apart = angle_to_direction(
+        vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), vector_at(x, 9), bends, load(x, 14), FREE
+    )
+    store(out, 0, angle[0])
+    store(out, 1, angle[1])
+    store(out, 2, size)
+    store(out, 3, apart)
+
+
+def arc_tangent(x, out):
+    store(out, 0, full_circle_angle(load(x, 0), load(x, 1)))
+
+
+def one_branch(table, x, out):
+    """x: a pose, three signs, and twelve sines and cosines of free angles; out: six angles and what is known of them."""
+    closed_form(table, x[:12], x[12:15], 1, x[15:27], out[:6], out[6:9])
+
+
+def eight_branches(table, x, out):
+    """x: a pose, and twelve sines and cosines; the signs are written to the outputs behind the 48 angles and 24 numbers."""
+    for k in range(6):
+        store(out, 72 + k, load(x, 0) * 0.0 + (1.0 - 2.0 * (k % 2)))
+    closed_form(table, x[:12], out[72:78], 2, x[12:24], out[:48], out[48:72])
