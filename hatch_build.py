@@ -1,7 +1,7 @@
 """Builds the wheel that needs no compiler at its user's, where ``ULNA_AHEAD=1`` asks for it (``make wheel``).
 
-Without it, as for an editable install or from a source distribution, the wheel is of Python alone: Numba compiles its code when it
-is first called, and no C compiler is needed. docs/ahead.md explains the steps.
+Without it, as for an editable install or from a source distribution, the wheel is of Python alone: Numba compiles its code when
+it is first called, and no C compiler is needed. docs/ahead.md explains the steps.
 """
 
 import json

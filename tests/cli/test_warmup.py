@@ -15,6 +15,8 @@ from ulna.drivers import DRIVERS
 from ulna.engine import warmup
 from ulna.engine.decorators import ENTRIES
 
+pytestmark = pytest.mark.compiler
+
 # Calls of every kind; then how entries were called without being told of it, and of what they were told without being called so.
 CALLS = """
 import json, sys

@@ -209,9 +209,9 @@ def test_a_seed_that_is_no_configuration_is_reported_and_spoils_no_other(panda, 
 def test_what_is_no_pose_is_reported_and_spoils_no_other_target(panda, search, goals, bad):
     _, targets = goals
     q, info = search(targets[:3], panda.home[None])
-    for entry in [(0, 0), (2, 1), (3, 3)]:
+    for place in [(0, 0), (2, 1), (3, 3)]:
         spoilt = targets[:3].copy()
-        spoilt[(1, *entry)] = bad
+        spoilt[(1, *place)] = bad
         q_beside, info_beside = search(spoilt, panda.home[None])
         assert set(info_beside[1, :, layout.STATUS]) == {NOT_A_POSE}
         assert np.array_equal(q_beside[[0, 2]], q[[0, 2]])

@@ -10,8 +10,8 @@ Way = Literal["pose", "truth", "number", "search"]
 """What a bound function takes and returns (native/bound.c).
 
 ``pose``: ``f(q, out=None, threads=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
-codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``search``: ``f(target, seed)``, q and
-the ``numbers[0]`` numbers about it, or None if there is no solution.
+codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``search``: ``f(target, seed)``,
+q and the ``numbers[0]`` numbers about it, or None if there is no solution.
 """
 
 

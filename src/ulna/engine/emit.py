@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
-from numba.core.config import CPU_FEATURES, CPU_NAME  # pyright: ignore[reportAttributeAccessIssue] - made when it is loaded
 from numba.core.caching import NullCache
+from numba.core.config import CPU_FEATURES, CPU_NAME  # pyright: ignore[reportAttributeAccessIssue] - made when it is loaded
 
 from ulna.engine.cache import compiler_hash
 from ulna.engine.compiler import numba_types

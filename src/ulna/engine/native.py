@@ -12,7 +12,7 @@ from ulna.engine.signatures import Signature, fits, text_of_signature
 
 
 def native_entry(entry: Any, leading: tuple, calls: Any) -> Any:
-    """An entry of the extension for the signature that takes these leading arguments, compiled if need be; None if none takes them.
+    """An entry of the extension for the signature that takes these arguments, compiled if need be; None if none takes them.
 
     Raises:
         NotCompiledError: It is not compiled yet, and this thread may not compile now.

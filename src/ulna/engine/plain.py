@@ -1,7 +1,7 @@
 """Gives compiled entries a plain C interface. Used by ``emit`` for a library, and by ``bound`` for code that is compiled now.
 
-Numba passes an array as seven and more arguments, by rules of its own. Here each entry is ``int32 f(int64 *slots, int64 *result)``.
-Each argument takes slots of 8 bytes, one after the other: a number one, an array its address and its shape, None none, a tuple
+Numba passes an array as seven and more arguments, by rules of its own. Here it is ``int32 f(int64 *slots, int64 *result)``: each
+argument takes slots of 8 bytes, one after the other: a number one, an array its address and its shape, None none, a tuple
 those of its parts. All arrays are C-contiguous, so their strides follow. What is returned is nonzero if there was no memory.
 """
 
