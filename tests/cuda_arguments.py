@@ -8,9 +8,14 @@ import inspect
 
 from numba import types
 
-from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, WHOLE
+from ulna.engine import signatures
+from ulna.engine.compiler import numba_types
 from ulna.kernels.collision.scene import Scene
 
+INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, WHOLE = numba_types((
+    signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS, signatures.TABLE,
+    signatures.WHOLE,
+))  # fmt: skip
 TRUTH = types.boolean
 ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
 TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))

@@ -16,12 +16,11 @@ So the tests of kernels are run twice, with and without the compiler; ``test_thr
 from functools import cache
 
 import numpy as np
-from numba import config
 
-from ulna.engine.decorators import routine
+from ulna.engine.decorators import is_plain, routine
 from ulna.engine.width import WIDTH
 
-COMPILED = not config.DISABLE_JIT
+COMPILED = not is_plain()
 MODES = ("float64", "f64x8") if COMPILED else ("scalars", "arrays")
 
 compiled = cache(routine)  # under NUMBA_DISABLE_JIT=1 the function itself

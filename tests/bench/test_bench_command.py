@@ -5,14 +5,13 @@ import os
 import subprocess
 import sys
 
-import numba
 import numpy as np
 import pytest
 from benchmarks.cold_cache import cold_rows
 from typer.testing import CliRunner
 
 from ulna.bench import first_use
-from ulna.bench.machine import machine_facts
+from ulna.bench.machine import installed_version, machine_facts
 from ulna.cli.app import app
 from ulna.errors import UlnaError
 
@@ -63,7 +62,7 @@ def test_an_unknown_subject_is_refused_with_a_suggestion():
 
 def test_the_description_of_the_machine_has_no_host_names():
     facts = machine_facts()
-    assert facts["numba"] == numba.__version__
+    assert facts["numba"] == installed_version("numba")
     assert facts["numpy"] == np.__version__
     assert facts["cores"] >= 1
     assert facts["register_bits"] in (128, 256, 512, None)

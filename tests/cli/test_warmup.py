@@ -15,12 +15,15 @@ from ulna.drivers import DRIVERS
 from ulna.engine import warmup
 from ulna.engine.decorators import ENTRIES
 
+pytestmark = pytest.mark.compiler
+
 # Makes calls of every kind. Then prints the signatures that were used but not declared, and those declared but not used.
 CALLS = """
 import json, sys
 from pathlib import Path
 import numpy as np
 import ulna
+from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
 from ulna.viewer.film.record import make_form, record_robot
 panda, world, mixed = ulna.load("panda"), ulna.World(), ulna.World()
@@ -53,7 +56,7 @@ panda.inverse_kinematics(targets, batch, max_step=0.5, held=["panda_joint1"])
 panda.inverse_kinematics(target, world=mixed, rank="clearance"), panda.inverse_kinematics(target, task="pointing", rank="nearest")
 panda.inverse_kinematics_all(target)
 record_robot(make_form(Path(sys.argv[1]), 0.1, (64, 36)), panda, panda.home)
-declared = {entry.py_func.__name__: {tuple(call) for call in calls.signatures} for entry, calls in ENTRIES.items()}
+declared = {entry.py_func.__name__: set(map(numba_types, calls.signatures)) for entry, calls in ENTRIES.items()}
 used = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}
 print(json.dumps({
     "undeclared": [f"{name}{call}" for name in declared for call in used[name] - declared[name]],

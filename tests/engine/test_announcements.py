@@ -9,6 +9,8 @@ import pytest
 from ulna.engine import announcements
 from ulna.engine.announcements import compilation_begins, compilation_ended, quietly
 
+pytestmark = pytest.mark.compiler
+
 
 class Terminal(io.StringIO):
     """Standard error that is a terminal."""

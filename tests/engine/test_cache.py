@@ -17,6 +17,8 @@ import ulna
 from command_fixtures import without_announcements
 from ulna.engine import cache
 
+pytestmark = pytest.mark.compiler
+
 PACKAGE = Path(ulna.__file__).parent
 PLACE = """
 import sys, numba, ulna

@@ -9,8 +9,10 @@ import pytest
 from ik_methods import METHODS, TEXTBOOK
 from invalid_poses import INVALID_POSES
 from ulna import InputError, Task
-from ulna.drivers.multi_start import search_jobs
-from ulna.drivers.single_start import follow_each
+from ulna.drivers import entry
+
+search_jobs = entry("multi_start.search_jobs")
+follow_each = entry("single_start.follow_each")
 
 
 def read_only(a):

@@ -8,9 +8,11 @@ import kernel_probes as probes
 import robots
 from assertions import assert_close
 from ulna.drivers import entry
-from ulna.drivers.forward import forward_batch, frames_batch, frames_one
 from ulna.kinematics.tree import build_tree
 
+forward_batch = entry("forward.forward_batch")
+frames_batch = entry("forward.frames_batch")
+frames_one = entry("forward.frames_one")
 ROBOTS = {
     "every joint": robots.every_joint(),
     "sliders": robots.of_chain("prismatic", "revolute", "prismatic", axis=robots.unit(1, -2, 0.5), origin=robots.place(0)),

@@ -9,11 +9,11 @@ import kernel_probes as probes
 import robots
 from assertions import assert_close
 from ulna.drivers import entry
-from ulna.drivers.jacobian import jacobian_batch
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
 from ulna.kinematics.tree import build_tree
 
+jacobian_batch = entry("jacobian.jacobian_batch")
 FRAMES = {"base": BASE, "link": LINK, "spatial": SPATIAL}
 ZOO = robots.every_joint()
 LINKS = ["fingertip", "hand", "tray", "propeller", "rotor", "base"]

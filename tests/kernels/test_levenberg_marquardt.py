@@ -6,12 +6,13 @@ import pytest
 import formulas
 import robots
 from assertions import assert_close
-from ulna.drivers.multi_start import search_jobs
+from ulna.drivers import entry
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.ik.search_layout import NOT_A_POSE, NOT_FOUND, SOLVED
 from ulna.kernels.layout import LARGEST
 from ulna.kinematics.tree import build_tree
 
+search_jobs = entry("multi_start.search_jobs")
 N, STARTS, STEPS = 5, 6, 20
 NO_TARGET = formulas.transform(p=(5.0, 0.0, 0.0))  # five metres away
 
@@ -208,9 +209,9 @@ def test_a_seed_that_is_no_configuration_is_reported_and_spoils_no_other(panda, 
 def test_what_is_no_pose_is_reported_and_spoils_no_other_target(panda, search, goals, bad):
     _, targets = goals
     q, info = search(targets[:3], panda.home[None])
-    for entry in [(0, 0), (2, 1), (3, 3)]:
+    for place in [(0, 0), (2, 1), (3, 3)]:
         spoilt = targets[:3].copy()
-        spoilt[(1, *entry)] = bad
+        spoilt[(1, *place)] = bad
         q_beside, info_beside = search(spoilt, panda.home[None])
         assert set(info_beside[1, :, layout.STATUS]) == {NOT_A_POSE}
         assert np.array_equal(q_beside[[0, 2]], q[[0, 2]])

@@ -7,8 +7,7 @@ import formulas
 from assertions import assert_close
 from ulna.collision.objects import MOST_UNINDEXED, make_objects
 from ulna.description.shapes import Box
-from ulna.drivers.contacts import contacts_each
-from ulna.drivers.overlap import overlap_batch, overlap_one
+from ulna.drivers import entry
 from ulna.kernels.collision.collision_layout import (
     CONTACT_WIDTH,
     DISTANCE,
@@ -21,6 +20,9 @@ from ulna.kernels.collision.collision_layout import (
 )
 from ulna.kernels.collision.scene import Scene
 
+contacts_each = entry("contacts.contacts_each")
+overlap_batch = entry("overlap.overlap_batch")
+overlap_one = entry("overlap.overlap_one")
 N = 20
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
 

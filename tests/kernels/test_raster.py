@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from ulna.drivers.rendering import draw_triangles, place_points
+from ulna.drivers import entry
 from ulna.kernels.render.render_layout import NOTHING
 
+draw_triangles = entry("rendering.draw_triangles")
+place_points = entry("rendering.place_points")
 HEIGHT, WIDTH = 12, 17
 
 

@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 
 from kernel_modes import compiled
-from ulna.drivers.rendering import encode, lay_panes, shade_pixels
+from ulna.drivers import entry
 from ulna.kernels.render.illumination import SOFT, cover, ramp, sunlit
+
+encode = entry("rendering.encode")
+lay_panes = entry("rendering.lay_panes")
+shade_pixels = entry("rendering.shade_pixels")
 
 
 def covered(x, width, seen):

@@ -24,6 +24,8 @@ from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL
 
+pytestmark = pytest.mark.compiler
+
 N, DOF, LINKS = 8, 7, 10
 CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
 Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), np.zeros(N_SETTINGS)

@@ -41,12 +41,14 @@ print("done")
 """
 
 
+@pytest.mark.compiler
 def test_while_a_kernel_compiles_the_page_keeps_drawing_and_says_so(tmp_path):
     path = ":".join(sys.path)
     done = subprocess.run([sys.executable, "-c", HELD], env={"PYTHONPATH": path}, capture_output=True, text=True, check=False)
     assert done.stdout == "done\n", done.stderr
 
 
+@pytest.mark.compiler
 def test_a_call_that_would_compile_is_refused_and_works_once_compiled(panda):
     source = """
 import numpy as np, ulna

@@ -15,6 +15,7 @@ from rich.text import Text
 from ulna.cli.options import Json
 from ulna.cli.output import Data, make_table, show
 from ulna.drivers import DRIVERS
+from ulna.engine.ahead import FOLDER, is_ahead
 from ulna.engine.threads import default_threads
 from ulna.errors import FileError
 
@@ -32,6 +33,9 @@ def warmup(*, as_json: Json = False) -> None:
 
     The machine code is kept on disk: doing it again takes seconds. NUMBA_CACHE_DIR says where, as for Numba itself.
     """
+    if is_ahead():  # a wheel brought it all
+        show(warmup_data(str(FOLDER), 0.0, []), warmup_table, as_json=as_json)
+        return
     from ulna.engine.cache import cache_folder  # noqa: PLC0415 -- they load the compiler, which other commands may not need
     from ulna.engine.warmup import all_jobs, compile_all  # noqa: PLC0415
 

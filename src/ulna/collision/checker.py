@@ -1,7 +1,8 @@
 """Checks the robot at q against itself and against the objects of a world. Used by ``Robot`` and ``ik``."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from numbers import Real
 from typing import Any
 
@@ -19,6 +20,7 @@ from ulna.collision.touchable import NO_PAIRS, Part, scene_of, touchable_parts
 from ulna.collision.world import World
 from ulna.description.robot_description import Description
 from ulna.drivers import entry
+from ulna.engine.bound import bind
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
@@ -26,6 +28,7 @@ from ulna.kernels.collision.collision_layout import (
     CONTACT_WIDTH,
     EDGE_CONTACT,
     EDGE_OUT_OF_RANGE,
+    FREE,
     NEAREST,
     NEAREST_WIDTH,
     OUT_OF_RANGE,
@@ -59,6 +62,7 @@ class Checker:
     attached: tuple[Attached, ...]
     given: AllowedCollisions | None
     _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
+    _last_functions: tuple = field(default=(None, {}), init=False, repr=False)
     _last_others: tuple = field(default=(None, ()), init=False, repr=False)
 
     @cached_property
@@ -116,6 +120,14 @@ class Checker:
         """
         objects = self._objects(world)
         scene = self._scene(objects, self_collision)
+        if out is None and threads is None and not objects.touchable:
+            return self._of_scene("touches", objects, scene)(q)
+        return self._any_touch(objects, scene, q, out, threads)
+
+    def _any_touch(
+        self, objects: Objects, scene: Scene, q: ArrayLike, out: NDArray[np.bool_] | None = None, threads: int | None = None
+    ) -> bool | NDArray[np.bool_]:
+        """The same, in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None and not objects.touchable:
             return self._touches(q, scene)
@@ -143,6 +155,14 @@ class Checker:
         """
         objects = self._objects(world)
         scene = self._scene(objects, self_collision)
+        if out is None and threads is None and not objects.touchable:
+            return self._of_scene("nearest", objects, scene)(q)
+        return self._least_distance(objects, scene, q, out, threads)
+
+    def _least_distance(
+        self, objects: Objects, scene: Scene, q: ArrayLike, out: Array | None = None, threads: int | None = None
+    ) -> Any:
+        """The same, in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None and not objects.touchable:
             return float(self._nearest(q, scene)[NEAREST])
@@ -241,6 +261,32 @@ class Checker:
 
         in_parts(run, len(rows), least=REPORTS, threads=threads)
         return reports
+
+    def _of_scene(self, question: str, objects: Objects, scene: Scene) -> Callable[[ArrayLike], Any]:
+        """A question about q in the last scene, in C if the extension is there; made when it is first asked."""
+        of, functions = self._last_functions
+        if of is not scene:
+            of, functions = scene, {}
+            self.__dict__["_last_functions"] = of, functions
+        function = functions.get(question)
+        if function is None:
+            function = functions.setdefault(question, self._bound(question, objects, scene))
+        return function
+
+    def _bound(self, question: str, objects: Objects, scene: Scene) -> Callable[[ArrayLike], Any]:
+        n = self.tree.n_dof
+        if question == "touches":
+            in_python = partial(self._any_touch, objects, scene)
+            in_c = bind(self._overlap_one, "truth", tuple(scene), n, (FREE, OVERLAPS), in_python)
+        else:
+            in_python = partial(self._least_distance, objects, scene)
+            in_c = bind(entry("nearest.nearest_batch"), "number", tuple(scene), n, (NEAREST_WIDTH,), in_python)
+        return in_c or in_python
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is kept of the last questions is not copied, nor pickled."""
+        kept = ("_last_functions", "_overlap_one")
+        return {**{name: value for name, value in self.__dict__.items() if name not in kept}, "_last_functions": (None, {})}
 
     def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
         """Write to out, shape (...,), whether anything touches."""

@@ -4,14 +4,21 @@
 ``entries``                entries by name: what callers ask for, whoever provides the machine code
 ``threads, processors``    large batches in parts, and how many processors this process may use
 ``lanes, width``           the operations of the number that may be eight numbers, as NumPy; how many it holds
-``lane_types``             the same for the compiler: the type ``f64x8``,
+``ahead``                  machine code that a wheel brings, for the CPU at hand
+``bound``                  functions of one q in C, by the wheel's extension
+``decorators, signatures`` marks kernels and entries for the compiler; the types of entries' arguments
+``compiler``               hands them to Numba
+``lane_types``             the lanes for the compiler: the type ``f64x8``,
 ``lane_lowering``          its operations,
 ``lane_operators``         and its operators
-``decorators, signatures`` marks kernels and entries for the compiler; the types of entries' arguments
 ``cache, sources``         machine code on disk, found by a hash of the sources that it was compiled from
-``warmup``                 compiles all entries ahead
+``plain``                  a plain C interface for compiled entries,
+``emit``                   which are written to object files for a wheel,
+``native``                 or given to the extension in this process
+``warmup``                 compiles all entries before they are called
 ``register_width``         which vector registers the compiled code uses
 ========================== ==========================================================================================
 
-Only ``entries``, ``threads``, ``processors``, ``lanes``, ``width`` and ``sources`` may be imported without loading the compiler.
+Only those in the first five lines, ``signatures`` and ``sources`` may be imported without loading the compiler. ``decorators``
+can be imported where there is none: then a kernel is the Python function itself.
 """

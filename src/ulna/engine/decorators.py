@@ -5,19 +5,23 @@
 (``signatures``), and their machine code is kept on disk (``cache``).
 """
 
+import os
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import wraps
 from typing import Any, NamedTuple
 
-from numba import njit, typeof
-from numba.core import config
-
-import ulna.engine.lane_lowering
-import ulna.engine.lane_operators  # noqa: F401 - both for their effect: Numba knows the number that is eight numbers
-from ulna.engine.cache import KernelCache, cache_folder
+from ulna.engine.signatures import Signature, fits
 from ulna.engine.sources import text_of
+from ulna.errors import UlnaError
+
+try:
+    from ulna.engine import compiler
+except ModuleNotFoundError as error:  # machine code compiled ahead needs no compiler
+    if error.name not in {"numba", "llvmlite"}:
+        raise
+    compiler = None
 
 # 'nnan' and 'ninf' are left out on purpose: NaN in must give NaN out, and then an error, never a plausible number.
 # The wrapper for calls from C is left out, since nothing calls it.
@@ -30,12 +34,13 @@ _EXACT_FLAGS: dict[str, Any] = {**_FLAGS, "fastmath": {"contract", "nsz"}}
 # kernel that does allocate is not compiled with this flag.
 _NO_REFERENCE_COUNTS: dict[str, Any] = {"_nrt": False}
 _LOW_LATENCY_FLAGS: dict[str, Any] = {**_FLAGS, **_NO_REFERENCE_COUNTS, "nogil": False}
-Signature = Sequence[Any]  # Numba's types of the arguments
 
 
 class Calls(NamedTuple):
     """The signatures that an entry is called with; one of low latency is compiled for its one signature and for no other."""
 
+    name: str
+    """Its package, module and function, such as ``ulna.drivers.forward.forward_one``."""
     signatures: tuple[Signature, ...]
     low_latency: bool = False
 
@@ -111,7 +116,7 @@ def entry(*signatures: Signature) -> Callable[[Callable], Any]:
     Args:
         signatures: The types of its arguments, for each way in which it is called.
     """
-    return lambda function: _entry(function, Calls(signatures), _FLAGS)
+    return lambda function: _entry(function, signatures, _FLAGS)
 
 
 def low_latency_entry(signature: Signature) -> Callable[[Callable], Any]:
@@ -120,57 +125,47 @@ def low_latency_entry(signature: Signature) -> Callable[[Callable], Any]:
     It counts no references, so it allocates nothing, and it keeps the interpreter's lock: each of these takes as long as a pose.
     Where it is asked for by name it is compiled for its one signature, so that arguments of other types raise a ``TypeError``.
     """
-
-    def marked(function: Callable) -> Any:
-        return _entry(
-            _checked(function, signature) if is_plain() else function, Calls((signature,), low_latency=True), _LOW_LATENCY_FLAGS
-        )
-
-    return marked
+    return lambda function: _entry(function, (signature,), _LOW_LATENCY_FLAGS, low_latency=True)
 
 
 def callable_entry(marked: Any) -> Any:
-    """An entry as the drivers have it, ready to be called; one of low latency is compiled or loaded first."""
-    if ENTRIES[marked].low_latency and not is_plain() and marked not in _closed:
+    """An entry as the drivers have it, ready to be called; one of low latency is compiled or loaded first.
+
+    Raises:
+        UlnaError: There is no compiler, and plain Python was not asked for.
+    """
+    if compiler is None:
+        if os.environ.get("NUMBA_DISABLE_JIT", "0") in {"", "0"}:  # plain Python would take a thousand times as long
+            raise UlnaError("there is neither machine code nor a compiler: pip install numba, or install a wheel of ulna again")
+    elif ENTRIES[marked].low_latency and not is_plain() and marked not in _closed:
         _refuse_unless_permitted(marked)
         with _lock:
             if marked not in _closed:
-                marked.compile(tuple(ENTRIES[marked].signatures[0]))
+                marked.compile(compiler.numba_types(ENTRIES[marked].signatures[0]))
                 marked.disable_compile()
                 _closed.add(marked)
     return marked
 
 
 def is_plain() -> bool:
-    """Whether kernels run as plain Python (``NUMBA_DISABLE_JIT=1``)."""
-    return bool(config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
+    """Whether kernels run as plain Python: ``NUMBA_DISABLE_JIT=1``, or there is no compiler."""
+    return compiler is None or compiler.is_disabled()
 
 
 def _compiled(function: Callable, **flags: Any) -> Any:
     with suppress(OSError):  # a kernel typed into an interpreter or a notebook has no file, and no entry is kept for it
         text_of(function.__code__.co_filename)  # read now, so that the cache's key is that of the text which was loaded
-    return njit(**flags)(function)
+    return function if compiler is None else compiler.compiled(function, flags)
 
 
-def _entry(function: Callable, calls: Calls, flags: dict[str, Any]) -> Any:
-    dispatcher = _compiled(function, **flags)
-    if not is_plain() and cache_folder() is not None:
-        dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
-    if not is_plain():
-        _ask_before_compiling(dispatcher)
-    ENTRIES[dispatcher] = calls
-    return dispatcher
-
-
-def _ask_before_compiling(dispatcher: Any) -> None:
-    """Test whether this thread may compile, where Numba has found no machine code for a call and before it takes its lock."""
-    compile_for = dispatcher._compile_for_args  # noqa: SLF001 - the only place before the lock
-
-    def compile_if_permitted(*arguments: Any, **named: Any) -> Any:
-        _refuse_unless_permitted(dispatcher)
-        return compile_for(*arguments, **named)
-
-    dispatcher._compile_for_args = compile_if_permitted  # noqa: SLF001
+def _entry(function: Callable, signatures: tuple[Signature, ...], flags: dict[str, Any], *, low_latency: bool = False) -> Any:
+    with suppress(OSError):
+        text_of(function.__code__.co_filename)
+    marked = function if compiler is None else compiler.compiled_entry(function, flags, _refuse_unless_permitted)
+    if marked is function and low_latency:  # it runs as plain Python
+        marked = _checked(function, signatures[0])
+    ENTRIES[marked] = Calls(f"{function.__module__}.{function.__name__}", signatures, low_latency)
+    return marked
 
 
 def _checked(function: Callable, signature: Signature) -> Callable:
@@ -179,8 +174,8 @@ def _checked(function: Callable, signature: Signature) -> Callable:
     @wraps(function)
     def checked(*arguments):
         for argument, kind in zip(arguments, signature, strict=True):
-            if typeof(argument) != kind:
-                raise TypeError(f"{typeof(argument)}, but {kind} is expected")
+            if not fits(argument, kind):
+                raise TypeError(f"{type(argument).__name__}, but {kind} is expected")
         return function(*arguments)
 
     return checked

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ulna.engine.ahead import ahead_entry
+
 
 @dataclass(frozen=True)
 class Entries:
@@ -25,9 +27,15 @@ class Entries:
     def find(self, name: str) -> Callable[..., Any]:
         """An entry by its module and function, such as ``"forward.forward_one"``, ready to be called.
 
+        Its machine code was compiled ahead, if a wheel brought it; otherwise it is compiled now, or loaded from disk.
+
         Raises:
             LookupError: There is no such entry.
+            UlnaError: The wheel's machine code cannot be used; or there is none, and no compiler.
         """
+        found = ahead_entry(self.package, name)
+        if found is not None:
+            return found
         from ulna.engine.decorators import callable_entry  # noqa: PLC0415 - it loads the compiler
 
         return callable_entry(self.marked(name))
@@ -55,5 +63,4 @@ class Entries:
         for module in pkgutil.iter_modules(importlib.import_module(self.package).__path__):
             importlib.import_module(f"{self.package}.{module.name}")
         within = f"{self.package}."
-        functions = ((entry.__module__, entry.__name__) for entry in ENTRIES)
-        return [f"{module.removeprefix(within)}.{name}" for module, name in functions if module.startswith(within)]
+        return [calls.name.removeprefix(within) for calls in ENTRIES.values() if calls.name.startswith(within)]

@@ -1,24 +1,81 @@
-"""The types of the arguments of entries, as Numba's. Used by the drivers. All arrays are C-contiguous."""
+"""The types of the arguments of entries. Used by the drivers, by ``compiler`` and by ``ahead``. All arrays are C-contiguous.
 
-from numba import types
+They are described here without the compiler: what was compiled ahead is found by the same description.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
 
 
-def _array(element, dimensions: int, *, constant: bool = False) -> types.Array:
-    return types.Array(element, dimensions, "C", readonly=constant)
+class Scalar(NamedTuple):
+    """A plain number, by the name of its type; ``none`` is the type of ``None``."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return {"int64": "i", "float64": "d", "none": "-"}[self.name]
 
 
-WHOLE, NUMBER, NONE = types.int64, types.float64, types.none
-NUMBERS, MATRIX, MATRICES, BLOCKS = (_array(types.float64, dimensions) for dimensions in (1, 2, 3, 4))
-INDICES, INDEX_ROWS = _array(types.int64, 1), _array(types.int64, 2)
-TRUTHS, TRUTH_ROWS = _array(types.boolean, 1), _array(types.boolean, 2)
+class Array(NamedTuple):
+    """An array of so many axes; one that is ``constant`` is only read, so that it may be read-only."""
+
+    element: str
+    dimensions: int
+    constant: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.dimensions}{'r' if self.constant else 'w'}{_CODES[self.element]}"
+
+
+class Group(NamedTuple):
+    """A tuple of arguments."""
+
+    parts: tuple[Scalar | Array, ...]
+
+    def __str__(self) -> str:
+        return f"({''.join(map(str, self.parts))})"
+
+
+Kind = Scalar | Array | Group
+Signature = Sequence[Kind]
+_CODES = {"float64": "d", "int64": "i", "bool": "b", "int32": "h", "float32": "f", "uint8": "u"}
+
+
+def fits(value: object, kind: Kind) -> bool:
+    """Whether a value has a type that an entry takes as it is."""
+    if isinstance(kind, Group):
+        return type(value) is tuple and len(value) == len(kind.parts) and all(map(fits, value, kind.parts))
+    if isinstance(kind, Scalar):
+        types = {"int64": (int, np.int64), "float64": float, "none": type(None)}[kind.name]
+        return isinstance(value, types) and not isinstance(value, bool)
+    return (
+        type(value) is np.ndarray
+        and value.dtype == kind.element
+        and value.dtype.isnative
+        and value.ndim == kind.dimensions
+        and value.flags.c_contiguous
+        and value.flags.aligned
+        and (value.flags.writeable or kind.constant)
+    )
+
+
+def text_of_signature(signature: Signature) -> str:
+    """A signature as one word, such as ``2wdi1wd2wd``: what ``ahead`` finds machine code by, and what the extension reads."""
+    return "".join(map(str, signature))
+
+
+WHOLE, NUMBER, NONE = Scalar("int64"), Scalar("float64"), Scalar("none")
+NUMBERS, MATRIX, MATRICES, BLOCKS = (Array("float64", dimensions) for dimensions in (1, 2, 3, 4))
+INDICES, INDEX_ROWS = Array("int64", 1), Array("int64", 2)
+TRUTHS, TRUTH_ROWS = Array("bool", 1), Array("bool", 2)
 # Pictures: the triangle behind each sample and its nearness, the light of each pixel, and its colours.
-NUMBERED, NEARNESS, LIGHT, PIXELS = (
-    _array(types.int32, 2), _array(types.float32, 2), _array(types.float32, 3), _array(types.uint8, 3),
-)  # fmt: skip
-SKIN = types.Tuple((MATRIX, MATRIX, NUMBERS, INDICES))
+NUMBERED, NEARNESS, LIGHT, PIXELS = Array("int32", 2), Array("float32", 2), Array("float32", 3), Array("uint8", 3)
+SKIN = Group((MATRIX, MATRIX, NUMBERS, INDICES))
 # A robot's tables, which are read-only.
-CONSTANTS, TABLE = _array(types.float64, 1, constant=True), _array(types.float64, 2, constant=True)
-PAIRS = _array(types.int64, 2, constant=True)
+CONSTANTS, TABLE = Array("float64", 1, constant=True), Array("float64", 2, constant=True)
+PAIRS = Array("int64", 2, constant=True)
 # The scene of ``overlap``: joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed. Where all shapes are boxes
 # there are no vertices and no points. Robot and world have the same types, so that the kernels of two bodies are compiled once.
 BOXES = TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE

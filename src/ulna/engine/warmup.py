@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from typing import NamedTuple
 
 from ulna.engine.announcements import Announcements, quietly
+from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES, is_plain
 from ulna.engine.entries import Entries
 from ulna.engine.signatures import NONE
@@ -75,10 +76,10 @@ def compile_one(job: Job) -> Compiled:
     """Compile an entry for one signature, or load its machine code from disk."""
     start, entry = time.perf_counter(), job.entries.marked(job.name)
     signatures = ENTRIES[entry].signatures
-    signature = tuple(signatures[job.signature])
+    signature = numba_types(signatures[job.signature])
     hits = entry.stats.cache_hits[signature]
     entry.compile(signature)
-    shapes = "" if len(signatures) == 1 else "boxes" if NONE in signature else "any"
+    shapes = "" if len(signatures) == 1 else "boxes" if NONE in signatures[job.signature] else "any"
     seconds, was_cached = time.perf_counter() - start, entry.stats.cache_hits[signature] > hits
     return Compiled(job.name.partition(".")[2], shapes, seconds, was_cached)
 

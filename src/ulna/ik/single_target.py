@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.drivers import entry
+from ulna.engine.bound import bind
 from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.options import LEVENBERG_MARQUARDT
 from ulna.ik.problem import make_problem
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _STARTS = 64  # eight in each lane; the next solver takes a target that needs more
 _MATRIX = (4, 4)
+_Search = Callable[[ArrayLike, ArrayLike], tuple[Array, Array] | None]
 
 
 class SingleTargetSolver:
@@ -40,9 +44,10 @@ class SingleTargetSolver:
         self._chain, self._n, self._tolerances, self._home = query.chain, tree.n_dof, options.tolerances, query.home.copy()
         settings[layout.FIRST_WINS] = 1.0
         from_seed, random = seed_sample(tree.n_dof), unit_samples(tree, query.link, options.seed, 0, _STARTS - 1)
-        self._from_home = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel(), random.ravel()])
+        from_home = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel(), random.ravel()])
         settings[layout.STEPS] = SEEDED_STEPS
-        self._from_seed = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel()])
+        plan = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel()])
+        self._from_home, self._from_seed = self._search_by(from_home), self._search_by(plan)
 
     @staticmethod
     def applies(query: Query) -> bool:
@@ -64,19 +69,25 @@ class SingleTargetSolver:
         """The result if it is a solution; None if this is not one target, or one that needs a longer search or has none."""
         if posture is not None or world is not None or held:
             return None
-        T = as_floats("T", T)
-        if T.shape != _MATRIX:
+        found = self._from_home(T, self._home) if q_seed is None else self._from_seed(T, q_seed)
+        if found is None:
             return None
-        start, plan = self._home, self._from_home
-        if q_seed is not None:
-            start, plan = as_floats("q_seed", q_seed), self._from_seed
-            if start.shape != (self._n,):
-                return None
-        q, info = np.empty((1, self._n)), np.empty((1, layout.N_INFO))
-        if not self._search_one(self._chain, plan, T, start, q, info):
-            return None
+        q, info = found
         explanation = self._trace(T, q_seed, info) if self._query.options.trace else NOTHING_TO_EXPLAIN
-        return IKResult(q[0], info, (), self._tolerances, explanation)
+        return IKResult(q, info, (), self._tolerances, explanation)
 
-    def _trace(self, T: Array, q_seed: ArrayLike | None, info: Array) -> Explanation:
+    def _search_by(self, plan: Array) -> _Search:
+        """A search with a plan (``drivers.multi_start.search_one``), in C if the extension is there."""
+        in_python = partial(self._search, plan)
+        return bind(self._search_one, "search", (self._chain, plan), self._n, (layout.N_INFO,), in_python) or in_python
+
+    def _search(self, plan: Array, T: ArrayLike, start: ArrayLike) -> tuple[Array, Array] | None:
+        """A solution and what is known about it; None if this is not one target, or there is none."""
+        T, start = as_floats("T", T), as_floats("q_seed", start)
+        if T.shape != _MATRIX or start.shape != (self._n,):
+            return None
+        q, info = np.empty((1, self._n)), np.empty((1, layout.N_INFO))
+        return (q[0], info) if self._search_one(self._chain, plan, T, start, q, info) else None
+
+    def _trace(self, T: ArrayLike, q_seed: ArrayLike | None, info: Array) -> Explanation:
         return Explanation(trace=convergence(make_problem(self._query, T, q_seed), info[0]))

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import rpy_from_matrix
 from ulna.drivers import entry
+from ulna.engine.bound import bind
 from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
@@ -28,13 +29,15 @@ class CompiledJacobian:
     each with an ``out`` of its own.
     """
 
-    __slots__ = ("_chain", "_expressed_in", "_frame", "_link", "_n_dof", "_one", "_shape", "_tree")
+    __slots__ = ("_chain", "_expressed_in", "_frame", "_link", "_n_dof", "_one", "_shape", "_tree", "in_c")
 
     def __init__(self, tree: Tree, link: str, expressed_in: str) -> None:
         self._frame, self._expressed_in = as_frame(expressed_in), expressed_in
         self._tree, self._link, self._n_dof, self._shape = tree, link, tree.n_dof or NO_Q, (6, tree.n_dof)
         self._chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
         self._one = entry("jacobian.jacobian_one")
+        leading = self._chain, self._frame, tree.n_dof
+        self.in_c = bind(self._one, "pose", leading, tree.n_dof, self._shape, self._validated)
 
     def __call__(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """J: the link's velocity for a unit rate of each entry of q, linear rows first.
@@ -50,6 +53,8 @@ class CompiledJacobian:
         Raises:
             InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
         """
+        if self.in_c is not None:
+            return self.in_c(q, out, threads)
         fits = out is None or type(out) is np.ndarray
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             J, jacobian_one = np.empty(self._shape) if out is None else out, self._one  # as a method it would take 20 ns longer
@@ -60,7 +65,7 @@ class CompiledJacobian:
                 pass
         return self._validated(q, out, threads)
 
-    def _validated(self, q: ArrayLike, out: Array | None, threads: int | None) -> Array:
+    def _validated(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """The same for a batch, and for arguments that must be converted or refused."""
         q, n_dof = as_positions(q, self._tree), self._tree.n_dof
         J = as_out(out, (*q.shape[:-1], 6, n_dof), q)

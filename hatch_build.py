@@ -1,0 +1,128 @@
+"""Builds the wheel that needs no compiler at its user's, where ``ULNA_AHEAD=1`` asks for it (``make wheel``).
+
+Without it, as for an editable install or from a source distribution, the wheel is of Python alone: Numba compiles its code when
+it is first called, and no C compiler is needed. docs/ahead.md explains the steps.
+"""
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import sysconfig
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from hatchling.metadata.plugin.interface import MetadataHookInterface
+
+AHEAD = os.environ.get("ULNA_AHEAD", "") not in {"", "0"}
+X86_LEVELS = {"x86-64-v2": 2, "x86-64-v3": 3, "x86-64-v4": 4}  # and the number that the CPU must have (native/cpu.c)
+PACKAGE, ENTRIES = "ulna.drivers", "ulna.drivers:DRIVERS"
+ABI, MACRO = "cp311-abi3", "0x030B0000"  # Python 3.11 and every later one
+
+
+class Dependencies(MetadataHookInterface):
+    """The project's dependencies: Numba's is left out where code is compiled ahead."""
+
+    PLUGIN_NAME = "custom"
+
+    def update(self, metadata: dict[str, Any]) -> None:
+        metadata["dependencies"] = sorted([*self.config["needed"], *([] if AHEAD else self.config["compiler"])])
+
+
+class MachineCode(BuildHookInterface):
+    """Adds the machine code of every entry, and the extension that calls it."""
+
+    PLUGIN_NAME = "custom"
+
+    def dependencies(self) -> list[str]:
+        config = self.build_config.builder.metadata.hatch.metadata.hook_config["custom"]
+        return [*config["needed"], *config["compiler"], "numpy>=2", "setuptools>=75"] if AHEAD else []
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        if not AHEAD or version == "editable":
+            return
+        build = Path(self.root, "build", "ahead")
+        extension, libraries = _extension(Path(self.root), build), _libraries(Path(self.root), build)
+        for file in libraries:
+            build_data["force_include"][str(file)] = f"ulna/engine/machine_code/{file.name}"
+        build_data["force_include"][str(extension)] = f"ulna/engine/{extension.name}"
+        build_data["pure_python"] = False
+        build_data["tag"] = f"{ABI}-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
+
+
+def _levels() -> dict[str, int]:
+    """The levels of CPU to compile for, lowest first, with what each needs."""
+    machine = platform.machine().lower()
+    return X86_LEVELS if machine in {"x86_64", "amd64"} else {f"{machine}-baseline": 0}
+
+
+def _libraries(root: Path, build: Path) -> list[Path]:
+    """A library for each level, and the index of what is in them."""
+    levels, out = _levels(), build / "machine_code"
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir(parents=True)
+    with ThreadPoolExecutor(max(1, min(len(levels), len(os.sched_getaffinity(0)) if sys.platform == "linux" else 2))) as pool:
+        written = list(pool.map(lambda level: _write_objects(root, build, level), levels))
+    files = [_link(root, build, out, level, entries) for level, entries in zip(levels, written, strict=True)]
+    index = {
+        "package": PACKAGE,
+        "levels": {
+            level: {"needs": needs, "file": file.name, "size": file.stat().st_size}
+            for (level, needs), file in zip(levels.items(), files, strict=True)
+        },
+        "entries": {entry["name"]: entry for entry in written[0]},
+    }
+    (out / "index.json").write_text(json.dumps(index), encoding="utf-8")
+    return [*files, out / "index.json"]
+
+
+def _write_objects(root: Path, build: Path, level: str) -> list[dict[str, Any]]:
+    """The object files of a level, as ``ulna.engine.emit`` writes them in a process of its own."""
+    cpu = "generic" if level.endswith("-baseline") else level
+    settings = {"NUMBA_CPU_NAME": cpu, "NUMBA_CPU_FEATURES": "", "NUMBA_DISABLE_JIT": "0", "ULNA_CPU": "native"}
+    path = os.pathsep.join([str(root / "src"), *filter(None, [os.environ.get("PYTHONPATH")])])  # pip's own for the build as well
+    environment = {**os.environ, **settings, "PYTHONPATH": path}
+    folder = build / level
+    subprocess.run([sys.executable, "-m", "ulna.engine.emit", ENTRIES, str(folder)], env=environment, check=True, cwd=root)
+    return json.loads((folder / "entries.json").read_text(encoding="utf-8"))
+
+
+def _link(root: Path, build: Path, out: Path, level: str, entries: list[dict[str, Any]]) -> Path:
+    from setuptools._distutils.ccompiler import new_compiler
+    from setuptools._distutils.sysconfig import customize_compiler
+
+    compiler = new_compiler()
+    customize_compiler(compiler)
+    unix = compiler.compiler_type == "unix"
+    objects = [str(build / level / overload["object"]) for entry in entries for overload in entry["overloads"]]
+    source = os.path.relpath(root / "native" / "runtime.c")
+    objects += compiler.compile([source], str(build / level), extra_postargs=["-O2", "-fvisibility=hidden"] if unix else [])
+    file = out / f"{level}{'.dll' if os.name == 'nt' else '.so'}"
+    arguments = ["-Wl,-z,defs", "-Wl,-z,noexecstack", "-s"] if sys.platform == "linux" else []
+    compiler.link_shared_object(objects, str(file), extra_postargs=arguments)
+    return file
+
+
+def _extension(root: Path, build: Path) -> Path:
+    """The C extension, for every Python from 3.11 on."""
+    import numpy as np
+    from setuptools import Distribution, Extension
+
+    sources = [os.path.relpath(file) for file in sorted((root / "native").glob("*.c")) if file.name != "runtime.c"]
+    extension = Extension(
+        "ulna.engine._calls",
+        sources,
+        include_dirs=[np.get_include()],
+        define_macros=[("Py_LIMITED_API", MACRO)],
+        extra_compile_args=["-O2", "-Wall", "-Wextra", "-fvisibility=hidden"] if os.name != "nt" else ["/O2"],
+        py_limited_api=True,
+    )
+    command: Any = Distribution({"name": "ulna", "ext_modules": [extension]}).get_command_obj("build_ext")
+    command.build_lib, command.build_temp, command.force = str(build / "lib"), str(build / "temp"), True
+    command.ensure_finalized()
+    command.run()
+    return Path(command.get_ext_fullpath("ulna.engine._calls"))

@@ -1,0 +1,126 @@
+"""Finds the machine code that a wheel brings, compiled ahead for a few levels of CPU. Used by ``entries`` and ``decorators``.
+
+It lies in the folder ``machine_code`` beside this file, and nowhere else is looked for it: a library for each level, with the
+entries that ``emit`` wrote, and ``index.json``, which says what is in them. A clone has no such folder: there Numba compiles.
+"""
+
+import json
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from ulna.errors import FileError, InputError, UlnaError
+
+FOLDER = Path(__file__).with_name("machine_code")
+INDEX = "index.json"
+VARIABLE = "ULNA_CPU"
+NATIVE = "native"
+_SOURCE = "pip install --no-binary ulna ulna (which compiles on this machine, with Numba)"
+
+
+def ahead_entry(package: str, name: str) -> Callable[..., Any] | None:
+    """An entry of a package of drivers from the library of this CPU; None where Numba compiles, or if there is no such entry.
+
+    Raises:
+        UlnaError: The library is missing or damaged, or this CPU is below the lowest level.
+        InputError: ``ULNA_CPU`` names no level that there is and this CPU has.
+    """
+    library = _library() if is_ahead() else None
+    return None if library is None or library.package != package else library.find(name)
+
+
+def is_ahead() -> bool:
+    """Whether machine code compiled ahead is used: it is there, and neither Python nor this very CPU was asked for.
+
+    ``NUMBA_DISABLE_JIT=1`` asks for plain Python, ``ULNA_CPU=native`` for code that Numba compiles for this CPU.
+    """
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") in {"", "0"} and os.environ.get(VARIABLE) != NATIVE and _is_there()
+
+
+def level() -> str:
+    """The level of CPU whose machine code is used, such as ``x86-64-v3``. Only where ``is_ahead``."""
+    return _library().level
+
+
+class Library:
+    """The machine code of one level.
+
+    Attributes:
+        level: Its name.
+        package: The package of drivers whose entries it has.
+    """
+
+    def __init__(self, folder: Path, index: dict[str, Any], name: str) -> None:
+        import ctypes  # noqa: PLC0415 - a clone does not need it
+
+        self.level, self.package = name, index["package"]
+        self._entries = index["entries"]
+        self._file = folder / index["levels"][name]["file"]
+        try:
+            whole = self._file.stat().st_size == index["levels"][name]["size"]  # to load a part of it may end the process
+            self._library = ctypes.CDLL(str(self._file)) if whole else None
+        except OSError as error:
+            raise _damaged(self._file, error) from None
+        if self._library is None:
+            raise _damaged(self._file, "its size is not that of the wheel")
+
+    def find(self, name: str) -> Callable[..., Any] | None:
+        """An entry of it, or None."""
+        entry = self._entries.get(name)
+        if entry is None:
+            return None
+        overloads = tuple((self._address(one["symbol"]), one["signature"]) for one in entry["overloads"])
+        return _extension(self._file.parent).make_entry(name, overloads, entry["result"], entry["releases_lock"])
+
+    def _address(self, symbol: str) -> int:
+        import ctypes  # noqa: PLC0415 - a clone does not need it
+
+        try:
+            return ctypes.cast(self._library[symbol], ctypes.c_void_p).value or 0
+        except AttributeError as error:
+            raise _damaged(self._file, error) from None
+
+
+def load_library(folder: Path, wanted: str) -> Library:
+    """The library of a level, or of the highest that this CPU has if ``wanted`` is empty.
+
+    Raises:
+        UlnaError: A file is missing or damaged, or this CPU is below the lowest level.
+        InputError: ``wanted`` is not a level that there is and this CPU has.
+    """
+    try:
+        index = json.loads((folder / INDEX).read_text(encoding="utf-8"))
+        levels = {name: level["needs"] for name, level in index["levels"].items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise _damaged(folder / INDEX, error) from None
+    has = _extension(folder).x86_level()
+    possible = [name for name, needed in levels.items() if needed <= has]
+    if not possible:
+        raise UlnaError(f"this wheel needs a CPU of the level {min(levels)} at least, which this is not; use {_SOURCE}")
+    if wanted and wanted not in possible:
+        raise InputError(VARIABLE, f"{wanted!r}; the environment variable must be one of {', '.join([*possible, NATIVE])}")
+    return Library(folder, index, wanted or possible[-1])
+
+
+@cache
+def _is_there() -> bool:
+    return FOLDER.is_dir()
+
+
+@cache
+def _library() -> Library:
+    return load_library(FOLDER, os.environ.get(VARIABLE, "").strip())
+
+
+def _extension(folder: Path) -> Any:
+    try:
+        from ulna.engine import _calls  # noqa: PLC0415 # pyright: ignore[reportAttributeAccessIssue] - a clone has none
+    except ImportError as error:
+        raise _damaged(folder, error) from None
+    return _calls
+
+
+def _damaged(file: Path, error: object) -> FileError:
+    return FileError(str(file), f"the machine code of this wheel cannot be loaded ({error}); install it again, or use {_SOURCE}")

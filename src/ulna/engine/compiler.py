@@ -1,0 +1,63 @@
+"""Gives functions to Numba, with the lanes taught and our cache set. Used by ``decorators``, ``warmup`` and ``emit``.
+
+Nothing else need be imported to compile, and nothing that is compiled ahead imports it.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from numba import njit, types
+from numba.core import config
+
+import ulna.engine.lane_lowering
+import ulna.engine.lane_operators  # noqa: F401 - both for their effect: Numba knows the number that is eight numbers
+from ulna.engine.cache import KernelCache, cache_folder
+from ulna.engine.signatures import Array, Group, Kind, Signature
+
+_ELEMENTS = {"bool": "boolean"}  # as Numba calls them, where the name is another than NumPy's
+
+
+def is_disabled() -> bool:
+    """Whether kernels run as plain Python (``NUMBA_DISABLE_JIT=1``)."""
+    return bool(config.DISABLE_JIT)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def numba_types(signature: Signature) -> tuple[types.Type, ...]:
+    """A signature in Numba's types."""
+    return tuple(map(_numba_type, signature))
+
+
+def compiled(function: Callable, flags: dict[str, Any]) -> Any:
+    """A function that Numba compiles when it is first called, with flags of ours."""
+    return njit(**flags)(function)
+
+
+def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Callable[[Any], None]) -> Any:
+    """The same, kept on disk; ``may_compile`` raises where it may not be compiled now."""
+    dispatcher = compiled(function, flags)
+    if is_disabled():
+        return dispatcher
+    if cache_folder() is not None:
+        dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
+    _ask_before_compiling(dispatcher, may_compile)
+    return dispatcher
+
+
+def _ask_before_compiling(dispatcher: Any, may_compile: Callable[[Any], None]) -> None:
+    """Test whether this thread may compile, where Numba has found no machine code for a call and before it takes its lock."""
+    compile_for = dispatcher._compile_for_args  # noqa: SLF001 - the only place before the lock
+
+    def compile_if_permitted(*arguments: Any, **named: Any) -> Any:
+        may_compile(dispatcher)
+        return compile_for(*arguments, **named)
+
+    dispatcher._compile_for_args = compile_if_permitted  # noqa: SLF001
+
+
+def _numba_type(kind: Kind) -> types.Type:
+    if isinstance(kind, Group):
+        return types.Tuple(tuple(map(_numba_type, kind.parts)))
+    if isinstance(kind, Array):
+        element = getattr(types, _ELEMENTS.get(kind.element, kind.element))
+        return types.Array(element, kind.dimensions, "C", readonly=kind.constant)
+    return getattr(types, kind.name)

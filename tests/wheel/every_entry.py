@@ -1,0 +1,108 @@
+"""Calls every entry for every signature, and writes hashes of all that they were given and gave: a program, for one CPU level.
+
+python every_entry.py answers.json
+
+With a wheel ``ULNA_CPU`` names the level; where Numba compiles, ``NUMBA_CPU_NAME``. The same hashes are the same bits.
+"""
+
+import hashlib
+import json
+import os
+import sys
+import tempfile
+from collections import defaultdict
+from pathlib import Path
+
+os.environ["ULNA_THREADS"] = "1"  # so that the calls come in one order
+
+import numpy as np
+
+from ulna.engine.entries import Entries
+
+N = 1000
+HASHES, ROWS = defaultdict(hashlib.sha256), defaultdict(int)
+
+
+class Zeros:
+    """NumPy, whose empty arrays are zeros: what an entry leaves as it is has the same bits in every process."""
+
+    empty = staticmethod(np.zeros)
+
+    @staticmethod
+    def empty_like(array):
+        return np.zeros_like(array)
+
+    def __getattr__(self, name):
+        return getattr(np, name)
+
+
+def recording(name, entry):
+    """An entry that hashes its arguments, after the call, and its result."""
+
+    def recorded(*arguments):
+        result = entry(*arguments)
+        key = f"{name}{' (boxes)' if len(arguments) > 5 and arguments[2] is None else ''}"
+        key += " (no numbers)" if arguments[-1] is None else ""
+        for argument in (*arguments, result):
+            for part in argument if isinstance(argument, tuple) else (argument,):
+                HASHES[key].update(part.tobytes() if isinstance(part, np.ndarray) else repr(part).encode())
+        ROWS[key] += max((len(part) for part in arguments if isinstance(part, np.ndarray)), default=1)
+        return result
+
+    return recorded
+
+
+def ask(ulna, record_robot, make_form):
+    """A thousand questions of each kind."""
+    panda, rng = ulna.load("panda"), np.random.default_rng(1)
+    q, mixed, boxes = panda.random(N, seed=1), ulna.World(), ulna.World()
+    for k in range(80):
+        place = ulna.pose(rng.uniform(-0.8, 0.8, 3), rpy=rng.uniform(-3, 3, 3))
+        shapes = ulna.Sphere(0.02), ulna.Cylinder(0.02, 0.1), ulna.Capsule(0.02, 0.1), ulna.Box((0.05, 0.1, 0.02))
+        mixed.add(f"any {k}", shapes[k % 4], place)
+        boxes.add(f"box {k}", shapes[3], place)
+    tool = ulna.ConvexMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)])
+    held = panda.with_attached("tool", tool, np.eye(4))
+    targets, twists = panda.forward_kinematics(q), rng.normal(size=(N, 6))
+    for frame in ("base", "link", "spatial"):
+        panda.jacobian(q, expressed_in=frame), panda.jacobian(q[0], expressed_in=frame)
+    (
+        panda.link_poses(q),
+        panda.link_poses(q[0]),
+        panda.differential_ik(q, twists, 0.01),
+        panda.differential_ik(q[0], twists[0], 0.01),
+    )
+    for one, target in zip(q[:200], targets[:200], strict=True):
+        panda.forward_kinematics(one), panda.inverse_kinematics(target), panda.inverse_kinematics(target, one + 0.1)
+    panda.inverse_kinematics(targets)
+    for method in ("jacobian_transpose", "pseudo_inverse", "damped_least_squares"):
+        panda.inverse_kinematics(targets[:200], q[:200] + 0.05, method=method, trace=True)
+    for robot, world in ((panda, boxes), (panda, mixed), (held, mixed), (panda, None)):
+        robot.in_collision(q, world), robot.signed_distance(q, world), robot.distance_gradient(q, world)
+        robot.edge_in_collision(q[:50], q[50:100], world), robot.check_collision(q[:100], world, max_distance=0.05)
+        for one in q[:200]:
+            robot.in_collision(one, world)
+    with tempfile.TemporaryDirectory() as folder:
+        record_robot(make_form(Path(folder, "film.mp4"), 0.1, (64, 36)), panda, panda.home)
+
+
+def main(file):
+    find = Entries.find
+    Entries.find = lambda self, name: recording(name, find(self, name))
+    import ulna
+    import ulna.viewer.film.record as film
+
+    for name, module in list(sys.modules.items()):
+        if (
+            name.startswith("ulna.")
+            and not name.startswith(("ulna.drivers", "ulna.kernels", "ulna.engine"))
+            and hasattr(module, "np")
+        ):
+            module.np = Zeros()
+    ask(ulna, film.record_robot, film.make_form)
+    answers = {key: [digest.hexdigest(), ROWS[key]] for key, digest in sorted(HASHES.items())}
+    Path(file).write_text(json.dumps(answers, indent=1))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

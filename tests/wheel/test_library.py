@@ -1,0 +1,85 @@
+"""What is said where machine code cannot be used: a CPU too low, a file that is damaged or missing, a level that there is not."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from ulna import FileError, InputError, UlnaError
+from ulna.engine import _calls, ahead
+
+AGAIN = r"install it again, or use pip install --no-binary ulna ulna"
+LEVELS = json.loads((ahead.FOLDER / ahead.INDEX).read_text())["levels"]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A copy of the machine code."""
+    return shutil.copytree(ahead.FOLDER, tmp_path / "machine_code")
+
+
+def test_numba_is_neither_installed_nor_needed():
+    code = "import sys, ulna; p = ulna.load('panda'); p.forward_kinematics(p.home); print('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+
+
+def test_the_highest_level_that_the_cpu_has_is_used_and_a_lower_one_can_be_asked_for(folder):
+    possible = [name for name, level in LEVELS.items() if level["needs"] <= _calls.x86_level()]
+    assert ahead.load_library(folder, "").level == possible[-1]
+    assert [ahead.load_library(folder, name).level for name in possible] == possible
+
+
+@pytest.mark.parametrize("level", ["x86-64-v9", "v3", "haswell"])
+def test_a_level_that_there_is_not_is_refused_by_name(folder, level):
+    with pytest.raises(InputError, match=rf"^ULNA_CPU: '{level}'; the environment variable must be one of .*, native$"):
+        ahead.load_library(folder, level)
+
+
+def test_a_level_above_the_cpu_is_refused_by_name(folder, monkeypatch):
+    monkeypatch.setattr(_calls, "x86_level", lambda: 2)
+    with pytest.raises(InputError, match=r"^ULNA_CPU: 'x86-64-v3'; .* x86-64-v2, native$"):
+        ahead.load_library(folder, "x86-64-v3")
+
+
+def test_a_cpu_below_the_lowest_level_is_said_and_the_source_install_named(folder, monkeypatch):
+    monkeypatch.setattr(_calls, "x86_level", lambda: 1)
+    with pytest.raises(UlnaError, match=r"^this wheel needs a CPU of the level x86-64-v2 at least.*--no-binary ulna ulna"):
+        ahead.load_library(folder, "")
+
+
+def cut(file):
+    file.write_bytes(file.read_bytes()[:5000])
+
+
+def overwrite(file):
+    file.write_bytes(b"\0" * file.stat().st_size)
+
+
+@pytest.mark.parametrize("damage", [cut, overwrite, lambda file: file.unlink()], ids=["cut", "overwritten", "removed"])
+@pytest.mark.parametrize("what", ["library", "index"])
+def test_a_damaged_or_missing_file_is_an_error_that_says_what_to_do(folder, damage, what):
+    damage(folder / (LEVELS["x86-64-v2"]["file"] if what == "library" else ahead.INDEX))
+    with pytest.raises(FileError, match=rf"^{folder}.*cannot be loaded .*{AGAIN}"):
+        ahead.load_library(folder, "x86-64-v2").find("forward.forward_one")
+
+
+def test_no_other_folder_is_looked_into(tmp_path):
+    """Neither the current folder, nor PYTHONPATH's, nor the loader's."""
+    for file in ahead.FOLDER.iterdir():
+        (tmp_path / file.name).write_bytes(b"")
+    code = "import ulna; p = ulna.load('panda'); p.forward_kinematics(p.home)"
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "LD_LIBRARY_PATH": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path, env=environment)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_no_memory_is_both_writable_and_executable():
+    code = (
+        "import ulna; p = ulna.load('panda'); p.in_collision(p.home)\n"
+        "print(*[line.split()[1] for line in open('/proc/self/maps')])"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert not [flags for flags in said.split() if "w" in flags and "x" in flags]

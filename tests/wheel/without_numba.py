@@ -1,0 +1,6 @@
+"""Fails if Numba can be imported. Used by the workflow that builds wheels."""
+
+import sys
+from importlib.util import find_spec
+
+sys.exit("Numba is installed" if find_spec("numba") else 0)
