@@ -3,4 +3,5 @@
 import sys
 from importlib.util import find_spec
 
-sys.exit("Numba is installed" if find_spec("numba") else 0)
+if __name__ == "__main__":
+    sys.exit("Numba is installed" if find_spec("numba") else 0)
