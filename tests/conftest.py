@@ -1,5 +1,7 @@
 """Fixtures that all tests share."""
 
+from importlib.util import find_spec
+
 import hypothesis
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ from page_fixtures import browser_of, open_page
 
 __all__ = ["browser_of", "open_page"]
 collect_ignore = ["fuzz_readers.py"]  # started by hand; needs atheris
+if find_spec("numba") is None:
+    collect_ignore += ["cuda_arguments.py", "gpu"]
 
 
 @pytest.fixture(scope="session")
