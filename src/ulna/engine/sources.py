@@ -14,6 +14,7 @@ from pathlib import Path
 
 _PACKAGES = dirname(dirname(dirname(__file__)))  # the folder in which Ulna's package lies
 _IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import\b([ \t]*\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE)
+_WITHOUT_CODE = {"ulna.errors"}  # what is raised changes no machine code
 _COMMENT, _CONTINUED = re.compile(r"#[^\n]*"), re.compile(r"\\\n")
 
 
@@ -60,7 +61,7 @@ def _used_by(file: str) -> set[str]:
     """The files of the modules that a file imports, as far as they are found about it or in Ulna."""
     found, folder = set(), dirname(file)
     for module, names in imports_of(text_of(file).decode()):
-        place = _place(module, folder)
+        place = None if module in _WITHOUT_CODE else _place(module, folder)
         found |= set() if place is None else _files_of(place, names)
     return found
 
