@@ -112,7 +112,7 @@ class DaskWorkers:
 @contextmanager
 def _clearly(distributed: Any) -> Iterator[None]:
     """Around calls of Dask: its many ways to say that the cluster is gone become one error."""
-    lost = (distributed.CommClosedError, CancelledError, asyncio.CancelledError, distributed.client.FutureCancelledError)
+    lost = (CancelledError, asyncio.CancelledError, distributed.client.FutureCancelledError)
     try:
         yield
     except UlnaError:
