@@ -17,9 +17,11 @@ from typer.core import TyperGroup
 from ulna.cli.meshes import Hulls, Meshes, with_chosen_shapes
 from ulna.cli.numbers import XYZ, numbers
 from ulna.cli.options import (
+    SERVED,
     Base,
     Json,
     Link,
+    NoOpen,
     PackageDirs,
     RobotName,
     Scene,
@@ -31,7 +33,8 @@ from ulna.cli.options import (
     load_robot,
     world_of,
 )
-from ulna.cli.output import Data, make_table, show, warn
+from ulna.cli.output import Data, make_table, printable, show, warn
+from ulna.cli.view import Host, Port
 from ulna.collision.world import World
 from ulna.errors import ClusterError, needs_extra
 from ulna.reachability.map import ReachabilityMap
@@ -60,6 +63,10 @@ Scheduler = Annotated[
 Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="Without a cluster; ULNA_THREADS, or one a processor.")]
 Seed = Annotated[int, typer.Option(min=0, help="Chooses the random starts of the searches.")]
 Steps = Annotated[int, typer.Option(min=0, metavar="N", help="Steps of the search for one pose; from 16000 on with the reason.")]
+ShownRobot = Annotated[
+    str | None,
+    typer.Option("--robot", metavar="ROBOT", help="The robot, for its looks: a map has its shapes alone."),
+]
 Figure = Annotated[Path, typer.Argument(metavar="OUT", help="The figure: .png, .svg or .pdf.")]
 
 REACH_KEYS = (
@@ -167,6 +174,33 @@ def plot(path: MapPath, out: Figure, *, as_json: Json = False) -> None:
         from ulna.reachability.plot import write_figure  # noqa: PLC0415 -- needs the extra
     write_figure(found, out)
     show(map_data(found, None, 0), map_table, as_json=as_json)
+
+
+@GROUP.command("show")
+def show_map(
+    path: MapPath,
+    *,
+    robot: ShownRobot = None,
+    host: Host = "127.0.0.1",
+    port: Port = 8080,
+    no_open: NoOpen = False,
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+) -> None:
+    """Show a map in the browser: voxels by colour, a plane that clips them, the robot inside; click a voxel for its solutions.
+
+    As in: ulna reach show map.zarr. Ctrl-C ends it.
+    """
+    found = ReachabilityMap.open(path, robot=None if robot is None else load_robot(robot, xacro_arg, package_dir))
+    with needs_extra("the view", "viewer", "viser", "trimesh"):
+        from ulna.viewer.map_view import MapView  # noqa: PLC0415 -- needs the extra
+    with as_options(SERVED):
+        shown = MapView(found, host=host, port=port)
+    with shown, suppress(KeyboardInterrupt):
+        if not no_open:
+            shown.page.open()
+        typer.echo(f"{printable(found.robot.name)} is at {shown.url}  (Ctrl-C ends it)")
+        shown.wait()
 
 
 def map_data(found: ReachabilityMap, seconds: float | None, poses: int) -> Data:

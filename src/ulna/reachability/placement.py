@@ -93,7 +93,8 @@ def _candidates(of: ReachabilityMap, tips: Array, free: tuple[str, ...], at: Arr
             raise InputError("bounds", "the lowest and the highest corner are expected, shape (2, 3)")
         low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
     axes = [
-        np.arange(low[k], high[k] + 1e-9, of.grid.voxel) if name in free else np.array([at[k]]) for k, name in enumerate("xyz")
+        np.minimum(np.arange(low[k], high[k] + 1e-9, of.grid.voxel), high[k]) if name in free else np.array([at[k]])
+        for k, name in enumerate("xyz")
     ]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     return points[(np.linalg.norm(points[:, None] - tips, axis=-1) <= reach).all(axis=1)]
