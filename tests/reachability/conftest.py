@@ -3,8 +3,11 @@
 import pytest
 
 import ulna
+from command_fixtures import ask, refusal, run
 from map_files import SMALL
 from ulna.reachability import grid
+
+__all__ = ["ask", "refusal", "run"]
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
+from queue import Empty, Queue
 from typing import Any, Protocol
 
 from ulna.errors import ClusterError, UlnaError, needs_extra
@@ -75,6 +76,7 @@ class DaskWorkers:
             import distributed  # noqa: PLC0415 -- needs the extra
         self._distributed, self._client = distributed, client
         self._running: set[Any] = set()
+        self._ended: Queue[Any] = Queue()
 
     def width(self) -> int:
         """The number of threads of all workers, at least 1: there may be none yet."""
@@ -84,19 +86,23 @@ class DaskWorkers:
     def submit(self, path: str, chunks: tuple[int, ...]) -> None:
         """Start a task."""
         with _clearly(self._distributed):
-            self._running.add(self._client.submit(run_task, path, chunks, pure=False, retries=_RETRIES))
+            future = self._client.submit(run_task, path, chunks, pure=False, retries=_RETRIES)
+            self._running.add(future)
+            future.add_done_callback(self._ended.put)
 
     def next_done(self) -> list[Outcome]:
         """The outcomes of the tasks that have ended; their futures are released."""
         while True:
+            try:
+                ended = [self._ended.get(timeout=_LOOK_S)]
+            except Empty:
+                self._refuse_lost()
+                continue
+            while not self._ended.empty():
+                ended.append(self._ended.get())
+            self._running.difference_update(ended)
             with _clearly(self._distributed):
-                try:
-                    ended = self._distributed.wait(self._running, timeout=_LOOK_S, return_when="FIRST_COMPLETED").done
-                except TimeoutError:
-                    self._refuse_lost()
-                    continue
-                self._running -= ended
-                return [future.result() for future in ended]
+                return self._client.gather(ended)
 
     def cancel(self) -> None:
         """Take back what no worker has begun; what one has begun it ends: a few chunks, of the same bits."""
