@@ -9,6 +9,7 @@ import xarray
 
 import ulna
 from map_files import SMALL, files_of, verdicts_of
+from ulna.reachability import chunk
 
 FAR = [(5.0, 5.0, 5.0), (6.0, 6.0, 6.0)]
 
@@ -134,6 +135,46 @@ def test_what_cannot_be_taken_is_refused_before_anything_is_written(panda, tmp_p
     with pytest.raises(error, match=named):
         ulna.reachability_map(given.pop("robot"), given.pop("path"), **given)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_several_tips_need_a_name(tmp_path):
+    with pytest.raises(ulna.InputError, match=r"tip: 'ur5' has several tips; name one of .*tool0") as refused:
+        ulna.reachability_map(ulna.load("ur5"), tmp_path / "m.zarr", **SMALL)
+    assert refused.value.argument == "tip"
+
+
+def test_two_robots_of_one_cell_are_compared(panda, many_chunks, tmp_path):
+    """The Panda with a tool, and a UR5 of convex hulls, which its map carries."""
+    world = a_cell()
+    world.add("post", ulna.Cylinder(0.05, 1.0), ulna.pose((0.3, -0.5, 0.5)))
+    ur5 = ulna.load("ur5", base="base_link", tip="tool0", meshes="hulls")
+    world.remove("table")
+    given = {"voxel": 0.4, "orientations": 6, "bounds": [(-0.8, -0.8, 0.0), (0.8, 0.8, 0.8)], "world": world}
+    arms = {"panda": panda.with_tool(ulna.pose((0, 0, 0.1))), "ur5": ur5}
+    maps = {
+        name: ulna.reachability_map(arm, tmp_path / f"{name}.zarr", solutions=True, clearance=True, **given)
+        for name, arm in arms.items()
+    }
+    for name, found in maps.items():
+        reached = found.verdicts
+        assert reached.any()
+        q = found.data.q.values[reached].astype(float)
+        assert not found.robot.in_collision(q, found.world).any()
+        assert not arms[name].in_collision(q, world).any()
+    difference = maps["panda"].compare(maps["ur5"])
+    assert difference.both + difference.only_first == maps["panda"].summary.reached
+    assert difference.both + difference.only_second == maps["ur5"].summary.reached
+
+
+def test_a_map_of_another_version_is_not_gone_on_with(panda, many_chunks, tmp_path, monkeypatch):
+    """Workers of a cluster may have another version than the client."""
+    path = tmp_path / "m.zarr"
+    ulna.reachability_map(panda, path, **SMALL)
+    verdicts_of(path)[0].unlink()
+    monkeypatch.setattr(chunk, "version", lambda _: "99.0")
+    chunk._opened.cache_clear()
+    with pytest.raises(ulna.FileError, match=r"this process has 99\.0"):
+        ulna.reachability_map(panda, path, resume=True, **SMALL)
 
 
 def test_a_slide_without_end_needs_bounds(tmp_path):

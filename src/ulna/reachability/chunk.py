@@ -12,6 +12,7 @@ import threading
 import time
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -143,6 +144,8 @@ def _spread(of_solved: NDArray[np.float32], solved: NDArray[np.int64], shape: tu
 def _opened(path: str, metadata: bytes) -> OpenMap:  # noqa: ARG001 -- another map at the same path has other metadata
     where = Path(path)
     specification = read_specification(where)
+    if specification.version != version("ulna"):
+        raise FileError(path, f"the map is of Ulna {specification.version}, and this process has {version('ulna')}: other bits")
     group = zarr_package().open_group(where, mode="r+", use_consolidated=False)
     world = None if specification.scene is None else world_from_json(specification.scene, "the map's scene")
     arrays = {name: group[name] for name in variables(specification)}

@@ -135,6 +135,8 @@ def _specification(robot: Robot, tip: str | None, grid: tuple, world: World | No
     if not isinstance(robot, Robot):
         raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected")
     refuse_immovable(robot.tree)
+    if tip is None and robot.tip is None:
+        raise InputError("tip", f"{robot.name!r} has several tips; name one of {', '.join(robot.tree.leaves)}, or any other link")
     link, (voxel, orientations, bounds) = robot.tree.link_or_tip(tip), grid
     task, seed, position_tolerance, rotation_tolerance, max_iterations = search
     clearance, solutions = map(bool, kept)
