@@ -11,6 +11,7 @@ from ulna.description.pose import pose
 from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
 from ulna.dh.table import DHTable
 from ulna.errors import (
+    ClusterError,
     DescriptionError,
     DescriptionWarning,
     FileError,
@@ -26,6 +27,8 @@ from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
 from ulna.inspection.inspect import inspect
 from ulna.inspection.result import Finding, Inspection, Severity
+from ulna.reachability.map import ReachabilityMap
+from ulna.reachability.reachability_map import reachability_map
 from ulna.robot import Robot, load
 from ulna.viewer.open_page import view
 
@@ -33,6 +36,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Box",
     "Capsule",
+    "ClusterError",
     "Comparison",
     "ConvexMesh",
     "Cylinder",
@@ -52,6 +56,7 @@ __all__ = [
     "MissingExtraError",
     "Pair",
     "PointCloud",
+    "ReachabilityMap",
     "Report",
     "Robot",
     "Severity",
@@ -67,6 +72,7 @@ __all__ = [
     "load",
     "load_world",
     "pose",
+    "reachability_map",
     "save_world",
     "view",
 ]

@@ -91,6 +91,10 @@ def needs_extra(what: str, extra: str, *packages: str) -> Iterator[None]:
         raise MissingExtraError(what, extra) from None
 
 
+class ClusterError(UlnaError, RuntimeError):
+    """A cluster that cannot be reached any more, or whose workers die. What was computed until then is kept."""
+
+
 class GeometryError(UlnaError, ValueError):
     """A collision query that is not possible with this robot's geometry."""
 

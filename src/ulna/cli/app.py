@@ -21,7 +21,8 @@ from ulna.errors import UlnaError
 
 # In the order of the help: each is a function in a file of its name; ``<NAME>_KEYS`` there says what its JSON means.
 OWN = (
-    "list", "info", "fk", "jacobian", "ik", "check", "dh", "compare", "inspect", "urdf", "view", "record", "bench", "warmup",
+    "list", "info", "fk", "jacobian", "ik", "check", "reach", "dh", "compare", "inspect", "urdf", "view", "record", "bench",
+    "warmup",
 )  # fmt: skip
 _LAST_BEFORE_GUESTS = "view"
 _ARGUMENTS = "ulna.arguments"
@@ -105,6 +106,8 @@ def _tell(error: Exception, message: str, *, as_json: bool) -> None:
 def _own(name: str):
     """The command of one file."""
     module = import_module(f"ulna.cli.{name}")
+    if hasattr(module, "GROUP"):  # of several commands
+        return typer.main.get_command(module.GROUP)
     keys = getattr(module, f"{name.upper()}_KEYS", None)
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     alone.command(epilog=keys and f"JSON: {keys}")(getattr(module, name))

@@ -1,0 +1,47 @@
+"""Where to put the base: five screws on a cabinet, and a place from which a Panda reaches all of them and touches nothing.
+
+A map of what the arm reaches ranks places of the base; inverse kinematics among the obstacles then proves each that is printed.
+Needs the extra ``reach``: pip install 'ulna[reach]'.
+"""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import ulna
+
+DOWN = (np.pi, 0.0, 0.0)  # the hand points at the floor
+SLANTED = (0.0, 0.75 * np.pi, 0.0)  # and half down, half along x
+SCREWS = np.stack(
+    [
+        ulna.pose((0.05, -0.30, 0.40), DOWN),
+        ulna.pose((0.05, 0.00, 0.40), DOWN),
+        ulna.pose((0.05, 0.30, 0.40), DOWN),
+        ulna.pose((-0.22, -0.20, 0.25), SLANTED),
+        ulna.pose((-0.22, 0.20, 0.25), SLANTED),
+    ]
+)
+
+robot = ulna.load("panda")
+world = ulna.World()
+world.add("cabinet", ulna.Box((0.3, 0.9, 0.35)), ulna.pose((0.05, 0.0, 0.175)))  # its top is at 0.35 m, its front at x = -0.1 m
+
+with tempfile.TemporaryDirectory() as folder:
+    found = ulna.reachability_map(robot, Path(folder) / "panda.zarr", voxel=0.1, orientations=48)
+    share = found.summary.reached / found.summary.poses
+    print(f"{found.summary.poses} poses, {100 * share:.0f} % of them reached")
+    places = found.base_placements(SCREWS, world=world, most=3)
+
+assert places, "there is no place for the base"
+for place in places:
+    x, y = place.T_world_base[:2, 3]
+    print(
+        f"base at x {x:.2f} m, y {y:.2f} m, turned by {np.degrees(place.yaw):.0f} deg: "
+        f"score {place.score:.2f}, least manipulability {place.manipulability.min():.3f}"
+    )
+    reached = place.T_world_base @ robot.forward_kinematics(place.q)
+    assert np.abs(reached - SCREWS).max() < 1e-4
+    moved = ulna.World()  # the cabinet, seen from the base
+    moved.add("cabinet", world.shape("cabinet"), np.linalg.inv(place.T_world_base) @ world.pose("cabinet"))
+    assert not np.any(robot.in_collision(place.q, moved))

@@ -1,0 +1,279 @@
+"""``ulna reach``: maps of the poses that a robot reaches: computed, plotted, shown."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console, RenderableType
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.text import Text
+from typer.core import TyperGroup
+
+from ulna.cli.meshes import Hulls, Meshes, with_chosen_shapes
+from ulna.cli.numbers import XYZ, numbers
+from ulna.cli.options import (
+    SERVED,
+    Base,
+    Json,
+    Link,
+    NoOpen,
+    PackageDirs,
+    RobotName,
+    Scene,
+    SrdfFile,
+    Tip,
+    XacroArgs,
+    as_options,
+    link_or_hand,
+    load_robot,
+    world_of,
+)
+from ulna.cli.output import Data, make_table, printable, show, warn
+from ulna.cli.view import Host, Port
+from ulna.collision.world import World
+from ulna.errors import ClusterError, needs_extra
+from ulna.reachability.map import ReachabilityMap
+from ulna.reachability.reachability_map import reachability_map
+
+MapPath = Annotated[Path, typer.Argument(metavar="MAP", help="The folder of the map, such as map.zarr.")]
+Voxel = Annotated[float, typer.Option(metavar="METRES", help="The edge of a voxel.")]
+Orientations = Annotated[int, typer.Option(metavar="N", help="How many orientations are tried in each voxel.")]
+Bounds = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NUMBERS", help='Lowest and highest corner, "x,y,z, x,y,z" in metres; all that is in reach unless given.'
+    ),
+]
+Itself = Annotated[
+    bool, typer.Option("--self", help="Poses in which the robot touches itself do not count; --scene checks that too.")
+]
+TaskName = Annotated[str, typer.Option(metavar="NAME", help="pose, position, or pointing: the z axis alone.")]
+Clearance = Annotated[bool, typer.Option("--clearance", help="Keep the distance to the nearest obstacle.")]
+Solutions = Annotated[bool, typer.Option("--solutions", help="Keep the joint positions found.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Continue the map that is there, or begin one.")]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Of a Dask cluster, as tcp://host:8786; threads of this process unless given."),
+]
+Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="Without a cluster; ULNA_THREADS, or one a processor.")]
+Seed = Annotated[int, typer.Option(min=0, help="Chooses the random starts of the searches.")]
+Steps = Annotated[int, typer.Option(min=0, metavar="N", help="Steps of the search for one pose; from 16000 on with the reason.")]
+ShownRobot = Annotated[
+    str | None,
+    typer.Option("--robot", metavar="ROBOT", help="The robot, for its looks: a map has its shapes alone."),
+]
+Figure = Annotated[Path, typer.Argument(metavar="OUT", help="The figure: .png, .svg or .pdf.")]
+
+REACH_KEYS = (
+    "path; robot; tip; poses; computed; reached; share: reached of computed; statuses: how many poses have each; "
+    "seconds and poses_a_second of this run, null where nothing was left to do."
+)
+_CONNECT_S = 10.0
+_OPTIONS = {
+    "voxel": "--voxel",
+    "orientations": "--orientations",
+    "bounds": "--bounds",
+    "task": "--task",
+    "resume": "--resume",
+    "max_iterations": "--max-iterations",
+}
+
+
+class _MapUnlessNamed(TyperGroup):
+    """``ulna reach ROBOT MAP`` is ``ulna reach map ROBOT MAP``."""
+
+    def parse_args(self, ctx, args):
+        """Put the name of the command that computes in front, unless another is named."""
+        named = args and (args[0] in self.commands or args[0] in {"--help", "-h"})
+        return super().parse_args(ctx, args if named or not args else ["map", *args])
+
+
+GROUP = typer.Typer(cls=_MapUnlessNamed, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+
+
+@GROUP.callback()
+def reach() -> None:
+    """Which poses a robot reaches: a map, computed on every core or on a Dask cluster.
+
+    As in: ulna reach panda map.zarr --voxel 0.1 --orientations 32, then: ulna reach show map.zarr.
+    """
+
+
+@GROUP.command("map", epilog=f"JSON: {REACH_KEYS}")
+def compute(
+    robot: RobotName,
+    path: MapPath,
+    *,
+    voxel: Voxel,
+    orientations: Orientations,
+    bounds: Bounds = None,
+    scene: Scene = None,
+    itself: Itself = False,
+    link: Link = None,
+    task: TaskName = "pose",
+    clearance: Clearance = False,
+    solutions: Solutions = False,
+    resume: Resume = False,
+    scheduler: Scheduler = None,
+    threads: Threads = None,
+    seed: Seed = 0,
+    max_iterations: Steps = 400,
+    meshes: Meshes = None,
+    hulls: Hulls = False,
+    base: Base = None,
+    tip: Tip = None,
+    srdf: SrdfFile = None,
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+    as_json: Json = False,
+) -> None:
+    """Compute a map: inverse kinematics in every voxel, in every orientation. "map" may be left out.
+
+    As in: ulna reach panda map.zarr --voxel 0.05 --orientations 64 --scene scene.json --resume. Ctrl-C leaves a map that
+    --resume continues.
+    """
+    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
+    link = link_or_hand(arm, link, quietly=as_json)
+    world = world_of(scene) if scene is not None else World() if itself else None
+    if world is not None or clearance:
+        arm = with_chosen_shapes(arm, meshes, hulls=hulls, quiet=as_json)
+    corners = None if bounds is None else np.reshape(numbers("--bounds", bounds, XYZ + XYZ), (2, 3))
+    start, begun = time.perf_counter(), [0, 0]
+    with as_options(_OPTIONS), _client(scheduler) as client, _progress(path.name) as tell:
+
+        def note(done: int, total: int) -> None:
+            begun[:] = [begun[0] if begun[1] else done, total]
+            tell(done, total)
+
+        try:
+            found = reachability_map(
+                arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, tip=link, task=task,
+                clearance=clearance, solutions=solutions, client=client, resume=resume, seed=seed,
+                max_iterations=max_iterations, threads=threads, progress=note,
+            )  # fmt: skip
+        except KeyboardInterrupt:
+            kept = ReachabilityMap.open(path).summary.computed
+            warn(f"stopped: {kept} of {begun[1]} poses are kept in {path}; --resume continues")
+            raise typer.Exit(130) from None
+    show(map_data(found, time.perf_counter() - start, begun[1] - begun[0]), map_table, as_json=as_json)
+
+
+@GROUP.command("plot", epilog=f"JSON: {REACH_KEYS}")
+def plot(path: MapPath, out: Figure, *, as_json: Json = False) -> None:
+    """Write the figure of a map: three slices, the share of poses reached by height, and why the others are not.
+
+    As in: ulna reach plot map.zarr map.png
+    """
+    found = ReachabilityMap.open(path)
+    with needs_extra("a figure", "reach", "matplotlib"):
+        from ulna.reachability.plot import write_figure  # noqa: PLC0415 -- needs the extra
+    write_figure(found, out)
+    show(map_data(found, None, 0), map_table, as_json=as_json)
+
+
+@GROUP.command("show")
+def show_map(
+    path: MapPath,
+    *,
+    robot: ShownRobot = None,
+    host: Host = "127.0.0.1",
+    port: Port = 8080,
+    no_open: NoOpen = False,
+    xacro_arg: XacroArgs = None,
+    package_dir: PackageDirs = None,
+) -> None:
+    """Show a map in the browser: voxels by colour, a plane that clips them, the robot inside; click a voxel for its solutions.
+
+    As in: ulna reach show map.zarr. Ctrl-C ends it.
+    """
+    found = ReachabilityMap.open(path, robot=None if robot is None else load_robot(robot, xacro_arg, package_dir))
+    with needs_extra("the view", "viewer", "viser", "trimesh"):
+        from ulna.viewer.map_view import MapView  # noqa: PLC0415 -- needs the extra
+    with as_options(SERVED):
+        shown = MapView(found, host=host, port=port)
+    with shown, suppress(KeyboardInterrupt):
+        if not no_open:
+            shown.page.open()
+        typer.echo(f"{printable(found.robot.name)} is at {shown.url}  (Ctrl-C ends it)")
+        shown.wait()
+
+
+def map_data(found: ReachabilityMap, seconds: float | None, poses: int) -> Data:
+    """What a map holds; see ``REACH_KEYS``. ``poses`` were computed in so many ``seconds``."""
+    summary = found.summary
+    ran = seconds is not None and poses > 0
+    return {
+        "path": str(found.path),
+        "robot": found.attributes["robot"],
+        "tip": found.tip,
+        "poses": summary.poses,
+        "computed": summary.computed,
+        "reached": summary.reached,
+        "share": summary.reached / summary.computed if summary.computed else None,
+        "statuses": summary.statuses,
+        "seconds": seconds if ran else None,
+        "poses_a_second": poses / seconds if ran and seconds else None,
+    }
+
+
+def map_table(data) -> Iterator[RenderableType]:
+    """How many poses have each status."""
+    yield Text.assemble(
+        (f"{data['robot']}: {data['tip']}", "bold"), f", {data['computed']:,} of {data['poses']:,} poses computed"
+    )
+    table = make_table(["status"], ["poses", "share"], [])
+    for status, count in sorted(data["statuses"].items(), key=lambda item: -item[1]):
+        table.add_row("reached" if status == "solved" else status, f"{count:,}", f"{100 * count / data['computed']:.1f} %")
+    yield table
+    if data["seconds"] is not None:
+        yield f"{data['seconds']:.1f} s, {data['poses_a_second']:,.0f} poses/s"
+    yield Text(data["path"], no_wrap=True)
+
+
+@contextmanager
+def _client(address: str | None) -> Iterator[Any]:
+    """A client of the cluster at an address; None without one.
+
+    Raises:
+        ClusterError: No scheduler is there.
+        MissingExtraError: The extra ``reach`` is not installed.
+    """
+    if address is None:
+        yield None
+        return
+    with needs_extra("a Dask cluster", "reach", "dask", "distributed"):
+        from distributed import Client  # noqa: PLC0415 -- needs the extra
+    try:
+        client = Client(address, timeout=_CONNECT_S, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise ClusterError(f"no scheduler can be reached at {address} ({error})") from None
+    try:
+        yield client
+    finally:
+        with suppress(Exception):
+            client.close(timeout=1.0)
+
+
+class _Rate(ProgressColumn):
+    """Poses a second."""
+
+    def render(self, task: Task) -> Text:
+        """As text."""
+        return Text(f"{task.speed:,.0f} poses/s" if task.speed else "")
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Callable[[int, int], object]]:
+    """What is called with the poses done and those of all: a bar on a terminal, nothing elsewhere."""
+    console = Console(stderr=True)
+    columns = TextColumn(name), BarColumn(), TextColumn("{task.percentage:.1f} %"), _Rate(), TimeRemainingColumn()
+    bar = Progress(*columns, console=console, transient=True, speed_estimate_period=120.0)
+    with bar if console.is_terminal else nullcontext():
+        task = bar.add_task(name, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+    sys.stderr.flush()

@@ -1,0 +1,152 @@
+"""Computes chunks of a map and writes them: what a thread or a worker of a cluster runs. Used by ``run``.
+
+A chunk depends on the map's attributes and on its own number alone, so that it has the same bits whoever computes it: twice by
+two workers does no harm.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.scene_file import world_from_json
+from ulna.collision.world import World
+from ulna.engine.threads import VARIABLE, default_threads
+from ulna.errors import FileError
+from ulna.kernels.ik import search_layout as layout
+from ulna.reachability.model import robot_from_json
+from ulna.reachability.specification import Specification
+from ulna.reachability.statuses import OF_CODES, REACHED
+from ulna.reachability.store import is_done, metadata_bytes, read_specification, variables, zarr_package
+from ulna.robot import Robot
+
+Array = NDArray[np.float64]
+_MOST_OPEN = 4  # maps that a process keeps open
+
+
+class Outcome(NamedTuple):
+    """What a task has done: chunks, poses in them, and the seconds that they took in all and each in the middle (median)."""
+
+    chunks: int
+    poses: int
+    seconds: float
+    seconds_a_chunk: float
+
+
+@dataclass(frozen=True, eq=False)
+class OpenMap:
+    """A map that is being computed: what it is of, its robot, its world, and its arrays."""
+
+    path: Path
+    specification: Specification
+    robot: Robot
+    world: World | None
+    arrays: dict[str, Any]
+
+
+def run_task(path: str, chunks: tuple[int, ...], threads: int | None = None, stop: threading.Event | None = None) -> Outcome:
+    """Compute the chunks that are not there yet, one after the other, and write each.
+
+    Args:
+        path: The map.
+        chunks: Their numbers.
+        threads: How many threads to use; ``threads_of_a_task`` unless given.
+        stop: Ends it between two chunks.
+
+    Raises:
+        FileError: The map is not there, or cannot be written to.
+    """
+    start, times, poses = time.perf_counter(), [], 0
+    opened = _opened(path, metadata_bytes(Path(path)))
+    grid = opened.specification.grid
+    done = 0
+    for chunk in chunks:
+        if stop is not None and stop.is_set():
+            break
+        begin, region = time.perf_counter(), grid.region(chunk)
+        if not is_done(opened.path, grid.place(chunk)):
+            write(opened, chunk, compute(opened, chunk, threads_of_a_task() if threads is None else threads))
+            times.append(time.perf_counter() - begin)
+        done, poses = done + 1, poses + math.prod(cut.stop - cut.start for cut in region)
+    return Outcome(done, poses, time.perf_counter() - start, float(np.median(times)) if times else 0.0)
+
+
+def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]:
+    """The variables of a chunk by their names, ``reached`` last; each of the chunk's own shape."""
+    specification, robot = opened.specification, opened.robot
+    region = specification.grid.region(chunk)
+    shape = tuple(cut.stop - cut.start for cut in region)
+    result = robot.inverse_kinematics(
+        specification.grid.targets(region),
+        link=specification.tip,
+        seed=specification.seed,
+        task=specification.task,
+        world=opened.world,
+        position_tolerance=specification.position_tolerance,
+        rotation_tolerance=specification.rotation_tolerance,
+        max_iterations=specification.max_iterations,
+        threads=threads,
+    )
+    reached = OF_CODES[result.info[:, layout.STATUS].astype(np.int64)]
+    solved = np.flatnonzero(reached == REACHED)
+    q = result.q[solved]
+    values: dict[str, NDArray] = {}
+    for name in variables(specification)[:-1]:
+        match name:
+            case "manipulability":
+                of_solved = robot.manipulability(q, specification.tip, threads=threads)
+            case "clearance":
+                of_solved = robot.signed_distance(q, opened.world, threads=threads)
+            case _:
+                of_solved = q
+        values[name] = _spread(np.asarray(of_solved, dtype=np.float32), solved, shape)
+    return {**values, "reached": reached.reshape(shape)}
+
+
+def write(opened: OpenMap, chunk: int, values: dict[str, NDArray]) -> None:
+    """Write a chunk, the verdict last.
+
+    Raises:
+        FileError: The disk is full, or the map cannot be written to.
+    """
+    region = opened.specification.grid.region(chunk)
+    try:
+        for name, array in values.items():
+            opened.arrays[name][region] = array
+    except OSError as error:
+        raise FileError(str(opened.path), f"a chunk cannot be written ({error.strerror or error})") from None
+
+
+def threads_of_a_task() -> int:
+    """On a worker of a cluster: ``ULNA_THREADS`` where it is set there, else 1, as it runs one task a thread."""
+    return default_threads() if os.environ.get(VARIABLE, "").strip() else 1
+
+
+def _spread(of_solved: NDArray[np.float32], solved: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """The values at the solved poses, NaN at the others."""
+    tail = of_solved.shape[1:]
+    flat = np.full((math.prod(shape), *tail), np.nan, dtype=np.float32)
+    flat[solved] = of_solved
+    return flat.reshape(*shape, *tail)
+
+
+@lru_cache(maxsize=_MOST_OPEN)
+def _opened(path: str, metadata: bytes) -> OpenMap:  # noqa: ARG001 -- another map at the same path has other metadata
+    where = Path(path)
+    specification = read_specification(where)
+    if specification.version != version("ulna"):
+        raise FileError(path, f"the map is of Ulna {specification.version}, and this process has {version('ulna')}: other bits")
+    group = zarr_package().open_group(where, mode="r+", use_consolidated=False)
+    world = None if specification.scene is None else world_from_json(specification.scene, "the map's scene")
+    arrays = {name: group[name] for name in variables(specification)}
+    return OpenMap(where, specification, robot_from_json(specification.model), world, arrays)

@@ -1,0 +1,133 @@
+"""Holds the poses of a map: voxels times orientations, cut into chunks. Used by ``specification``, ``chunk``, ``run``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.description.pose import matrix_from_quaternion
+from ulna.errors import InputError
+from ulna.ik.options import as_count, positive
+from ulna.reachability.orientations import super_fibonacci
+
+Array = NDArray[np.float64]
+Region = tuple[slice, slice, slice, slice]
+POSES_OF_A_CHUNK = 4096
+_MOST = 2**40  # poses of a map
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cubes of one size, in each of which the same orientations are tried at its centre.
+
+    Attributes:
+        low: The lowest corner of the first voxel in the robot's base frame [m].
+        voxel: The length of an edge [m].
+        shape: How many voxels lie along z, y and x, in this order.
+        orientations: How many orientations are tried in each.
+        chunk_poses: The most poses of a chunk.
+
+    Raises:
+        InputError: The voxel is not a length above 0, a count is below 1, or there would be more than 2^40 poses.
+    """
+
+    low: tuple[float, float, float]
+    voxel: float
+    shape: tuple[int, int, int]
+    orientations: int
+    chunk_poses: int = POSES_OF_A_CHUNK
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "voxel", positive("voxel", self.voxel))
+        if as_count("orientations", self.orientations) < 1:
+            raise InputError("orientations", "at least 1 is needed")
+        if min(self.shape) < 1:
+            raise InputError("bounds", "there is no voxel between them")
+        if self.n_poses > _MOST:
+            raise InputError("voxel", f"{self.n_poses:.3g} poses; a map holds at most {_MOST:.3g}")
+
+    @classmethod
+    def within(cls, bounds: ArrayLike, voxel: float, orientations: int) -> Grid:
+        """The voxels that cover a box, the first at its lowest corner. ``bounds``: lowest and highest corner [m], shape (2, 3).
+
+        Raises:
+            InputError: The bounds are not two such corners; or as for the class.
+        """
+        corners, voxel = as_floats("bounds", bounds), positive("voxel", voxel)
+        if corners.shape != (2, 3) or not np.isfinite(corners).all() or not (corners[1] > corners[0]).all():
+            raise InputError("bounds", "the lowest and the highest corner are expected, shape (2, 3), all finite")
+        counts = [max(1, math.ceil(float(length) / voxel - 1e-6)) for length in corners[1] - corners[0]]
+        return cls(tuple(corners[0].tolist()), voxel, (counts[2], counts[1], counts[0]), orientations, POSES_OF_A_CHUNK)
+
+    @property
+    def n_poses(self) -> int:
+        """How many poses there are."""
+        return math.prod(self.shape) * self.orientations
+
+    @cached_property
+    def axes(self) -> tuple[Array, Array, Array]:
+        """The centres of the voxels along z, y and x [m]."""
+        return tuple(low + (np.arange(n) + 0.5) * self.voxel for low, n in zip(self.low[::-1], self.shape, strict=True))  # type: ignore[return-value]
+
+    @cached_property
+    def wxyz(self) -> Array:
+        """The orientations as quaternions, w first: shape (orientations, 4)."""
+        return super_fibonacci(self.orientations)
+
+    @cached_property
+    def rotations(self) -> Array:
+        """The orientations as matrices: shape (orientations, 3, 3)."""
+        return matrix_from_quaternion(self.wxyz)
+
+    # ---- chunks --------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def chunk_shape(self) -> tuple[int, int, int, int]:
+        """The voxels along z, y, x, and the orientations, of a chunk of at most ``chunk_poses`` poses."""
+        room, shape = self.chunk_poses, []
+        for n in (self.orientations, *self.shape[::-1]):
+            shape.append(min(n, max(1, room)))
+            room //= shape[-1]
+        return tuple(shape[::-1])  # type: ignore[return-value]
+
+    @cached_property
+    def n_chunks_along(self) -> tuple[int, int, int, int]:
+        """How many chunks lie along z, y, x and the orientations."""
+        return tuple(-(-n // c) for n, c in zip((*self.shape, self.orientations), self.chunk_shape, strict=True))  # type: ignore[return-value]
+
+    @property
+    def n_chunks(self) -> int:
+        """How many chunks there are."""
+        return math.prod(self.n_chunks_along)
+
+    def place(self, chunk: int) -> tuple[int, int, int, int]:
+        """The indices of a chunk among the chunks along z, y, x and the orientations."""
+        return tuple(int(k) for k in np.unravel_index(chunk, self.n_chunks_along))  # type: ignore[return-value]
+
+    def region(self, chunk: int) -> Region:
+        """The slices of the arrays of a map that are a chunk."""
+        ends = zip(self.place(chunk), self.chunk_shape, (*self.shape, self.orientations), strict=True)
+        return tuple(slice(k * size, min((k + 1) * size, n)) for k, size, n in ends)  # type: ignore[return-value]
+
+    def targets(self, region: Region) -> Array:
+        """T_base_tip of the poses of a region, in the order (z, y, x, orientation): shape (n, 4, 4)."""
+        z, y, x = (axis[cut] for axis, cut in zip(self.axes, region[:3], strict=True))
+        R = self.rotations[region[3]]
+        T = np.zeros((len(z), len(y), len(x), len(R), 4, 4))
+        T[..., :3, :3], T[..., 3, 3] = R, 1.0
+        T[..., 0, 3], T[..., 1, 3], T[..., 2, 3] = x[:, None], y[:, None, None], z[:, None, None, None]
+        return T.reshape(-1, 4, 4)
+
+    # ---- where a pose lies ---------------------------------------------------------------------------------------------
+
+    def voxel_of(self, points: Array) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """The voxel (z, y, x) of each point (..., 3) [m], shape (..., 3), and whether it lies in one; the nearest one if not."""
+        index = np.floor((points - np.array(self.low)) / self.voxel)[..., ::-1]
+        most = np.array(self.shape) - 1
+        inside = ((index >= 0) & (index <= most)).all(axis=-1)
+        return np.clip(index, 0, most).astype(np.int64), np.asarray(inside)

@@ -1,0 +1,319 @@
+"""Opens a map and reads from it: scores of poses, slices, what differs from another. Used by programs and ``ulna reach``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.scene_file import world_from_json
+from ulna.collision.world import World
+from ulna.description.pose import as_pose
+from ulna.errors import InputError, needs_extra
+from ulna.ik.result import IKResult
+from ulna.ik.task import Task
+from ulna.reachability.grid import Grid, Region
+from ulna.reachability.model import robot_from_json, robot_to_json
+from ulna.reachability.orientations import nearest_orientation
+from ulna.reachability.placement import BasePlacement, base_placements
+from ulna.reachability.specification import Specification
+from ulna.reachability.statuses import NEVER, NUMBERS, REACHED
+from ulna.reachability.store import read_specification, zarr_package
+from ulna.robot import Robot
+
+Array = NDArray[np.float64]
+_FLOATS = np.float32
+
+
+class Summary(NamedTuple):
+    """What a map holds.
+
+    Attributes:
+        poses: Of the whole map.
+        computed: Those that are computed.
+        reached: Those that are reached.
+        statuses: How many poses have each status, by its name.
+    """
+
+    poses: int
+    computed: int
+    reached: int
+    statuses: dict[str, int]
+
+
+class MapDifference(NamedTuple):
+    """How two maps of one grid differ.
+
+    Attributes:
+        both: Poses that both reach.
+        only_first: Poses that the first alone reaches.
+        only_second: Poses that the second alone reaches.
+        neither: Poses that neither reaches.
+        share: By how much the share of orientations reached is larger in the second, shape (z, y, x).
+    """
+
+    both: int
+    only_first: int
+    only_second: int
+    neither: int
+    share: Any
+
+
+class ReachabilityMap:
+    """A map on disk; made by ``ulna.reachability_map``, opened by ``ReachabilityMap.open``. It may still be growing.
+
+    Nothing is read before it is asked for. What was read of a map that grows stays as it was: open it again.
+    """
+
+    path: Path
+    """The folder of the Zarr group."""
+    grid: Grid
+    """The voxels and how many orientations there are."""
+    robot: Robot
+    """The robot, as the map carries it."""
+    tip: str
+    """The link that was brought to the poses."""
+    task: Task
+    """How much of a pose had to be reached."""
+
+    def __init__(self, path: Path, specification: Specification, robot: Robot) -> None:
+        self.path, self.grid, self.robot = path, specification.grid, robot
+        self.tip, self.task, self._specification = specification.tip, specification.task, specification
+        self._group = zarr_package().open_group(path, mode="r", use_consolidated=False)
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str], *, robot: Robot | None = None) -> ReachabilityMap:
+        """The map at a path.
+
+        Args:
+            path: The folder of the map.
+            robot: The robot that the map is of, for one with visuals; the map's own, which has none, unless given.
+
+        Raises:
+            FileError: There is no map, or it cannot be read.
+            DescriptionError: It is not a map, or one of another form.
+            InputError: The map is of another robot.
+            MissingExtraError: The extra ``reach`` is not installed.
+        """
+        zarr_package()
+        where = Path(path)
+        specification = read_specification(where)
+        own = robot_from_json(specification.model)
+        if robot is not None:
+            checked = specification.scene is not None or specification.clearance
+            if robot_to_json(robot, checked=checked) != specification.model:
+                raise InputError(
+                    "robot", f"the map at {where} is of another robot ({specification.robot}), or of this one as it was"
+                )
+        return cls(where, specification, robot or own)
+
+    # ---- what is in it -------------------------------------------------------------------------------------------------
+
+    @property
+    def world(self) -> World | None:
+        """The world that the map was computed with, in the robot's base frame; None where collisions were not checked."""
+        scene = self._specification.scene
+        return None if scene is None else world_from_json(scene, "the map's scene")
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """The attributes of the Zarr group."""
+        return dict(self._group.attrs)
+
+    @cached_property
+    def data(self) -> Any:
+        """All of it as an ``xarray.Dataset``, as ``xarray.open_zarr`` opens it: read when it is computed with."""
+        return _xarray().open_zarr(self.path, consolidated=False)
+
+    @cached_property
+    def summary(self) -> Summary:
+        """How many poses are computed and reached, and why the others are not."""
+        counts = np.zeros(256, dtype=np.int64)
+        for _, reached in self._chunks():
+            counts += np.bincount(reached.ravel().view(np.uint8), minlength=256)
+        statuses = {str(status): int(counts[number]) for status, number in NUMBERS.items() if counts[number]}
+        missing = int(counts[NEVER % 256])
+        return Summary(self.grid.n_poses, self.grid.n_poses - missing, int(counts[REACHED]), statuses)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether every pose is computed."""
+        return self.summary.computed == self.summary.poses
+
+    @cached_property
+    def share(self) -> Any:
+        """The share of the orientations that are reached in each voxel, 0 to 1; NaN where some are not computed.
+
+        An ``xarray.DataArray`` with the dimensions (z, y, x) and the centres of the voxels [m].
+        """
+        values = np.zeros(self.grid.shape, dtype=_FLOATS)
+        for region, reached in self._chunks():
+            part = (reached == REACHED).sum(axis=-1).astype(_FLOATS)
+            part[(reached == NEVER).any(axis=-1)] = np.nan
+            values[region[:3]] += part
+        values /= self.grid.orientations
+        axes = dict(zip("zyx", self.grid.axes, strict=True))
+        return _xarray().DataArray(values, coords=axes, dims=("z", "y", "x"), name="share", attrs={"units": "1"})
+
+    # ---- single poses --------------------------------------------------------------------------------------------------
+
+    def score(self, T: ArrayLike) -> Any:
+        """The share of the orientations that are reached in the voxel of a pose, 0 to 1.
+
+        Args:
+            T: T_base_tip, shape (..., 4, 4).
+
+        Returns:
+            A number for one pose, else shape (...,): 0 outside the map, NaN where it is not computed yet.
+
+        Raises:
+            InputError: T is not a pose.
+        """
+        poses = as_pose(T)
+        index, inside = self.grid.voxel_of(poses[..., :3, 3])
+        found = np.where(inside, self.share.values[tuple(np.moveaxis(index, -1, 0))], 0.0)
+        return float(found) if poses.ndim == 2 else found
+
+    def reached(self, T: ArrayLike) -> Any:
+        """Whether the map's nearest pose is reached: the centre of the voxel, in the nearest of its orientations.
+
+        ``robot.inverse_kinematics`` has the exact result for a pose; this one is near it, by up to half a voxel's diagonal.
+
+        Args:
+            T: T_base_tip, shape (..., 4, 4).
+
+        Returns:
+            A bool for one pose, else shape (...,): False outside the map, and where it is not computed yet.
+
+        Raises:
+            InputError: T is not a pose.
+        """
+        poses = as_pose(T)
+        flat = poses.reshape(-1, 4, 4)
+        index, inside = self.grid.voxel_of(flat[:, :3, 3])
+        columns = (*np.moveaxis(index, -1, 0), nearest_orientation(flat, self.grid.wxyz))
+        found = inside & (self._group["reached"].vindex[columns] == REACHED) if len(flat) else inside  # type: ignore[index]
+        return bool(found[0]) if poses.ndim == 2 else found.reshape(poses.shape[:-2])
+
+    def solutions_at(self, point: ArrayLike) -> IKResult:
+        """Inverse kinematics for every orientation of the voxel at a point [m], shape (3,), as the map's own search found them.
+
+        Raises:
+            InputError: The point is not within the map.
+        """
+        place = np.asarray(point, dtype=np.float64)
+        index, inside = self.grid.voxel_of(place)
+        if place.shape != (3,) or not inside:
+            raise InputError("point", f"{point!r} is not within the map")
+        z, y, x = (slice(int(k), int(k) + 1) for k in index)
+        return self.solve(self.grid.targets((z, y, x, slice(None))), self.world)
+
+    def solve(self, T: ArrayLike, world: World | None = None, max_iterations: int | None = None) -> IKResult:
+        """Inverse kinematics with the map's tip, task, tolerances and seed, for targets T_base_tip, shape (..., 4, 4).
+
+        Raises:
+            InputError: T is not a pose.
+            GeometryError: A world is given, and the robot's collisions cannot be checked.
+        """
+        asked = self._specification
+        return self.robot.inverse_kinematics(
+            T, link=asked.tip, seed=asked.seed, task=asked.task, world=world, position_tolerance=asked.position_tolerance,
+            rotation_tolerance=asked.rotation_tolerance, max_iterations=max_iterations or asked.max_iterations,
+        )  # fmt: skip
+
+    # ---- all of it -----------------------------------------------------------------------------------------------------
+
+    def slice(self, **where: float) -> Any:
+        """The share of the orientations reached on a plane through voxels: ``slice(z=0.4)`` has the dimensions (y, x).
+
+        An ``xarray.DataArray``, as ``share``.
+
+        Raises:
+            InputError: Not one of x, y and z is given [m], or the plane misses the map.
+        """
+        if len(where) != 1 or not set(where) <= {"x", "y", "z"}:
+            raise InputError("slice", f"{where!r}; one of x=, y= and z= is expected, in metres")
+        ((axis, value),) = where.items()
+        centres = self.grid.axes["zyx".index(axis)]
+        if not centres[0] - self.grid.voxel / 2 <= value <= centres[-1] + self.grid.voxel / 2:
+            raise InputError(axis, f"{value!r}; the map is from {centres[0]:.4g} to {centres[-1]:.4g} m")
+        return self.share.sel({axis: value}, method="nearest")
+
+    def compare(self, other: ReachabilityMap) -> MapDifference:
+        """How another map of the same grid differs: of another robot or tool, or in another world.
+
+        Raises:
+            InputError: The grids differ.
+        """
+        if self.grid != other.grid:
+            raise InputError("other", f"its grid is another: {other.grid}, and here {self.grid}")
+        counts = np.zeros(4, dtype=np.int64)
+        for (_, here), (_, there) in zip(self._chunks(), other._chunks(), strict=True):
+            counts += np.bincount(2 * (here == REACHED).ravel() + (there == REACHED).ravel(), minlength=4)
+        neither, only_second, only_first, both = counts.tolist()
+        return MapDifference(both, only_first, only_second, neither, other.share - self.share)
+
+    def base_placements(
+        self,
+        targets: ArrayLike,
+        *,
+        free_dofs: Iterable[str] = ("x", "y", "yaw"),
+        world: World | None = None,
+        T_world_base: ArrayLike | None = None,
+        bounds: ArrayLike | None = None,
+        yaw_steps: int = 24,
+        most: int = 10,
+        tries: int = 500,
+    ) -> tuple[BasePlacement, ...]:
+        """Where the base may stand so that all targets are reached, the best first.
+
+        The map ranks places a voxel apart: by the share of orientations reached around the worst of the targets, then around all.
+        The best ``tries`` of them are checked exactly, by inverse kinematics for every target, and those that fail are left
+        out. So what is returned is reached; a place between those that were tried may be missed.
+
+        Args:
+            targets: T_world_tip, shape (n, 4, 4).
+            free_dofs: Which of ``"x"``, ``"y"``, ``"z"`` and ``"yaw"`` of the base may be chosen.
+            world: The obstacles in the frame of ``targets``. The objects of the map's own world move with the base.
+            T_world_base: The base where it is not free, shape (4, 4); the origin unless given.
+            bounds: The lowest and the highest corner of where the base may stand [m], shape (2, 3).
+            yaw_steps: Into how many directions a turn is divided.
+            most: How many placements to return.
+            tries: How many places to check exactly.
+
+        Raises:
+            InputError: The targets are not poses, there are none, or another argument cannot be taken.
+            GeometryError: A world is given, and the robot's collisions cannot be checked.
+        """
+        chosen = (T_world_base, bounds, yaw_steps, most, tries)
+        return base_placements(self, targets, tuple(free_dofs), world, *chosen)
+
+    @cached_property
+    def verdicts(self) -> NDArray[np.bool_]:
+        """Whether each pose is reached, in memory: shape (z, y, x, orientation), a byte a pose."""
+        found = np.zeros((*self.grid.shape, self.grid.orientations), dtype=np.bool_)
+        for region, reached in self._chunks():
+            found[region] = reached == REACHED
+        return found
+
+    def _chunks(self) -> Iterator[tuple[Region, NDArray[np.int8]]]:
+        array: Any = self._group["reached"]
+        for chunk in range(self.grid.n_chunks):
+            region = self.grid.region(chunk)
+            yield region, array[region]
+
+    def __repr__(self) -> str:
+        z, y, x = self.grid.shape
+        size = f"{x} x {y} x {z} voxels of {self.grid.voxel:g} m, {self.grid.orientations} orientations"
+        return f"<ReachabilityMap of {self._specification.robot!r}: {size}>"
+
+
+def _xarray() -> Any:
+    with needs_extra("a reachability map", "reach", "xarray"):
+        import xarray  # noqa: PLC0415 -- needs the extra
+    return xarray

@@ -1,0 +1,84 @@
+"""Writes a robot as JSON text from which it is made again bit for bit. Used by ``specification`` and ``chunk``.
+
+A map carries its robot, so that a worker on another machine needs neither a file of the robot nor a pickle, which could run
+code. What is seen (visuals), the text it came from and its semantic description are left out: no pose depends on them.
+"""
+
+import hashlib
+import json
+from dataclasses import fields, is_dataclass, replace
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from ulna.collision.allowed import AllowedCollisions, LinkPair
+from ulna.collision.attached import Attached
+from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
+from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from ulna.errors import DescriptionError
+from ulna.robot import Robot
+
+_KINDS = {
+    kind.__name__: kind
+    for kind in (Attached, Body, Box, Capsule, ConvexMesh, Cylinder, Description, Joint, Limits, Link, LinkPair, Mesh, Mimic)
+} | {"Safety": Safety, "Sphere": Sphere}
+_LEFT_OUT = {"line", "text", "source", "folder", "package_dirs", "srdf", "visuals", "color", "excess", "touched", "samples", "q"}
+
+
+def robot_to_json(robot: Robot, *, checked: bool) -> str:
+    """The text of a robot; with the pairs of links that may touch if its collisions are ``checked``."""
+    allowed = [[pair.link_a, pair.link_b] for pair in robot.allowed_collisions] if checked else None
+    data = {
+        "description": _plain(robot.description),
+        "home": robot.home.tolist(),
+        "attached": [_plain(one) for one in robot.attached],
+        "allowed": allowed,
+    }
+    return json.dumps(data, sort_keys=True, separators=(",", ":"))
+
+
+def robot_from_json(text: str) -> Robot:
+    """The robot of such a text.
+
+    Raises:
+        DescriptionError: It is not one.
+    """
+    try:
+        data = json.loads(text)
+        description = replace(_made(data["description"]), source="a reachability map")
+        attached = [_made(one) for one in data["attached"]]
+        pairs = data["allowed"]
+        allowed = None if pairs is None else AllowedCollisions(tuple(LinkPair(a, b) for a, b in pairs))
+        return Robot(description, home=data["home"], attached=attached, allowed=allowed)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DescriptionError(f"the map's robot cannot be read: {error}", "a reachability map") from error
+
+
+def fingerprint(text: str) -> str:
+    """The SHA-256 of a text, in hexadecimal digits."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Dataclasses as dictionaries with the name of their class, arrays and tuples as lists."""
+    if is_dataclass(value) and not isinstance(value, type):
+        kept = {f.name: _plain(getattr(value, f.name)) for f in fields(value) if f.name not in _LEFT_OUT}
+        return {"kind": type(value).__name__, **kept}
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, frozenset | set):
+        return sorted(value)
+    return [_plain(item) for item in value] if isinstance(value, tuple | list) else value
+
+
+def _made(value: Any) -> Any:
+    if isinstance(value, dict):
+        given = {name: _made(item) for name, item in value.items() if name != "kind"}
+        if value["kind"] == "Joint":
+            given["type"] = JointType(given["type"])
+        return _KINDS[value["kind"]](**given)
+    return tuple(_made(item) for item in value) if isinstance(value, list) else value

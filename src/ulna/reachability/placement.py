@@ -1,0 +1,154 @@
+"""Ranks where a robot's base may stand so that it reaches given poses. Used by ``map``.
+
+A map is of poses in the base frame, so that it serves for any place of the base: T_base_tip = T_world_base^-1 T_world_tip.
+1. Candidates are a voxel apart, over all places from which the farthest target may still be reached, in ``yaw_steps`` directions.
+2. A target's score at a candidate is the share of the ``_AROUND`` orientations nearest to its own that the map reaches in its
+   voxel; a candidate's is the least of its targets' and, where that is equal, their mean (after Vahrenkamp, Asfour and Dillmann,
+   "Robot placement based on reachability inversion", ICRA 2013, who sum over the map of the inverse).
+3. The best are checked by inverse kinematics, with the world moved into the base frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.world import World
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_one_pose, as_pose, inverse, matrix_from_rpy, quaternion_from_matrix
+from ulna.errors import InputError
+from ulna.ik.options import as_count
+
+if TYPE_CHECKING:
+    from ulna.reachability.map import ReachabilityMap
+
+Array = NDArray[np.float64]
+DOFS = ("x", "y", "z", "yaw")
+_AROUND = 4  # orientations of the map around that of a target
+_STEPS = 1600  # of the search for one target: four times those of the map
+_MOST_KEPT = 20_000  # candidates of one yaw
+
+
+@dataclass(frozen=True, eq=False)
+class BasePlacement:
+    """Where a base may stand.
+
+    Attributes:
+        T_world_base: Its pose, shape (4, 4).
+        yaw: How far it is turned about z [rad], from ``T_world_base`` as given.
+        score: The share of the map's orientations reached around the worst of the targets, 0 to 1.
+        q: Joint positions that reach the targets [rad or m], shape (n, n_dof).
+        manipulability: There, shape (n,).
+    """
+
+    T_world_base: Array
+    yaw: float
+    score: float
+    q: Array
+    manipulability: Array
+
+
+def base_placements(
+    of: ReachabilityMap, targets: ArrayLike, free_dofs: tuple[str, ...], world: World | None, T_world_base: ArrayLike | None,
+    bounds: ArrayLike | None, yaw_steps: int, most: int, tries: int,
+) -> tuple[BasePlacement, ...]:  # fmt: skip
+    """See ``ReachabilityMap.base_placements``."""
+    T_world_tip = as_pose(targets, "targets")
+    if T_world_tip.ndim != 3 or not len(T_world_tip):
+        raise InputError("targets", f"shape {T_world_tip.shape}; at least one pose is expected, shape (n, 4, 4)")
+    for name in free_dofs:
+        if name not in DOFS:
+            raise InputError("free_dofs", f"{name!r}; {', '.join(DOFS)} are expected")
+    T_0 = np.eye(4) if T_world_base is None else as_one_pose(T_world_base, "T_world_base")
+    yaws = (
+        np.arange(max(1, as_count("yaw_steps", yaw_steps))) * 2 * np.pi / max(1, yaw_steps) if "yaw" in free_dofs else np.zeros(1)
+    )
+    points = _candidates(of, T_world_tip[:, :3, 3], free_dofs, T_0[:3, 3], bounds)
+    ranked = [_ranked(of, T_world_tip, _turned(T_0, yaw), yaw, points) for yaw in yaws] if len(points) else []
+    rows = np.concatenate(ranked) if ranked else np.empty((0, 6))
+    order = np.lexsort((-rows[:, 1], -rows[:, 0]))[: as_count("tries", tries)]
+    found: list[BasePlacement] = []
+    for row in rows[order]:
+        placement = _exact(of, T_world_tip, T_0, row, world)
+        found += [placement] if placement is not None else []
+        if len(found) >= as_count("most", most):
+            break
+    return tuple(sorted(found, key=lambda one: (-one.score, -float(one.manipulability.min()))))
+
+
+def _candidates(of: ReachabilityMap, tips: Array, free: tuple[str, ...], at: Array, bounds: ArrayLike | None) -> Array:
+    """Places of the base, a voxel apart, from which each tip (n, 3) is no farther than the farthest reached voxel: (m, 3)."""
+    z, y, x = np.nonzero(of.verdicts.any(axis=-1))
+    if not len(z):
+        return np.empty((0, 3))
+    centres = np.stack([axis[k] for axis, k in zip(of.grid.axes[::-1], (x, y, z), strict=True)], axis=-1)
+    reach = float(np.linalg.norm(centres, axis=-1).max()) + of.grid.voxel
+    low, high = tips.max(axis=0) - reach, tips.min(axis=0) + reach
+    if bounds is not None:
+        box = as_floats("bounds", bounds)
+        if box.shape != (2, 3):
+            raise InputError("bounds", "the lowest and the highest corner are expected, shape (2, 3)")
+        low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
+    axes = [
+        np.minimum(np.arange(low[k], high[k] + 1e-9, of.grid.voxel), high[k]) if name in free else np.array([at[k]])
+        for k, name in enumerate("xyz")
+    ]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return points[(np.linalg.norm(points[:, None] - tips, axis=-1) <= reach).all(axis=1)]
+
+
+def _turned(T_0: Array, yaw: float) -> Array:
+    T = T_0.copy()
+    T[:3, :3] = matrix_from_rpy((0.0, 0.0, yaw)) @ T_0[:3, :3]
+    return T
+
+
+def _ranked(of: ReachabilityMap, T_world_tip: Array, T_turned: Array, yaw: float, points: Array) -> Array:
+    """Least and mean score, place and yaw of the best candidates with one direction of the base: shape (m, 6)."""
+    R = T_turned[:3, :3]
+    near = _around(of, R.T @ T_world_tip[:, :3, :3])
+    scores = np.empty((len(points), len(T_world_tip)))
+    for k, T in enumerate(T_world_tip):
+        index, inside = of.grid.voxel_of((T[:3, 3] - points) @ R)
+        z, y, x = np.moveaxis(index, -1, 0)
+        share = of.verdicts[z[:, None], y[:, None], x[:, None], near[k]].mean(axis=1)
+        scores[:, k] = np.where(inside, share, 0.0)
+    rows = np.column_stack([scores.min(axis=1), scores.mean(axis=1), points, np.full(len(points), yaw)])
+    rows = rows[rows[:, 0] > 0.0] if (rows[:, 0] > 0.0).any() else rows[rows[:, 1] > 0.0]
+    return rows[np.lexsort((-rows[:, 1], -rows[:, 0]))[:_MOST_KEPT]]
+
+
+def _around(of: ReachabilityMap, rotations: Array) -> NDArray[np.int64]:
+    """The indices of the map's orientations nearest to each of some rotations (n, 3, 3): shape (n, m)."""
+    alike = np.abs(quaternion_from_matrix(rotations) @ of.grid.wxyz.T)
+    return np.argsort(-alike, axis=1, kind="stable")[:, :_AROUND]
+
+
+def _exact(of: ReachabilityMap, T_world_tip: Array, T_0: Array, row: Array, world: World | None) -> BasePlacement | None:
+    """The placement of a candidate if every target is reached from there."""
+    T_world_base = _turned(T_0, row[5])
+    T_world_base[:3, 3] = row[2:5]
+    T_base_world = inverse(T_world_base)
+    result = of.solve(T_base_world @ T_world_tip, _around_base(of.world, world, T_base_world), _STEPS)
+    if not np.all(result.success):
+        return None
+    manipulability = np.asarray(of.robot.manipulability(result.q, of.tip))
+    return BasePlacement(T_world_base, float(row[5]), float(row[0]), result.q, manipulability)
+
+
+def _around_base(own: World | None, world: World | None, T_base_world: Array) -> World | None:
+    """The objects that move with the base, and those that do not, in the base frame."""
+    if own is None and world is None:
+        return None
+    together = World() if own is None else own
+    if world is None:
+        return together
+    for name, shape, T in world.items():
+        free = name
+        while free in together.names:
+            free += "'"
+        together.add(free, shape, T_base_world @ T, touch_links=world.touch_links(name))
+    return together

@@ -1,0 +1,81 @@
+"""Draws the figures of a map. Used by ``ulna reach plot``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ulna.errors import FileError, InputError
+from ulna.reachability.map import ReachabilityMap
+
+_COLORS = "viridis"
+
+
+def draw(found: ReachabilityMap) -> Figure:
+    """Three slices through the middle of what is reached, the share by height, and why the other poses are not reached."""
+    figure = Figure(figsize=(12, 7), layout="constrained")
+    axes = figure.subplots(2, 3)
+    centre = _centre(found)
+    for ax, axis in zip(axes[0], "xyz", strict=True):
+        _draw_slice(ax, found, axis, centre["xyz".index(axis)])
+    figure.colorbar(axes[0, 0].images[0], ax=axes[0], label="share of orientations reached")
+    _draw_by_height(axes[1, 0], found)
+    _draw_shares(axes[1, 1], found)
+    _draw_statuses(axes[1, 2], found)
+    figure.suptitle(f"{found.attributes['robot']}: {found.tip}, {found.grid.n_poses:,} poses")
+    return figure
+
+
+def write_figure(found: ReachabilityMap, path: str | Path) -> None:
+    """Write that figure: .png, .svg or .pdf.
+
+    Raises:
+        InputError: The ending is none that matplotlib can write.
+        FileError: The file cannot be written.
+    """
+    try:
+        draw(found).savefig(path, dpi=120)
+    except ValueError as error:
+        raise InputError("out", str(error)) from None
+    except OSError as error:
+        raise FileError(str(path), error.strerror or str(error)) from None
+
+
+def _centre(found: ReachabilityMap) -> tuple[float, float, float]:
+    """Where to cut: the middle of the voxels that are reached, weighted by their share [m]: x, y, z."""
+    weights = np.nan_to_num(found.share.values)
+    weights = weights if weights.sum() > 0.0 else np.ones_like(weights)
+    z, y, x = (np.average(c, weights=weights.sum(axis=tuple({0, 1, 2} - {k}))) for k, c in enumerate(found.grid.axes))
+    return float(x), float(y), float(z)
+
+
+def _draw_slice(ax: Axes, found: ReachabilityMap, axis: str, value: float) -> None:
+    cut = found.slice(**{axis: value})
+    across, up = (name for name in "xyz" if name != axis)
+    half = found.grid.voxel / 2
+    edges = [edge for name in (across, up) for edge in (float(cut[name][0]) - half, float(cut[name][-1]) + half)]
+    ax.imshow(cut.transpose(up, across), origin="lower", extent=tuple(edges), vmin=0.0, vmax=1.0, cmap=_COLORS)  # type: ignore[arg-type]
+    ax.set(title=f"{axis} = {float(cut[axis]):.2f} m", xlabel=f"{across} [m]", ylabel=f"{up} [m]")
+
+
+def _draw_by_height(ax: Axes, found: ReachabilityMap) -> None:
+    share = found.share
+    ax.plot(np.nan_to_num(share.values).mean(axis=(1, 2)), share["z"])
+    ax.set(xlabel="share of poses reached", ylabel="z [m]", title="by height")
+
+
+def _draw_shares(ax: Axes, found: ReachabilityMap) -> None:
+    share = found.share.values
+    counts, edges = np.histogram(share[share > 0.0], bins=10, range=(0.0, 1.0))
+    ax.bar(edges[:-1], counts * found.grid.voxel**3, width=0.1, align="edge")
+    ax.set(xlabel="share of orientations reached", ylabel="volume [m³]", title="dexterity")
+
+
+def _draw_statuses(ax: Axes, found: ReachabilityMap) -> None:
+    statuses = found.summary.statuses
+    names = ["reached" if name == "solved" else name for name in statuses]
+    ax.barh(names, [count / max(1, found.summary.computed) for count in statuses.values()])
+    ax.set(xlabel="share of poses", title="statuses")

@@ -1,0 +1,185 @@
+"""Computes a map of the poses that a robot reaches, or what it still lacks. Used by programs and ``ulna reach``."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.scene_file import world_to_json
+from ulna.collision.world import World
+from ulna.engine.threads import as_threads, default_threads
+from ulna.errors import FileError, InputError
+from ulna.ik.options import as_count
+from ulna.ik.query import refuse_immovable
+from ulna.ik.reach import reach_of
+from ulna.ik.task import Task, as_task
+from ulna.reachability.grid import Grid
+from ulna.reachability.lock import locked
+from ulna.reachability.map import ReachabilityMap
+from ulna.reachability.model import robot_to_json
+from ulna.reachability.run import Tell, run
+from ulna.reachability.specification import Specification
+from ulna.reachability.store import create, read_specification, sweep, zarr_package
+from ulna.reachability.workers import DaskWorkers, ThreadWorkers
+from ulna.robot import Robot
+
+
+def reachability_map(
+    robot: Robot,
+    path: str | os.PathLike[str],
+    *,
+    voxel: float,
+    orientations: int,
+    bounds: ArrayLike | None = None,
+    world: World | None = None,
+    tip: str | None = None,
+    task: Task | str = "pose",
+    clearance: bool = False,
+    solutions: bool = False,
+    client: Any = None,
+    resume: bool = False,
+    seed: int = 0,
+    position_tolerance: float = 1e-5,
+    rotation_tolerance: float = 1e-5,
+    max_iterations: int = 400,
+    threads: int | None = None,
+    progress: Tell | None = None,
+) -> ReachabilityMap:
+    """Compute which poses a robot reaches, and how well: inverse kinematics in every voxel, in every orientation.
+
+    The map is a Zarr group of Zarr format 3 on disk, which ``xarray.open_zarr`` opens too (docs/reachability.md lists its
+    variables). It grows chunk by chunk: whatever ends the run, ``resume=True`` continues it, with the same bits in the end.
+
+    Args:
+        robot: The robot. Collision shapes that are meshes need ``with_convex_hulls()`` first, if a world is given.
+        path: The folder of the map, on a disk that all workers see under this path.
+        voxel: The edge of a voxel [m].
+        orientations: How many orientations, spread evenly over SO(3), are tried in each voxel.
+        bounds: The lowest and the highest corner in the robot's base frame [m], shape (2, 3); all that the arm's length reaches
+            unless given.
+        world: Configurations that collide with it, or in which the robot touches itself, do not count; without one, collisions
+            are not checked. An empty ``World()`` checks the robot against itself.
+        tip: The link that is brought to the poses; the robot's tip unless given.
+        task: How much of a pose must be reached; see ``Robot.inverse_kinematics``.
+        clearance: Keep how far the solution found is from the nearest obstacle, or from touching itself [m].
+        solutions: Keep the joint positions found.
+        client: A ``dask.distributed.Client``: the chunks are computed by its cluster. Threads of this process unless given.
+        resume: Continue the map at ``path``; begin one where there is none; do nothing where it is whole.
+        seed: Chooses the random starts of the searches.
+        position_tolerance: Largest distance that counts as reached [m].
+        rotation_tolerance: Largest angle that counts as reached [rad].
+        max_iterations: Steps from all starts of one pose together. A pose that they do not reach has the status ``budget spent``;
+            from 16 000 on the reason is found, which takes some twenty times as long.
+        threads: How many threads without a client; ``ULNA_THREADS``, or one a processor, unless given.
+        progress: Called with the number of poses done so far and that of all.
+
+    Returns:
+        The ``ReachabilityMap``.
+
+    Raises:
+        InputError: An argument that cannot be taken, or ``resume`` with a map that is of something else; it says of what.
+        UnknownNameError: There is no such link.
+        GeometryError: Collisions are to be checked, and the robot has no collision shapes, or some that cannot be checked.
+        FileError: There is a map already and ``resume`` is not given; the disk is full; the folder cannot be written to; another
+            process is writing to the map.
+        ClusterError: The cluster is lost. What was computed is kept.
+        MissingExtraError: The extra ``reach`` is not installed.
+
+    Example:
+        >>> import tempfile, ulna
+        >>> planar = ulna.Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
+        >>> with tempfile.TemporaryDirectory() as folder:  # pip install 'ulna[reach]'
+        ...     box = [(-2.5, -2.5, -0.5), (2.5, 2.5, 0.5)]
+        ...     found = ulna.reachability_map(
+        ...         planar, f"{folder}/planar.zarr", voxel=1.0, orientations=1, bounds=box, task="position"
+        ...     )
+        ...     print(found.summary.reached, "of", found.summary.poses)
+        13 of 25
+    """
+    zarr_package()
+    where = _as_path(path)
+    search = task, seed, position_tolerance, rotation_tolerance, max_iterations
+    asked = _specification(robot, tip, (voxel, orientations, bounds), world, search, (clearance, solutions))
+    workers = (
+        ThreadWorkers(default_threads() if threads is None else as_threads(threads)) if client is None else DaskWorkers(client)
+    )
+    try:
+        with locked(where):
+            _begin(where, asked, robot, resume=resume)
+            run(where, read_specification(where).grid, workers, progress)
+    finally:
+        workers.cancel()
+    return ReachabilityMap.open(where, robot=robot)
+
+
+def default_bounds(robot: Robot, tip: str) -> NDArray[np.float64]:
+    """The cube around all positions that the arm's length lets a link reach [m], shape (2, 3).
+
+    Raises:
+        InputError: The robot has no joint that turns, or a slide without end: then there is no such cube.
+    """
+    reach = reach_of(robot.tree.chain(tip), robot.lower, robot.upper)
+    if reach is None or not np.isfinite(reach.most_of_origin):
+        raise InputError("bounds", "are needed: the length of this robot does not bound where its tip may be")
+    return np.stack([reach.base_point - reach.most_of_origin, reach.base_point + reach.most_of_origin])
+
+
+def _specification(robot: Robot, tip: str | None, grid: tuple, world: World | None, search: tuple, kept: tuple) -> Specification:
+    """What is asked for; ``grid``, ``search`` and ``kept`` are the arguments that say how, checked here."""
+    if not isinstance(robot, Robot):
+        raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected")
+    refuse_immovable(robot.tree)
+    if tip is None and robot.tip is None:
+        raise InputError("tip", f"{robot.name!r} has several tips; name one of {', '.join(robot.tree.leaves)}, or any other link")
+    link, (voxel, orientations, bounds) = robot.tree.link_or_tip(tip), grid
+    task, seed, position_tolerance, rotation_tolerance, max_iterations = search
+    clearance, solutions = map(bool, kept)
+    poses = Grid.within(default_bounds(robot, link) if bounds is None else bounds, voxel, orientations)
+    checked = world is not None or clearance
+    if checked:
+        robot.signed_distance(robot.home, world)  # or say now why it cannot be
+    text = robot.description.text
+    return Specification(
+        robot=robot.name,
+        model=robot_to_json(robot, checked=checked),
+        urdf=hashlib.sha256(text.encode()).hexdigest() if text else "",
+        source=robot.description.source,
+        tip=link,
+        grid=poses,
+        task=as_task(task),
+        scene=None if world is None else world_to_json(world),
+        seed=as_count("seed", seed),
+        position_tolerance=position_tolerance,
+        rotation_tolerance=rotation_tolerance,
+        max_iterations=as_count("max_iterations", max_iterations),
+        clearance=clearance,
+        solutions=solutions,
+        version=version("ulna"),
+    )
+
+
+def _begin(path: Path, asked: Specification, robot: Robot, *, resume: bool) -> None:
+    if not os.path.lexists(path):
+        create(path, asked, robot.joint_names)
+        return
+    if not resume:
+        raise FileError(str(path), "there is a file or folder of this name already; resume=True (--resume) continues a map")
+    differing = read_specification(path).differences(asked)
+    if differing:
+        raise InputError("resume", f"the map at {path} is of something else ({'; '.join(differing)}: there and here)")
+    sweep(path)
+
+
+def _as_path(path: object) -> Path:
+    if not isinstance(path, str | os.PathLike):
+        raise InputError("path", f"{path!r} is no path")
+    where = Path(path).absolute()  # type: ignore[arg-type]
+    if not where.parent.is_dir():
+        raise FileError(str(path), f"there is no folder {where.parent}")
+    return where

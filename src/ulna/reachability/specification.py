@@ -1,0 +1,145 @@
+"""Says what a map is of: everything that its bits depend on, kept as its attributes. Used by ``store``, ``chunk``, ``run``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ulna.errors import DescriptionError
+from ulna.ik.options import Options
+from ulna.ik.task import Task
+from ulna.reachability.grid import Grid
+from ulna.reachability.model import fingerprint
+
+FORMAT = 1  # of the attributes; another number is refused
+
+
+@dataclass(frozen=True)
+class Specification:
+    """Everything that the bits of a map depend on.
+
+    Attributes:
+        robot: The robot's name.
+        model: The robot as text (``reachability.model``).
+        urdf: The SHA-256 of the description's text, for the record; empty for a robot made without one.
+        source: Where the robot was loaded from, for the record.
+        tip: The link that is brought to the poses.
+        grid: The poses.
+        task: How much of a pose must be reached.
+        scene: The text of the world's scene file; None where collisions are not checked.
+        seed: Chooses the random starts.
+        position_tolerance: [m].
+        rotation_tolerance: [rad].
+        max_iterations: Steps from all starts of one pose together.
+        clearance: Whether the distance to the nearest obstacle is kept.
+        solutions: Whether the joint positions are kept.
+        version: Ulna's.
+    """
+
+    robot: str
+    model: str
+    urdf: str
+    source: str
+    tip: str
+    grid: Grid
+    task: Task
+    scene: str | None
+    seed: int
+    position_tolerance: float
+    rotation_tolerance: float
+    max_iterations: int
+    clearance: bool
+    solutions: bool
+    version: str
+
+    def __post_init__(self) -> None:
+        Options(
+            seed=self.seed,
+            task=self.task,
+            position_tolerance=self.position_tolerance,
+            rotation_tolerance=self.rotation_tolerance,
+            max_iterations=self.max_iterations,
+        )
+
+    def attributes(self) -> dict[str, Any]:
+        """As attributes of a Zarr group: numbers, texts, lists."""
+        grid = self.grid
+        return {
+            "ulna_reachability_map": FORMAT,
+            "robot": self.robot,
+            "robot_sha256": fingerprint(self.model),
+            "urdf_sha256": self.urdf,
+            "robot_source": self.source,
+            "tool": self.tip,
+            "voxel": grid.voxel,
+            "low": list(grid.low),
+            "voxels_zyx": list(grid.shape),
+            "orientations": grid.orientations,
+            "chunk_poses": grid.chunk_poses,
+            "task": json.dumps({"slack": self.task.slack, "axis": self.task.axis}),
+            "scene_sha256": "" if self.scene is None else fingerprint(self.scene),
+            "seed": self.seed,
+            "position_tolerance": self.position_tolerance,
+            "rotation_tolerance": self.rotation_tolerance,
+            "max_iterations": self.max_iterations,
+            "clearance_kept": self.clearance,
+            "solutions_kept": self.solutions,
+            "ulna_version": self.version,
+            "robot_model": self.model,
+            "scene": "" if self.scene is None else self.scene,
+        }
+
+    @classmethod
+    def of_attributes(cls, attributes: Mapping[str, Any], where: str) -> Specification:
+        """That of a map's attributes; ``where`` names the map in messages.
+
+        Raises:
+            DescriptionError: They are not those of a map of this version's form, or were changed.
+        """
+        if attributes.get("ulna_reachability_map") != FORMAT:
+            raise DescriptionError("is not a reachability map that this version of Ulna reads", where)
+        try:
+            task = json.loads(attributes["task"])
+            grid = Grid(
+                tuple(attributes["low"]),  # type: ignore[arg-type]
+                attributes["voxel"],
+                tuple(attributes["voxels_zyx"]),  # type: ignore[arg-type]
+                attributes["orientations"],
+                attributes["chunk_poses"],
+            )
+            texts = [attributes[name] for name in ("robot", "robot_model", "urdf_sha256", "robot_source", "tool")]
+            names = "seed", "position_tolerance", "rotation_tolerance", "max_iterations", "clearance_kept", "solutions_kept"
+            search = [attributes[name] for name in (*names, "ulna_version")]
+            made = Task(tuple(task["slack"]), tuple(task["axis"]))
+            found = cls(*texts, grid, made, attributes["scene"] or None, *search)  # pyright: ignore[reportCallIssue]
+        except (KeyError, TypeError, ValueError) as error:
+            raise DescriptionError(f"an attribute of the map is missing or wrong: {error}", where) from error
+        if fingerprint(found.model) != attributes.get("robot_sha256"):
+            raise DescriptionError("the map's robot is not the one that its hash names: the attributes were changed", where)
+        return found
+
+    def differences(self, other: Specification) -> list[str]:
+        """In words, what differs of what the bits depend on: "robot", "voxel: 0.05 and 0.1" ..."""
+        found = []
+        if self.model != other.model:
+            found.append(f"robot: {self.robot} and {other.robot}" if self.robot != other.robot else "robot: its description")
+        if self.scene != other.scene:
+            found.append("world")
+        values = {
+            "tip": lambda one: one.tip,
+            "voxel": lambda one: one.grid.voxel,
+            "bounds": lambda one: (one.grid.low, one.grid.shape),
+            "orientations": lambda one: one.grid.orientations,
+            "task": lambda one: one.task,
+            "seed": lambda one: one.seed,
+            "position_tolerance": lambda one: one.position_tolerance,
+            "rotation_tolerance": lambda one: one.rotation_tolerance,
+            "max_iterations": lambda one: one.max_iterations,
+            "clearance": lambda one: one.clearance,
+            "solutions": lambda one: one.solutions,
+            "version of Ulna": lambda one: one.version,
+        }
+        found += [f"{name}: {value(self)} and {value(other)}" for name, value in values.items() if value(self) != value(other)]
+        return found

@@ -1,0 +1,181 @@
+"""Lays a map out as a Zarr group, and knows which of its chunks are done. Used by ``chunk``, ``run``, ``reachability_map``.
+
+    z, y, x          centres of the voxels [m]                          (z,), (y,), (x,)
+    quaternion       the orientations, w first                          (orientation, wxyz)
+    reached          -1 never computed, 1 reached, others: why not      (z, y, x, orientation)  int8
+    manipulability   of the solution found; NaN where there is none     (z, y, x, orientation)  float32
+    clearance        of the solution found [m]; NaN where none is       (z, y, x, orientation)  float32, on request
+    q                the solution found [rad or m]                      (z, y, x, orientation, joint)  float32, on request
+
+All are cut into the same chunks. Of a chunk, ``reached`` is written last, by a rename: where its file is, all of the chunk is.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import uuid
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ulna.errors import DescriptionError, FileError, needs_extra
+from ulna.reachability.grid import Grid
+from ulna.reachability.specification import Specification
+from ulna.reachability.statuses import NEVER, NUMBERS
+
+DIMENSIONS = ("z", "y", "x", "orientation")
+_META = "zarr.json"
+_TEXTS = {
+    "manipulability": ("sqrt(det(J J')) of the solution found; NaN where none was", "mixed"),
+    "clearance": ("signed distance of the solution found from the nearest object or link; NaN where none was", "m"),
+    "q": ("joint positions of the solution found; NaN where none was", "rad or m"),
+}
+
+
+def zarr_package() -> Any:
+    """The package zarr.
+
+    Raises:
+        MissingExtraError: The extra ``reach`` is not installed.
+    """
+    with needs_extra("a reachability map", "reach", "zarr"):
+        import zarr  # noqa: PLC0415 -- needs the extra
+    return zarr
+
+
+def create(path: Path, specification: Specification, joint_names: tuple[str, ...]) -> None:
+    """Make an empty map: it appears whole or not at all.
+
+    Raises:
+        FileError: It cannot be written.
+    """
+    zarr = zarr_package()
+    beside = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the specification of Zarr 3 does not have consolidated metadata yet
+            group = zarr.create_group(beside, attributes=_attributes(specification, joint_names))
+            _add_coordinates(group, specification.grid)
+            for name in variables(specification):
+                _add_variable(group, name, specification.grid, len(joint_names))
+            zarr.consolidate_metadata(beside)
+        beside.rename(path)
+    except OSError as error:
+        raise FileError(str(path), f"the map cannot be written ({error.strerror or error})") from None
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
+def variables(specification: Specification) -> tuple[str, ...]:
+    """The names of a map's variables, in the order in which a chunk of them is written: the verdict last."""
+    chosen = {"clearance": specification.clearance, "q": specification.solutions}
+    return ("manipulability", *(name for name, kept in chosen.items() if kept), "reached")
+
+
+def read_specification(path: Path) -> Specification:
+    """What the map at a path is of.
+
+    Raises:
+        FileError: There is none, or it cannot be read.
+        DescriptionError: It is not a map, or one of another form.
+    """
+    return Specification.of_attributes(_attributes_at(path), str(path))
+
+
+def metadata_bytes(path: Path) -> bytes:
+    """The group's own metadata: other bytes are another map.
+
+    Raises:
+        FileError: There is no map, or it cannot be read.
+    """
+    try:
+        return (path / _META).read_bytes()
+    except FileNotFoundError:
+        raise FileError(str(path), "there is no reachability map") from None
+    except OSError as error:
+        raise FileError(str(path), error.strerror or str(error)) from None
+
+
+def is_done(path: Path, place: tuple[int, ...]) -> bool:
+    """Whether the chunk at a place is there."""
+    return os.path.exists(_verdict(path, place))  # noqa: PTH110 -- asked for every chunk
+
+
+def undone(path: Path, grid: Grid) -> list[int]:
+    """The chunks that are not there, in their order."""
+    return [chunk for chunk in range(grid.n_chunks) if not is_done(path, grid.place(chunk))]
+
+
+def sweep(path: Path) -> None:
+    """Remove what writers that were killed have left half written."""
+    for part in path.rglob("*.partial"):
+        part.unlink(missing_ok=True)
+
+
+def _verdict(path: Path, place: tuple[int, ...]) -> str:
+    return os.path.join(path, "reached", "c", *map(str, place))  # noqa: PTH118 -- asked for every chunk
+
+
+def _attributes_at(path: Path) -> dict[str, Any]:
+    content = metadata_bytes(path)
+    try:
+        found = json.loads(content)
+        attributes = found["attributes"]
+    except (ValueError, KeyError, TypeError):
+        raise DescriptionError("is not a reachability map", str(path)) from None
+    if not isinstance(attributes, dict):
+        raise DescriptionError("is not a reachability map", str(path))
+    return attributes
+
+
+def _attributes(specification: Specification, joint_names: tuple[str, ...]) -> dict[str, Any]:
+    return {**specification.attributes(), "joint_names": list(joint_names), "coordinates": "quaternion"}
+
+
+def _add_coordinates(group: Any, grid: Grid) -> None:
+    for name, values in zip("zyx", grid.axes, strict=True):
+        attributes = {"units": "m", "long_name": f"{name} of the voxel's centre in the robot's base frame"}
+        array = group.create_array(
+            name, shape=values.shape, chunks=values.shape, dtype="float64", dimension_names=(name,), attributes=attributes
+        )
+        array[:] = values
+    attributes = {"units": "1", "long_name": "orientation of the tip in the base frame, w first (super-Fibonacci, Alexa 2022)"}
+    dimensions = ("orientation", "wxyz")
+    array = group.create_array(
+        "quaternion",
+        shape=grid.wxyz.shape,
+        chunks=grid.wxyz.shape,
+        dtype="float64",
+        dimension_names=dimensions,
+        attributes=attributes,
+    )
+    array[:] = grid.wxyz
+
+
+def _add_variable(group: Any, name: str, grid: Grid, n_joints: int) -> None:
+    tail, names = ((n_joints,), ("joint",)) if name == "q" else ((), ())
+    shape, chunks = (*grid.shape, grid.orientations, *tail), (*grid.chunk_shape, *tail)
+    if name == "reached":
+        kind, fill = "int8", NEVER
+        words = ["never_computed", *(str(status).replace(" ", "_") for status in NUMBERS)]
+        attributes: dict[str, Any] = {
+            "long_name": "whether the pose is reached, or why not",
+            "flag_values": [NEVER, *NUMBERS.values()],
+            "flag_meanings": " ".join(words),
+        }
+    else:
+        kind, fill = "float32", np.nan
+        attributes = dict(zip(("long_name", "units"), _TEXTS[name], strict=True))
+    group.create_array(
+        name,
+        shape=shape,
+        chunks=chunks,
+        dtype=kind,
+        fill_value=fill,
+        dimension_names=(*DIMENSIONS, *names),
+        attributes=attributes,
+    )

@@ -1,0 +1,201 @@
+"""Shows a reachability map on a page: coloured voxels, a plane that clips them, the robot inside. Used by ``ulna reach show``."""
+
+import threading
+from contextlib import suppress
+from typing import Self
+
+import numpy as np
+import viser
+
+from ulna.errors import UlnaError
+from ulna.ik.result import IKResult
+from ulna.reachability.map import ReachabilityMap
+from ulna.viewer.arm import Arm, Extent
+from ulna.viewer.html import marked, plain
+from ulna.viewer.page import HOST, Page
+from ulna.viewer.palette import GREEN, RED, UNKNOWN
+from ulna.viewer.session.voxels import AXES, Voxels
+from ulna.viewer.stage import add_stage
+
+_CLOUD, _PLANE = "/map", "/plane"
+_FILL = 0.3  # of a voxel's edge, half of a mark's width: what lies behind shows through the gaps
+
+
+class MapView:
+    """A running page of a map. It ends with ``stop``, or with a ``with`` block.
+
+    Attributes:
+        found: The map.
+        page: The page; ``page.url`` is its address.
+        chosen: The voxel that was clicked last; None if none was.
+        result: Inverse kinematics for its orientations.
+    """
+
+    def __init__(self, found: ReachabilityMap, *, host: str = HOST, port: int = 0) -> None:
+        self.found, self.voxels = found, Voxels(found)
+        self.chosen: int | None = None
+        self.result: IKResult | None = None
+        self._lock, self._ended = threading.RLock(), threading.Event()
+        self.page = Page(host, port, title=f"{found.robot.name} - reachability - Ulna")
+        with self.page.ending_if_it_fails():
+            self._build(self.page.server)
+
+    def _build(self, server: viser.ViserServer) -> None:
+        self.arm = Arm(server, self.found.robot)
+        self.arm.show_solids(visible=not self.arm.looks)
+        self.arm.move_to(self.found.robot.home)
+        ends = np.array([self.voxels.ends(axis) for axis in AXES]).T
+        extent = self.arm.extent
+        add_stage(server, Extent(np.minimum(extent.low, ends[0]), np.maximum(extent.high, ends[1])))
+        self._add_panel(server.gui)
+        size = _FILL * self.voxels.size
+        none = np.zeros((0, 3))
+        self._cloud = server.scene.add_point_cloud(_CLOUD, none, none.astype(np.uint8), point_size=size, point_shape="square")
+        self._mark = server.scene.add_box(
+            f"{_CLOUD}_mark",
+            (255, 255, 255),
+            (self.voxels.size, self.voxels.size, self.voxels.size),
+            wireframe=True,
+            visible=False,
+        )
+        self._handle: viser.TransformControlsHandle | None = None
+        server.scene.on_click()(lambda event: self.click(np.array(event.ray_origin), np.array(event.ray_direction)))
+        self._take_axis()
+
+    def _add_panel(self, gui: viser.GuiApi) -> None:
+        summary = self.found.summary
+        share = 100 * summary.reached / max(1, summary.computed)
+        words = f"{summary.reached:,} of {summary.computed:,} poses reached ({share:.1f} %)"
+        gui.add_html(marked(words, GREEN if summary.reached else RED))
+        if summary.computed < summary.poses:
+            gui.add_html(plain(f"{summary.poses - summary.computed:,} are not computed yet"))
+        self.axis = gui.add_dropdown("Clip across", AXES, initial_value="y", hint="The axis across which the plane lies")
+        low, high = self.voxels.ends("y")
+        self.plane = gui.add_slider(
+            "Plane [m]",
+            min=low,
+            max=high,
+            step=1e-3,
+            initial_value=low,
+            hint="Voxels behind it are shown; its arrow may be dragged",
+        )
+        self.least = gui.add_slider(
+            "Least share",
+            min=0.0,
+            max=1.0,
+            step=0.01,
+            initial_value=0.0,
+            hint="Voxels of which fewer orientations are reached are hidden",
+        )
+        self.told = gui.add_html(plain("Click a voxel to see its solutions."))
+        self.solution = gui.add_slider("Solution", min=1, max=2, step=1, initial_value=1, disabled=True)
+        self.axis.on_update(lambda event: self._take_axis() if event.client is not None else None)
+        self.plane.on_update(lambda event: self._take_plane() if event.client is not None else None)
+        self.least.on_update(lambda event: self._draw() if event.client is not None else None)
+        self.solution.on_update(lambda event: self._pose_arm() if event.client is not None else None)
+
+    # ---- what is shown -------------------------------------------------------------------------------------------------
+
+    @property
+    def shown(self) -> np.ndarray:
+        """The voxels that are shown, by their numbers."""
+        return self.voxels.shown(self.axis.value, self.plane.value, self.least.value)
+
+    def clip(self, axis: str, plane: float) -> None:
+        """Show only what lies behind a plane across an axis [m]."""
+        with self._lock:
+            self.axis.value = axis  # type: ignore[assignment]
+            self._take_axis()
+            self.plane.value = float(np.clip(plane, *self.voxels.ends(axis)))
+            self._take_plane()
+
+    def click(self, origin: np.ndarray, direction: np.ndarray) -> None:
+        """Choose the first shown voxel on a ray from a point (3,) [m] along a direction (3,), and solve its orientations."""
+        with self._lock:
+            chosen = self.voxels.on_ray(origin, direction, self.shown)
+            if chosen is None:
+                return
+            self.chosen, centre = chosen, self.voxels.centres[chosen]
+            self._mark.position, self._mark.visible = centre, True
+            try:
+                self.result = self.found.solutions_at(centre)
+            except UlnaError as error:
+                self.told.content = marked(str(error), UNKNOWN)
+                return
+            self._say(centre, self.result)
+            self._pose_arm()
+
+    def _say(self, centre: np.ndarray, result: IKResult) -> None:
+        n, m = int(np.count_nonzero(result.success)), len(result.q)
+        place = ", ".join(f"{x:.3f}" for x in centre)
+        self.told.content = marked(f"{n} of {m} orientations reached at {place} m", GREEN if n else RED)
+        self.solution.min, self.solution.max, self.solution.disabled = 1, max(2, n), n < 2
+        self.solution.value = 1
+
+    def _pose_arm(self) -> None:
+        with self._lock:
+            solved = np.flatnonzero(self.result.success) if self.result is not None else ()
+            if self.result is not None and len(solved):
+                self.arm.move_to(self.result.q[solved[min(int(self.solution.value), len(solved)) - 1]])
+
+    def _draw(self) -> None:
+        with self._lock, self.page.server.atomic():
+            shown = self.shown
+            self._cloud.points, self._cloud.colors = self.voxels.centres[shown].astype(np.float32), self.voxels.colors[shown]
+
+    def _take_axis(self) -> None:
+        """Put the plane before the first voxel of its axis, with an arrow that drags it."""
+        with self._lock:
+            low, high = self.voxels.ends(self.axis.value)
+            self.plane.min, self.plane.max, self.plane.value = low, high, low
+            if self._handle is not None:
+                self._handle.remove()
+            x, y, z = (name == self.axis.value for name in AXES)
+            self._handle = self.page.server.scene.add_transform_controls(
+                _PLANE, scale=0.3, active_axes=(x, y, z), disable_rotations=True, disable_sliders=True, position=self._at(low)
+            )
+            self._handle.on_update(lambda _: self._dragged())
+        self._draw()
+
+    def _dragged(self) -> None:
+        with self._lock:
+            if self._handle is not None:
+                along = float(self._handle.position[AXES.index(self.axis.value)])
+                self.plane.value = float(np.clip(along, self.plane.min, self.plane.max))
+        self._draw()
+
+    def _take_plane(self) -> None:
+        with self._lock:
+            if self._handle is not None:
+                self._handle.position = self._at(self.plane.value)
+        self._draw()
+
+    def _at(self, plane: float) -> np.ndarray:
+        corner = np.array([self.voxels.ends(name)[1] for name in AXES])
+        corner[AXES.index(self.axis.value)] = plane
+        return corner
+
+    # ---- how it ends ---------------------------------------------------------------------------------------------------
+
+    @property
+    def url(self) -> str:
+        """The address of the page."""
+        return self.page.url
+
+    def wait(self) -> None:
+        """Wait until it is stopped, or for Ctrl-C."""
+        with suppress(KeyboardInterrupt):
+            while not self._ended.wait(0.5):
+                pass
+
+    def stop(self) -> None:
+        """End the page. A second call does nothing."""
+        if not self._ended.is_set():
+            self._ended.set()
+            self.page.stop()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()

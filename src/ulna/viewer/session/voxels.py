@@ -1,0 +1,56 @@
+"""Chooses and colours the voxels of a reachability map, and finds the one that is clicked. Used by ``map_view``."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.reachability.map import ReachabilityMap
+
+Array = NDArray[np.float64]
+AXES = ("x", "y", "z")
+# From few orientations to all: equal steps of lightness, as of viridis (S. van der Walt, N. Smith, 2015), for every eye.
+_RAMP = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)], dtype=np.float64)
+
+
+class Voxels:
+    """The voxels of a map in which anything is reached: their centres [m], shape (n, 3), and shares, shape (n,)."""
+
+    def __init__(self, found: ReachabilityMap) -> None:
+        share = np.nan_to_num(found.share.values)
+        z, y, x = np.nonzero(share > 0.0)
+        axes = found.grid.axes
+        self.size = found.grid.voxel
+        self.centres: Array = np.stack([axes[2][x], axes[1][y], axes[0][z]], axis=-1)
+        self.shares: Array = share[z, y, x].astype(np.float64)
+        self.colors = _colors(self.shares)
+
+    def ends(self, axis: str) -> tuple[float, float]:
+        """Where a clipping plane may lie: from before the first voxel to behind the last [m]."""
+        if not len(self.centres):
+            return 0.0, self.size
+        along = self.centres[:, AXES.index(axis)]
+        return float(along.min()) - self.size / 2, float(along.max()) + self.size / 2
+
+    def shown(self, axis: str, plane: float, least: float) -> NDArray[np.int64]:
+        """The voxels on the far side of a plane across an axis, and with at least a share: those with the larger coordinate."""
+        return np.flatnonzero((self.centres[:, AXES.index(axis)] >= plane) & (self.shares >= least))
+
+    def on_ray(self, origin: Array, direction: Array, shown: NDArray[np.int64]) -> int | None:
+        """The first of the shown voxels that a ray from a point (3,) along a direction (3,) passes through; None if it misses.
+
+        The slab test (Kay and Kajiya 1986): a ray is within a cube where it is between all three pairs of its planes.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            first = (self.centres[shown] - self.size / 2 - origin) / direction
+            second = (self.centres[shown] + self.size / 2 - origin) / direction
+        enters = np.fmax.reduce(np.fmin(first, second), axis=1)
+        leaves = np.fmin.reduce(np.fmax(first, second), axis=1)
+        hit = np.flatnonzero((enters <= leaves) & (leaves >= 0.0))
+        return int(shown[hit[enters[hit].argmin()]]) if len(hit) else None
+
+
+def _colors(shares: Array) -> NDArray[np.uint8]:
+    places = shares * (len(_RAMP) - 1)
+    channels = [np.interp(places, np.arange(len(_RAMP)), channel) for channel in _RAMP.T]
+    return np.stack(channels, axis=-1).round().astype(np.uint8)

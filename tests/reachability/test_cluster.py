@@ -1,0 +1,117 @@
+"""A map computed by a real cluster: the same bits, whatever is killed meanwhile."""
+
+import logging
+import subprocess
+import sys
+
+import pytest
+
+import ulna
+from dask_cluster import client_of, cluster_of
+from map_files import SMALL, files_of, verdicts_of
+from processes import wait_for
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="it has no SIGKILL")
+WHOLE = {**SMALL, "solutions": True}
+N_CHUNKS = 49
+# A program that is a client of the cluster, in a process of its own.
+CLIENT = """
+import sys, ulna
+from distributed import Client
+from ulna.reachability import grid
+grid.POSES_OF_A_CHUNK = 64
+with Client(sys.argv[2]) as client:
+    client.wait_for_workers(2)
+    ulna.reachability_map(ulna.load("panda"), sys.argv[1], voxel=0.3, orientations=8, solutions=True, client=client)
+"""
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it logs at length that what was killed is gone
+    (tmp_path / "cluster").mkdir()
+    with cluster_of(tmp_path / "cluster") as cluster:
+        yield cluster
+
+
+def once_begun(kill):
+    """A ``progress`` that kills when some poses, and not all, are computed."""
+    killed = []
+
+    def tell(done, total):
+        if 0 < done < total and not killed:
+            killed.append(done)
+            kill()
+
+    return tell, killed
+
+
+def test_a_cluster_computes_the_same_bits(panda, panda_map, many_chunks, cluster, tmp_path):
+    path = tmp_path / "m.zarr"
+    with client_of(cluster) as client:
+        found = ulna.reachability_map(panda, path, client=client, **WHOLE)
+    assert found.grid.n_chunks == N_CHUNKS
+    assert files_of(path) == files_of(panda_map.path)
+
+
+def test_a_worker_that_is_killed_loses_nothing(panda, panda_map, many_chunks, cluster, tmp_path):
+    path = tmp_path / "m.zarr"
+    tell, killed = once_begun(cluster.workers[0].kill)
+    with client_of(cluster) as client:
+        ulna.reachability_map(panda, path, client=client, progress=tell, **WHOLE)
+    assert killed
+    assert cluster.workers[0].wait() == -9
+    assert files_of(path) == files_of(panda_map.path)
+
+
+def test_a_scheduler_that_goes_away_is_an_error_and_the_map_goes_on(panda, panda_map, many_chunks, cluster, tmp_path):
+    path = tmp_path / "m.zarr"
+    tell, killed = once_begun(cluster.scheduler.kill)
+    with client_of(cluster) as client, pytest.raises(ulna.ClusterError):
+        ulna.reachability_map(panda, path, client=client, progress=tell, **WHOLE)
+    assert killed
+    assert 0 < len(verdicts_of(path)) < N_CHUNKS
+    for worker in cluster.workers:
+        worker.kill()
+        worker.wait()
+    ulna.reachability_map(panda, path, resume=True, threads=2, **WHOLE)
+    assert files_of(path) == files_of(panda_map.path)
+
+
+@pytest.mark.parametrize("gone", [("client",), ("client", "workers", "scheduler")], ids="+".join)
+def test_a_client_that_is_killed_and_all_with_it_leaves_a_map_that_goes_on(
+    panda, panda_map, many_chunks, cluster, tmp_path, gone
+):
+    path, program = tmp_path / "m.zarr", tmp_path / "client.py"
+    program.write_text(CLIENT)
+    with subprocess.Popen([sys.executable, program, path, cluster.address], stderr=subprocess.DEVNULL) as client:
+        wait_for(lambda: len(verdicts_of(path)) > 5, "chunks on the disk", looks=None)
+        client.kill()
+    if "scheduler" in gone:
+        for process in (*cluster.workers, cluster.scheduler):
+            process.kill()
+            process.wait()
+        assert 5 < len(verdicts_of(path)) < N_CHUNKS
+        ulna.reachability_map(panda, path, resume=True, threads=2, **WHOLE)
+    else:
+        with client_of(cluster) as again:
+            ulna.reachability_map(panda, path, resume=True, client=again, **WHOLE)
+    assert files_of(path) == files_of(panda_map.path)
+
+
+def test_a_task_that_fails_on_a_worker_says_why(panda, many_chunks, cluster, tmp_path):
+    """The folder of the map is taken away while the cluster computes."""
+    path = tmp_path / "m.zarr"
+    tell, _ = once_begun(lambda: path.rename(tmp_path / "elsewhere"))
+    with client_of(cluster) as client, pytest.raises(ulna.FileError, match=r"m\.zarr"):
+        ulna.reachability_map(panda, path, client=client, progress=tell, **WHOLE)
+
+
+def test_the_command_uses_a_cluster(cluster, ask, run, tmp_path):
+    words = "reach", "panda", tmp_path / "m.zarr", "--voxel", "0.3", "--orientations", "8"
+    found = ask(*words, "--scheduler", cluster.address)
+    assert (found.poses, found.computed) == (2744, 2744)
+    assert found.seconds > 0
+    lost = run("reach", "panda", tmp_path / "o.zarr", "--voxel", "0.3", "--orientations", "8", "--scheduler", "nowhere://1")
+    assert lost.exit_code == 2
+    assert "no scheduler can be reached at nowhere://1" in lost.stderr

@@ -1,0 +1,32 @@
+import matplotlib as mpl
+import pytest
+
+import ulna
+from ulna.reachability.plot import draw, write_figure
+
+mpl.use("agg")
+pytestmark = pytest.mark.filterwarnings("ignore:FigureCanvasAgg is non-interactive")
+
+
+def test_a_figure_shows_the_shares_and_the_statuses(panda_map):
+    figure = draw(panda_map)
+    cut = figure.axes[1].images[0]
+    y = float(figure.axes[1].get_title().removeprefix("y = ").removesuffix(" m"))
+    assert (cut.get_array() == panda_map.slice(y=y).transpose("z", "x").values).all()
+    low_x, high_x, low_z, high_z = cut.get_extent()
+    assert high_x - low_x == pytest.approx(7 * 0.3)
+    assert high_z - low_z == pytest.approx(7 * 0.3)
+    assert {label.get_text() for label in figure.axes[5].get_yticklabels()} == {"reached", "unreachable", "budget spent"}
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_a_figure_is_written(panda_map, tmp_path, ending):
+    write_figure(panda_map, tmp_path / f"m.{ending}")
+    assert (tmp_path / f"m.{ending}").stat().st_size > 5000
+
+
+def test_what_cannot_be_written_is_refused(panda_map, tmp_path):
+    with pytest.raises(ulna.InputError, match="out: "):
+        write_figure(panda_map, tmp_path / "m.hologram")
+    with pytest.raises(ulna.FileError, match="nowhere"):
+        write_figure(panda_map, tmp_path / "nowhere" / "m.png")

@@ -1,0 +1,84 @@
+"""The page of a reachability map: what it shows, clips and solves; and a click in a browser."""
+
+import numpy as np
+import pytest
+
+import ulna
+from browser import project, wait_to_see
+from ulna.viewer.map_view import MapView
+
+
+@pytest.fixture(scope="module")
+def found(panda, tmp_path_factory):
+    path = tmp_path_factory.mktemp("map") / "m.zarr"
+    box = [(-0.6, -0.6, 0.0), (0.6, 0.6, 0.9)]
+    return ulna.reachability_map(panda, path, voxel=0.15, orientations=8, bounds=box)
+
+
+@pytest.fixture
+def view(found):
+    with MapView(found) as view:
+        yield view
+
+
+def test_every_voxel_that_is_reached_is_shown_in_its_colour(view, found):
+    cloud = view._cloud
+    assert len(cloud.points) == np.count_nonzero(found.share.values > 0)
+    np.testing.assert_allclose(cloud.points, view.voxels.centres, atol=1e-2)  # the page takes half precision
+    assert (cloud.colors == view.voxels.colors).all()
+
+
+def test_a_plane_clips_them(view):
+    view.clip("x", 0.2)
+    assert len(view._cloud.points) == np.count_nonzero(view.voxels.centres[:, 0] >= 0.2)
+    view.clip("z", -99.0)
+    assert len(view._cloud.points) == len(view.voxels.centres)
+
+
+def test_a_dragged_arrow_moves_the_plane(view):
+    view.clip("y", -0.1)
+    view._handle.position = (9.0, 0.25, 9.0)
+    view._dragged()
+    assert view.plane.value == 0.25
+    assert len(view._cloud.points) == np.count_nonzero(view.voxels.centres[:, 1] >= 0.25)
+
+
+def test_a_click_solves_the_orientations_of_a_voxel_and_the_robot_goes_there(view, found):
+    view.click(np.array([2.0, 0.05, 0.5]), np.array([-1.0, 0.0, 0.0]))
+    centre = view.voxels.centres[view.chosen]
+    assert np.abs(centre - [2.0, 0.05, 0.5])[1:].max() <= 0.075
+    assert (view.result.success == found.solutions_at(centre).success).all()
+    reached = np.flatnonzero(view.result.success)
+    assert f"{len(reached)} of 8 orientations reached" in view.told.content
+    number = found.robot.link_names.index(found.tip)
+    np.testing.assert_allclose(view.arm.frames[number].position, centre, atol=1e-4)
+    before, view.solution.value = view.arm.frames[number].wxyz.copy(), len(reached)
+    view._pose_arm()
+    np.testing.assert_allclose(view.arm.frames[number].position, centre, atol=1e-4)
+    assert np.abs(view.arm.frames[number].wxyz - before).max() > 1e-3
+    chosen = view.chosen
+    view.click(np.array([2.0, 0.05, 0.5]), np.array([1.0, 0.0, 0.0]))
+    assert view.chosen == chosen
+
+
+def test_an_empty_map_has_a_page(panda, tmp_path):
+    far = [(5.0, 5.0, 5.0), (5.5, 5.5, 5.5)]
+    with MapView(ulna.reachability_map(panda, tmp_path / "m.zarr", voxel=0.5, orientations=2, bounds=far)) as view:
+        assert len(view._cloud.points) == 0
+        view.click(np.zeros(3), np.ones(3))
+        assert view.chosen is None
+
+
+def test_a_voxel_is_clicked_on_the_page(view, open_page):
+    view.clip("y", 0.0)
+    page = open_page(view.url)
+    assert "poses reached" in page.get_by_role("status").first.inner_text()
+    (client,) = view.page.server.get_clients().values()
+    eye = np.asarray(client.camera.position)
+    target = view.shown[np.argmin(np.linalg.norm(view.voxels.centres[view.shown] - eye, axis=1))]
+    wait_to_see(page, lambda: page.locator("canvas").count(), "the scene")
+    page.mouse.click(*project(client.camera, view.voxels.centres[target]))
+    wait_to_see(page, lambda: view.result is not None, "the solutions of a voxel")
+    ray = view.voxels.centres[target] - eye
+    assert view.chosen == view.voxels.on_ray(eye, ray, view.shown)
+    assert "of 8 orientations reached" in page.get_by_role("status").nth(1).inner_text()
