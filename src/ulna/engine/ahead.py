@@ -60,7 +60,7 @@ class Library:
         self._file = folder / index["levels"][name]["file"]
         try:
             whole = self._file.stat().st_size == index["levels"][name]["size"]  # to load a part of it may end the process
-            self._library = ctypes.CDLL(str(self._file)) if whole else None
+            self._library: Any = ctypes.CDLL(str(self._file)) if whole else None
         except OSError as error:
             raise _damaged(self._file, error) from None
         if self._library is None:

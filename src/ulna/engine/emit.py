@@ -1,4 +1,4 @@
-"""Writes the machine code of entries as object files, for a wheel. Used by ``hatch_build.py``, once for each level.
+"""Writes the machine code of entries as object files, for a wheel. Used by ``hatch_build.py``, as a program for each level.
 
 ``python -m ulna.engine.emit ulna.drivers:DRIVERS FOLDER``:
 

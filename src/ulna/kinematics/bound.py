@@ -3,6 +3,8 @@
 from collections.abc import Callable, Hashable
 from typing import Any, Generic, Protocol, TypeVar
 
+from numpy.typing import ArrayLike
+
 from ulna.kinematics.tree import Tree
 
 
@@ -12,6 +14,11 @@ class Compiled(Protocol):
     @property
     def in_c(self) -> Callable[..., Any] | None:
         """The same in C, if the extension is there: what is called for one q without a detour through Python."""
+        ...
+
+    def __call__(self, q: ArrayLike, out: Any = None, threads: int | None = None) -> Any:
+        """The result for q, shape (..., n_dof)."""
+        ...
 
 
 KeyT = TypeVar("KeyT", bound=Hashable)
