@@ -269,6 +269,16 @@ def test_joints_that_do_not_move_the_link_stay_at_the_seed():
         robot.inverse_kinematics(T[0], np.where(seed == 0.7, np.nan, seed), "link6")
 
 
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0.3, -0.5, 0.2)])
+def test_a_whole_pose_about_another_axis_is_the_same_pose(ur5, axis):
+    T = ur5.forward_kinematics(np.random.default_rng(6).uniform(-np.pi, np.pi, (3, 6)))
+    for target in (T, T[0]):
+        result = ur5.inverse_kinematics(target, task=ulna.Task(axis=axis))
+        assert np.all(result.success)
+        np.testing.assert_allclose(ur5.forward_kinematics(result.q), target, atol=3e-5)
+    assert len(ur5.inverse_kinematics_all(T[0], task=ulna.Task(axis=axis))) == len(ur5.inverse_kinematics_all(T[0]))
+
+
 def test_what_is_no_pose_is_refused(ur5):
     bad = np.stack([np.eye(4), np.diag([1.0, 1.0, -1.0, 1.0])])
     for call in (ur5.inverse_kinematics, ur5.all_solutions):
