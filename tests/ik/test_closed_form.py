@@ -269,6 +269,25 @@ def test_joints_that_do_not_move_the_link_stay_at_the_seed():
         robot.inverse_kinematics(T[0], np.where(seed == 0.7, np.nan, seed), "link6")
 
 
+def test_every_target_that_is_not_solved_has_its_reason_and_is_no_farther_off_than_by_search(ur5):
+    """Targets drawn out by a quarter: those that the search alone leaves unexplained are proved to be out of reach."""
+    narrow = Robot.from_dh(robots.UR5, convention="standard", limits=[(-2.0, 2.0)] * 6)
+    T = narrow.forward_kinematics(np.random.default_rng(9).uniform(-2, 2, (60, 6)))
+    T[:, :3, 3] *= 1.25
+    for robot in (ur5, narrow):
+        result = robot.inverse_kinematics(T)
+        searched = robot.inverse_kinematics(T, max_iterations=16_000)  # with a budget there is a search
+        assert set(result.status) <= {"solved", "unreachable", "joint limits"}
+        np.testing.assert_array_equal(result.success, searched.success)
+        off, by_search = ((x.residual[~x.success] ** 2).sum(axis=1) for x in (result, searched))
+        assert (off <= 1.05 * by_search + 1e-12).mean() > 0.95
+        beyond = result.status == "joint limits"
+        assert (result.limit_excess[beyond].max(axis=-1) > 0).all()
+        assert (result.limit_excess[~beyond] == 0).all()
+        every = robot.all_solutions(T)
+        np.testing.assert_array_equal(result.status == "unreachable", ~every.real.any(axis=1) & ~result.success)
+
+
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0.3, -0.5, 0.2)])
 def test_a_whole_pose_about_another_axis_is_the_same_pose(ur5, axis):
     T = ur5.forward_kinematics(np.random.default_rng(6).uniform(-np.pi, np.pi, (3, 6)))

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _FEW, _MANY = 2, 16  # random starts of the first round: if any solution will do, and if the best is chosen
+_MOST = 64  # starts where there is no solution to find
 
 
 class NumericSolver:
@@ -56,7 +57,7 @@ class NumericSolver:
 def nearest_poses(problem: Problem) -> Search:
     """The nearest configurations to targets without a solution within the limits; and which of them are out of reach."""
     search = Search.of(problem, None)
-    search.run(Restart(0, _MANY, STEPS, from_seed=True))
+    search.run(Restart(0, _MOST, STEPS, from_seed=True))
     close_unreachable(search)
     settle_open(search, out_of_time=False)
     return search
