@@ -3,6 +3,8 @@
 That no branch is missing: the configuration that made a target is one of them, and a search from many starts finds no other.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ import robots
 import ulna
 from closed_form_arms import FAMILIES, arm_of, arm_of_axes, direction, family_axes
 from ulna import Robot
+from ulna.description.robot_description import Joint, JointType, Limits, Link
 from ulna.ik.closed_form.families import NAMES
 from ulna.kernels.chain import closed_form_layout as layout
 
@@ -241,6 +244,58 @@ def test_a_rotation_that_is_rounded_to_seven_digits_is_reached_within_the_tolera
     result = ur5.inverse_kinematics(T)
     assert result.success
     assert result.iterations == 0
+
+
+def test_joints_that_do_not_move_the_link_stay_at_the_seed():
+    """A UR5 behind a wheel of its own and with a finger: six of eight joints move the hand."""
+    description = of_dh(robots.UR5).description
+    wheel = Joint("wheel", JointType.REVOLUTE, "link3", "tyre", np.eye(4), robots.Z, Limits(-1.0, 1.0))
+    finger = Joint("finger", JointType.PRISMATIC, "link6", "tip", np.eye(4), robots.Z, Limits(0.0, 0.1))
+    links, joints = (*description.links, Link("tyre"), Link("tip")), (*description.joints, wheel, finger)
+    robot = Robot(replace(description, links=links, joints=joints))
+    seed = np.zeros(8)
+    seed[[robot.joint_names.index("wheel"), robot.joint_names.index("finger")]] = 0.7, 0.06
+    q = np.random.default_rng(6).uniform(-np.pi, np.pi, (5, 6))
+    T = of_dh(robots.UR5).forward_kinematics(q)
+    several, found = robot.inverse_kinematics(T, seed, "link6"), robot.all_solutions(T, "link6")
+    assert several.success.all()
+    assert (found.proof == "complete").all()
+    for row, target in zip(several.q, T, strict=True):
+        one = robot.inverse_kinematics(target, seed, "link6")
+        assert one.q.tobytes() == row.tobytes()
+        assert (one.iterations, one.q[seed != 0.0].tolist()) == (0, seed[seed != 0.0].tolist())
+        np.testing.assert_allclose(robot.forward_kinematics(one.q, link="link6"), target, atol=1e-12)
+    with pytest.raises(ulna.InputError, match="q_seed"):
+        robot.inverse_kinematics(T[0], np.where(seed == 0.7, np.nan, seed), "link6")
+
+
+def test_every_target_that_is_not_solved_has_its_reason_and_is_no_farther_off_than_by_search(ur5):
+    """Targets drawn out by a quarter: those that the search alone leaves unexplained are proved to be out of reach."""
+    narrow = Robot.from_dh(robots.UR5, convention="standard", limits=[(-2.0, 2.0)] * 6)
+    T = narrow.forward_kinematics(np.random.default_rng(9).uniform(-2, 2, (60, 6)))
+    T[:, :3, 3] *= 1.25
+    for robot in (ur5, narrow):
+        result = robot.inverse_kinematics(T)
+        searched = robot.inverse_kinematics(T, max_iterations=16_000)  # with a budget there is a search
+        assert set(result.status) <= {"solved", "unreachable", "joint limits"}
+        np.testing.assert_array_equal(result.success, searched.success)
+        off, by_search = ((x.residual[~x.success] ** 2).sum(axis=1) for x in (result, searched))
+        assert (off <= 1.05 * by_search + 1e-12).mean() > 0.95
+        beyond = result.status == "joint limits"
+        assert (result.limit_excess[beyond].max(axis=-1) > 0).all()
+        assert (result.limit_excess[~beyond] == 0).all()
+        every = robot.all_solutions(T)
+        np.testing.assert_array_equal(result.status == "unreachable", ~every.real.any(axis=1) & ~result.success)
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0.3, -0.5, 0.2)])
+def test_a_whole_pose_about_another_axis_is_the_same_pose(ur5, axis):
+    T = ur5.forward_kinematics(np.random.default_rng(6).uniform(-np.pi, np.pi, (3, 6)))
+    for target in (T, T[0]):
+        result = ur5.inverse_kinematics(target, task=ulna.Task(axis=axis))
+        assert np.all(result.success)
+        np.testing.assert_allclose(ur5.forward_kinematics(result.q), target, atol=3e-5)
+    assert len(ur5.inverse_kinematics_all(T[0], task=ulna.Task(axis=axis))) == len(ur5.inverse_kinematics_all(T[0]))
 
 
 def test_what_is_no_pose_is_refused(ur5):

@@ -162,3 +162,12 @@ def test_a_joint_that_points_cannot_lift_what_a_position_asks(panda):
 def test_a_task_that_cannot_be_is_refused(slack, axis, message):
     with pytest.raises(InputError, match=f"^{message}"):
         Task(slack, axis)
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0.3, -0.5, 0.2)])
+def test_a_task_that_frees_nothing_asks_for_the_pose_itself_whatever_its_axis(panda, axis):
+    T = panda.forward_kinematics(panda.home)
+    for target in (T, T[None]):
+        result = panda.inverse_kinematics(target, task=Task(axis=axis))
+        assert np.all(result.success)
+        np.testing.assert_allclose(panda.forward_kinematics(result.q), target, atol=3e-5)

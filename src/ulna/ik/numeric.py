@@ -13,9 +13,9 @@ from ulna.ik.explain import close_unreachable, explain_open, reach_in_words, set
 from ulna.ik.explanation import Explanation
 from ulna.ik.options import LEVENBERG_MARQUARDT
 from ulna.ik.problem import Problem, make_problem, refuse_no_pose
-from ulna.ik.query import Query
+from ulna.ik.query import STEPS, Query
 from ulna.ik.ranking import cost_of, refuse_clearance_of_nothing
-from ulna.ik.restarts import Search, search_with_restarts
+from ulna.ik.restarts import Restart, Search, search_with_restarts
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.trace import convergence
 from ulna.kernels.ik import search_layout as layout
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _FEW, _MANY = 2, 16  # random starts of the first round: if any solution will do, and if the best is chosen
+_MOST = 64  # starts where there is no solution to find
 
 
 class NumericSolver:
@@ -51,6 +52,15 @@ class NumericSolver:
             refuse_no_pose(T)
         q = search.q.reshape(*problem.batch, search.q.shape[-1])
         return IKResult(q, search.info, problem.batch, options.tolerances, _explanation(search, collisions))
+
+
+def nearest_poses(problem: Problem) -> Search:
+    """The nearest configurations to targets without a solution within the limits; and which of them are out of reach."""
+    search = Search.of(problem, None)
+    search.run(Restart(0, _MOST, STEPS, from_seed=True))
+    close_unreachable(search)
+    settle_open(search, out_of_time=False)
+    return search
 
 
 def _search(problem: Problem, collisions: CollisionFilter | None) -> Search:

@@ -56,6 +56,7 @@ class SingleTargetSolver:
         return (
             options.method == LEVENBERG_MARQUARDT
             and options.task.kind == layout.WHOLE_POSE
+            and query.task_axes is None
             and options.rank is None
             and options.max_step is None
             and options.budget >= _STARTS * STEPS

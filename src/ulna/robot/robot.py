@@ -475,6 +475,10 @@ class Robot:
     ) -> IKResult:
         """Joint positions that bring a link to a pose, within the joint limits.
 
+        Where the link has an exact closed form of six joints (``closed_form``) and the whole pose is asked for, all its branches
+        are computed, and the one nearest to ``q_seed``, or to ``home``, is returned, or that of the best rank. Otherwise, and
+        with ``posture``, ``held``, ``max_step`` or ``max_iterations``, there is a search.
+
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
             q_seed: Where to start [rad or m], shape (..., n_dof) or (n_dof,). If given, the search from it comes first; if that

@@ -15,7 +15,7 @@ from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 _SHARES = (0.5, 0.31, 0.83)  # of the range of a joint that is held: where a family has to hold
-_MOST_KEPT = 256  # links, and places of a joint that is held
+_MOST_LINKS, _MOST_PLACES = 64, 256  # that are kept: of robots, and places of a joint that is held
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ def closed_form_of(tree: Tree, link: str, held: str | None = None) -> ClosedForm
     return _closed_form_of(tree, link, held)
 
 
-@lru_cache(maxsize=_MOST_KEPT)
+@lru_cache(maxsize=_MOST_LINKS)
 def _closed_form_of(tree: Tree, link: str, held: str | None) -> ClosedForm | None:
     chain = tree.chain(link)
     order = turning_order(chain)
@@ -131,7 +131,7 @@ def held_range(tree: Tree, column: int) -> tuple[float, float]:
     return low, high
 
 
-@lru_cache(maxsize=_MOST_KEPT)
+@lru_cache(maxsize=_MOST_PLACES)
 def _six_joints(form: ClosedForm, held_at: float | None, n_dof: int) -> SixJoints | None:
     q = np.zeros(n_dof)
     if form.held_column is not None and held_at is not None:

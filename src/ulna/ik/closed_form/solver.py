@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ulna.collision.world import World
 
 Array = NDArray[np.float64]
-_MATRIX = (4, 4)
+_MATRIX, _ONE_MATRIX, _ONE_SEED = (4, 4), (1, 4, 4), (1, N_AXES)
 _LEAST_TARGETS = 512  # of a part
 
 
@@ -41,12 +41,13 @@ class ClosedFormSolver:
         if form is None:
             raise AssertionError("no closed form")
         self._query, self._form, six = query, form, joints_at(form, query.home)
-        self._columns, self._n = list(form.columns), query.tree.n_dof
-        self._alone = self._columns == list(range(self._n))
+        tree, options = query.tree, query.options
+        self._columns, self._n = np.array(form.columns), tree.n_dof
+        self._alone = form.columns == tuple(range(self._n))
         self._table, self._chain, self._nearest = six.table, six.chain, entry("closed_form.nearest_branches")
-        lower, upper = query.tree.lower[self._columns], query.tree.upper[self._columns]
-        self._plan = np.array([*query.options.tolerances, *lower, *upper])
-        self._home = query.home[self._columns].reshape(1, N_AXES)
+        self._plan = np.array([*options.tolerances, *tree.lower[self._columns], *tree.upper[self._columns]])
+        self._home, self._tolerances, self._trace = query.home.copy(), options.tolerances, options.trace
+        self._by_way = options.rank is None or options.rank == "nearest"
         self._search = NumericSolver(query)
 
     @staticmethod
@@ -56,6 +57,7 @@ class ClosedFormSolver:
         if (
             options.method != LEVENBERG_MARQUARDT
             or options.task.kind != layout.WHOLE_POSE
+            or query.task_axes is not None
             or options.max_step is not None
             or options.max_iterations is not None
             or len(turning_order(query.tree.chain(query.link))) != N_AXES
@@ -70,29 +72,27 @@ class ClosedFormSolver:
         """The nearest branch, or that of the best rank that is clear of the world; None where something else is asked for."""
         if posture is not None or held:
             return None
-        rank = self._query.options.rank
-        if world is not None or (rank is not None and rank != "nearest"):
+        if world is not None or not self._by_way:
             return best_branches(self._query, self._form, self._search, T, q_seed, world)
         T = as_floats("T", T)
-        if T.shape == _MATRIX and self._alone:
-            result = self._one(T, q_seed)
-            if result is not None:
-                return result
-        return self._many(T, q_seed)
+        result = self._one(T, q_seed) if T.shape == _MATRIX else None
+        return self._many(T, q_seed) if result is None else result
 
     def _one(self, T: Array, q_seed: ArrayLike | None) -> IKResult | None:
         """The result for one target, if it is solved."""
-        seed = self._home
-        if q_seed is not None:
-            seed = as_floats("q_seed", q_seed)
-            if seed.shape != (N_AXES,):
-                return None
-            seed = seed.reshape(1, N_AXES)
-        q, info = np.empty((1, N_AXES)), np.empty((1, layout.N_INFO))
-        if not self._nearest(self._table, self._chain, self._plan, T.reshape(1, 4, 4), seed, q, info):
+        start = self._home if q_seed is None else as_floats("q_seed", q_seed)
+        if start.shape != (self._n,) or not (self._alone or np.isfinite(start).all()):
             return None
-        explanation = Explanation(trace=no_steps(info)) if self._query.options.trace else NOTHING_TO_EXPLAIN
-        return IKResult(q[0], info, (), self._query.options.tolerances, explanation)
+        seed = start if self._alone else start[self._columns]
+        q, info = np.empty((1, N_AXES)), np.empty((1, layout.N_INFO))
+        if not self._nearest(self._table, self._chain, self._plan, T.reshape(_ONE_MATRIX), seed.reshape(_ONE_SEED), q, info):
+            return None
+        explanation = Explanation(trace=no_steps(info)) if self._trace else NOTHING_TO_EXPLAIN
+        found = q[0]
+        if not self._alone:
+            found = np.clip(start, *self._query.tree.limits)
+            found[self._columns] = q[0]
+        return IKResult(found, info, (), self._tolerances, explanation)
 
     def _many(self, T: Array, q_seed: ArrayLike | None) -> IKResult:
         problem = make_problem(self._query, T, q_seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,8 +12,9 @@ from ulna.ik.closed_form.branches import PROOFS, all_branches
 from ulna.ik.closed_form.closed_form import ClosedForm
 from ulna.ik.closed_form.result import Proof
 from ulna.ik.entry_names import entry_names
-from ulna.ik.explanation import Explanation
-from ulna.ik.numeric import NumericSolver
+from ulna.ik.explain import reach_in_words
+from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
+from ulna.ik.numeric import NumericSolver, nearest_poses
 from ulna.ik.problem import Problem, refuse_no_pose
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.turns import nearest_turns, turning_columns
@@ -40,67 +42,84 @@ def with_unsolved(
         refuse_no_pose(problem.targets.reshape(*problem.batch, 4, 4))
     solved = info[:, layout.STATUS] == layout.SOLVED
     rest = np.flatnonzero(~solved if found is None else ~(solved & found))
-    if not len(rest):
-        explanation = Explanation(trace=no_steps(info) if options.trace else None)
-        return IKResult(q.reshape(*problem.batch, q.shape[-1]), info, problem.batch, options.tolerances, explanation)
-    some = _searched(search, problem, rest, world)
-    q[rest], info[rest] = some.q.reshape(len(rest), -1), some.info
-    known = some.explanation
-    reach = {int(rest[i]): x for i, x in known.reach_excess.items()}
-    limits = {int(rest[i]): x for i, x in known.limit_excess.items()}
-    collisions = {int(rest[i]): pairs for i, pairs in known.collisions.items()}
-    proved, words = _proved(form, problem, rest, info, limits)
-    info[rest, layout.STATUS] = proved
-    explanation = Explanation(
-        reach_excess=reach,
-        limit_excess=limits,
-        collisions=collisions,
-        reach=known.reach or words,
-        entry_names=entry_names(problem.query.tree) if limits else (),
-        trace=known.trace,
-    )
+    explanation = Explanation(trace=no_steps(info) if options.trace else None)
+    if len(rest):
+        proved, excess = proved_unsolved(form, _some(problem, rest))
+        if not options.trace:
+            explanation = _nearest(form, problem, rest[proved], q, info, {int(rest[i]): x for i, x in excess.items()})
+        else:
+            proved[:] = False  # a trace is one of the search
+        explanation = _searched(search, problem, rest[~proved], q, info, world, explanation)
     return IKResult(q.reshape(*problem.batch, q.shape[-1]), info, problem.batch, options.tolerances, explanation)
+
+
+def proved_unsolved(form: ClosedForm, problem: Problem) -> tuple[Truths, dict[int, Array]]:
+    """Which targets are proved to have no solution within the limits; and for those that have some beyond, the least excess."""
+    branches = all_branches(form, problem.query.tree, problem.targets, problem.seeds, problem.query.options.threads)
+    is_proof = np.isin(branches.proof, [PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING)])
+    proved = is_proof & ~branches.valid.any(axis=1)
+    beyond = np.flatnonzero(proved & branches.real.any(axis=1))
+    return proved, {int(i): _least_excess(form, problem, branches.q[i, branches.real[i]]) for i in beyond}
+
+
+def _some(problem: Problem, order: NDArray[np.int64]) -> Problem:
+    """The problem of some targets."""
+    seeds, bounds = (rows[order] if len(rows) > 1 else rows for rows in (problem.seeds, problem.bounds))
+    goal = problem.nearest_to if problem.nearest_to is None or len(problem.nearest_to) == 1 else problem.nearest_to[order]
+    return replace(problem, targets=problem.targets[order], seeds=seeds, bounds=bounds, nearest_to=goal, batch=(len(order),))
+
+
+def _nearest(
+    form: ClosedForm, problem: Problem, order: NDArray[np.int64], q: Array, info: Array, excess: dict[int, Array]
+) -> Explanation:
+    """Write the nearest configurations to targets without solutions, and why they have none."""
+    if not len(order):
+        return NOTHING_TO_EXPLAIN
+    search = nearest_poses(_some(problem, order))
+    q[order], info[order] = search.q, search.info
+    open_ = order[search.info[:, layout.STATUS] != layout.SOLVED]  # within the tolerances although there is no solution
+    is_beyond = np.isin(open_, list(excess))
+    info[open_, layout.STATUS] = np.where(is_beyond, CODES[Status.JOINT_LIMITS], CODES[Status.UNREACHABLE])
+    reach = {int(order[i]): x for i, x in search.reach_excess.items()}
+    words = f"the closed form has no solution, whatever the limits ({form.family})"
+    return Explanation(
+        reach_excess=reach,
+        limit_excess={i: x for i, x in excess.items() if i in set(open_.tolist())},
+        reach=reach_in_words(problem, 0) if reach and not problem.batch else words,
+        entry_names=entry_names(problem.query.tree) if excess else (),
+    )
+
+
+def _searched(
+    search: NumericSolver,
+    problem: Problem,
+    order: NDArray[np.int64],
+    q: Array,
+    info: Array,
+    world: World | None,
+    known: Explanation,
+) -> Explanation:
+    """Write the results of the search for other targets; what is known of them too is added."""
+    if not len(order):
+        return known
+    seeds = None if not problem.seeded else problem.seeds[order] if len(problem.seeds) > 1 else problem.seeds[0]
+    targets = problem.targets[order] if problem.batch else problem.targets[0]
+    some = search.solve(targets, seeds, None, (), world)
+    q[order], info[order] = some.q.reshape(len(order), -1), some.info
+    more = some.explanation
+    return Explanation(
+        reach_excess={**known.reach_excess, **{int(order[i]): x for i, x in more.reach_excess.items()}},
+        limit_excess={**known.limit_excess, **{int(order[i]): x for i, x in more.limit_excess.items()}},
+        collisions={int(order[i]): pairs for i, pairs in more.collisions.items()},
+        reach=more.reach or known.reach,
+        entry_names=more.entry_names or known.entry_names,
+        trace=more.trace,
+    )
 
 
 def no_steps(info: Array) -> Array:
     """The trace (1, 4) of one target that took no step: its errors."""
     return np.array([[info[0, layout.POSITION_ERROR], info[0, layout.ROTATION_ERROR], 0.0, 0.0]])
-
-
-def _searched(search: NumericSolver, problem: Problem, rest: NDArray[np.int64], world: World | None) -> IKResult:
-    """The results of the search for some targets; of one target as it is given alone."""
-    seeds = None if not problem.seeded else problem.seeds[rest] if len(problem.seeds) > 1 else problem.seeds[0]
-    if not problem.batch:
-        return search.solve(problem.targets[0], None if not problem.seeded else problem.seeds[0], None, (), world)
-    return search.solve(problem.targets[rest], seeds, None, (), world)
-
-
-def _proved(
-    form: ClosedForm, problem: Problem, rest: NDArray[np.int64], info: Array, limits: dict[int, Array]
-) -> tuple[Array, str]:
-    """The statuses of some targets, those that the search left open by what the closed form proves; and that in words.
-
-    The excess of targets that are proved to be beyond the limits is added to ``limits``.
-    """
-    status, words = info[rest, layout.STATUS].copy(), ""
-    open_ = np.isin(status, [CODES[Status.NOT_FOUND], CODES[Status.SINGULAR]])
-    if not open_.any():
-        return status, words
-    tree, order = problem.query.tree, rest[open_]
-    seeds = problem.seeds if len(problem.seeds) == 1 else problem.seeds[order]
-    branches = all_branches(form, tree, problem.targets[order], seeds, problem.query.options.threads)
-    is_proof = np.isin(branches.proof, [PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING)])
-    for row, i in enumerate(order):
-        if not is_proof[row] or branches.valid[row].any():
-            continue
-        at = np.flatnonzero(rest == i)[0]
-        if not branches.real[row].any():
-            status[at] = CODES[Status.UNREACHABLE]
-            words = f"the closed form has no solution, whatever the limits ({form.family})"
-        elif status[at] == CODES[Status.NOT_FOUND]:
-            status[at] = CODES[Status.JOINT_LIMITS]
-            limits[int(i)] = _least_excess(form, problem, branches.q[row, branches.real[row]])
-    return status, words
 
 
 def _least_excess(form: ClosedForm, problem: Problem, q: Array) -> Array:

@@ -1,0 +1,188 @@
+"""``robot.all_solutions``: shapes, limits, whole turns, seven joints, worlds and ranks, by forward kinematics and by counting."""
+
+import dataclasses
+import itertools
+import pickle
+
+import numpy as np
+import pytest
+
+import robots
+import ulna
+from ulna import InputError, Robot, UnknownNameError
+from ulna.description.robot_description import Body
+
+TURN = 2 * np.pi
+Q = np.array([0.3, -1.2, 1.5, -0.7, 1.1, 0.4])
+
+
+def ur5(limit=np.pi):
+    return Robot.from_dh(robots.UR5, convention="standard", limits=[(-limit, limit)] * 6)
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (3,), (2, 5), (0,)])
+def test_batch_axes_lead(shape):
+    robot = ur5()
+    T = robot.forward_kinematics(np.random.default_rng(1).uniform(-3, 3, (*shape, 6)))
+    found = robot.all_solutions(T)
+    assert found.q.shape == (*shape, 8, 6)
+    assert found.valid.shape == found.real.shape == (*shape, 8)
+    assert np.shape(found.proof) == shape
+    assert (found.valid <= found.real).all()
+    assert (np.isnan(found.q).any(axis=-1) == ~found.real).all()
+    assert found.proof == "complete" if shape == () else (found.proof == "complete").all()
+
+
+def test_solutions_cannot_be_changed_and_may_be_pickled():
+    found = ur5().all_solutions(np.stack([ur5().forward_kinematics(Q)] * 2))
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.q = None  # type: ignore[misc]
+    with pytest.raises(ValueError, match="read-only"):
+        found.q[0] = 0
+    assert pickle.loads(pickle.dumps(found)).proof.tolist() == ["complete"] * 2  # noqa: S301
+    assert "8 solutions" in str(found)
+
+
+def test_limits_make_solutions_invalid_and_leave_them_real():
+    robot = Robot.from_dh(robots.UR5, convention="standard", limits=[(-np.pi, np.pi)] * 2 + [(0, np.pi)] + [(-np.pi, np.pi)] * 3)
+    found = robot.all_solutions(robot.forward_kinematics(Q))
+    assert (found.real.sum(), found.valid.sum(), found.proof) == (8, 4, "complete")
+    assert (found.q[found.valid][:, 2] >= 0).all()
+    assert (found.q[~found.valid][:, 2] < 0).all()
+
+
+def test_every_whole_turn_within_the_limits_is_listed_on_request():
+    """With a turn either way each joint of each of eight branches has two places: 8 * 2^6."""
+    robot = ur5(TURN)
+    T = robot.forward_kinematics(Q)
+    found = robot.all_solutions(T, whole_turns=True)
+    listed = found.q[found.valid]
+    assert len(listed) == 8 * 2**6
+    assert (np.abs(listed) <= TURN).all()
+    np.testing.assert_allclose(robot.forward_kinematics(listed), np.broadcast_to(T, (len(listed), 4, 4)), atol=1e-12)
+    places = [{x, x - TURN * np.sign(x)} for x in Q]
+    for q in itertools.product(*places):
+        assert np.abs(listed - q).max(axis=1).min() < 1e-9
+
+
+@pytest.mark.parametrize("joint", [None, "panda_joint7", "panda_joint6"])
+def test_seven_joints_have_branches_at_each_sample_of_the_one_that_is_held(panda, joint):
+    T = panda.forward_kinematics(np.random.default_rng(3).uniform(panda.lower, panda.upper, (4, 7)))
+    found = panda.all_solutions(T, redundancy=joint, n_samples=24)
+    assert found.q.shape == (4, 8 * 24, 7)
+    held = panda.joint_names.index(joint or "panda_joint7")
+    assert len(np.unique(found.q[found.real][:, held].round(9))) <= 24
+    assert found.real.any(axis=1).all()
+    assert (found.proof == "continuum").all()
+    solutions = found.q[found.valid]
+    reached = panda.forward_kinematics(solutions)
+    assert np.abs(reached - np.repeat(T, found.valid.sum(axis=1), axis=0)).max() < 1e-9
+    assert ((solutions >= panda.lower) & (solutions <= panda.upper)).all()
+
+
+def test_a_redundant_arm_out_of_reach_has_none_and_that_is_not_proved(panda):
+    found = panda.all_solutions(ulna.pose((3.0, 0, 0)))
+    assert (found.real.sum(), found.proof) == (0, "searched")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"T": np.eye(3)}, InputError, "T: shape"),
+        ({"T": np.full((4, 4), np.nan)}, InputError, "T"),
+        ({"T": np.eye(4), "redundancy": "panda_joint9"}, UnknownNameError, "panda_joint9"),
+        ({"T": np.eye(4), "redundancy": "panda_joint1"}, None, ""),
+        ({"T": np.eye(4), "n_samples": 0}, InputError, "n_samples"),
+        ({"T": np.eye(4), "threads": -1}, InputError, "threads"),
+        ({"T": np.eye(4), "link": "nowhere"}, UnknownNameError, "nowhere"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(panda, arguments, error, message):
+    if error is None:  # a joint that leaves no family when it is held: a search
+        assert panda.all_solutions(**arguments).family == ""
+        return
+    with pytest.raises(error, match=message):
+        panda.all_solutions(**arguments)
+
+
+def test_a_joint_of_six_is_not_redundant():
+    with pytest.raises(InputError, match="redundancy"):
+        ur5().all_solutions(np.eye(4), redundancy="joint1")
+
+
+def test_a_link_within_a_longer_chain_has_its_own_form(panda):
+    assert panda.all_solutions(panda.forward_kinematics(panda.home, link="panda_link7"), "panda_link7").q.shape == (128, 7)
+
+
+# ---- a world, a rank
+
+
+def armed(limit=np.pi):
+    """A UR5 with a ball about each wrist."""
+    description = ur5(limit).description
+    links = tuple(
+        dataclasses.replace(link, collisions=(Body(f"ball {link.name}", ulna.Sphere(0.02), np.eye(4)),))
+        if link.name in {"link2", "link5"}
+        else link
+        for link in description.links
+    )
+    return Robot(dataclasses.replace(description, links=links))
+
+
+@pytest.fixture(scope="module")
+def blocked():
+    """A robot, a target, and a world in which its elbow may not be where the first solution has it."""
+    robot = armed()
+    T = robot.forward_kinematics(Q)
+    world = ulna.World()
+    world.add("ball", ulna.Sphere(0.05), robot.forward_kinematics(Q, link="link2"))
+    return robot, T, world
+
+
+def test_solutions_that_collide_are_left_out(blocked):
+    robot, T, world = blocked
+    every, clear = robot.inverse_kinematics_all(T), robot.inverse_kinematics_all(T, world=world)
+    hits = robot.in_collision(every, world)
+    assert 0 < hits.sum() < 8
+    np.testing.assert_array_equal(clear, every[~hits])
+
+
+def test_solutions_are_ordered_by_their_rank(blocked):
+    robot, T, world = blocked
+    by_clearance = robot.inverse_kinematics_all(T, world=world, rank="clearance")
+    distances = robot.signed_distance(by_clearance, world, self_collision=False)
+    assert (np.diff(distances) <= 0).all()
+    assert len(by_clearance) == len(robot.inverse_kinematics_all(T, world=world))
+    measure = robot.manipulability(robot.inverse_kinematics_all(T, rank="manipulability"))
+    assert (np.diff(measure) <= 0).all()
+    with pytest.raises(InputError, match="world= is needed"):
+        robot.inverse_kinematics_all(T, rank="clearance")
+
+
+@pytest.mark.parametrize("rank", [None, "nearest", "manipulability", "mid_range", "clearance"])
+def test_the_solver_returns_the_first_in_rank_of_all_that_are_clear(blocked, rank):
+    robot, T, world = blocked
+    every = robot.all_solutions(T)
+    clear = every.q[every.valid][~robot.in_collision(every.q[every.valid], world)]
+    cost = {
+        None: np.abs(clear - Q).max(axis=1),
+        "nearest": np.abs(clear - Q).max(axis=1),
+        "manipulability": -robot.manipulability(clear),
+        "mid_range": (clear**2).mean(axis=1),
+        "clearance": -robot.signed_distance(clear, world, self_collision=False),
+    }[rank]
+    result = robot.inverse_kinematics(T, Q, world=world, rank=rank)
+    assert result.success
+    assert not robot.in_collision(result.q, world)
+    chosen = np.abs(clear - result.q).max(axis=1).argmin()
+    assert np.abs(clear[chosen] - result.q).max() < 1e-9
+    assert cost[chosen] <= cost.min() + 1e-9
+
+
+def test_where_every_solution_collides_the_pairs_are_named(blocked):
+    robot, T, _ = blocked
+    world = ulna.World()
+    world.add("wall", ulna.Sphere(2.0), ulna.pose((0, 0, 0)))
+    result = robot.inverse_kinematics(T, world=world)
+    assert result.status == "in collision"
+    assert any("wall" in pair for pair in result.collisions)
