@@ -1,3 +1,5 @@
+import sys
+
 import matplotlib as mpl
 import pytest
 
@@ -30,3 +32,17 @@ def test_what_cannot_be_written_is_refused(panda_map, tmp_path):
         write_figure(panda_map, tmp_path / "m.hologram")
     with pytest.raises(ulna.FileError, match="nowhere"):
         write_figure(panda_map, tmp_path / "nowhere" / "m.png")
+
+
+@pytest.mark.parametrize("missing", ["zarr", "xarray", "distributed"])
+def test_without_the_extra_the_error_says_what_to_install(panda, panda_map, tmp_path, monkeypatch, missing):
+    monkeypatch.setitem(sys.modules, missing, None)
+
+    def ask():
+        if missing == "xarray":
+            return ulna.ReachabilityMap.open(panda_map.path).share
+        return ulna.reachability_map(panda, tmp_path / "m.zarr", voxel=0.5, orientations=1, client=object())
+
+    with pytest.raises(ulna.MissingExtraError, match=r"pip install 'ulna\[reach\]'"):
+        ask()
+    assert list(tmp_path.iterdir()) == []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
@@ -87,7 +86,7 @@ class ReachabilityMap:
         self._group = zarr_package().open_group(path, mode="r", use_consolidated=False)
 
     @classmethod
-    def open(cls, path: str | os.PathLike[str], *, robot: Robot | None = None) -> ReachabilityMap:
+    def open(cls, path: str | Path, *, robot: Robot | None = None) -> ReachabilityMap:
         """The map at a path.
 
         Args:

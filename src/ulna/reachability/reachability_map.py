@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from ulna.reachability.grid import Grid
 from ulna.reachability.lock import locked
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.model import robot_to_json
-from ulna.reachability.run import Tell, run
+from ulna.reachability.run import run
 from ulna.reachability.specification import Specification
 from ulna.reachability.store import create, read_specification, sweep, zarr_package
 from ulna.reachability.workers import DaskWorkers, ThreadWorkers
@@ -32,7 +33,7 @@ from ulna.robot import Robot
 
 def reachability_map(
     robot: Robot,
-    path: str | os.PathLike[str],
+    path: str | Path,
     *,
     voxel: float,
     orientations: int,
@@ -49,7 +50,7 @@ def reachability_map(
     rotation_tolerance: float = 1e-5,
     max_iterations: int = 400,
     threads: int | None = None,
-    progress: Tell | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> ReachabilityMap:
     """Compute which poses a robot reaches, and how well: inverse kinematics in every voxel, in every orientation.
 
