@@ -51,7 +51,11 @@ def name_of(page):
     return str(page.relative_to(ROOT))
 
 
-@pytest.mark.parametrize("page", WITH_PYTHON, ids=name_of)
+def about_the_compiler(page):
+    return pytest.param(page, marks=pytest.mark.compiler) if page.name == "lanes.md" else page
+
+
+@pytest.mark.parametrize("page", [about_the_compiler(page) for page in WITH_PYTHON], ids=name_of)
 def test_the_python_of_a_page_runs_from_top_to_bottom_and_prints_what_it_says(page, a_users_folder, capsys):
     names = {"__name__": "__main__"}
     for block in blocks(page):
@@ -109,6 +113,7 @@ def test_pages_have_code_that_is_run():
 LANES = ROOT / "docs" / "lanes.md"
 
 
+@pytest.mark.compiler
 def test_the_page_about_lanes_runs_without_the_compiler_too(tmp_path):
     """All but the last block, which looks at machine code."""
     code = [block.text for block in blocks(LANES) if block.language == "python"]
@@ -118,6 +123,7 @@ def test_the_page_about_lanes_runs_without_the_compiler_too(tmp_path):
     run_without_compiler(["page.py"], tmp_path)
 
 
+@pytest.mark.compiler
 def test_the_debugger_stops_in_a_kernel_as_the_page_about_lanes_says(tmp_path):
     (command,) = [block.text for block in blocks(LANES) if block.language == "console"]
     _, _, script, _ = [block.text for block in blocks(LANES) if block.language == "python"]

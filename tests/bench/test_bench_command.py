@@ -105,6 +105,7 @@ def test_memory_is_measured_for_each_call(monkeypatch):
 
 
 @pytest.mark.skipif(first_use.size_rows() == [], reason="runs from source, without being installed")
+@pytest.mark.compiler
 def test_the_packages_that_the_core_needs_are_weighed():
     sizes = {row["package"]: row["megabytes"] for row in first_use.size_rows()}
     assert {"numpy", "numba", "llvmlite", "all"} <= set(sizes)

@@ -43,6 +43,7 @@ def test_each_part_of_a_call_is_what_one_layer_takes_more_than_the_layer_below_i
     }
 
 
+@pytest.mark.compiler
 def test_the_account_is_of_one_pose_and_one_jacobian(panda):
     assert [row["work"] for row in account.account_rows(panda)] == ["forward_kinematics", "jacobian"]
 

@@ -11,6 +11,7 @@ from ulna.drivers import DRIVERS, entry
 from ulna.engine.decorators import ENTRIES
 
 
+@pytest.mark.compiler
 def test_an_entry_is_found_by_its_module_and_function():
     from ulna.drivers.forward import forward_batch
 

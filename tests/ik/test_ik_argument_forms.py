@@ -99,6 +99,7 @@ def test_the_fast_path_and_the_general_one_refuse_the_same_targets_in_the_same_w
     assert short.startswith("T: ")
 
 
+@pytest.mark.compiler
 @pytest.mark.skipif(not hasattr(search_jobs, "signatures"), reason="without the compiler there is no machine code")
 def test_no_form_of_input_is_compiled_for_anew(panda, targets, q):
     """Each signature costs a compilation of ten seconds, once."""

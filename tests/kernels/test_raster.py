@@ -13,7 +13,7 @@ HEIGHT, WIDTH = 12, 17
 
 def drawn(points, triangles, height=HEIGHT, width=WIDTH):
     nearness, numbers = np.zeros((height, width), np.float32), np.full((height, width), NOTHING, np.int32)
-    draw_triangles(np.asarray(points, dtype=float), np.asarray(triangles), nearness, numbers)
+    draw_triangles(np.asarray(points, dtype=float), np.ascontiguousarray(triangles), nearness, numbers)
     return nearness, numbers
 
 

@@ -5,7 +5,6 @@
 (``signatures``), and their machine code is kept on disk (``cache``).
 """
 
-import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -14,7 +13,6 @@ from typing import Any, NamedTuple
 
 from ulna.engine.signatures import Signature, fits
 from ulna.engine.sources import text_of
-from ulna.errors import UlnaError
 
 try:
     from ulna.engine import compiler
@@ -129,15 +127,8 @@ def low_latency_entry(signature: Signature) -> Callable[[Callable], Any]:
 
 
 def callable_entry(marked: Any) -> Any:
-    """An entry as the drivers have it, ready to be called; one of low latency is compiled or loaded first.
-
-    Raises:
-        UlnaError: There is no compiler, and plain Python was not asked for.
-    """
-    if compiler is None:
-        if os.environ.get("NUMBA_DISABLE_JIT", "0") in {"", "0"}:  # plain Python would take a thousand times as long
-            raise UlnaError("there is neither machine code nor a compiler: pip install numba, or install a wheel of ulna again")
-    elif ENTRIES[marked].low_latency and not is_plain() and marked not in _closed:
+    """An entry as the drivers have it, ready to be called; one of low latency is compiled or loaded first."""
+    if compiler is not None and ENTRIES[marked].low_latency and not is_plain() and marked not in _closed:
         _refuse_unless_permitted(marked)
         with _lock:
             if marked not in _closed:

@@ -5,11 +5,13 @@ from: that is decided in ``Entries.find`` alone. Until an entry is asked for, no
 """
 
 import importlib
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from ulna.engine.ahead import ahead_entry
+from ulna.errors import UlnaError
 
 
 @dataclass(frozen=True)
@@ -36,9 +38,13 @@ class Entries:
         found = ahead_entry(self.package, name)
         if found is not None:
             return found
-        from ulna.engine.decorators import callable_entry  # noqa: PLC0415 - it loads the compiler
+        from ulna.engine.decorators import callable_entry, compiler  # noqa: PLC0415 - it loads the compiler
 
-        return callable_entry(self.marked(name))
+        marked = self.marked(name)
+        asked_for_python = os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}
+        if compiler is None and not asked_for_python:  # it takes a thousand times as long
+            raise UlnaError("there is neither machine code nor a compiler: pip install numba, or install a wheel of ulna again")
+        return callable_entry(marked)
 
     def marked(self, name: str) -> Any:
         """The function that the drivers mark as an entry; none of its machine code need be there yet.
