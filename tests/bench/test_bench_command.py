@@ -69,6 +69,7 @@ def test_the_description_of_the_machine_has_no_host_names():
     assert set(facts) == {"processor", "cores", "register_bits", "system", "python", "ulna", "numpy", "numba", "llvmlite"}
 
 
+@pytest.mark.compiler
 def test_registers_are_those_that_the_code_was_compiled_for():
     code = "from ulna.engine.register_width import register_bits; print(register_bits())"
     for variable, expected in ({"NUMBA_DISABLE_JIT": "1"}, "None"), ({"NUMBA_CPU_NAME": "generic"}, "128"):
