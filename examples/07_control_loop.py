@@ -82,10 +82,13 @@ else:
         crate = on_circle(k)
         step(crate)
 
-periods = np.diff(came)
-late = np.count_nonzero(periods > 1.5 * PERIOD)
-print(f"{len(came)} ticks: a period of {1e3 * np.median(periods):.3f} ms in the median, {1e3 * periods.max():.3f} ms at worst")
-print(f"{late} came late, by more than half a period" if late else "none came late")
+if len(came) > 1:
+    periods = np.diff(came)
+    late = np.count_nonzero(periods > 1.5 * PERIOD)
+    print(
+        f"{len(came)} ticks: a period of {1e3 * np.median(periods):.3f} ms in the median, {1e3 * periods.max():.3f} ms at worst"
+    )
+    print(f"{late} came late, by more than half a period" if late else "none came late")
 off = np.linalg.norm((robot.forward_kinematics(q) - crate @ T_CRATE_HAND)[:3, 3])
 print(f"the crate is at {crate[:3, 3].round(3)} m, the hand {1e3 * off:.2f} mm from its place above it")
 assert off < 1e-4 or "--view" in sys.argv

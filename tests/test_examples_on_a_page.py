@@ -5,6 +5,7 @@ import re
 import signal
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,20 @@ import pytest
 from browser import wait_to_see
 from processes import running
 
-LOOP = Path(__file__).parents[1] / "examples" / "07_control_loop.py"
+EXAMPLES = Path(__file__).parents[1] / "examples"
+LOOP = EXAMPLES / "07_control_loop.py"
+WITH_A_PAGE = [path for path in sorted(EXAMPLES.glob("[0-9]*.py")) if "--view" in path.read_text(encoding="utf-8")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", WITH_A_PAGE, ids=lambda path: path.stem)
+def test_an_example_with_view_serves_a_page_until_ctrl_c(path):
+    with running(sys.executable, "-u", str(path), "--view", stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as program:
+        address = next(found.group() for line in program.stdout if (found := re.search(r"http://[^\s:]+:\d+", line)))
+        with urllib.request.urlopen(address) as answer:  # noqa: S310 - an address of this machine
+            assert b"<title>" in answer.read()
+        assert program.poll() is None
+    assert program.returncode in (0, 130, -signal.SIGINT)
 
 
 @pytest.mark.slow

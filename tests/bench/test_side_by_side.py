@@ -147,6 +147,7 @@ class TestBranches:
         q = random_positions(arm, 1, 0)[0]
         np.testing.assert_allclose(ik_branches.dh_product(self.rows, q), arm.forward_kinematics(q), atol=1e-14)
 
+    @pytest.mark.slow
     def test_brute_force_finds_the_eight_branches_of_an_ur5e(self, arm):
         T = arm.forward_kinematics(np.array([0.3, -1.2, 1.5, -0.7, 0.9, 0.4]))
         assert len(arm.inverse_kinematics_all(T)) == 8  # Hawkins 2013: at most eight, all of them here
