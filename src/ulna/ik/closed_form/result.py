@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ class IKSolutions:
     q: Array
     valid: Truths
     real: Truths
-    proof: Proof | NDArray[np.str_]
+    proof: Proof | NDArray[Any]
     family: str
 
     def __post_init__(self) -> None:
