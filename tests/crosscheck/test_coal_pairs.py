@@ -23,6 +23,7 @@ COALS_ERRORS = 100
 run = partial(kernel_modes.run, "f64x8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kinds", solids.PAIRS, ids="-".join)
 def test_distances_and_verdicts_are_coals_or_coal_is_wrong(rng, kinds):
     pairs = solids.random_pairs(rng, kinds, 2000, 0.35)

@@ -59,6 +59,7 @@ def check(mode, a, b, T, offset):
     return answer[0][0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("offset", [0.01, -0.01])
 @pytest.mark.parametrize("axis", range(3))
