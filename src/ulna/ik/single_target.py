@@ -84,9 +84,13 @@ class SingleTargetSolver:
 
     def _search(self, plan: Array, T: ArrayLike, start: ArrayLike) -> tuple[Array, Array] | None:
         """A solution and what is known about it; None if this is not one target, or there is none."""
-        T, start = as_floats("T", T), as_floats("q_seed", start)
-        if T.shape != _MATRIX or start.shape != (self._n,):
+        T = as_floats("T", T)
+        if T.shape != _MATRIX:
             return None
+        if start is not self._home:
+            start = as_floats("q_seed", start)
+            if start.shape != (self._n,):
+                return None
         q, info = np.empty((1, self._n)), np.empty((1, layout.N_INFO))
         return (q[0], info) if self._search_one(self._chain, plan, T, start, q, info) else None
 
