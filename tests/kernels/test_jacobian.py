@@ -15,7 +15,7 @@ from ulna.kinematics.tree import build_tree
 
 jacobian_batch = entry("jacobian.jacobian_batch")
 FRAMES = {"base": BASE, "link": LINK, "spatial": SPATIAL}
-ZOO = robots.every_joint()
+ROBOT = robots.every_joint()
 LINKS = ["fingertip", "hand", "tray", "propeller", "rotor", "base"]
 N = 3
 
@@ -32,11 +32,11 @@ def jacobians(run, tree, link, frame, q):
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.parametrize("link", LINKS)
 def test_columns_are_the_velocities_of_the_link(run, rng, link, frame):
-    tree = build_tree(ZOO)
+    tree = build_tree(ROBOT)
     q = rng.uniform(-1.4, 1.4, (N, tree.n_dof))
     J, pose = jacobians(run, tree, link, frame, q)
-    assert_close(J, [formulas.jacobian(ZOO, x, link, frame) for x in q], atol=1e-10)
-    assert_close(pose, [formulas.link_pose(ZOO, x, link)[:3] for x in q], atol=2e-14)
+    assert_close(J, [formulas.jacobian(ROBOT, x, link, frame) for x in q], atol=1e-10)
+    assert_close(pose, [formulas.link_pose(ROBOT, x, link)[:3] for x in q], atol=2e-14)
 
 
 def test_the_panda_too(run, rng, panda):
@@ -47,7 +47,7 @@ def test_the_panda_too(run, rng, panda):
 
 
 def test_a_prismatic_joint_turns_nothing(run, rng):
-    tree = build_tree(ZOO)
+    tree = build_tree(ROBOT)
     (slide,) = (s.start for name, s in zip(tree.joint_names, tree.joint_slices, strict=True) if name == "slide")
     for frame in FRAMES:
         J, _ = jacobians(run, tree, "hand", frame, rng.normal(size=(N, tree.n_dof)))
@@ -56,7 +56,7 @@ def test_a_prismatic_joint_turns_nothing(run, rng):
 
 
 def test_joints_that_do_not_carry_the_link_have_columns_of_zeros(run, rng):
-    tree = build_tree(ZOO)
+    tree = build_tree(ROBOT)
     J, _ = jacobians(run, tree, "propeller", "base", rng.normal(size=(N, tree.n_dof)))
     carried_by = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
     for name in ("shoulder", "table", "slide", "wheel"):
@@ -81,7 +81,7 @@ def test_a_mimic_joint_adds_to_the_column_of_its_leader(run):
 
 
 def test_the_frames_are_one_twist_seen_from_three_places(run, rng):
-    tree = build_tree(ZOO)
+    tree = build_tree(ROBOT)
     q = rng.normal(size=(N, tree.n_dof))
     (base, pose), (link, _), (spatial, _) = (jacobians(run, tree, "fingertip", frame, q) for frame in FRAMES)
     for k in range(N):
@@ -92,17 +92,17 @@ def test_the_frames_are_one_twist_seen_from_three_places(run, rng):
 
 @pytest.mark.parametrize("frame", FRAMES)
 def test_the_entries_give_six_rows_a_configuration(rng, frame):
-    tree = build_tree(ZOO)
+    tree = build_tree(ROBOT)
     q, chain = rng.uniform(-1.4, 1.4, (9, tree.n_dof)), tree.chain("hand")
     J, first = np.full((9, 6, tree.n_dof), np.nan), np.full((6, tree.n_dof), np.nan)
     assert jacobian_batch(chain, FRAMES[frame], q, J)
     assert entry("jacobian.jacobian_one")(chain.copy(), FRAMES[frame], tree.n_dof, q[0], first)
-    assert_close(J, [formulas.jacobian(ZOO, x, "hand", frame) for x in q], atol=1e-10)
+    assert_close(J, [formulas.jacobian(ROBOT, x, "hand", frame) for x in q], atol=1e-10)
     assert_close(first, J[0], atol=1e-14)
 
 
 def test_the_entries_report_an_entry_out_of_range(rng):
-    tree = build_tree(ZOO)
+    tree = build_tree(ROBOT)
     q, chain = rng.normal(size=(9, tree.n_dof)), tree.chain("hand")
     q[8, 2] = np.nan
     assert not jacobian_batch(chain, BASE, q, np.empty((9, 6, tree.n_dof)))
