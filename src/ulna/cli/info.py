@@ -18,7 +18,7 @@ INFO_KEYS = (
     "name; base; tip: null if there are several; hand: the link that other commands take; leaves; n_dof; joints: one for each "
     "entry of q, with name, type, lower, upper, soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: "
     "name, joint, multiplier, offset; links; groups: the joints of each, and named_configurations: the q of each, both of "
-    "--srdf; closed_form: of the hand's inverse kinematics, null if there is none: family, from_end, held, miss, is_exact; "
+    "--srdf; closed_form: of the hand's inverse kinematics, null without a closed form: family, from_end, held, miss, is_exact; "
     "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
 )
 

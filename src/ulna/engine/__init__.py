@@ -20,5 +20,5 @@
 ========================== ==========================================================================================
 
 Only those in the first five lines, ``signatures`` and ``sources`` may be imported without loading the compiler. ``decorators``
-can be imported where there is none: then a kernel is the Python function itself.
+can be imported without Numba: then a kernel is the Python function itself.
 """

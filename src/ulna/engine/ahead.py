@@ -1,6 +1,6 @@
 """Finds the machine code that a wheel brings, compiled ahead for a few levels of CPU. Used by ``entries`` and ``decorators``.
 
-It lies in the folder ``machine_code`` beside this file, and nowhere else is looked for it: a library for each level, with the
+It is in the folder ``machine_code`` beside this file, the only place that is searched: a library for each level, with the
 entries that ``emit`` wrote, and ``index.json``, which says what is in them. A clone has no such folder: there Numba compiles.
 """
 

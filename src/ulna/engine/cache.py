@@ -142,7 +142,7 @@ class KernelCache(FunctionCache):
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, None)
 
     def load_overload(self, sig, target_context):
-        """The machine code of a signature; None if there is none: Numba compiles it then, which is announced."""
+        """The machine code of a signature from the cache, or None: then Numba compiles it, which is announced."""
         try:
             loaded = super().load_overload(sig, target_context)
         except Exception:  # noqa: BLE001 - after a damaged file it is compiled again, and the file replaced

@@ -33,7 +33,7 @@ class Entries:
 
         Raises:
             LookupError: There is no such entry.
-            UlnaError: The wheel's machine code cannot be used; or there is none, and no compiler.
+            UlnaError: The wheel's machine code cannot be used, or neither machine code nor Numba is installed.
         """
         found = ahead_entry(self.package, name)
         if found is not None:

@@ -71,7 +71,7 @@ def reachability_map(
         clearance: Keep how far the solution found is from the nearest obstacle, or from touching itself [m].
         solutions: Keep the joint positions found.
         client: A ``dask.distributed.Client``: the chunks are computed by its cluster. Threads of this process unless given.
-        resume: Continue the map at ``path``; begin one where there is none; do nothing where it is whole.
+        resume: Continue the map at ``path``. If there is no map yet, begin one; if it is complete, do nothing.
         seed: Chooses the random starts of the searches.
         position_tolerance: Largest distance that counts as reached [m].
         rotation_tolerance: Largest angle that counts as reached [rad].

@@ -3,7 +3,7 @@
     z, y, x          centres of the voxels [m]                          (z,), (y,), (x,)
     quaternion       the orientations, w first                          (orientation, wxyz)
     reached          -1 never computed, 1 reached, others: why not      (z, y, x, orientation)  int8
-    manipulability   of the solution found; NaN where there is none     (z, y, x, orientation)  float32
+    manipulability   of the solution found; NaN if not reached          (z, y, x, orientation)  float32
     clearance        of the solution found [m]; NaN where none is       (z, y, x, orientation)  float32, on request
     q                the solution found [rad or m]                      (z, y, x, orientation, joint)  float32, on request
 

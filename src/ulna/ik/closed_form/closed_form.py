@@ -56,7 +56,7 @@ def joints_at(form: ClosedForm, q: Array) -> SixJoints:
 
 
 def closed_form_of(tree: Tree, link: str, held: str | None = None) -> ClosedForm | None:
-    """The closed form of a link; None if there is none. Of several joints of seven that may be held, the one that misses least.
+    """The closed form of a link, or None. Of seven joints, the one is held for which the axes miss a family least.
 
     Args:
         tree: The robot.

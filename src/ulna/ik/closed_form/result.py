@@ -37,7 +37,7 @@ class IKSolutions:
         valid: Whether they are solutions within the joint limits, shape (..., m).
         real: Whether they are solutions, shape (..., m).
         proof: What is proved, shape (...): for one target a ``Proof``.
-        family: Of the closed form; empty where there is none.
+        family: Of the closed form; empty for an arm without a closed form.
     """
 
     q: Array

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.pose import inverse
 from ulna.ik.closed_form.axes import Axes
 from ulna.ik.closed_form.families import Family
 from ulna.kernels.chain import closed_form_layout as layout
@@ -15,7 +16,7 @@ def table_of(axes: Axes, family: Family) -> Array:
     """The table (``closed_form_layout``), shape (N_ROWS, 3), read-only."""
     table = np.zeros((layout.N_ROWS, 3))
     h, reach = family.directions, axes.reach or 1.0
-    c, back = family.points / reach, np.linalg.inv(axes.end)
+    c, back = family.points / reach, inverse(axes.end)
     table[layout.AXES : layout.AXES + 6] = h
     table[layout.POINTS], table[layout.POINTS + 1 : layout.POINTS + 6], table[layout.LAST] = c[0], np.diff(c, axis=0), c[5]
     table[layout.FRAME : layout.FRAME + 3], table[layout.FRAME + 3] = back[:3, :3].T, back[:3, 3] / reach
