@@ -22,33 +22,34 @@ def python_handler():
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.usefixtures("python_handler")
-def test_ctrl_c_waits_for_the_end_and_is_raised_there():
-    reached = False
-    with pytest.raises(KeyboardInterrupt), interrupts_deferred():
-        signal.raise_signal(signal.SIGINT)
-        reached = True
-    assert reached
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+@interrupts_deferred()
+def interrupt_oneself(done):
+    signal.raise_signal(signal.SIGINT)
+    done.append(signal.getsignal(signal.SIGINT))
+
+
+@interrupts_deferred()
+def interrupt_oneself_within(done):
+    interrupt_oneself(done)
+    done.append("after it")
 
 
 @pytest.mark.usefixtures("python_handler")
-def test_one_within_another_raises_it_once_at_the_outer_end():
+def test_ctrl_c_waits_for_the_end_and_a_second_one_would_end_the_program():
     done = []
-    with pytest.raises(KeyboardInterrupt), interrupts_deferred():
-        with interrupts_deferred():
-            signal.raise_signal(signal.SIGINT)
-            done.append("inner")
-        done.append("outer")
-    assert done == ["inner", "outer"]
+    with pytest.raises(KeyboardInterrupt):
+        interrupt_oneself(done)
+    assert done == [signal.SIG_DFL]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.usefixtures("python_handler")
-def test_a_second_ctrl_c_ends_the_program():
-    with pytest.raises(KeyboardInterrupt), interrupts_deferred():
-        signal.raise_signal(signal.SIGINT)
-        assert signal.getsignal(signal.SIGINT) is signal.SIG_DFL
+def test_within_another_it_waits_for_the_outer_end():
+    done = []
+    with pytest.raises(KeyboardInterrupt):
+        interrupt_oneself_within(done)
+    assert done == [signal.SIG_DFL, "after it"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.usefixtures("python_handler")

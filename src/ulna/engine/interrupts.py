@@ -1,7 +1,7 @@
 """Lets Ctrl-C wait until the compiler is done. Used by ``compiler``.
 
-Python raises ``KeyboardInterrupt`` between any two of its instructions. Within LLVM's callbacks it is lost, and between taking and
-releasing llvmlite's lock it leaves the lock taken: the program then runs on, or waits for ever.
+Python raises ``KeyboardInterrupt`` between any two of its instructions. Within LLVM's callbacks it is lost, and the program runs
+on. Between taking and releasing llvmlite's lock it leaves the lock taken, and the program waits for ever.
 """
 
 import signal
