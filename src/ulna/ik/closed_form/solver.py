@@ -59,7 +59,6 @@ class ClosedFormSolver:
             or options.task.kind != layout.WHOLE_POSE
             or query.task_axes is not None
             or options.max_step is not None
-            or options.max_iterations is not None
             or len(turning_order(query.tree.chain(query.link))) != N_AXES
         ):
             return False
