@@ -86,8 +86,9 @@ def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]
     specification, robot = opened.specification, opened.robot
     region = specification.grid.region(chunk)
     shape = tuple(cut.stop - cut.start for cut in region)
+    targets = specification.grid.targets(region)
     result = robot.inverse_kinematics(
-        specification.grid.targets(region),
+        targets,
         link=specification.tip,
         seed=specification.seed,
         task=specification.task,
@@ -101,7 +102,9 @@ def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]
     solved = np.flatnonzero(reached == REACHED)
     q = result.q[solved]
     values: dict[str, NDArray] = {}
-    for name in variables(specification)[:-1]:
+    if specification.branches:
+        values["branches"] = branches(opened, targets, threads).reshape(shape)
+    for name in variables(specification)[len(values) : -1]:
         match name:
             case "manipulability":
                 of_solved = robot.manipulability(q, specification.tip, threads=threads)
@@ -111,6 +114,15 @@ def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]
                 of_solved = q
         values[name] = _spread(np.asarray(of_solved, dtype=np.float32), solved, shape)
     return {**values, "reached": reached.reshape(shape)}
+
+
+def branches(opened: OpenMap, targets: Array, threads: int = 1) -> NDArray[np.int8]:
+    """How many solutions each target of shape (n, 4, 4) has within the limits, and free of collision if there is a world."""
+    found = opened.robot.all_solutions(targets, opened.specification.tip, threads=threads)
+    usable = found.valid.copy()
+    if opened.world is not None:
+        usable[usable] = ~opened.robot.in_collision(found.q[usable], opened.world, threads=threads)
+    return usable.sum(axis=-1, dtype=np.int8)
 
 
 def write(opened: OpenMap, chunk: int, values: dict[str, NDArray]) -> None:

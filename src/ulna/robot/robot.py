@@ -477,7 +477,7 @@ class Robot:
 
         Where the link has an exact closed form of six joints (``closed_form``) and the whole pose is asked for, all its branches
         are computed, and the one nearest to ``q_seed``, or to ``home``, is returned, or that of the best rank. Otherwise, and
-        with ``posture``, ``held``, ``max_step`` or ``max_iterations``, there is a search.
+        with ``posture``, ``held`` or ``max_step``, there is a search.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
@@ -500,8 +500,8 @@ class Robot:
             max_step: The largest difference of any entry of q from ``q_seed`` [rad or m]; a solution beyond it is rejected.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
-            max_iterations: The largest number of steps of all starts together; 16 000 (800 starts), or 10 000 for the textbook
-                methods, unless given.
+            max_iterations: The largest number of steps of all starts of a search together; 16 000 (800 starts), or 10 000 for the
+                textbook methods, unless given. The closed form takes no steps.
             time_limit: The longest time of the search [s], checked between rounds of restarts.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
                 The result is the same bit for bit.

@@ -62,7 +62,6 @@ class ClosedFormSolver:
         if (
             options.method != LEVENBERG_MARQUARDT
             or options.max_step is not None
-            or options.max_iterations is not None
             or len(turning_order(query.tree.chain(query.link))) > N_AXES
         ):
             return False
