@@ -109,13 +109,50 @@ def all_branches(table, chain, targets, seeds, most, steps, q_out, known):
     return good
 
 
+@workspace
+def polish_state(n_dof):
+    """Rows of the target, q, the errors, a Jacobian, the last q, and the scratch of a polish."""
+    block = np.zeros((13 + 8 * n_dof + N_SYSTEM, WIDTH))
+    q, error, jacobian, last = 12, 12 + n_dof, 13 + n_dof, 13 + 7 * n_dof
+    return (
+        block[:q],
+        block[q:error],
+        block[error:jacobian],
+        block[jacobian:last],
+        block[last : last + n_dof],
+        block[last + n_dof :],
+    )
+
+
+@entry((TABLE, MATRICES, MATRIX, NUMBER, WHOLE, NUMBERS))
+def polish_all(chain, targets, q, inverse_reach, steps, errors):
+    """Polish configurations (n, n_dof), each for its target (n, 4, 4); always True.
+
+    errors: shape (n,): the errors if they are known, else anything above those allowed; written.
+    """
+    n, n_dof = q.shape
+    target_rows, q_rows, error_rows, jacobian_rows, last_rows, system_rows = polish_state(n_dof)
+    for start in range(0, n, WIDTH):
+        gather_targets(targets, start, target_rows)
+        gather(q, start, q_rows)
+        for lane in range(WIDTH):
+            error_rows[0, lane] = errors[min(start + lane, n - 1)]
+        polish(chain, target_rows, q_rows, error_rows, inverse_reach, np.inf, steps, jacobian_rows, system_rows, last_rows)
+        for lane in range(min(WIDTH, n - start)):
+            for j in range(n_dof):
+                q[start + lane, j] = q_rows[j, lane]
+            errors[start + lane] = error_rows[0, lane]
+    return True
+
+
 @entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRIX, MATRIX))
 def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
     """For each target (n, 4, 4) the branch nearest to its seed within the limits; True if all are solved.
 
-    plan: the tolerances [m, rad], then the lower and the upper limits, six each; seeds: (n or 1, 6); q_out: (n, 6); info:
-    (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a lane, the others
-    eight at a time, a target a lane: with the same machine code, so to the same bits.
+    plan: the tolerances [m, rad], then of each of the arm's own joints, the first of six: the lower limits, the upper ones, what
+    a whole turn adds (for a joint that slides more than the limits allow), and 1 over it. seeds: (n or 1, 6); q_out: (n, 6);
+    info: (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a lane, the
+    others eight at a time, a target a lane: with the same machine code, so to the same bits.
     """
     n = targets.shape[0]
     step = 1 if n < _FEW else WIDTH
@@ -144,13 +181,13 @@ def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
 @workspace
 def best_state(plan):
     """Rows of the seeds, of the bounds, of the best branches, of their costs, and the state of a search (``lane_state``)."""
-    block = np.zeros((4 * N_AXES + 1 + N_STATE, WIDTH))
-    for k in range(2 * N_AXES):
-        block[N_AXES + k, :] = plan[2 + k]
-    return (
-        block[:N_AXES], block[N_AXES : 3 * N_AXES], block[3 * N_AXES : 4 * N_AXES], block[4 * N_AXES : 4 * N_AXES + 1],
-        block[4 * N_AXES + 1 :],
-    )  # fmt: skip
+    n_plan = plan.shape[0] - 2
+    block = np.zeros((2 * N_AXES + 1 + N_STATE + n_plan, WIDTH))
+    bounds = block[2 * N_AXES + 1 + N_STATE :]
+    for k in range(n_plan):
+        bounds[k, :] = plan[2 + k]
+    best, cost = block[N_AXES : 2 * N_AXES], block[2 * N_AXES : 2 * N_AXES + 1]
+    return block[:N_AXES], bounds, best, cost, block[2 * N_AXES + 1 : 2 * N_AXES + 1 + N_STATE]
 
 
 @kernel
@@ -158,8 +195,9 @@ def write_start_of(target, seed, target_rows, seed_rows, bound_rows, lane):
     """Write a target and its seed, brought within the bounds, to a lane."""
     for k in range(12):
         target_rows[k, lane] = target[k // 4, k % 4]
-    for j in range(N_AXES):
-        seed_rows[j, lane] = min(max(seed[j], bound_rows[j, lane]), bound_rows[N_AXES + j, lane])
+    n = bound_rows.shape[0] // 4
+    for j in range(n):
+        seed_rows[j, lane] = min(max(seed[j], bound_rows[j, lane]), bound_rows[n + j, lane])
 
 
 @kernel

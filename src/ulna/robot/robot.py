@@ -600,6 +600,7 @@ class Robot:
         T: ArrayLike,
         link: str | None = None,
         *,
+        task: Task | str = "pose",
         redundancy: str | None = None,
         n_samples: int = 16,
         whole_turns: bool = False,
@@ -608,11 +609,14 @@ class Robot:
         """All joint positions that bring a link to poses, and what is proved of them.
 
         Arms of six joints of a family with a closed form have at most eight solutions, whole turns aside. For arms of seven
-        joints one is held at ``n_samples`` places, and all solutions are found at each. Other arms are searched for each pose.
+        joints one is held at ``n_samples`` places, and all solutions are found at each. Arms of three joints have a closed form
+        for a position, arms of five for a pointing; for whole poses those of three, four and five have one that says which of the
+        poses they reach. Other arms are searched for each pose.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
             link: The link's name; the tip unless given.
+            task: What of the pose is to be reached: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
             redundancy: The joint of seven that is held; that of ``closed_form`` unless given.
             n_samples: The number of places at which it is held, spread evenly over its range.
             whole_turns: Whether to list every whole turn that the limits allow. Otherwise each solution is listed once, as near
@@ -634,7 +638,7 @@ class Robot:
             ((256, 7), 'continuum')
         """
         return self._inverse_kinematics.solutions(
-            T, link, Options(threads=threads), redundancy, n_samples, whole_turns=whole_turns
+            T, link, Options(task=as_task(task), threads=threads), redundancy, n_samples, whole_turns=whole_turns
         )
 
     def differential_ik(

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
+from ulna.ik.closed_form.fewer_joints import branches_of_fewer
 from ulna.ik.closed_form.result import Proof
 from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.kernels.chain import closed_form_layout as layout
@@ -35,7 +37,7 @@ class Branches:
 
 
 def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None = None) -> Branches:
-    """The eight branches of an arm of six joints.
+    """The eight branches of an arm of at most six joints.
 
     Args:
         form: Its closed form.
@@ -44,13 +46,16 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, thr
         seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
         threads: How many threads to use at most.
     """
-    columns = list(form.columns)
-    angles, known = joints_at(form, seeds[0]).branches(targets, np.ascontiguousarray(seeds[:, columns]), threads)
+    six = joints_at(form, seeds[0])
+    if form.n_joints < N_AXES:
+        angles, known = branches_of_fewer(six, targets, seeds, threads)
+    else:
+        angles, known = six.branches(targets, np.ascontiguousarray(seeds[:, six.columns]), threads)
     known = known.astype(np.int8)
     real = (known & layout.IS_REAL) > 0
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
-    q[..., columns] = angles
-    proof = _proofs(known, real) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
+    q[..., six.columns] = angles
+    proof = _proofs(known, real, form.n_at_rest) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
     return _within(form, tree, q, real, seeds, proof)
 
 
@@ -80,13 +85,14 @@ def _within(form: ClosedForm, tree: Tree, q: Array, real: Truths, seeds: Array, 
     return Branches(q, real, valid, proof)
 
 
-def _proofs(known: NDArray[np.int8], real: Truths) -> NDArray[np.int64]:
+def _proofs(known: NDArray[np.int8], real: Truths, n_at_rest: int) -> NDArray[np.int64]:
     """What is proved of targets by all that is known of their branches, shape (n,).
 
-    Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then.
+    Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then; nor
+    where joints were added that have to be at rest, for another angle may bring them there.
     """
     free = (known & layout.IS_HARDLY_DETERMINED) > 0
     coinciding = ((known & layout.IS_COINCIDING) > 0) & real
-    rules = [(free & real).any(axis=1), (free & ~real).any(axis=1), coinciding.any(axis=1)]
+    rules = [(free & real).any(axis=1) & (n_at_rest == 0), free.any(axis=1), coinciding.any(axis=1)]
     results = [PROOFS.index(proof) for proof in (Proof.CONTINUUM, Proof.SEARCHED, Proof.COINCIDING)]
     return np.select(rules, results, PROOFS.index(Proof.COMPLETE))

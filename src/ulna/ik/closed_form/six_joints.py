@@ -1,4 +1,7 @@
-"""Computes all branches of targets by the closed form of six joints, the others at one place. Used by ``closed_form``."""
+"""Computes all branches of targets by the closed form of six joints, the others at one place. Used by ``closed_form``.
+
+Of an arm of fewer joints some are added (``added_joints``).
+"""
 
 from dataclasses import dataclass
 
@@ -7,10 +10,12 @@ from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
+from ulna.ik.closed_form.added_joints import of_six
 from ulna.ik.closed_form.axes import N_AXES, axes_of
 from ulna.ik.closed_form.families import EXACT, Family, family_of
 from ulna.ik.closed_form.table import table_of
 from ulna.kernels.chain import closed_form_layout as layout
+from ulna.kernels.layout import KIND, PRISMATIC
 
 Array = NDArray[np.float64]
 _LEAST_TARGETS = 512  # of a part
@@ -23,14 +28,23 @@ class SixJoints:
     Attributes:
         table: That of the kernels.
         chain: The chain of the six joints.
-        columns: The entries of q that they are, shape (6,).
+        own: That of the arm's own joints, the first of them.
+        columns: The entries of q that the arm's own joints are, shape (n,).
+        n_free: How many of the added joints are free; the others are at rest.
         family: To which it belongs.
     """
 
     table: Array
     chain: Array
+    own: Array
     columns: NDArray[np.int64]
+    n_free: int
     family: Family
+
+    @property
+    def slides(self) -> NDArray[np.bool_]:
+        """Which of the arm's own joints slide, shape (n,)."""
+        return self.own[:-1, KIND] == PRISMATIC
 
     @property
     def is_exact(self) -> bool:
@@ -41,7 +55,7 @@ class SixJoints:
         """All branches of targets (n, 4, 4), which are rigid motions, whatever the limits: q (n, 8, 6) and known (n, 8).
 
         ``known`` is the sum of what is known of a branch (``closed_form_layout``). Joints that may have any
-        angle get that of seeds (n or 1, 6).
+        angle get that of seeds (n or 1, 6). The entries of q are the arm's own joints from the base on, then the added ones.
         """
         n = len(targets)
         q, known = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES))
@@ -55,10 +69,17 @@ class SixJoints:
         return q, known
 
 
-def six_joints(chain: Array, columns: tuple[int, ...], q: Array) -> SixJoints | None:
-    """The closed form of the joints that six entries of q turn, all others held at q (n_dof,)."""
-    axes = axes_of(chain, columns, q)
-    family = None if axes is None else family_of(axes.directions, axes.points, axes.reach)
-    if axes is None or family is None:
+def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int = 0) -> SixJoints | None:
+    """The closed form of the joints that some entries of q move, all others held at q (n_dof,).
+
+    n_free: How many turns at the end are free (``added_joints.free_turns``).
+    """
+    own = axes_of(chain, columns, q)
+    found = []
+    if own is None:
         return None
-    return SixJoints(table_of(axes, family), axes.chain, np.array(columns), family)
+    for axes in of_six(own, n_free):
+        family = family_of(axes.directions, axes.points, axes.slides, axes.reach)
+        if family is not None:
+            found.append(SixJoints(table_of(axes, family, n_free), axes.chain, own.chain, np.array(columns), n_free, family))
+    return next((six for six in found if six.is_exact), min(found, key=lambda six: six.family.miss, default=None))

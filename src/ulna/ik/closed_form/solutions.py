@@ -11,6 +11,7 @@ from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.closed_form.result import IKSolutions, Proof
 from ulna.ik.closed_form.whole_turns import every_turn
+from ulna.ik.problem import of_task
 from ulna.ik.query import Query
 from ulna.ik.turns import turning_columns
 from ulna.kinematics.tree import Tree
@@ -30,7 +31,7 @@ def solutions(query: Query, T: ArrayLike, redundancy: str | None, n_samples: int
     if not n_samples:
         raise InputError("n_samples", "0; at least 1 is expected")
     batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
-    tree, form = query.tree, closed_form_of(query.tree, query.link, redundancy)
+    tree, form = query.tree, closed_form_of(query.tree, query.link, redundancy, query.options.task)
     found = _found(query, form, targets, n_samples)
     if whole_turns:
         found = _with_turns(tree, query.link, found)
@@ -50,8 +51,8 @@ def _found(query: Query, form: ClosedForm | None, targets: Array, n_samples: int
     if form is None:
         return _searched(query, targets, None)
     if form.held_column is not None:
-        return sampled_branches(form, query.tree, targets, seeds, n_samples, threads)
-    found = all_branches(form, query.tree, targets, seeds, threads)
+        return sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, threads)
+    found = all_branches(form, query.tree, of_task(query, targets), seeds, threads)
     return found if form.is_exact else _searched(query, targets, found)
 
 
