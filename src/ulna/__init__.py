@@ -23,6 +23,7 @@ from ulna.errors import (
     UnknownNameError,
 )
 from ulna.ik.closed_form.result import IKSolutions
+from ulna.ik.following.result import Ending, FollowedPath, PathStatus
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
 from ulna.inspection.inspect import inspect
@@ -43,8 +44,10 @@ __all__ = [
     "DHTable",
     "DescriptionError",
     "DescriptionWarning",
+    "Ending",
     "FileError",
     "Finding",
+    "FollowedPath",
     "GeometryError",
     "HalfSpace",
     "HeightMap",
@@ -55,6 +58,7 @@ __all__ = [
     "Mesh",
     "MissingExtraError",
     "Pair",
+    "PathStatus",
     "PointCloud",
     "ReachabilityMap",
     "Report",

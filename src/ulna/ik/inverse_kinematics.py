@@ -13,6 +13,8 @@ from ulna.ik.all_solutions import all_solutions
 from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.closed_form.solutions import solutions
 from ulna.ik.closed_form.solver import ClosedFormSolver
+from ulna.ik.following.follow import follow
+from ulna.ik.following.result import FollowedPath
 from ulna.ik.numeric import NumericSolver
 from ulna.ik.options import Options, as_count
 from ulna.ik.problem import as_names
@@ -97,6 +99,28 @@ class InverseKinematics:
         """
         n_samples = as_count("n_samples", n_samples)
         return solutions(self._query(link, options), T, redundancy, n_samples, whole_turns=whole_turns)
+
+    def follow(
+        self,
+        T_path: ArrayLike,
+        q_start: ArrayLike | None,
+        link: str | None,
+        options: Options,
+        max_step: float,
+        world: World | None,
+    ) -> FollowedPath:
+        """The joint path through poses; see ``Robot.follow``.
+
+        Raises:
+            InputError: An argument that cannot be taken.
+            UnknownNameError: There is no such link.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+        """
+
+        def solve(T: Array, seed: Array) -> IKResult:
+            return self.solve(T, seed, None, (), world, link, ())
+
+        return follow(self._query(link, options), T_path, q_start, max_step, world, solve)
 
 
 def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options: Options) -> Query:

@@ -36,6 +36,7 @@ from ulna.errors import InputError
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.differential import differential_ik
+from ulna.ik.following.result import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
 from ulna.ik.result import IKResult
@@ -640,6 +641,58 @@ class Robot:
         return self._inverse_kinematics.solutions(
             T, link, Options(task=as_task(task), threads=threads), redundancy, n_samples, whole_turns=whole_turns
         )
+
+    def follow(
+        self,
+        T_path: ArrayLike,
+        q_start: ArrayLike | None = None,
+        link: str | None = None,
+        *,
+        max_step: float = 0.1,
+        world: World | None = None,
+        rank: str | None = None,
+        seed: int = 0,
+        threads: int | None = None,
+    ) -> FollowedPath:
+        """The joint path through a path of poses that never jumps to another branch, or where and why there is none.
+
+        Of all joint paths with no step longer than ``max_step`` the one with the least sum of squared joint steps is returned.
+        Where the link has an exact closed form of six joints, all branches of all poses are compared. Other arms are searched;
+        for seven joints and more a graph of samples of the redundancy is searched, and its best path is smoothed.
+
+        Args:
+            T_path: The poses in their order, T_base_link, shape (n, 4, 4).
+            q_start: Where the arm is before the first pose [rad or m], shape (n_dof,): the path begins at most ``max_step`` from
+                it. Unless given, it may begin anywhere.
+            link: The link's name; the tip unless given.
+            max_step: The largest step of any joint from one pose to the next [rad or m]. Another branch is rarely within 0.1 rad;
+                poses that are further apart than that need a larger step, or poses in between.
+            world: Configurations that collide with it, or with the robot itself, are left out, and the straight lines between
+                those of neighbouring poses are certified to be free (``edge_in_collision``).
+            rank: What is minimised instead, as a sum over the poses: ``"nearest"``: the largest difference of a joint from
+                ``q_start``, or ``home``; ``"manipulability"``; ``"clearance"`` from the world; ``"mid_range"`` of the joints;
+                each with the squared joint steps, as shares of ``max_step``, added.
+            seed: Chooses the random configurations where a search is needed; the result depends on nothing else.
+            threads: How many threads to use at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            A ``FollowedPath``: q, status, reason, steps; where no path leads on, ``ends_at`` and ``ending`` say where and why.
+
+        Raises:
+            InputError: T_path is not an array of poses, ``max_step`` is not above 0, or another argument cannot be taken.
+            UnknownNameError: There is no such link.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> q = panda.home + np.linspace(0, 0.5, 20)[:, None]
+            >>> path = panda.follow(panda.forward_kinematics(q))
+            >>> str(path.status), bool(path.steps.max() < 0.1)
+            ('followed', True)
+        """
+        options = Options(rank=rank, seed=seed, threads=threads)
+        return self._inverse_kinematics.follow(T_path, q_start, link, options, max_step, world)
 
     def differential_ik(
         self,
