@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,6 +46,9 @@ from ulna.kinematics.groups import JointGroup, configuration, joint_groups
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
+
+if TYPE_CHECKING:
+    from ulna.robot.gpu_robot import GpuRobot
 
 Array = NDArray[np.float64]
 
@@ -385,6 +388,20 @@ class Robot:
         except TypeError:  # not hashable, so not the name of a link or of a frame
             jacobian = self._jacobian.of((link, expressed_in))
         return jacobian(q, out, threads)
+
+    def on_gpu(self) -> GpuRobot:
+        """The same robot, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
+
+        Its methods have the names of these. They take NumPy arrays, or arrays on the device, and return the same kind.
+
+        Raises:
+            DeviceError: There is no GPU that can be used.
+            InputError: The robot has no moving joints.
+            MissingExtraError: The extra ``cuda`` is not installed.
+        """
+        from ulna.robot.gpu_robot import GpuRobot  # noqa: PLC0415 - needs the extra
+
+        return GpuRobot(self)
 
     def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
         """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, but faster.
