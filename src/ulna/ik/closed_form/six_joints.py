@@ -59,11 +59,11 @@ class SixJoints:
         """
         n = len(targets)
         q, known = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES))
-        all_branches, most, steps = entry("closed_form.all_branches"), *((1e-3, 4) if self.is_exact else (0.3, 8))
+        all_branches = entry("closed_form.all_branches")
 
         def run(part: slice) -> bool:
             own = seeds[part] if len(seeds) > 1 else seeds
-            return all_branches(self.table, self.chain, targets[part], own, most, steps, q[part], known[part])
+            return all_branches(self.table, self.chain, targets[part], own, q[part], known[part])
 
         in_parts(run, n, _LEAST_TARGETS, threads)
         return q, known

@@ -33,7 +33,7 @@ _MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
 
 
 class ClosedFormSolver:
-    """The solver for arms of at most six joints with an exact closed form; see ``ik.solver.Solver``.
+    """The solver for arms of at most six joints with a closed form; see ``ik.solver.Solver``.
 
     Targets without a branch within the limits are left to the search, for the nearest configuration and the reason.
     """
@@ -57,7 +57,7 @@ class ClosedFormSolver:
 
     @staticmethod
     def applies(query: Query) -> bool:
-        """Whether the options ask for a pose by any way, and the arm has an exact closed form for the task."""
+        """Whether the options ask for a pose by any way, and the arm has a closed form for the task, exact or near."""
         options = query.options
         if (
             options.method != LEVENBERG_MARQUARDT
@@ -66,7 +66,7 @@ class ClosedFormSolver:
         ):
             return False
         form = closed_form_of(query.tree, query.link, task=options.task)
-        return form is not None and form.is_exact and not form.n_at_rest
+        return form is not None and not form.n_at_rest
 
     def solve(
         self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
