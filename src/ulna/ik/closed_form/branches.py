@@ -48,7 +48,22 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, thr
         seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
         threads: How many threads to use at most.
     """
+    if form.n_joints == N_AXES == tree.n_dof:
+        return _of_kernel(form, tree, targets, seeds, threads)
     return _within(form, tree, *_raw(form, tree, targets, seeds, threads), seeds)
+
+
+def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Branches:
+    """The branches of an arm whose joints are all of q: the kernel turns them within the limits, and knows the proof."""
+    six = joints_at(form, seeds[0])
+    by_entry = np.ascontiguousarray(seeds[:, six.columns])
+    angles, known, proof = six.branches(targets, by_entry, threads, six.plan(tree.lower, tree.upper))
+    q, known = angles, known.astype(np.int8)
+    if form.columns != tuple(range(N_AXES)):
+        q = np.empty_like(angles)
+        q[..., six.columns] = angles
+    proved = proof.astype(np.int64) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
+    return Branches(q, (known & layout.IS_REAL) > 0, (known & layout.IS_WITHIN) > 0, proved)
 
 
 def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Found:
@@ -57,7 +72,7 @@ def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: in
     if form.n_joints < N_AXES:
         angles, known = branches_of_fewer(six, targets, seeds, threads)
     else:
-        angles, known = six.branches(targets, np.ascontiguousarray(seeds[:, six.columns]), threads)
+        angles, known, _ = six.branches(targets, np.ascontiguousarray(seeds[:, six.columns]), threads)
     known = known.astype(np.int8)
     real = (known & layout.IS_REAL) > 0
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()

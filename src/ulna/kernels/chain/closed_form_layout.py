@@ -36,7 +36,9 @@ N_BRANCHES = 8
 RESIDUAL, DETERMINED, APART = 0, 1, 2
 N_KNOWN = 3
 # That in one number, a sum of these.
-IS_REAL, IS_HARDLY_DETERMINED, IS_COINCIDING = 1, 2, 4
+IS_REAL, IS_HARDLY_DETERMINED, IS_COINCIDING, IS_WITHIN = 1, 2, 4, 8  # real; ...; within bounds
+# What the branches of a target prove: that they are all; all, and two are one; that there are infinitely many; nothing.
+COMPLETE, COINCIDE, CONTINUUM, UNPROVED = 0, 1, 2, 3
 REACHED = 1e-9  # largest RESIDUAL of a branch
 # Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle is taken for any, and
 # below the second it is said that it may be: the rounding of other angles may have made it that large.
