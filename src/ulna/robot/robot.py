@@ -655,9 +655,7 @@ class Robot:
             >>> found.q.shape, str(found.proof)
             ((256, 7), 'continuum')
         """
-        return self._inverse_kinematics.solutions(
-            T, link, Options(task=as_task(task), threads=threads), redundancy, n_samples, whole_turns=whole_turns
-        )
+        return self._inverse_kinematics.solutions(T, link, task, redundancy, n_samples, threads, whole_turns=whole_turns)
 
     def follow(
         self,

@@ -31,8 +31,8 @@ class ClosedForm:
         held: The joint that is held, for arms of seven joints; None for fewer.
         n_joints: How many joints it moves; below six, joints are added that the task leaves free, or that are at rest.
         miss: By how much the axes miss the family: the largest angle [rad], or distance as a share of the arm's length.
-        is_exact: Whether ``miss`` is at most 1e-12, so that the branches are all there are. Otherwise, up to 1e-6, they are
-            starts of the search and prove nothing.
+        is_exact: Whether ``miss`` is at most 1e-12, so that the branches are all there are. Otherwise, up to 1e-3, they are
+            starts of Newton steps, which may miss some, and prove nothing.
     """
 
     family: str

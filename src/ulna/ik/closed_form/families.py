@@ -67,7 +67,7 @@ def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], reach
 
 
 EXACT = 1e-12  # largest miss of a form whose branches are all there are
-NEAR = 1e-6  # largest miss of one whose branches are only starts of a search
+NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
 
 
 def _families(h: Array, c: Array, slides: NDArray[np.bool_], reach: float, *, from_end: bool) -> Iterator[Family]:

@@ -28,7 +28,7 @@ def branches_of_fewer(six: SixJoints, targets: Array, seeds: Array, threads: int
     n_own, share = len(six.columns), six.table[layout.FORM, layout.INVERSE_REACH]
     padded = np.zeros((len(seeds), N_AXES))
     padded[:, :n_own] = seeds[:, six.columns]
-    q, known = six.branches(targets, padded, threads)
+    q, known, _ = six.branches(targets, padded, threads)
     known = known.astype(np.int64)
     real = (known & layout.IS_REAL) > 0
     at_rest = q[..., n_own : N_AXES - six.n_free]

@@ -14,11 +14,15 @@ from ulna.ik.closed_form.added_joints import of_six
 from ulna.ik.closed_form.axes import N_AXES, axes_of
 from ulna.ik.closed_form.families import EXACT, Family, family_of
 from ulna.ik.closed_form.table import table_of
+from ulna.ik.turns import TURN
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import KIND, PRISMATIC
 
 Array = NDArray[np.float64]
+Found = tuple[Array, Array, Array]
 _LEAST_TARGETS = 512  # of a part
+_NO_BOUNDS = np.zeros(2)
+_MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,22 +55,28 @@ class SixJoints:
         """Whether the branches are all there are."""
         return self.family.miss <= EXACT
 
-    def branches(self, targets: Array, seeds: Array, threads: int | None = None) -> tuple[Array, Array]:
-        """All branches of targets (n, 4, 4), which are rigid motions, whatever the limits: q (n, 8, 6) and known (n, 8).
+    def plan(self, lower: Array, upper: Array, tolerances: tuple[float, float] = (0.0, 0.0)) -> Array:
+        """What the kernels take as the bounds of all entries of q, shapes (n_dof,) (``drivers.closed_form``)."""
+        turns = np.where(self.slides, _MORE_THAN_ANY, TURN)
+        return np.concatenate([tolerances, lower[self.columns], upper[self.columns], turns, 1.0 / turns])
 
-        ``known`` is the sum of what is known of a branch (``closed_form_layout``). Joints that may have any
-        angle get that of seeds (n or 1, 6). The entries of q are the arm's own joints from the base on, then the added ones.
+    def branches(self, targets: Array, seeds: Array, threads: int | None = None, plan: Array = _NO_BOUNDS) -> Found:
+        """All branches of targets (n, 4, 4), which are rigid motions: q (n, 8, 6), known (n, 8) and proof (n,).
+
+        ``known`` is the sum of what is known of a branch, and ``proof`` what they prove (``closed_form_layout``). Joints that may
+        have any angle get that of seeds (n or 1, 6). The entries of q are the arm's own joints from the base on, then the added
+        ones. With the bounds of a plan branches are turned towards the seeds within them, and NaN where they are not real.
         """
         n = len(targets)
-        q, known = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES))
-        all_branches, most, steps = entry("closed_form.all_branches"), *((1e-3, 4) if self.is_exact else (0.3, 8))
+        q, known, proof = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES)), np.empty(n)
+        all_branches = entry("closed_form.all_branches")
 
         def run(part: slice) -> bool:
             own = seeds[part] if len(seeds) > 1 else seeds
-            return all_branches(self.table, self.chain, targets[part], own, most, steps, q[part], known[part])
+            return all_branches(self.table, self.chain, plan, targets[part], own, q[part], known[part], proof[part])
 
         in_parts(run, n, _LEAST_TARGETS, threads)
-        return q, known
+        return q, known, proof
 
 
 def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int = 0) -> SixJoints | None:

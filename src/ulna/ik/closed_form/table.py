@@ -5,10 +5,11 @@ from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
 from ulna.ik.closed_form.axes import Axes
-from ulna.ik.closed_form.families import Family
+from ulna.ik.closed_form.families import EXACT, Family
 from ulna.kernels.chain import closed_form_layout as layout
 
 Array = NDArray[np.float64]
+_NEAR_ERROR = 1e-9  # more than is allowed, so that every branch of a near form takes a step
 _NOTHING = 1e-14  # of a bend, which the rounding of right angles leaves
 
 
@@ -27,6 +28,7 @@ def table_of(axes: Axes, family: Family, n_free: int) -> Array:
     order, slides = (axes.entries[::-1], axes.slides[::-1]) if family.from_end else (axes.entries, axes.slides)
     table[layout.COLUMNS : layout.COLUMNS + 2] = order.reshape(2, 3)
     table[layout.SIGNS : layout.SIGNS + 2] = np.where(slides, family.signs * reach, family.signs).reshape(2, 3)
+    table[layout.POLISH] = (0.0, 1e-3, 4) if family.miss <= EXACT else (_NEAR_ERROR, 0.3, 8)
     table.setflags(write=False)
     return table
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ulna.engine.decorators import routine
+from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, rint, splat, store, where
-from ulna.kernels.chain.closed_form_layout import N_KNOWN, REACHED, RESIDUAL
+from ulna.kernels.chain.closed_form_layout import IS_WITHIN, N_KNOWN, REACHED, RESIDUAL
 from ulna.kernels.spatial.elementary import maximum, minimum
 
 AT_LIMIT = 1e-9  # rad or m: no further beyond a limit than this, a joint is at it
@@ -23,14 +23,42 @@ def nearest_branch(q_rows, known_rows, seed_rows, bound_rows, best_rows, cost_ro
     for k in range(q_rows.shape[0] // 6):
         cost = where(load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED, 0.0, np.inf)
         for j in range(n):
-            lower, upper, turn = load(bound_rows, j), load(bound_rows, n + j), load(bound_rows, 2 * n + j)
-            q, seed = load(q_rows, 6 * k + j), load(seed_rows, j)
-            q = q - turn * rint((q - seed) * load(bound_rows, 3 * n + j))
-            q = where(q < lower - AT_LIMIT, q + turn, where(q > upper + AT_LIMIT, q - turn, q))
-            within = (q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT)
-            store(q_rows, 6 * k + j, minimum(maximum(q, lower), upper))
+            seed, q = load(seed_rows, j), load(q_rows, 6 * k + j)
+            q, within = turned_towards(q, seed, bound_rows, j)
+            store(q_rows, 6 * k + j, minimum(maximum(q, load(bound_rows, j)), load(bound_rows, n + j)))
             cost = maximum(cost, where(within, abs(q - seed), np.inf))
         better = cost < load(cost_rows, 0)
         store(cost_rows, 0, where(better, cost, load(cost_rows, 0)))
         for j in range(6):
             store(best_rows, j, where(better, load(q_rows, 6 * k + j), load(best_rows, j)))
+
+
+@kernel
+def turned_towards(q, seed, bound_rows, j):
+    """q of joint j, whole turns made towards the seed within the bounds; and whether it is within them."""
+    n = bound_rows.shape[0] // 4
+    lower, upper, turn = load(bound_rows, j), load(bound_rows, n + j), load(bound_rows, 2 * n + j)
+    q = q - turn * rint((q - seed) * load(bound_rows, 3 * n + j))
+    q = where(q < lower - AT_LIMIT, q + turn, where(q > upper + AT_LIMIT, q - turn, q))
+    return q, (q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT)
+
+
+@routine
+def turn_within(q_rows, known_rows, branch, seed_rows, bound_rows):
+    """Turn one branch towards the seed within the bounds, where it is real; its q is NaN elsewhere.
+
+    q_rows: six, changed where the branch is within; known_rows: what is known of branches in one number, IS_WITHIN added.
+    """
+    n, known = bound_rows.shape[0] // 4, load(known_rows, branch)
+    real = known - 2.0 * rint(0.5 * known - 0.25) > 0.0  # IS_REAL is the lowest bit
+    all_within = real
+    for j in range(n):
+        _, within = turned_towards(load(q_rows, j), load(seed_rows, j), bound_rows, j)
+        all_within = all_within & within
+    for j in range(n):
+        q = load(q_rows, j)
+        turned, within = turned_towards(q, load(seed_rows, j), bound_rows, j)
+        clipped = minimum(maximum(turned, load(bound_rows, j)), load(bound_rows, n + j))
+        q = where(all_within, clipped, where(within, turned, q))
+        store(q_rows, j, where(real, q, np.nan))
+    store(known_rows, branch, known + where(all_within, IS_WITHIN * 1.0, 0.0))
