@@ -75,15 +75,17 @@ def _best(course: Course, nodes: list[Array]) -> tuple[LazyEdges, Array, Sweep]:
     """The cheapest path none of whose edges collides, after those that do have been left out."""
     each = np.ones(len(nodes))
     edges = LazyEdges(course.lifts, nodes, course.max_step * each, course.weight * each)
-    costs, begin = _costs(course, nodes), course.beginning(nodes[0])
+    costs = _costs(course, nodes)
+    done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
     for left in reversed(range(_MOST_ROUNDS)):
-        done = sweep(course.lifts, nodes, costs, edges.of, begin)
+        done = sweep(course.lifts, nodes, costs, edges.of, done)
         q, chain = path_of(course, done, nodes)
         hit = np.flatnonzero(course.edges_collide(q[:-1], q[1:]))
         if not len(hit) or not left:
             return edges, q[: hit[0] + 1] if len(hit) else q, done
         for k in hit:
             edges.remove(int(k), int(chain[k, 0]), int(chain[k + 1, 0]))
+        done = done.first(int(hit[0]) + 1)
     raise AssertionError("the last round returns")
 
 
@@ -194,7 +196,7 @@ def _ends(course: Course, done: Sweep, nodes: list[Array]) -> Array:
     """Every configuration in which a chain ends, shape (m, n_dof)."""
     if not done.n_layers:
         return np.empty((0, len(course.start)))
-    node, lift = np.nonzero(np.isfinite(done.cost))
+    node, lift = np.nonzero(np.isfinite(done.costs[-1]))
     return np.array(
         [course.lifts.raised(nodes[done.n_layers - 1][i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)]
     )

@@ -34,4 +34,4 @@ class LazyEdges:
     def remove(self, k: int, begin: int, end: int) -> None:
         """Leave out an edge from layer k."""
         self.removed.add((k, begin, end))
-        self._known[k] = self.of(k).without({(begin, end)})
+        self._known[k] = self.of(k).without(begin, end)

@@ -7,7 +7,8 @@ all lifts.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -19,6 +20,7 @@ Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 _AT_LIMIT = 1e-9  # rad
 _MOST_TURNS = 3  # of a joint with wide limits: those about home
+_BASE = 2 * _MOST_TURNS + 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +40,7 @@ class Lifts:
     lifted: NDArray[np.bool_]
     free: NDArray[np.bool_]
     table: Counts
+    _known: dict[int, Counts] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, lower: Array, upper: Array, turning: NDArray[np.bool_], home: Array) -> Lifts:
@@ -85,10 +88,23 @@ class Lifts:
         whole = np.unwrap(q, axis=0) if len(q) else q
         return np.where(self.free, whole, q)
 
-    def shifted(self, turns: Counts) -> Counts:
-        """For lifts reached by a shift of turns (n_dof,): the lift each comes from, or -1, shape (n_lifts,)."""
-        counts = self.table.max(axis=0) + 1
-        source = self.table - np.where(self.lifted, turns, 0)
-        inside = ((source >= 0) & (source < counts)).all(axis=1)
-        place = np.ravel_multi_index(tuple(np.where(inside[:, None], source, 0).T), tuple(counts))
-        return np.where(inside, place, -1)
+    def code(self, turns: Counts) -> Counts:
+        """A number for the shift of the lifts by turns (m, n_dof), shape (m,)."""
+        digits = np.where(self.lifted, turns, 0) + _MOST_TURNS
+        return digits @ self._places
+
+    def sources(self, code: int) -> Counts:
+        """For the shift of a code: the lift that each lift comes from, or -1, shape (n_lifts,)."""
+        if code not in self._known:
+            turns = np.where(self.lifted, code // np.maximum(self._places, 1) % _BASE - _MOST_TURNS, 0)
+            source, counts = self.table - turns, self.table.max(axis=0) + 1
+            inside = ((source >= 0) & (source < counts)).all(axis=1)
+            place = np.ravel_multi_index(tuple(np.where(inside[:, None], source, 0).T), tuple(counts))
+            self._known[code] = np.where(inside, place, -1)
+        return self._known[code]
+
+    @cached_property
+    def _places(self) -> Counts:
+        """The weight of each entry's turns in a code; entries without lifts have none of their own."""
+        digits = np.cumsum(self.lifted) - self.lifted
+        return np.where(self.lifted, _BASE**digits, 0)

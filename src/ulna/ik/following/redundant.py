@@ -23,7 +23,7 @@ from ulna.ik.closed_form.branches import sampled_branches
 from ulna.ik.following.branches import Found, path_of, with_start
 from ulna.ik.following.continuation import continued
 from ulna.ik.following.course import Course
-from ulna.ik.following.graph import sweep
+from ulna.ik.following.graph import Sweep, sweep
 from ulna.ik.following.lazy_edges import LazyEdges
 from ulna.ik.following.smooth import smoothed
 from ulna.ik.query import STEPS
@@ -120,14 +120,16 @@ def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
     longest = np.minimum(course.max_step * gaps, _NEAR)
     edges = LazyEdges(course.lifts, nodes, longest, course.weight / gaps)
     costs = [course.costs(q) * gap for q, gap in zip(nodes, np.r_[gaps, 1.0], strict=True)]
-    begin, filled = course.beginning(nodes[0]), _Filled(course, knots)
+    filled, done = _Filled(course, knots), Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
     for left in reversed(range(_MOST_ROUNDS)):
-        q, chain = path_of(course, sweep(course.lifts, nodes, costs, edges.of, begin), nodes)
+        done = sweep(course.lifts, nodes, costs, edges.of, done)
+        q, chain = path_of(course, done, nodes)
         wrong = filled.wrong_edges(q, chain)
         if not len(wrong) or not left:
             return filled.whole(q, chain)
         for k in wrong:
             edges.remove(int(k), int(chain[k, 0]), int(chain[k + 1, 0]))
+        done = done.first(int(wrong[0]) + 1)
     raise AssertionError("the last round returns")
 
 
