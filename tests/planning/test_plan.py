@@ -259,8 +259,9 @@ def test_each_reason_is_the_right_one(panda, post):
     far = panda.plan(left, ulna.pose((3, 0, 0)), post)
     assert far.status == "goal unreachable"
     assert far.reason.status == "unreachable"
+    left, right = sides(panda, 2.0)
     T, world = panda.forward_kinematics(right), ulna.World()
-    world.add("block", ulna.Box((0.3, 0.3, 0.3)), T)
+    world.add("block", ulna.Box((0.2, 0.2, 0.2)), T)
     plan = panda.plan(left, T, world)
     assert plan.status == "goal in collision"
     assert "block" in str(plan)

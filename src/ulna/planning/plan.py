@@ -129,6 +129,7 @@ class Plan:
         acceleration: ArrayLike,
         velocity: ArrayLike | None = None,
         blend: float = 0.1,
+        jerk: ArrayLike | None = None,
     ) -> Trajectory:
         """The path with times: the fastest motion along it within limits, by TOPP-RA (Pham and Pham 2018).
 
@@ -138,6 +139,7 @@ class Plan:
             blend: How much of each of its two edges, in the plan's metric [rad], a rounded corner takes at most; half of an edge
                 is the most. A rounding is a parabola, and is certified as the edges are; one that is not free is made smaller.
                 Where none is free, and everywhere for 0, the motion stops at the corner.
+            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers. With it the motion stops at every corner.
 
         Returns:
             A ``Trajectory``: times, q, qd, qdd, and ``at(t)``.
@@ -155,8 +157,10 @@ class Plan:
         accelerations = as_limits("acceleration", acceleration, tree.n_dof)
         if len(self.path) == 1:
             return resting(self.path[0], names, certified=self.certified)
-        pieces = rounded_path(self.path, np.diff(self._lengths), float(blend), self.motion.is_free)
-        return make_trajectory(pieces, limits, accelerations, names, certified=self.certified and not self.escape)
+        jerks = None if jerk is None else as_limits("jerk", jerk, tree.n_dof)
+        rounding = float(blend) if jerks is None else 0.0
+        pieces = rounded_path(self.path, np.diff(self._lengths), rounding, self.motion.is_free)
+        return make_trajectory(pieces, limits, accelerations, names, certified=self.certified and not self.escape, jerk=jerks)
 
     def __getstate__(self) -> dict:
         return {name: value for name, value in self.__dict__.items() if name != "_lengths"}

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,16 +57,22 @@ def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_]) -> Space:
 
     An angle has weight 1; a slide the inverse of the robot's length, so that it moves a robot about as far.
     """
-    table = np.zeros((N_SPACE, tree.n_dof))
-    low, high = random_range(tree)
-    endless = np.isinf(tree.lower) & np.isinf(tree.upper)
-    table[PERIOD] = np.where(endless & turning_columns(tree.joints, tree.n_dof), TURN, 0.0)
-    fixed = table[PERIOD] > 0
-    table[LOW] = np.where(fixed, low, np.minimum(low, corners.min(axis=0)))
-    table[HIGH] = np.where(fixed, high, np.maximum(high, corners.max(axis=0)))
+    table = _whole_space(tree).copy()
+    turning = table[PERIOD] > 0
+    table[LOW] = np.where(turning, table[LOW], np.minimum(table[LOW], corners.min(axis=0)))
+    table[HIGH] = np.where(turning, table[HIGH], np.maximum(table[HIGH], corners.max(axis=0)))
     table[LOW, held] = table[HIGH, held] = corners[0, held]
-    table[WEIGHT] = np.where(_slides(tree), 1.0 / length_of_robot(tree), 1.0)
     return Space(table, ~held)
+
+
+@lru_cache(maxsize=16)
+def _whole_space(tree: Tree) -> Array:
+    """The table of a robot without a start and goals; kept, since it is looked up in Python, joint by joint."""
+    table, endless = np.zeros((N_SPACE, tree.n_dof)), np.isinf(tree.lower) & np.isinf(tree.upper)
+    table[LOW], table[HIGH] = random_range(tree)
+    table[PERIOD] = np.where(endless & turning_columns(tree.joints, tree.n_dof), TURN, 0.0)
+    table[WEIGHT] = np.where(_slides(tree), 1.0 / length_of_robot(tree), 1.0)
+    return table
 
 
 def held_columns(tree: Tree, held: Iterable[str]) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from ulna.description.arrays import as_floats
 from ulna.drivers import entry
 from ulna.errors import FileError, InputError, needs_extra
 from ulna.planning.blend import Pieces
+from ulna.planning.double_s import double_s
 
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
@@ -33,8 +34,8 @@ class Moment(NamedTuple):
 class Trajectory:
     """A motion in time, from rest to rest, within limits.
 
-    Between two grid points the path is a line or a parabola, and the acceleration along it is constant. ``at`` evaluates that:
-    nothing is interpolated.
+    Between two grid points the path is a line or a parabola, and the acceleration along it is constant, or the jerk is. ``at``
+    evaluates that: nothing is interpolated.
 
     Attributes:
         times: When each grid point is passed [s], shape (n,).
@@ -54,11 +55,10 @@ class Trajectory:
     stops: int
     joint_names: tuple[str, ...]
     _grid: Grid
-    _x: Array
-    _u: Array
+    _profile: Profile
 
     def __post_init__(self) -> None:
-        for array in (self.times, self.q, self.qd, self.qdd, self._x, self._u):
+        for array in (self.times, self.q, self.qd, self.qdd):
             array.setflags(write=False)
 
     @property
@@ -81,7 +81,7 @@ class Trajectory:
         t = as_floats("t", t)
         if not np.isfinite(t).all():
             raise InputError("t", "finite times [s] are expected")
-        return _moment(self._grid, self.times, self._x, self._u, np.clip(t, 0.0, self.duration))
+        return _moment(self._grid, self._profile, np.clip(t, 0.0, self.duration))
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
@@ -143,6 +143,16 @@ class Grid(NamedTuple):
     """The grid points at which the motion rests."""
 
 
+class Profile(NamedTuple):
+    """How fast a path is passed: in interval i, t after times[i], with speeds + accelerations t + jerks t^2 / 2."""
+
+    times: Array
+    """When the grid points are passed [s], shape (n + 1,)."""
+    speeds: Array
+    accelerations: Array
+    jerks: Array
+
+
 def grid_of(pieces: Pieces) -> Grid:
     """The pieces divided into intervals."""
     counts = np.maximum(LEAST_INTERVALS, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
@@ -171,33 +181,61 @@ def timed(grid: Grid, velocity: Array, acceleration: Array) -> tuple[Array, Arra
     return times, x, u
 
 
-def _moment(grid: Grid, times: Array, x: Array, u: Array, t: Array) -> Moment:
-    i = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(grid.steps) - 1)
-    after = t - times[i]
-    s = np.clip(np.sqrt(x[i]) * after + 0.5 * u[i] * after * after, 0.0, grid.steps[i])[..., None]
-    square = np.clip(x[i][..., None] + 2.0 * u[i][..., None] * s, 0.0, None)
-    slope, bend = grid.slopes[i] + s * grid.bends[i], grid.bends[i]
+def jerk_limited(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Grid, Profile]:
+    """The fastest motion along lines, from rest to rest on each, in seven phases a line."""
+    rows = []
+    for start, slope, length in zip(pieces.starts, pieces.slopes, pieces.lengths, strict=True):
+        with np.errstate(divide="ignore"):
+            limits = (float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
+        durations, jerks = double_s(length, *limits)
+        s = speed = rate = 0.0
+        for t, j in zip(durations, jerks, strict=True):
+            step = speed * t + rate * t * t / 2 + j * t**3 / 6
+            rows.append((start + s * slope, slope, step, t, speed, rate, j))
+            s, speed, rate = s + step, speed + rate * t + j * t * t / 2, rate + j * t
+    starts, slopes, steps, times, *others = (np.array(column) for column in zip(*rows, strict=True))
+    grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, len(durations)))
+    return grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others)
+
+
+def _moment(grid: Grid, profile: Profile, t: Array) -> Moment:
+    i = np.clip(np.searchsorted(profile.times, t, side="right") - 1, 0, len(grid.steps) - 1)
+    after = t - profile.times[i]
+    speed, rate, jerk = profile.speeds[i], profile.accelerations[i], profile.jerks[i]
+    s = np.clip(((jerk / 6 * after + rate / 2) * after + speed) * after, 0.0, np.maximum(grid.steps[i], 0.0))[..., None]
+    speed, rate = ((jerk / 2 * after + rate) * after + speed)[..., None], (jerk * after + rate)[..., None]
+    bend = grid.bends[i]
+    slope = grid.slopes[i] + s * bend
     q = grid.starts[i] + s * grid.slopes[i] + 0.5 * s * s * bend
-    return Moment(q, slope * np.sqrt(square), slope * u[i][..., None] + bend * square)
+    return Moment(q, slope * speed, slope * rate + bend * speed * speed)
 
 
 def make_trajectory(
-    pieces: Pieces, velocity: Array, acceleration: Array, joint_names: tuple[str, ...], *, certified: bool
+    pieces: Pieces,
+    velocity: Array,
+    acceleration: Array,
+    joint_names: tuple[str, ...],
+    *,
+    certified: bool,
+    jerk: Array | None = None,
 ) -> Trajectory:
-    """The fastest motion along the pieces of a path."""
-    grid = grid_of(pieces)
-    times, x, u = timed(grid, velocity, acceleration)
-    q, qd, qdd = _moment(grid, times, x, u, times)
-    return Trajectory(times, q, qd, qdd, certified, len(grid.borders) - 2, joint_names, grid, x, u)
+    """The fastest motion along the pieces of a path; with a limit of jerk along lines, with a stop at the end of each."""
+    if jerk is not None:
+        grid, profile = jerk_limited(pieces, velocity, acceleration, jerk)
+    else:
+        grid = grid_of(pieces)
+        times, x, u = timed(grid, velocity, acceleration)
+        profile = Profile(times, np.sqrt(x[:-1]), u, np.zeros_like(u))
+    moment = _moment(grid, profile, profile.times)
+    return Trajectory(profile.times, *moment, certified, len(grid.borders) - 2, joint_names, grid, profile)
 
 
 def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool) -> Trajectory:
     """The trajectory of a plan that does not move."""
-    n = len(q)
-    none = np.zeros((1, n))
-    grid = Grid(q[None].copy(), none, none, np.zeros(1), np.array([0, 0]))
-    zero = np.zeros((1, n))
-    return Trajectory(np.zeros(1), q[None].copy(), zero, zero.copy(), certified, 0, joint_names, grid, np.zeros(1), np.zeros(1))
+    none, zero = np.zeros((1, len(q))), np.zeros(1)
+    grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]))
+    rest = Moment(q[None].copy(), none.copy(), none.copy())
+    return Trajectory(zero.copy(), *rest, certified, 0, joint_names, grid, Profile(np.zeros(2), zero, zero, zero))
 
 
 def as_limits(name: str, given: ArrayLike, n_dof: int) -> Array:

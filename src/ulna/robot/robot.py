@@ -6,8 +6,8 @@ computes nothing itself: it calls one function of the folders below.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Any
 
@@ -45,6 +45,7 @@ from ulna.kinematics.groups import JointGroup, configuration, joint_groups
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
+from ulna.planning.many import plan_many
 from ulna.planning.plan import Plan
 from ulna.planning.planner import MAX_CHECKS, PlanOptions, plan_motion
 
@@ -883,6 +884,38 @@ class Robot:
         """
         options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit)
         return plan_motion(self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, options)
+
+    def plan_many(
+        self,
+        q_starts: ArrayLike,
+        goals: ArrayLike,
+        worlds: World | Iterable[World | None] | None = None,
+        *,
+        threads: int | None = None,
+        progress: Callable[[int, int], None] | None = None,
+        **options: Any,
+    ) -> tuple[Plan, ...]:
+        """A plan for each of many problems, in several threads.
+
+        Args:
+            q_starts: Where to start [rad or m], shape (n, n_dof), or (n_dof,) for all.
+            goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem.
+            worlds: One for all, or one for each problem.
+            threads: How many threads are used at most; ``ULNA_THREADS``, or one a processor, unless given.
+            progress: Called with the number of problems that are done, and of all, after each.
+            options: Those of ``plan``.
+
+        Returns:
+            A ``Plan`` for each problem, in their order: the same bit for bit as that of ``plan``.
+
+        Raises:
+            InputError: The numbers of starts, goals and worlds do not go together; or ``plan`` refuses a problem, whose number is
+                in the message.
+            UnknownNameError: There is no such link or joint.
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+        """
+        plan = partial(self.plan, **options)
+        return plan_many(plan, q_starts, goals, worlds, threads, progress)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:
