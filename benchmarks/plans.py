@@ -1,7 +1,7 @@
 """Solves VAMP's 699 Panda problems and judges the paths: ``python -m benchmarks.plans RESOURCES/panda``.
 
-The folder is ``resources/panda`` of the source distribution of ``vamp-planner``: 700 problems, of which one has a goal that
-touches. The robot has VAMP's own 59 spheres, the objects are VAMP's. Times are those of the thread (``time.thread_time``), so that
+The folder is ``resources/panda`` of the source distribution of ``vamp-planner``: 700 problems, one with a goal that touches.
+The robot has VAMP's own 59 spheres, the objects are VAMP's. Times are those of the thread (``time.thread_time``), so that
 a busy machine counts less; each is the least of three. A path is judged 64 times finer than VAMP samples its edges (32 a
 radian): by the overlap test at all of these samples, and by Coal, an independent library, at those nearest to an object.
 """

@@ -1,13 +1,15 @@
 """Times a line from rest to rest within limits of velocity, acceleration and jerk. Used by ``trajectory``.
 
-Source: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 3.4: the velocity has the form
-of two S. The jerk is constant in each of seven phases.
+Source: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 3.4: the velocity has the
+form of two S. The jerk is constant in each of seven phases.
 """
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
+
+N_PHASES = 7
 
 
 def double_s(length: float, velocity: float, acceleration: float, jerk: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -160,7 +160,12 @@ def _without_repeats(path: Array) -> Array:
 
 
 def _refuse_unless(name: str, value: Any, least: float, expected: str, *, above: bool = False) -> None:
-    good = isinstance(value, Real) and not isinstance(value, bool) and least <= value < np.inf and not (above and value == least)
+    good = (
+        isinstance(value, Real)
+        and not isinstance(value, bool)
+        and least <= float(value) < np.inf
+        and not (above and value == least)
+    )
     if not good:
         raise InputError(name, f"{value!r}; {expected} is expected")
 

@@ -13,7 +13,7 @@ from ulna.description.arrays import as_floats
 from ulna.drivers import entry
 from ulna.errors import FileError, InputError, needs_extra
 from ulna.planning.blend import Pieces
-from ulna.planning.double_s import double_s
+from ulna.planning.double_s import N_PHASES, double_s
 
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
@@ -194,7 +194,7 @@ def jerk_limited(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Arr
             rows.append((start + s * slope, slope, step, t, speed, rate, j))
             s, speed, rate = s + step, speed + rate * t + j * t * t / 2, rate + j * t
     starts, slopes, steps, times, *others = (np.array(column) for column in zip(*rows, strict=True))
-    grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, len(durations)))
+    grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, N_PHASES))
     return grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others)
 
 
