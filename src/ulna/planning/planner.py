@@ -87,7 +87,9 @@ def plan_motion(
     start, targets = _as_start(q_start, checker), as_goal(goal, tree)
     if world is not None and not isinstance(world, World):
         raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
-    world = None if world is None else world.copy()  # what is planned in does not change under the plan
+    if world is not None:
+        world.objects()  # made once, and kept by the copy
+        world = world.copy()  # what is planned in does not change under the plan
     margin = float(options.clearance)
     question = Question(checker, inverse_kinematics, world, margin, start, names, link, task, int(options.seed))
     fixed = held_columns(tree, names) | held_for(targets, question)
