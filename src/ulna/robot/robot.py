@@ -617,7 +617,8 @@ class Robot:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
             link: The link's name; the tip unless given.
             task: What of the pose is to be reached: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
-            redundancy: The joint of seven that is held; that of ``closed_form`` unless given.
+            redundancy: The joint of seven that is held; that of ``closed_form`` unless given. Or ``"elbow"``, for arms with a
+                spherical shoulder and wrist: the angle by which the arm is turned about the line between them.
             n_samples: The number of places at which it is held, spread evenly over its range.
             whole_turns: Whether to list every whole turn that the limits allow. Otherwise each solution is listed once, as near
                 to ``home`` as whole turns within the limits bring it.
