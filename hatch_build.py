@@ -21,6 +21,7 @@ from hatchling.metadata.plugin.interface import MetadataHookInterface
 AHEAD = os.environ.get("ULNA_AHEAD", "") not in {"", "0"}
 X86_LEVELS = {"x86-64-v2": 2, "x86-64-v3": 3, "x86-64-v4": 4}  # and the number that the CPU must have (native/cpu.c)
 PACKAGE, ENTRIES = "ulna.drivers", "ulna.drivers:DRIVERS"
+PARTS = "together", "rest"  # of the entries of a level, each about half the work: ulna.engine.emit
 ABI, MACRO = "cp311-abi3", "0x030B0000"  # Python 3.11 and every later one
 
 
@@ -65,8 +66,10 @@ def _libraries(root: Path, build: Path) -> list[Path]:
     levels, out = _levels(), build / "machine_code"
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
-    with ThreadPoolExecutor(max(1, min(len(levels), len(os.sched_getaffinity(0)) if sys.platform == "linux" else 2))) as pool:
-        written = list(pool.map(lambda level: _write_objects(root, build, level), levels))
+    jobs = [(level, part) for part in PARTS for level in levels]
+    with ThreadPoolExecutor(max(1, min(len(jobs), len(os.sched_getaffinity(0)) if sys.platform == "linux" else 2))) as pool:
+        halves = dict(zip(jobs, pool.map(lambda job: _write_objects(root, build, *job), jobs), strict=True))
+    written = [sorted((one for part in PARTS for one in halves[level, part]), key=lambda one: one["name"]) for level in levels]
     files = [_link(root, build, out, level, entries) for level, entries in zip(levels, written, strict=True)]
     index = {
         "package": PACKAGE,
@@ -80,15 +83,15 @@ def _libraries(root: Path, build: Path) -> list[Path]:
     return [*files, out / "index.json"]
 
 
-def _write_objects(root: Path, build: Path, level: str) -> list[dict[str, Any]]:
-    """The object files of a level, as ``ulna.engine.emit`` writes them in a process of its own."""
+def _write_objects(root: Path, build: Path, level: str, part: str) -> list[dict[str, Any]]:
+    """The object files of a part of the entries for a level, as ``ulna.engine.emit`` writes them in a process of its own."""
     cpu = "generic" if level.endswith("-baseline") else level
     settings = {"NUMBA_CPU_NAME": cpu, "NUMBA_CPU_FEATURES": "", "NUMBA_DISABLE_JIT": "0", "ULNA_CPU": "native"}
     path = os.pathsep.join([str(root / "src"), *filter(None, [os.environ.get("PYTHONPATH")])])  # pip's own for the build as well
     environment = {**os.environ, **settings, "PYTHONPATH": path}
     folder = build / level
-    subprocess.run([sys.executable, "-m", "ulna.engine.emit", ENTRIES, str(folder)], env=environment, check=True, cwd=root)
-    return json.loads((folder / "entries.json").read_text(encoding="utf-8"))
+    subprocess.run([sys.executable, "-m", "ulna.engine.emit", ENTRIES, str(folder), part], env=environment, check=True, cwd=root)
+    return json.loads((folder / f"{part}.json").read_text(encoding="utf-8"))
 
 
 def _link(root: Path, build: Path, out: Path, level: str, entries: list[dict[str, Any]]) -> Path:

@@ -32,6 +32,7 @@ from ulna.description.urdf_writer import write_urdf
 from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
+from ulna.engine.bound import Quick, put_in_c
 from ulna.errors import InputError
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.closed_form.result import IKSolutions
@@ -49,7 +50,7 @@ from ulna.kinematics.tree import Tree, build_tree
 Array = NDArray[np.float64]
 
 
-class Robot:
+class Robot(Quick):
     """A robot: its kinematic tree, forward and inverse kinematics, Jacobians and collision queries.
 
     Made by ``ulna.load`` or ``Robot.from_dh``. Immutable, picklable, safe to share between threads; its arrays are read-only.
@@ -81,6 +82,7 @@ class Robot:
         start.setflags(write=False)
         carried = tuple(attached)
         checker = Checker(description, tree, carried, allowed)
+        inverse_kinematics = InverseKinematics(tree, start, checker)
         self.__dict__.update(
             description=description,
             tree=tree,
@@ -89,7 +91,8 @@ class Robot:
             _forward=ForwardByLink(tree),
             _jacobian=JacobianByLink(tree),
             _checker=checker,
-            _inverse_kinematics=InverseKinematics(tree, start, checker),
+            _inverse_kinematics=inverse_kinematics,
+            _quick_search=inverse_kinematics.quick,
         )
 
     @classmethod
@@ -955,6 +958,9 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
+
+
+put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "in_collision", "signed_distance"))
 
 
 def _one_configuration(tree: Tree, home: ArrayLike) -> Array:
