@@ -1,6 +1,6 @@
-"""Binds an entry's leading arguments in C, and puts methods in C in the place of a class's: one call then costs little.
+"""Binds an entry's leading arguments in C, and puts methods in C in a class. Used by ``Robot`` and by what it asks about one q.
 
-Used by ``Robot`` and by what it asks about one q or one target. The extension comes with a wheel (``ahead``). Without it there
+The extension comes with a wheel (``ahead``). Without it there
 are no such functions, and callers go Python's own way.
 """
 

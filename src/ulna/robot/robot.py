@@ -21,8 +21,6 @@ from ulna.collision.edge_report import EdgeReport
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.meshes.addresses import with_mesh_paths
-from ulna.description.meshes.decompose import with_pieces
-from ulna.description.meshes.hulls import with_hulls
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
 from ulna.description.semantic import EndEffector, Srdf
@@ -891,6 +889,8 @@ class Robot(Quick):
             >>> ulna.load("ur5").with_convex_hulls().in_collision(np.zeros(6))  # pip install example-robot-data
             False
         """
+        from ulna.description.meshes.hulls import with_hulls  # noqa: PLC0415 - needed for meshes alone
+
         return self._changed(description=with_hulls(self.description))
 
     def with_convex_pieces(self) -> Robot:
@@ -904,6 +904,8 @@ class Robot(Quick):
             FileError: A mesh is not there, cannot be read, or not be decomposed within the limits of time and memory.
             MissingExtraError: CoACD, or what reads meshes, is not installed: pip install 'ulna[decompose]'.
         """
+        from ulna.description.meshes.decompose import with_pieces  # noqa: PLC0415 - needed for meshes alone
+
         return self._changed(description=with_pieces(self.description))
 
     def with_attached(
