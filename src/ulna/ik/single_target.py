@@ -36,7 +36,7 @@ class SingleTargetSolver:
     ``solve`` may be called from many threads at once: nothing that it writes to is shared.
     """
 
-    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_query", "_search_one", "_tolerances")
+    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_query", "_search_one", "_tolerances", "in_c")
 
     def __init__(self, query: Query) -> None:
         tree, options, settings = query.tree, query.options, query.settings.copy()
@@ -48,6 +48,7 @@ class SingleTargetSolver:
         settings[layout.STEPS] = SEEDED_STEPS
         plan = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel()])
         self._from_home, self._from_seed = self._search_by(from_home), self._search_by(plan)
+        self.in_c = self._from_home, self._home, self._from_seed
 
     @staticmethod
     def applies(query: Query) -> bool:
