@@ -14,6 +14,7 @@ from ulna.errors import (
     ClusterError,
     DescriptionError,
     DescriptionWarning,
+    DeviceError,
     FileError,
     GeometryError,
     InputError,
@@ -28,6 +29,9 @@ from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
 from ulna.inspection.inspect import inspect
 from ulna.inspection.result import Finding, Inspection, Severity
+from ulna.planning.plan import Plan
+from ulna.planning.plan_status import PlanStatus
+from ulna.planning.trajectory import Trajectory
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.reachability_map import reachability_map
 from ulna.robot import Robot, load
@@ -44,6 +48,7 @@ __all__ = [
     "DHTable",
     "DescriptionError",
     "DescriptionWarning",
+    "DeviceError",
     "Ending",
     "FileError",
     "Finding",
@@ -59,6 +64,8 @@ __all__ = [
     "MissingExtraError",
     "Pair",
     "PathStatus",
+    "Plan",
+    "PlanStatus",
     "PointCloud",
     "ReachabilityMap",
     "Report",
@@ -68,6 +75,7 @@ __all__ = [
     "Sphere",
     "Status",
     "Task",
+    "Trajectory",
     "UlnaError",
     "UnknownNameError",
     "World",
