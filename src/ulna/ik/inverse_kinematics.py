@@ -118,13 +118,6 @@ class InverseKinematics:
             every = self._make_all_of(link, redundancy, task, threads)
         return every.of(T, n_samples, whole_turns=whole_turns)
 
-
-def _all_of(
-    query_of: Callable[[str | None, Options], Query], link: str | None, redundancy: str | None, *options: Any
-) -> AllSolutions:
-    task, threads = options
-    return AllSolutions(query_of(link, Options(task=as_task(task), threads=threads)), redundancy)
-
     def follow(
         self,
         T_path: ArrayLike,
@@ -146,6 +139,13 @@ def _all_of(
             return self.solve(T, seed, None, (), world, link, ())
 
         return follow(self._query(link, options), T_path, q_start, max_step, world, solve)
+
+
+def _all_of(
+    query_of: Callable[[str | None, Options], Query], link: str | None, redundancy: str | None, *options: Any
+) -> AllSolutions:
+    task, threads = options
+    return AllSolutions(query_of(link, Options(task=as_task(task), threads=threads)), redundancy)
 
 
 def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options: Options) -> Query:
