@@ -185,13 +185,23 @@ def test_the_branches_of_an_arm_of_six_joints_are_counted(many_chunks, tmp_path)
         assert ((found.data.branches.values > 0) == found.verdicts).all()
 
 
-def test_without_a_closed_form_or_for_a_part_of_a_pose_no_branches_are_counted(panda, tmp_path):
+def test_without_a_closed_form_of_the_task_no_branches_are_counted(panda, tmp_path):
     path = tmp_path / "m.zarr"
     ur5 = ulna.load("ur5", base="base_link", tip="tool0")
     part = {"voxel": 1.0, "orientations": 2, "bounds": [(-1.0, -1.0, 0.0), (1.0, 1.0, 1.0)]}
     for robot, task in ((panda, "pose"), (ur5, "position")):
         assert "branches" not in ulna.reachability_map(robot, path, task=task, **part).data
         shutil.rmtree(path)
+
+
+def test_an_arm_of_three_joints_has_four_branches_within_the_shell_that_its_links_span(tmp_path):
+    rows = [(0, 0.4, 0, 0), (0, 0, np.pi / 2, 0), (0.5, 0, 0, 0), (0.3, 0, 0, 0)]
+    arm = ulna.Robot.from_dh(rows, joint_types=["revolute"] * 3 + ["fixed"])
+    found = ulna.reachability_map(arm, tmp_path / "m.zarr", voxel=0.17, orientations=1, task="position")
+    z, y, x = np.meshgrid(*found.grid.axes, indexing="ij")
+    r = np.linalg.norm([x, y, z - 0.4], axis=0)
+    expected = np.where((r > 0.2) & (r < 0.8), 4, 0)
+    assert (found.data.branches.values[..., 0] == expected).all()
 
 
 def test_a_map_of_another_version_is_not_gone_on_with(panda, many_chunks, tmp_path, monkeypatch):

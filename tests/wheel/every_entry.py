@@ -18,6 +18,7 @@ import numpy as np
 
 import ulna
 import ulna.drivers
+import ulna.robot
 import ulna.viewer.film.painter
 import ulna.viewer.film.record as film
 
@@ -86,8 +87,22 @@ def ask():
         robot.edge_in_collision(q[:50], q[50:100], world), robot.check_collision(q[:100], world, max_distance=0.05)
         for one in q[:200]:
             robot.in_collision(one, world)
+    ask_for_closed_forms()
     with tempfile.TemporaryDirectory() as folder:
         film.record_robot(film.make_form(Path(folder, "film.mp4"), 0.1, (64, 36)), panda, panda.home)
+
+
+def ask_for_closed_forms():
+    """Of an arm of six joints, made as Universal Robots' are."""
+    right = np.pi / 2
+    arm = ulna.Robot.from_dh(
+        [(0, 0.09, right, 0), (-0.42, 0, 0, 0), (-0.39, 0, 0, 0), (0, 0.11, right, 0), (0, 0.09, -right, 0), (0, 0.08, 0, 0)],
+        convention="standard",
+    )
+    targets = arm.forward_kinematics(arm.random(N, seed=2))
+    arm.inverse_kinematics(targets), arm.all_solutions(targets)
+    for one in targets[:200]:
+        arm.inverse_kinematics(one)
 
 
 def main(file):

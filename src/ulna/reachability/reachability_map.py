@@ -168,9 +168,9 @@ def _specification(robot: Robot, tip: str | None, grid: tuple, world: World | No
 
 
 def _all_are_known(robot: Robot, link: str, task: Task) -> bool:
-    """Whether the arm has finitely many solutions for every pose, and a closed form proves that they are all."""
-    form = closed_form_of(robot.tree, link)
-    return task == as_task("pose") and form is not None and form.is_exact and form.held is None and form.n_joints == 6
+    """Whether a closed form proves of nearly every pose that its solutions, finitely many, are all there are."""
+    form = closed_form_of(robot.tree, link, task=task)
+    return form is not None and form.is_exact and form.held is None
 
 
 def _begin(path: Path, asked: Specification, robot: Robot, *, resume: bool) -> None:

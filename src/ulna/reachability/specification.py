@@ -35,7 +35,7 @@ class Specification:
         max_iterations: Steps from all starts of one pose together.
         clearance: Whether the distance to the nearest obstacle is kept.
         solutions: Whether the joint positions are kept.
-        branches: Whether the solutions of each pose are counted.
+        branches: Whether the arm has a closed form, by which the solutions of each pose are counted.
         version: Ulna's.
     """
 
