@@ -14,6 +14,7 @@ from ulna.ik.all_solutions import all_solutions
 from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.closed_form.solutions import AllSolutions
 from ulna.ik.closed_form.solver import ClosedFormSolver
+from ulna.ik.following.follow import follow
 from ulna.ik.following.result import FollowedPath
 from ulna.ik.numeric import NumericSolver
 from ulna.ik.options import Options, as_count
