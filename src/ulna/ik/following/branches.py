@@ -68,7 +68,7 @@ def along_branches(course: Course) -> Found:
     nodes = [with_start(course, layers.nodes[0]), *layers.nodes[1:]]
     edges, q, done = _best(course, nodes)
     following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
-    proved = bool(layers.proved[: len(q) + 1].all()) and not edges.removed
+    proved = bool(layers.proved[: len(q) + 1].all()) and not edges.removed and not course.lifts.is_cut
     return Found(q, _ends(course, done, nodes), following, proved=proved)
 
 
