@@ -16,7 +16,8 @@ HIGHER = tests/kernels tests/wheel
 BUT =
 ARGS ?=
 
-.PHONY: demo video lint test test-all test-without-demo test-cuda test-ros1 test-ros2 bench docs wheel test-wheel test-wheel-brief hw2-zip clean
+.PHONY: demo video lint test test-all test-without-demo test-cuda test-gpu test-ros1 test-ros2 test-wheel test-wheel-brief
+.PHONY: bench bench-gpu docs wheel hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -56,9 +57,19 @@ test-all: lint
 	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/kernels
 	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/kernels
 
-# Every kernel compiled for a GPU, to PTX. No GPU and no driver is needed.
+# Every kernel and driver compiled for a GPU, to PTX; the drivers run by simulated threads. No GPU and no driver is needed.
 test-cuda: $(CUDA_VENV)/.cuda
-	$(CUDA_VENV)/bin/python -m pytest -n auto tests/gpu $(ARGS)
+	$(CUDA_VENV)/bin/python -m pytest -n auto tests/gpu --ignore=tests/gpu/device $(ARGS)
+	NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1 $(CUDA_VENV)/bin/python -m pytest -n auto tests/gpu/device --deselect \
+		tests/gpu/device/test_gpu_robot.py::test_arrays_on_the_device_stay_there
+
+# The drivers on a GPU, against the CPU.
+test-gpu: $(CUDA_VENV)/.cuda
+	$(CUDA_VENV)/bin/python -m pytest tests/gpu/device $(ARGS)
+
+# Problems a second on a GPU.
+bench-gpu: $(CUDA_VENV)/.cuda
+	$(CUDA_VENV)/bin/python -m benchmarks.gpu $(ARGS)
 
 # An environment of its own: the compiler's wheels are large, and nothing else needs them.
 $(CUDA_VENV)/.cuda: pyproject.toml

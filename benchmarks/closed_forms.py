@@ -36,7 +36,13 @@ def ur(d1: float, a2: float, a3: float, d4: float, d5: float, d6: float) -> list
 
 
 def wrist(a1: float, d1: float, a2: float, d3: float, a3: float, d4: float, d6: float) -> list[tuple[float, ...]]:
-    """An arm with a spherical wrist, lengths as its maker's data sheet gives them; standard convention."""
+    """An arm with a spherical wrist; standard convention.
+
+    Lengths are those of the makers' data sheets, as these public descriptions repeat them (compared in November 2026):
+    ros-industrial/kuka_experimental kr6r700sixx_macro.xacro, ros-industrial/abb irb120_3_58_macro.xacro, petercorke's
+    robotics-toolbox-matlab mdl_irb140.m, ros-industrial/fanuc lrmate200id_macro.xacro, ros-industrial/staubli_experimental
+    tx60_macro.xacro (its lateral 20 mm are 217.5 - 197.5).
+    """
     half = np.pi / 2
     return [(a1, d1, -half, 0), (a2, 0, 0, -half), (a3, d3, -half, 0), (0, d4, half, 0), (0, 0, -half, 0), (0, d6, 0, 0)]
 

@@ -10,11 +10,11 @@ from numba import types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
-from ulna.kernels.collision.scene import Scene
+from ulna.kernels.collision.scene import Carried, Scene
 
-INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, WHOLE = numba_types((
-    signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS, signatures.TABLE,
-    signatures.WHOLE,
+INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_ROWS, WHOLE = numba_types((
+    signatures.INDEX_ROWS, signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS,
+    signatures.TABLE, signatures.TRUTH_ROWS, signatures.WHOLE,
 ))  # fmt: skip
 TRUTH = types.boolean
 ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
@@ -27,6 +27,10 @@ POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
 CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
 SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE), Scene)
 SCENE_OF_BOXES = types.NamedTuple((TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE), Scene)
+CARRIED = types.NamedTuple((
+    MATRIX, INDICES, INDICES, INDEX_ROWS, INDICES, TRUTH_ROWS, NUMBERS, NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
+    NUMBERS, INDICES,
+), Carried)  # fmt: skip
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 
 
@@ -64,6 +68,9 @@ TYPES = {
     },
     "chain.subproblems": {"k": VECTOR, **_each("b d", NUMBER)},
     "chain.closed_form_rows.put": {"angle": NUMBER},
+    "chain.spherical_wrist": {"family": WHOLE},
+    "chain.sliding_arm": {**_each("first second third joint", VECTOR), **_each("way sign_1 sign_2", NUMBER)},
+    "chain.sliding_arm.ways_in_plane": {"k": VECTOR},
     "distance": {"scratch": POLYTOPE, "body": CORES, **_each("index square gap depth angle level", NUMBER), "points": MATRIX},
     "distance.box_distance": {"best": POINTS, "other": POINTS, **_each("length sign_1 sign_2 sign_y sign_z", NUMBER)},
     "distance.box_distance.edge_pair": {**_each("y z", VECTOR)},
@@ -92,10 +99,16 @@ TYPES = {
     "collision": {
         **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,
         "points": TABLE, "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
-        **_each("within half clear", NUMBER), **_each("n p node top", WHOLE), "finest": TRUTH,
+        **_each("within half clear margin speed bend turning slack", NUMBER), **_each("n p node top", WHOLE), "finest": TRUTH,
+        "carried": CARRIED,
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
     "collision.contacts": {**_each("contacts out", MATRIX), **_each("joint witness", WHOLE), "sign": NUMBER},
+    "collision.ball_motion": {
+        **_each("q_a q_b spread rows", NUMBERS), **_each("joint shared a b g", WHOLE), **_each("p w_shared", VECTOR),
+    },
+    "collision.interval.has_exact_ball": {**_each("kind other", WHOLE)},
+    "collision.interval": {**_each("o g", WHOLE), "p": VECTOR},
     "collision.continuous": {**_each("q_a q_b", NUMBERS)},
     "collision.continuous.pair_speed": {**_each("a b", WHOLE)},
     # Here one configuration is a column, chosen by its lane, of rows of several.

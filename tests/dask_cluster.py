@@ -32,7 +32,12 @@ def cluster_of(folder, n_workers=2):
         def start(command):
             return stack.enter_context(running(*command, end_with=signal.SIGKILL, stdout=log, stderr=log))
 
-        yield SimpleNamespace(address=address, scheduler=start(scheduler), workers=[start(worker) for _ in range(n_workers)])
+        yield SimpleNamespace(
+            address=address,
+            scheduler=start(scheduler),
+            workers=[start(worker) for _ in range(n_workers)],
+            start_worker=lambda: start(worker),
+        )
 
 
 @contextlib.contextmanager

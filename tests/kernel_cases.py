@@ -76,6 +76,7 @@ def cases():
             72 + 6,
             (closed_form_table(),),
         ),
+        "branch of an arm that slides": (closed_form_probes.one_branch, branch_inputs(poses[:12]), 9, (sliding_table(),)),
         "single lanes": (probes.single_lanes, plain[:1], 2, ()),
         "two boxes": (probes.two_boxes, np.vstack([poses[:12], halves[:3], poses[12:], halves[3:]]), 3, ()),
     }
@@ -84,6 +85,15 @@ def cases():
 def closed_form_table():
     """Of a UR5."""
     tree = build_tree(description_from_dh(robots.UR5, convention="standard"))
+    return joints_at(closed_form_of(tree, tree.tip), np.zeros(6)).table
+
+
+def sliding_table():
+    """Of a Stanford arm: axes 1 and 2 intersect, joint 3 slides."""
+    rows = [(0, 0.4, -np.pi / 2, 0), (0, 0.15, np.pi / 2, 0), (0, 0, 0, 0)]
+    wrist = [(0, 0, -np.pi / 2, 0), (0, 0, np.pi / 2, 0), (0, 0.1, 0, 0)]
+    kinds = ["revolute"] * 2 + ["prismatic"] + ["revolute"] * 3
+    tree = build_tree(description_from_dh(rows + wrist, joint_types=kinds, convention="standard"))
     return joints_at(closed_form_of(tree, tree.tip), np.zeros(6)).table
 
 

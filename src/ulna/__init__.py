@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         ClusterError,
         DescriptionError,
         DescriptionWarning,
+        DeviceError,
         FileError,
         GeometryError,
         InputError,
@@ -30,10 +31,14 @@ if TYPE_CHECKING:
         UnknownNameError,
     )
     from ulna.ik.closed_form.result import IKSolutions
+    from ulna.ik.following.result import Ending, FollowedPath, PathStatus
     from ulna.ik.result import IKResult, Status
     from ulna.ik.task import Task
     from ulna.inspection.inspect import inspect
     from ulna.inspection.result import Finding, Inspection, Severity
+    from ulna.planning.plan import Plan
+    from ulna.planning.plan_status import PlanStatus
+    from ulna.planning.trajectory import Trajectory
     from ulna.reachability.map import ReachabilityMap
     from ulna.reachability.reachability_map import reachability_map
     from ulna.robot import Robot, load
@@ -50,8 +55,11 @@ __all__ = [
     "DHTable",
     "DescriptionError",
     "DescriptionWarning",
+    "DeviceError",
+    "Ending",
     "FileError",
     "Finding",
+    "FollowedPath",
     "GeometryError",
     "HalfSpace",
     "HeightMap",
@@ -62,6 +70,9 @@ __all__ = [
     "Mesh",
     "MissingExtraError",
     "Pair",
+    "PathStatus",
+    "Plan",
+    "PlanStatus",
     "PointCloud",
     "ReachabilityMap",
     "Report",
@@ -71,6 +82,7 @@ __all__ = [
     "Sphere",
     "Status",
     "Task",
+    "Trajectory",
     "UlnaError",
     "UnknownNameError",
     "World",
@@ -100,6 +112,7 @@ _HOMES = {
         "ClusterError",
         "DescriptionError",
         "DescriptionWarning",
+        "DeviceError",
         "FileError",
         "GeometryError",
         "InputError",
@@ -109,10 +122,14 @@ _HOMES = {
         "UnknownNameError",
     ),
     "ulna.ik.closed_form.result": ("IKSolutions",),
+    "ulna.ik.following.result": ("Ending", "FollowedPath", "PathStatus"),
     "ulna.ik.result": ("IKResult", "Status"),
     "ulna.ik.task": ("Task",),
     "ulna.inspection.inspect": ("inspect",),
     "ulna.inspection.result": ("Finding", "Inspection", "Severity"),
+    "ulna.planning.plan": ("Plan",),
+    "ulna.planning.plan_status": ("PlanStatus",),
+    "ulna.planning.trajectory": ("Trajectory",),
     "ulna.reachability.map": ("ReachabilityMap",),
     "ulna.reachability.reachability_map": ("reachability_map",),
     "ulna.robot": ("Robot", "load"),

@@ -94,6 +94,10 @@ class ClusterError(UlnaError, RuntimeError):
     """A cluster that cannot be reached any more, or whose workers die. What was computed until then is kept."""
 
 
+class DeviceError(UlnaError, RuntimeError):
+    """A GPU is asked for, and none can be used."""
+
+
 class GeometryError(UlnaError, ValueError):
     """A collision query that is not possible with this robot's geometry."""
 

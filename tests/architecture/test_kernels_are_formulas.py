@@ -18,9 +18,25 @@ ALLOCATES = ast.List, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, ast.DictComp
 NO_FORMULA = ast.Raise, ast.Try, ast.Assert, ast.With, ast.Lambda, ast.ClassDef, ast.Yield, ast.Await, ast.Global, ast.Import
 LANES = {"WIDTH", "lane_count"}
 # What has a row for each joint, body, pair ... of one problem, and no row for each problem of a batch; besides ``..._rows``.
-TABLES = {"bodies", "chain", "joints", "objects", "out", "pairs", "posture", "shadows", "speeds", "velocity_limits", "vertices"}
+TABLES = {
+    "acceleration_limits",
+    "balls",
+    "bodies",
+    "chain",
+    "groups",
+    "joints",
+    "objects",
+    "out",
+    "pairs",
+    "posture",
+    "shadows",
+    "space",
+    "speeds",
+    "velocity_limits",
+    "vertices",
+}
 LANE_LOOPS = {
-    "collision/continuous.py bounds_of_all": "one box around a body in eight intervals of one edge: a minimum over the lanes",
+    "collision/continuous.py span_of": "one box around a body in eight intervals of one edge: a minimum over the lanes",
     "collision/continuous.py world_rounding": "the largest coordinate of the bounds of the eight children of the BVH's root",
     "distance/epa.py with_penetration": "EPA grows one polytope: it runs lane by lane, in the few lanes whose cores overlap",
 }

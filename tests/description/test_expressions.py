@@ -99,6 +99,15 @@ EXPRESSIONS = [
     "math.sqrt(4)",
     "math.floor(2.5)",
     "python.isinstance(s, str)",
+    "[x + a for x in xs]",
+    "[x for x in xs if x > 1 if x < 3]",
+    "[k + str(v) for k, v in d.items()]",
+    "[(x, y) for x in xs for y in range(x) if x != y]",
+    "[[y for y in range(x)] for x in xs]",
+    "[a for a in xs] + [a]",
+    "[c for c in 'ab']",
+    "python.any([c in s for c in ',; '])",
+    "dict([(k.upper(), v) for k, v in d.items()])",
 ]
 
 
@@ -110,12 +119,27 @@ def lookup():
 
 @pytest.mark.parametrize("text", EXPRESSIONS)
 def test_an_expression_has_the_value_that_python_computes(text):
-    expected = eval(text, {**vars(math), "math": math, "python": builtins}, dict(NAMES))  # noqa: S307 - our own texts
+    expected = eval(text, {**vars(math), "math": math, "python": builtins, **NAMES})  # noqa: S307 - our own texts
     value = evaluate(text, lookup())
     assert (type(value), value) == (type(expected), expected)
 
 
-@pytest.mark.parametrize("text", ["1 / 0", "xs[9]", "d['z']", "unknown", "int('x')", "'a' + 1", "1 +", "a.b.", "(" * 300])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1 / 0",
+        "xs[9]",
+        "d['z']",
+        "unknown",
+        "int('x')",
+        "'a' + 1",
+        "1 +",
+        "a.b.",
+        "(" * 300,
+        "[x for x in a]",
+        "[1 for x, y in xs]",
+    ],
+)
 def test_an_error_has_the_type_that_python_raises(text):
     with pytest.raises(Exception) as expected:
         eval(text, {}, dict(NAMES))  # noqa: S307

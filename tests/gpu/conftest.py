@@ -19,5 +19,11 @@ def ptx():
         yield partial(_compile, cuda)
 
 
-def _compile(cuda, function, types) -> str:
-    return cuda.compile_ptx(function, types, device=True, cc=CAPABILITY)[0]
+@pytest.fixture(scope="session")
+def ptx_of_driver(ptx):
+    """The same for what is run on the device."""
+    return partial(ptx, device=False)
+
+
+def _compile(cuda, function, types, *, device=True) -> str:
+    return cuda.compile_ptx(function, types, device=device, cc=CAPABILITY)[0]

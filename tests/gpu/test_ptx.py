@@ -18,7 +18,7 @@ import ulna.kernels
 from cuda_arguments import SCENE_OF_BOXES, argument_types, place_of
 
 COMPILED = "chain", "collision", "distance", "ik", "spatial"
-LEFT_OUT = {"render": "films are drawn by the CPU"}
+LEFT_OUT = {"planning": "one search at a time, on the CPU", "render": "films are drawn by the CPU"}
 SHAPES_ALONE = {"collision.posed_pair.convex_overlap"}  # not called where all bodies are boxes
 
 

@@ -186,3 +186,75 @@ def test_where_every_solution_collides_the_pairs_are_named(blocked):
     result = robot.inverse_kinematics(T, world=world)
     assert result.status == "in collision"
     assert any("wall" in pair for pair in result.collisions)
+
+
+# ---- seven joints: starts of the search
+
+
+@pytest.mark.parametrize("joint", ["panda_joint7", "panda_joint1", "panda_joint4"])
+def test_a_joint_held_at_an_end_moves_the_target_and_one_between_the_axes(panda, joint):
+    """Either way the configuration that made a target, its held joint at one of the places, is among the solutions."""
+    column, rng = panda.joint_names.index(joint), np.random.default_rng(3)
+    places = panda.lower[column] + (np.arange(5) + 0.5) / 5 * (panda.upper[column] - panda.lower[column])
+    q = rng.uniform(panda.lower, panda.upper, (15, 7))
+    q[:, column] = np.repeat(places, 3)
+    T = panda.forward_kinematics(q)
+    found = panda.all_solutions(T, redundancy=joint, n_samples=5)
+    if found.family == "":
+        assert joint == "panda_joint1"
+        return
+    held = found.q[..., column].reshape(15, 5, 8)
+    assert (np.isnan(held) | np.isclose(held, places[None, :, None])).all()
+    assert np.nanmin(np.abs(found.q - q[:, None]).max(axis=-1), axis=1).max() < 1e-7
+    reached = panda.forward_kinematics(found.q[found.real])
+    assert np.abs(reached - np.repeat(T, found.real.sum(axis=1), axis=0)).max() < 1e-9
+
+
+def test_the_starts_of_an_arm_of_seven_are_solutions_within_the_limits(panda):
+    from ulna.ik.closed_form.starts import closed_form_starts
+    from ulna.ik.options import Options
+    from ulna.ik.problem import make_problem
+    from ulna.ik.query import Query
+
+    rng = np.random.default_rng(3)
+    q, seeds = (rng.uniform(panda.lower, panda.upper, (40, 7)) for _ in range(2))
+    T = panda.forward_kinematics(q)
+    problem = make_problem(Query(panda.tree, panda.home, panda._checker, panda.tip, Options()), T, seeds)
+    order, starts = closed_form_starts(problem, np.arange(40))
+    assert len(order) > 35, "eight places of the redundancy reach nearly every pose"
+    assert ((starts >= panda.lower) & (starts <= panda.upper)).all()
+    assert np.abs(panda.forward_kinematics(starts) - T[order][:, None]).max() < 1e-9
+    far = np.abs(starts - seeds[order][:, None]).max(axis=-1)
+    assert (np.diff(far, axis=1) >= -1e-12).all() or (far[:, 0] <= far.min(axis=1)).all()
+
+
+# ---- forms that are nearly right
+
+
+def calibrated(rng, size=1.0):
+    """A UR5e as a factory calibrates it: rows off by some 0.3 mm and 0.5 mrad."""
+    rows = np.array(robots.UR5E) + size * rng.normal(size=(6, 4)) * [1e-4, 1e-4, 2e-4, 2e-4]
+    return Robot.from_dh([tuple(row) for row in rows], convention="standard", limits=[(-np.pi, np.pi)] * 6)
+
+
+def test_a_calibrated_arm_has_a_near_form_which_proves_nothing_and_finds_the_nearest_branch():
+    rng = np.random.default_rng(8)
+    robot = calibrated(rng)
+    form = robot.closed_form
+    assert form is not None
+    assert 1e-6 < form.miss < 1e-3
+    assert not form.is_exact
+    q = rng.uniform(-np.pi, np.pi, (60, 6))
+    T = robot.forward_kinematics(q)
+    result = robot.inverse_kinematics(T, q + 0.05)
+    assert result.success.all()
+    assert (np.abs(result.q - q).max(axis=1) < 1e-6).mean() > 0.9
+    few = robot.all_solutions(T[:4])
+    assert (few.proof == "searched").all()
+    for target, row, valid in zip(T[:4], few.q, few.valid, strict=True):
+        assert np.abs(robot.forward_kinematics(row[valid]) - target).max() < 1e-8
+        known = robot.inverse_kinematics_all(target)
+        assert len(known) == valid.sum()
+    beyond = T[0].copy()
+    beyond[:3, 3] *= 3.0
+    assert robot.inverse_kinematics(beyond).status == "unreachable"

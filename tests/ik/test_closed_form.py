@@ -155,7 +155,7 @@ def test_an_arm_without_a_family_has_none():
 
 
 @pytest.mark.parametrize("size", [2.0**-12, 1.0, 2.0**9])
-@pytest.mark.parametrize(("miss", "tier"), [(1e-14, "exact"), (1e-8, "near"), (1e-4, None)])
+@pytest.mark.parametrize(("miss", "tier"), [(1e-14, "exact"), (1e-8, "near"), (1e-4, "near"), (1e-2, None)])
 def test_by_how_much_the_axes_miss_is_a_share_of_the_reach(size, miss, tier):
     rows = [(a * size, d * size, alpha, theta) for a, d, alpha, theta in robots.UR5]
     rows[4] = (miss * size, *rows[4][1:])  # axes 5 and 6 pass each other
@@ -276,7 +276,7 @@ def test_every_target_that_is_not_solved_has_its_reason_and_is_no_farther_off_th
     T[:, :3, 3] *= 1.25
     for robot in (ur5, narrow):
         result = robot.inverse_kinematics(T)
-        searched = robot.inverse_kinematics(T, max_iterations=16_000)  # with a budget there is a search
+        searched = robot.inverse_kinematics(T, robot.home, max_step=100.0)  # with a largest step there is a search
         assert set(result.status) <= {"solved", "unreachable", "joint limits"}
         np.testing.assert_array_equal(result.success, searched.success)
         off, by_search = ((x.residual[~x.success] ** 2).sum(axis=1) for x in (result, searched))

@@ -3,6 +3,7 @@
 import logging
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -10,6 +11,7 @@ import ulna
 from dask_cluster import client_of, cluster_of
 from map_files import SMALL, files_of, verdicts_of
 from processes import wait_for
+from ulna.reachability import workers
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="it has no SIGKILL")
 WHOLE = {**SMALL, "solutions": True}
@@ -61,6 +63,29 @@ def test_a_worker_that_is_killed_loses_nothing(panda, panda_map, many_chunks, cl
         ulna.reachability_map(panda, path, client=client, progress=tell, **WHOLE)
     assert killed
     assert cluster.workers[0].wait() == -9
+    assert files_of(path) == files_of(panda_map.path)
+
+
+def test_without_any_worker_left_it_says_so_and_waits_for_one(panda, panda_map, many_chunks, cluster, tmp_path, monkeypatch):
+    path = tmp_path / "m.zarr"
+
+    def kill_all():
+        for worker in cluster.workers:
+            worker.kill()
+
+    tell, killed = once_begun(kill_all)
+    warned = []
+
+    def start_another(text, *_, **__):
+        warned.append(text)
+        cluster.start_worker()
+
+    monkeypatch.setattr(workers, "warnings", SimpleNamespace(warn=start_another))
+    with client_of(cluster) as client:
+        ulna.reachability_map(panda, path, client=client, progress=tell, **WHOLE)
+    assert killed
+    assert len(warned) == 1
+    assert "no worker now" in warned[0]
     assert files_of(path) == files_of(panda_map.path)
 
 

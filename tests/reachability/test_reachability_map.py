@@ -1,6 +1,7 @@
 """What is in a map, against inverse kinematics, forward kinematics and arms that can be worked out in the head."""
 
 import hashlib
+import shutil
 import warnings
 
 import numpy as np
@@ -164,6 +165,43 @@ def test_two_robots_of_one_cell_are_compared(panda, many_chunks, tmp_path):
     difference = maps["panda"].compare(maps["ur5"])
     assert difference.both + difference.only_first == maps["panda"].summary.reached
     assert difference.both + difference.only_second == maps["ur5"].summary.reached
+
+
+def test_the_branches_of_an_arm_of_six_joints_are_counted(many_chunks, tmp_path):
+    """Each pose alone, and each of its solutions alone; in a cell and without one."""
+    ur5 = ulna.load("ur5", base="base_link", tip="tool0", meshes="hulls")
+    given = {"voxel": 0.5, "orientations": 4, "bounds": [(-1.0, -1.0, 0.0), (1.0, 1.0, 0.5)]}
+    world = a_cell()
+    world.remove("table")
+    alone = ulna.reachability_map(ur5, tmp_path / "alone.zarr", **given)
+    in_cell = ulna.reachability_map(ur5, tmp_path / "cell.zarr", world=world, **given)
+    targets = alone.grid.targets((slice(None),) * 4)
+    solutions = [found.q[found.valid] for found in map(ur5.all_solutions, targets)]
+    assert alone.data.branches.values.ravel().tolist() == [len(q) for q in solutions]
+    free = [sum(not ur5.in_collision(one, world) for one in q) for q in solutions]
+    assert in_cell.data.branches.values.ravel().tolist() == free
+    assert 0 < sum(free) < sum(map(len, solutions))
+    for found in (alone, in_cell):
+        assert ((found.data.branches.values > 0) == found.verdicts).all()
+
+
+def test_without_a_closed_form_of_the_task_no_branches_are_counted(panda, tmp_path):
+    path = tmp_path / "m.zarr"
+    ur5 = ulna.load("ur5", base="base_link", tip="tool0")
+    part = {"voxel": 1.0, "orientations": 2, "bounds": [(-1.0, -1.0, 0.0), (1.0, 1.0, 1.0)]}
+    for robot, task in ((panda, "pose"), (ur5, "position")):
+        assert "branches" not in ulna.reachability_map(robot, path, task=task, **part).data
+        shutil.rmtree(path)
+
+
+def test_an_arm_of_three_joints_has_four_branches_within_the_shell_that_its_links_span(tmp_path):
+    rows = [(0, 0.4, 0, 0), (0, 0, np.pi / 2, 0), (0.5, 0, 0, 0), (0.3, 0, 0, 0)]
+    arm = ulna.Robot.from_dh(rows, joint_types=["revolute"] * 3 + ["fixed"])
+    found = ulna.reachability_map(arm, tmp_path / "m.zarr", voxel=0.17, orientations=1, task="position")
+    z, y, x = np.meshgrid(*found.grid.axes, indexing="ij")
+    r = np.linalg.norm([x, y, z - 0.4], axis=0)
+    expected = np.where((r > 0.2) & (r < 0.8), 4, 0)
+    assert (found.data.branches.values[..., 0] == expected).all()
 
 
 def test_a_map_of_another_version_is_not_gone_on_with(panda, many_chunks, tmp_path, monkeypatch):

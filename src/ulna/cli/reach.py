@@ -1,19 +1,18 @@
 """``ulna reach``: maps of the poses that a robot reaches: computed, plotted, shown."""
 
-import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console, RenderableType
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.console import RenderableType
 from rich.text import Text
 from typer.core import TyperGroup
 
+from ulna.cli.cluster import client_of
 from ulna.cli.meshes import Hulls, Meshes, with_chosen_shapes
 from ulna.cli.numbers import XYZ, numbers
 from ulna.cli.options import (
@@ -34,9 +33,10 @@ from ulna.cli.options import (
     world_of,
 )
 from ulna.cli.output import Data, make_table, printable, show, warn
+from ulna.cli.progress import progress
 from ulna.cli.view import Host, Port
 from ulna.collision.world import World
-from ulna.errors import ClusterError, needs_extra
+from ulna.errors import needs_extra
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.reachability_map import reachability_map
 
@@ -73,7 +73,6 @@ REACH_KEYS = (
     "path; robot; tip; poses; computed; reached; share: reached of computed; statuses: how many poses have each; "
     "seconds and poses_a_second of this run, null where nothing was left to do."
 )
-_CONNECT_S = 10.0
 _OPTIONS = {
     "voxel": "--voxel",
     "orientations": "--orientations",
@@ -144,7 +143,7 @@ def compute(
         arm = with_chosen_shapes(arm, meshes, hulls=hulls, quiet=as_json)
     corners = None if bounds is None else np.reshape(numbers("--bounds", bounds, XYZ + XYZ), (2, 3))
     start, begun = time.perf_counter(), [0, 0]
-    with as_options(_OPTIONS), _client(scheduler) as client, _progress(path.name) as tell:
+    with as_options(_OPTIONS), client_of(scheduler) as client, progress(path.name) as tell:
 
         def note(done: int, total: int) -> None:
             begun[:] = [begun[0] if begun[1] else done, total]
@@ -233,47 +232,3 @@ def map_table(data) -> Iterator[RenderableType]:
     if data["seconds"] is not None:
         yield f"{data['seconds']:.1f} s, {data['poses_a_second']:,.0f} poses/s"
     yield Text(data["path"], no_wrap=True)
-
-
-@contextmanager
-def _client(address: str | None) -> Iterator[Any]:
-    """A client of the cluster at an address; None without one.
-
-    Raises:
-        ClusterError: No scheduler is there.
-        MissingExtraError: The extra ``reach`` is not installed.
-    """
-    if address is None:
-        yield None
-        return
-    with needs_extra("a Dask cluster", "reach", "dask", "distributed"):
-        from distributed import Client  # noqa: PLC0415 -- needs the extra
-    try:
-        client = Client(address, timeout=_CONNECT_S, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise ClusterError(f"no scheduler can be reached at {address} ({error})") from None
-    try:
-        yield client
-    finally:
-        with suppress(Exception):
-            client.close(timeout=1.0)
-
-
-class _Rate(ProgressColumn):
-    """Poses a second."""
-
-    def render(self, task: Task) -> Text:
-        """As text."""
-        return Text(f"{task.speed:,.0f} poses/s" if task.speed else "")
-
-
-@contextmanager
-def _progress(name: str) -> Iterator[Callable[[int, int], object]]:
-    """What is called with the poses done and those of all: a bar on a terminal, nothing elsewhere."""
-    console = Console(stderr=True)
-    columns = TextColumn(name), BarColumn(), TextColumn("{task.percentage:.1f} %"), _Rate(), TimeRemainingColumn()
-    bar = Progress(*columns, console=console, transient=True, speed_estimate_period=120.0)
-    with bar if console.is_terminal else nullcontext():
-        task = bar.add_task(name, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-    sys.stderr.flush()

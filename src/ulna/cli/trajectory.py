@@ -1,14 +1,15 @@
-"""Reads rows of q from a file: .csv, or .npy as NumPy saves them. Used by ``record``."""
+"""Reads rows of q, or poses, from a file: .csv, or .npy as NumPy saves them. Used by ``record`` and ``follow``."""
 
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.pose import as_pose, pose
 from ulna.errors import FileError, InputError
 from ulna.robot import Robot
 
-_OPTION = "--trajectory"
+_OPTION, _PATH = "--trajectory", "--path"
 _LONGEST = 100_000_000  # bytes
 
 
@@ -19,27 +20,62 @@ def read_trajectory(path: Path, robot: Robot) -> NDArray[np.float64]:
         FileError: It cannot be read.
         InputError: It does not hold rows of q.
     """
-    try:
-        if path.stat().st_size > _LONGEST:
-            raise InputError(_OPTION, f"{path.name} has more than {_LONGEST // 1_000_000} MB")
-        rows = _array(path) if path.suffix.lower() == ".npy" else _table(path)
-    except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
+    rows = _read(_OPTION, path)
     if rows.ndim != 2 or rows.shape[1] != robot.n_dof or not len(rows):
         raise InputError(_OPTION, f"{path.name} has shape {rows.shape}; rows of {robot.n_dof} joint positions are expected")
-    if not np.isfinite(rows).all():
-        raise InputError(_OPTION, f"{path.name}: row {np.flatnonzero(~np.isfinite(rows).all(axis=1))[0]} is not finite")
+    _refuse_infinite(_OPTION, path, rows)
     return rows
 
 
-def _array(path: Path) -> NDArray[np.float64]:
+def read_poses(path: Path) -> NDArray[np.float64]:
+    """The poses of a file, shape (n, 4, 4): of a .npy file of that shape, or of rows of numbers.
+
+    A row is x, y, z, roll, pitch, yaw; or x, y, z, w, x, y, z with the orientation as a quaternion; or the 12 or 16 numbers of a
+    matrix, row by row.
+
+    Raises:
+        FileError: It cannot be read.
+        InputError: It does not hold poses.
+    """
+    rows = _read(_PATH, path)
+    if rows.ndim == 3:
+        rows = rows.reshape(len(rows), -1)
+    if rows.ndim != 2 or rows.shape[1] not in _POSES or not len(rows):
+        raise InputError(_PATH, f"{path.name} has shape {rows.shape}; rows of 6, 7, 12 or 16 numbers are expected")
+    _refuse_infinite(_PATH, path, rows)
+    poses = np.array([_POSES[rows.shape[1]](row) for row in rows])
+    return as_pose(poses, _PATH)
+
+
+def _of_matrix(row: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.vstack([row[:12].reshape(3, 4), row[12:] if len(row) > 12 else [0.0, 0.0, 0.0, 1.0]])
+
+
+_POSES = {6: lambda row: pose(row[:3], row[3:]), 7: lambda row: pose(row[:3], wxyz=row[3:]), 12: _of_matrix, 16: _of_matrix}
+
+
+def _read(option: str, path: Path) -> NDArray[np.float64]:
+    try:
+        if path.stat().st_size > _LONGEST:
+            raise InputError(option, f"{path.name} has more than {_LONGEST // 1_000_000} MB")
+        return _array(option, path) if path.suffix.lower() == ".npy" else _table(option, path)
+    except OSError as error:
+        raise FileError(str(path), error.strerror or str(error)) from None
+
+
+def _refuse_infinite(option: str, path: Path, rows: NDArray[np.float64]) -> None:
+    if not np.isfinite(rows).all():
+        raise InputError(option, f"{path.name}: row {np.flatnonzero(~np.isfinite(rows).all(axis=1))[0]} is not finite")
+
+
+def _array(option: str, path: Path) -> NDArray[np.float64]:
     try:
         return np.asarray(np.load(path, allow_pickle=False), dtype=np.float64)
     except (ValueError, TypeError, EOFError):
-        raise InputError(_OPTION, f"{path.name} is not a .npy file of numbers") from None
+        raise InputError(option, f"{path.name} is not a .npy file of numbers") from None
 
 
-def _table(path: Path) -> NDArray[np.float64]:
+def _table(option: str, path: Path) -> NDArray[np.float64]:
     """Lines of numbers separated by commas or blanks; a first line of names is skipped."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     rows: list[list[float]] = []
@@ -50,8 +86,8 @@ def _table(path: Path) -> NDArray[np.float64]:
         except ValueError:
             if not rows and k == 1:
                 continue
-            raise InputError(_OPTION, f"{path.name}:{k}: {line.strip()[:60]!r} is not a row of numbers") from None
+            raise InputError(option, f"{path.name}:{k}: {line.strip()[:60]!r} is not a row of numbers") from None
         if rows and row and len(row) != len(rows[0]):
-            raise InputError(_OPTION, f"{path.name}:{k}: {len(row)} numbers, but {len(rows[0])} in the row before")
+            raise InputError(option, f"{path.name}:{k}: {len(row)} numbers, but {len(rows[0])} in the row before")
         rows += [row] if row else []
     return np.array(rows, dtype=np.float64).reshape(len(rows), -1) if rows else np.empty((0, 0))

@@ -338,6 +338,16 @@ class Checker:
             refuse_out_of_range(q)
         return nearest
 
+    def scene_of(self, world: World | None, self_collision: bool) -> tuple[Scene, tuple[Part, ...]]:
+        """What is checked, as the kernels take it; and the objects that some links may touch, in groups.
+
+        Raises:
+            InputError: There is nothing to check.
+            GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
+        """
+        objects = self._objects(world)
+        return self._scene(objects, self_collision), self._others(objects)
+
     def _objects(self, world: World | None) -> Objects:
         if world is not None and not isinstance(world, World):
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")

@@ -143,6 +143,7 @@ class World:
         other = World()
         with self._lock:
             other.__setstate__(self._contents())
+            other._objects = self._objects
         return other
 
     def items(self) -> tuple[tuple[str, Obstacle, NDArray[np.float64]], ...]:

@@ -7,7 +7,7 @@ from functools import cache
 
 from ulna.engine.entries import Entries
 
-# Each of these three compiles the distance or the overlap of two bodies in lanes, which takes longest.
-DRIVERS = Entries(__name__, compiled_together=frozenset({"continuous", "nearest", "overlap"}))
+# Each of these compiles the distance or the overlap of two bodies in lanes, which takes longest.
+DRIVERS = Entries(__name__, compiled_together=frozenset({"continuous", "nearest", "overlap", "planning"}))
 entry = cache(DRIVERS.find)
 """An entry by its module and function; looked up once, then found in some 30 ns."""

@@ -5,26 +5,37 @@ import numpy as np
 from ulna.drivers.batch import gather
 from ulna.drivers.lane_state import write_result
 from ulna.engine.decorators import entry, kernel, workspace
-from ulna.engine.lanes import any_lane, load, splat, store, where
+from ulna.engine.lanes import any_lane, lane_of, load, splat, store, where
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.closed_form import closed_form
-from ulna.kernels.chain.closed_form_layout import COLUMNS, FORM, INVERSE_REACH, N_BRANCHES, N_KNOWN, SIGNS
-from ulna.kernels.chain.closed_form_rows import known_in_one
+from ulna.kernels.chain.closed_form_layout import (
+    COLUMNS,
+    FORM,
+    INVERSE_REACH,
+    LEAST_ERROR,
+    MOST_ERROR,
+    N_BRANCHES,
+    N_KNOWN,
+    POLISH,
+    SIGNS,
+    STEPS,
+)
+from ulna.kernels.chain.closed_form_rows import known_in_one, proof_of
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, N_STATE, P2, R2, TAKEN
-from ulna.kernels.ik.nearest_branch import nearest_branch
+from ulna.kernels.ik.nearest_branch import nearest_branch, turn_within
 from ulna.kernels.ik.polish import ENOUGH, polish
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED, STATUS
 from ulna.kernels.layout import LARGEST_DEFECT
-from ulna.kernels.spatial.elementary import all_in_range, sincos
+from ulna.kernels.spatial.elementary import all_in_range, maximum, sincos
 from ulna.kernels.spatial.se3 import load_pose, rigidity_defect
 
 N_AXES = 6
 _FEW = 4  # targets that take no longer one by one
-_MOST_POLISHED, _POLISHES = 1e-3, 4
+N_OPTIONS = 2  # of a plan
 
 
 @workspace
@@ -55,12 +66,14 @@ def write_free_angles(table, angle_rows, free_rows):
 
 
 @workspace
-def polish_branches(table, chain, most, steps, rows, scratch):
+def polish_branches(table, chain, rows, scratch):
     """Polish the branches of the rows of ``branch_state``."""
     _, _, target_rows, q_rows, known_rows = rows
     jacobian_rows, system_rows, last_rows = scratch
+    least, most, steps = table[POLISH, LEAST_ERROR], table[POLISH, MOST_ERROR], int(table[POLISH, STEPS])
     for k in range(q_rows.shape[0] // N_AXES):
-        error = load(known_rows, N_KNOWN * k)
+        error = maximum(load(known_rows, N_KNOWN * k), least)
+        store(known_rows, N_KNOWN * k, error)
         if any_lane((error > ENOUGH) & (error <= most)):
             polish(
                 chain, target_rows, q_rows[N_AXES * k : N_AXES * (k + 1)], known_rows[N_KNOWN * k : N_KNOWN * (k + 1)],
@@ -80,43 +93,106 @@ def gather_targets(targets, start, target_rows):
     return good
 
 
-@entry((TABLE, TABLE, MATRICES, MATRIX, NUMBER, WHOLE, MATRICES, MATRIX))
-def all_branches(table, chain, targets, seeds, most, steps, q_out, known):
+@entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRICES, MATRIX, NUMBERS))
+def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
     """All branches of targets (n, 4, 4), with what is known of each (``closed_form_layout``). False if a target is no pose.
 
-    table: of the closed form; chain: of the six joints that it turns. seeds: (n or 1, 6), the angles of joints that may have any.
-    most, steps: of ``polish``. q_out: (n, 8, 6); known: (n, 8), in one number.
+    table: of the closed form; chain: of the six joints that it turns. plan: that of ``nearest_branches``, or without its bounds:
+    with them branches are turned towards the seeds within the bounds, and q is NaN where a branch is not real. seeds: (n or 1,
+    6), also the angles of joints that may have any. q_out: (n, 8, 6); known: (n, 8), in one number; proof: (n,).
     """
-    n = targets.shape[0]
+    n, with_bounds = targets.shape[0], plan.shape[0] > N_OPTIONS
     rows, scratch = branch_state(2)
     sign_rows, free_rows, target_rows, q_rows, known_rows = rows
+    bound_rows, seed_rows = best_state(plan)[1], scratch[2]
     good = True
     for start in range(0, n, WIDTH):
         if start == 0 or seeds.shape[0] > 1:
-            gather(seeds, start, scratch[2])
-            write_free_angles(table, scratch[2], free_rows)
+            gather(seeds, start, seed_rows)
+            write_free_angles(table, seed_rows, free_rows)
         good &= gather_targets(targets, start, target_rows)
         closed_form(table, target_rows, sign_rows, 2, free_rows, q_rows, known_rows)
-        polish_branches(table, chain, most, steps, rows, scratch)
+        polish_branches(table, chain, rows, scratch)
+        if with_bounds:  # the polish has its scratch where the seeds were
+            gather(seeds, start, seed_rows)
+        write_proof(known_rows, start, proof)
         for branch in range(N_BRANCHES):
             store(known_rows, branch, known_in_one(known_rows, branch))  # of those before, what is known is in one already
-        for lane in range(WIDTH):
-            i = min(start + lane, n - 1)
+            if with_bounds:
+                turn_within(q_rows[N_AXES * branch : N_AXES * (branch + 1)], known_rows, branch, seed_rows, bound_rows)
+        for lane in range(min(WIDTH, n - start)):
             for branch in range(N_BRANCHES):
                 for j in range(N_AXES):
-                    q_out[i, branch, j] = q_rows[N_AXES * branch + j, lane]
-                known[i, branch] = known_rows[branch, lane]
+                    q_out[start + lane, branch, j] = q_rows[N_AXES * branch + j, lane]
+                known[start + lane, branch] = known_rows[branch, lane]
     return good
+
+
+@kernel
+def write_proof(known_rows, start, proof):
+    """Write what the branches of eight targets prove (``closed_form_layout``)."""
+    whole = proof_of(known_rows)
+    for lane in range(min(WIDTH, proof.shape[0] - start)):
+        proof[start + lane] = lane_of(whole, lane)
+
+
+@workspace
+def polish_state(n_dof):
+    """Rows of the target, q, the errors, a Jacobian, the last q, and the scratch of a polish."""
+    block = np.zeros((13 + 8 * n_dof + N_SYSTEM, WIDTH))
+    q, error, jacobian, last = 12, 12 + n_dof, 13 + n_dof, 13 + 7 * n_dof
+    return (
+        block[:q],
+        block[q:error],
+        block[error:jacobian],
+        block[jacobian:last],
+        block[last : last + n_dof],
+        block[last + n_dof :],
+    )
+
+
+@entry((TABLE, MATRICES, MATRIX, NUMBER, WHOLE, NUMBERS))
+def polish_all(chain, targets, q, inverse_reach, steps, errors):
+    """Polish configurations (n, n_dof), each for its target (n, 4, 4); always True.
+
+    errors: shape (n,): the errors if they are known, else anything above those allowed; written.
+    """
+    n, n_dof = q.shape
+    target_rows, q_rows, error_rows, jacobian_rows, last_rows, system_rows = polish_state(n_dof)
+    for start in range(0, n, WIDTH):
+        gather_targets(targets, start, target_rows)
+        gather(q, start, q_rows)
+        for lane in range(WIDTH):
+            error_rows[0, lane] = errors[min(start + lane, n - 1)]
+        polish(chain, target_rows, q_rows, error_rows, inverse_reach, np.inf, steps, jacobian_rows, system_rows, last_rows)
+        for lane in range(min(WIDTH, n - start)):
+            for j in range(n_dof):
+                q[start + lane, j] = q_rows[j, lane]
+            errors[start + lane] = error_rows[0, lane]
+    return True
 
 
 @entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRIX, MATRIX))
 def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
     """For each target (n, 4, 4) the branch nearest to its seed within the limits; True if all are solved.
 
-    plan: the tolerances [m, rad], then the lower and the upper limits, six each; seeds: (n or 1, 6); q_out: (n, 6); info:
-    (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a lane, the others
-    eight at a time, a target a lane: with the same machine code, so to the same bits.
+    plan: the tolerances [m, rad], then of each of the arm's own joints, the first of six: the lower limits, the upper ones, what
+    a whole turn adds (for a joint that slides more than the limits allow), and 1 over it. seeds: (n or 1, 6); q_out: (n, 6);
+    info: (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a lane, the
+    others eight at a time, a target a lane: with the same machine code, so to the same bits.
     """
+    return run_targets(table, chain, plan, targets, seeds, q_out, info)
+
+
+@entry((TABLE, TABLE, NUMBERS, MATRIX, NUMBERS, MATRIX, MATRIX))
+def nearest_branch_of_one(table, chain, plan, target, seed, q_out, info):
+    """The same for one target (4, 4) and one seed (6,)."""
+    return run_targets(table, chain, plan, target.reshape((1, 4, 4)), seed.reshape((1, N_AXES)), q_out, info)
+
+
+@workspace
+def run_targets(table, chain, plan, targets, seeds, q_out, info):
+    """Find the nearest branches, as ``nearest_branches`` says."""
     n = targets.shape[0]
     step = 1 if n < _FEW else WIDTH
     rows, scratch = branch_state(1 if step == 1 else 2)
@@ -129,7 +205,7 @@ def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
         if start == 0 or seeds.shape[0] > 1:
             write_free_angles(table, best[0], rows[1])
         closed_form(table, rows[2], rows[0], 1 if step == 1 else 2, rows[1], rows[3], rows[4])
-        polish_branches(table, chain, _MOST_POLISHED, _POLISHES, rows, scratch)
+        polish_branches(table, chain, rows, scratch)
         nearest_branch(rows[3], rows[4], best[0], best[1], best[2], best[3])
         verify(chain, plan, rows[2], best[2], best[3], best[4])
         for lane in range(WIDTH if step > 1 else 1):
@@ -144,13 +220,13 @@ def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
 @workspace
 def best_state(plan):
     """Rows of the seeds, of the bounds, of the best branches, of their costs, and the state of a search (``lane_state``)."""
-    block = np.zeros((4 * N_AXES + 1 + N_STATE, WIDTH))
-    for k in range(2 * N_AXES):
-        block[N_AXES + k, :] = plan[2 + k]
-    return (
-        block[:N_AXES], block[N_AXES : 3 * N_AXES], block[3 * N_AXES : 4 * N_AXES], block[4 * N_AXES : 4 * N_AXES + 1],
-        block[4 * N_AXES + 1 :],
-    )  # fmt: skip
+    n_plan = plan.shape[0] - N_OPTIONS
+    block = np.zeros((2 * N_AXES + 1 + N_STATE + n_plan, WIDTH))
+    bounds = block[2 * N_AXES + 1 + N_STATE :]
+    for k in range(n_plan):
+        bounds[k, :] = plan[N_OPTIONS + k]
+    best, cost = block[N_AXES : 2 * N_AXES], block[2 * N_AXES : 2 * N_AXES + 1]
+    return block[:N_AXES], bounds, best, cost, block[2 * N_AXES + 1 : 2 * N_AXES + 1 + N_STATE]
 
 
 @kernel
@@ -158,8 +234,9 @@ def write_start_of(target, seed, target_rows, seed_rows, bound_rows, lane):
     """Write a target and its seed, brought within the bounds, to a lane."""
     for k in range(12):
         target_rows[k, lane] = target[k // 4, k % 4]
-    for j in range(N_AXES):
-        seed_rows[j, lane] = min(max(seed[j], bound_rows[j, lane]), bound_rows[N_AXES + j, lane])
+    n = bound_rows.shape[0] // 4
+    for j in range(n):
+        seed_rows[j, lane] = min(max(seed[j], bound_rows[j, lane]), bound_rows[n + j, lane])
 
 
 @kernel

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.drivers.free_edge import MOST_BLOCKS, edge_is_free, free_edge_work, interval_work
 from ulna.engine.decorators import entry, routine, workspace
 from ulna.engine.lanes import lane_bits, load, logical_not, lowest_bit, store
 from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, SCENES
@@ -98,6 +99,14 @@ def edges_each(joints, bodies, vertices, pairs, objects, points, nodes, n_uninde
     """Write to status, shape (n,), what the edge from each row of q_a to that of q_b is, and to contact how far it is free."""
     scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
     work, of_world = edge_work(scene, q_a.shape[1]), world_rounding(scene)
+    carried = free_edge_work(scene, np.zeros((bodies.shape[0], n_unindexed), np.bool_))
+    intervals, no_spread = interval_work(scene, q_a.shape[1]), np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):
-        status[e], contact[e] = certify_edge(scene, q_a[e], q_b[e], resolution, of_world, work)
+        in_range = all_in_range(q_a[e]) and all_in_range(q_b[e])
+        if in_range and edge_is_free(
+            scene, carried, intervals, q_a[e], q_b[e], no_spread, resolution, 0.0, of_world, MOST_BLOCKS
+        ):
+            status[e], contact[e] = EDGE_FREE, 1.0
+        else:
+            status[e], contact[e] = certify_edge(scene, q_a[e], q_b[e], resolution, of_world, work)
     return True

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine, workspace
+from ulna.engine.lanes import sqrt
 from ulna.engine.width import WIDTH
 from ulna.kernels.ik.levenberg_marquardt import (
     ALLOWED,
@@ -98,7 +99,7 @@ def write_result(q_rows, target_rows, state_rows, lane, start, row, q_out, info)
     info[row, STATUS] = SOLVED if state_rows[ENDED, lane] == HAS_SOLVED else NOT_FOUND
     info[row, ITERATIONS], info[row, START], info[row, DAMPING] = state_rows[TAKEN, lane] - 1.0, start, state_rows[LAMBDA, lane]
     info[row, MISSED] = state_rows[P2, lane] + state_rows[R2, lane]
-    info[row, POSITION_ERROR] = np.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
-    info[row, ROTATION_ERROR] = np.sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
+    info[row, POSITION_ERROR] = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
+    info[row, ROTATION_ERROR] = sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
     for k in range(3):
         info[row, RESIDUAL + k], info[row, RESIDUAL + 3 + k] = v[k], w[k]

@@ -8,6 +8,7 @@
 ``bound``                  functions of one q in C, by the wheel's extension
 ``decorators, signatures`` marks kernels and entries for the compiler; the types of entries' arguments
 ``compiler``               hands them to Numba
+``interrupts``             Ctrl-C waits until the compiler is done
 ``lane_types``             the lanes for the compiler: the type ``f64x8``,
 ``lane_lowering``          its operations,
 ``lane_operators``         and its operators

@@ -12,6 +12,7 @@ from numba.core import config
 import ulna.engine.lane_lowering
 import ulna.engine.lane_operators  # noqa: F401 - both for their effect: Numba knows the number that is eight numbers
 from ulna.engine.cache import KernelCache, cache_folder
+from ulna.engine.interrupts import interrupts_deferred
 from ulna.engine.signatures import Array, Group, Kind, Signature
 
 _ELEMENTS = {"bool": "boolean"}  # as Numba calls them, where the name is another than NumPy's
@@ -40,6 +41,7 @@ def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Calla
     if cache_folder() is not None:
         dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
     _ask_before_compiling(dispatcher, may_compile)
+    _defer_interrupts(dispatcher)
     return dispatcher
 
 
@@ -52,6 +54,11 @@ def _ask_before_compiling(dispatcher: Any, may_compile: Callable[[Any], None]) -
         return compile_for(*arguments, **named)
 
     dispatcher._compile_for_args = compile_if_permitted  # noqa: SLF001
+
+
+def _defer_interrupts(dispatcher: Any) -> None:
+    """Let Ctrl-C wait while an entry is compiled or loaded from disk."""
+    dispatcher.compile = interrupts_deferred()(dispatcher.compile)
 
 
 def _numba_type(kind: Kind) -> types.Type:

@@ -47,10 +47,14 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
     n_parts = min(4 * threads, n // least)
     if n_parts < 2 or threads < 2:
         return run(slice(0, n))
+    step = -(-n // n_parts // WIDTH) * WIDTH
+    return _in_threads(run, deque(slice(start, min(start + step, n)) for start in range(0, n, step)), threads)
+
+
+def _in_threads(run: Callable[[slice], bool], waiting: deque[slice], threads: int) -> bool:
+    """Run parts in threads, this one too."""
     from concurrent.futures import wait  # noqa: PLC0415 - keeps `import ulna` fast
 
-    step = -(-n // n_parts // WIDTH) * WIDTH
-    waiting = deque(slice(start, min(start + step, n)) for start in range(0, n, step))
     helpers: list[Future[bool]] = []
     try:
         helpers.extend(_pool().submit(_run_waiting, run, waiting) for _ in range(min(threads, _pool_size()) - 1))
@@ -59,6 +63,18 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
     finally:  # afterwards no thread writes to the caller's array
         waiting.clear()
         wait([helper for helper in helpers if not helper.cancel()])
+
+
+def in_rows(run: Callable[[int], bool], n: int, threads: int | None = None) -> bool:
+    """Call a function for each row from 0 to n, of which each takes long; the rest as ``in_parts``.
+
+    Raises:
+        InputError: ``threads``, or the environment variable ``ULNA_THREADS``, is not a number of threads.
+    """
+    threads = default_threads() if threads is None else as_threads(threads)
+    if n < 2 or threads < 2:
+        return all(map(run, range(n)))
+    return _in_threads(lambda part: run(part.start), deque(slice(i, i + 1) for i in range(n)), threads)
 
 
 def _run_waiting(run: Callable[[slice], bool], waiting: deque[slice]) -> bool:

@@ -91,9 +91,7 @@ def _found(problem: Problem, n_spread: int) -> Array:
 def _of_closed_form(problem: Problem) -> Array:
     """All solutions, if a closed form proves that they are; else none."""
     query, empty = problem.query, np.empty((0, problem.query.tree.n_dof))
-    if query.options.task.kind != layout.WHOLE_POSE or query.task_axes is not None:
-        return empty
-    form = closed_form_of(query.tree, query.link)
+    form = closed_form_of(query.tree, query.link, task=query.options.task)
     if form is None or not form.is_exact or form.held is not None:
         return empty
     branches = all_branches(form, query.tree, problem.targets, problem.seeds, threads=1)

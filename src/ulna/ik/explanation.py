@@ -1,7 +1,7 @@
 """Holds what is known about targets that were not reached, and the trace of a search. Used by ``IKResult``."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,14 @@ class Explanation:
     entry_names: tuple[str, ...] = ()
     task_axes: Array | None = None
     trace: Array | None = None
+
+    def renumbered(self, order: NDArray[np.int64]) -> "Explanation":
+        """The same for targets that have other numbers: number i becomes order[i]."""
+        kept = {
+            name: {int(order[i]): value for i, value in getattr(self, name).items()}
+            for name in ("reach_excess", "limit_excess", "collisions")
+        }
+        return replace(self, **kept)
 
 
 NOTHING_TO_EXPLAIN = Explanation()

@@ -9,11 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
+from ulna.errors import InputError
 from ulna.ik.all_solutions import all_solutions
 from ulna.ik.closed_form.result import IKSolutions
-from ulna.ik.closed_form.solutions import solutions
+from ulna.ik.closed_form.solutions import AllSolutions
 from ulna.ik.closed_form.solver import ClosedFormSolver
 from ulna.ik.explanation import NOTHING_TO_EXPLAIN
+from ulna.ik.following.follow import follow
+from ulna.ik.following.result import FollowedPath
 from ulna.ik.numeric import NumericSolver
 from ulna.ik.options import Options, as_count
 from ulna.ik.problem import as_names
@@ -21,6 +24,7 @@ from ulna.ik.query import Query
 from ulna.ik.result import IKResult
 from ulna.ik.single_target import SingleTargetSolver
 from ulna.ik.solver import Solver
+from ulna.ik.task import Task, as_task
 from ulna.ik.textbook import TextbookSolver
 from ulna.kinematics.tree import Tree
 
@@ -39,7 +43,7 @@ class InverseKinematics:
         checker: The robot's collision checker.
     """
 
-    __slots__ = ("_prepare", "_prepared", "_query", "quick")
+    __slots__ = ("_all_of", "_make_all_of", "_prepare", "_prepared", "_query", "quick")
 
     def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
         self._query = partial(_query, tree, home, checker)
@@ -47,6 +51,8 @@ class InverseKinematics:
         """By link: what ``native/method.c`` needs to solve for it with default options, once that was asked."""
         self._prepare = partial(_solvers, self._query, self.quick)
         self._prepared = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._prepare)
+        self._make_all_of = partial(_all_of, self._query)
+        self._all_of = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._make_all_of)
 
     def solve(
         self,
@@ -86,7 +92,15 @@ class InverseKinematics:
         return all_solutions(self._query(link, options), T, q_seed, n_spread, world)
 
     def solutions(
-        self, T: ArrayLike, link: str | None, options: Options, redundancy: str | None, n_samples: int, *, whole_turns: bool
+        self,
+        T: ArrayLike,
+        link: str | None,
+        task: Task | str,
+        redundancy: str | None,
+        n_samples: int,
+        threads: int | None,
+        *,
+        whole_turns: bool,
     ) -> IKSolutions:
         """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``.
 
@@ -94,8 +108,44 @@ class InverseKinematics:
             InputError: An argument that cannot be taken.
             UnknownNameError: There is no such link or joint.
         """
-        n_samples = as_count("n_samples", n_samples)
-        return solutions(self._query(link, options), T, redundancy, n_samples, whole_turns=whole_turns)
+        if type(n_samples) is not int or n_samples < 1:
+            n_samples = as_count("n_samples", n_samples)
+            if not n_samples:
+                raise InputError("n_samples", "0; at least 1 is expected")
+        try:
+            every = self._all_of(link, redundancy, task, threads)
+        except TypeError:  # an argument that has no hash
+            every = self._make_all_of(link, redundancy, task, threads)
+        return every.of(T, n_samples, whole_turns=whole_turns)
+
+    def follow(
+        self,
+        T_path: ArrayLike,
+        q_start: ArrayLike | None,
+        link: str | None,
+        options: Options,
+        max_step: float,
+        world: World | None,
+    ) -> FollowedPath:
+        """The joint path through poses; see ``Robot.follow``.
+
+        Raises:
+            InputError: An argument that cannot be taken.
+            UnknownNameError: There is no such link.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+        """
+
+        def solve(T: Array, seed: Array) -> IKResult:
+            return self.solve(T, seed, None, (), world, link, ())
+
+        return follow(self._query(link, options), T_path, q_start, max_step, world, solve)
+
+
+def _all_of(
+    query_of: Callable[[str | None, Options], Query], link: str | None, redundancy: str | None, *options: Any
+) -> AllSolutions:
+    task, threads = options
+    return AllSolutions(query_of(link, Options(task=as_task(task), threads=threads)), redundancy)
 
 
 def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options: Options) -> Query:
@@ -109,7 +159,8 @@ def _solvers(
     solvers = tuple(solver(query) for solver in SOLVERS if solver.applies(query))
     in_c = getattr(solvers[0], "in_c", None)
     if in_c is not None and query.options == Options():
-        quick[link] = *in_c, IKResult, query.options.tolerances, NOTHING_TO_EXPLAIN, partial(_first_result, solvers[1:])
+        others = solvers[1:] if isinstance(solvers[0], SingleTargetSolver) else solvers
+        quick[link] = *in_c, IKResult, query.options.tolerances, NOTHING_TO_EXPLAIN, partial(_first_result, others)
     return solvers
 
 

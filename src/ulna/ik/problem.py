@@ -77,7 +77,7 @@ def make_problem(
     return Problem(
         query=query,
         chain=query.chain,
-        targets=_of_task(query, targets.reshape(-1, 4, 4)),
+        targets=of_task(query, targets.reshape(-1, 4, 4)),
         batch=batch,
         seeds=clipped,
         seeded=q_seed is not None,
@@ -106,7 +106,7 @@ def _targets(T: ArrayLike) -> Array:
     return targets
 
 
-def _of_task(query: Query, targets: Array) -> Array:
+def of_task(query: Query, targets: Array) -> Array:
     """Targets of the task's frame, from those of the link."""
     if query.task_axes is None:
         return targets

@@ -53,10 +53,7 @@ class Query:
     @cached_property
     def T_link_task(self) -> Array:  # noqa: N802 - a pose
         """The pose of the task's frame in the link, shape (4, 4)."""
-        T = np.eye(4)
-        if self.task_axes is not None:
-            T[:3, :3] = self.task_axes
-        return T
+        return self.options.task.frame
 
     @cached_property
     def chain(self) -> Array:

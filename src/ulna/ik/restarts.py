@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
+from ulna.ik.closed_form.starts import closed_form_starts
 from ulna.ik.problem import Problem
 from ulna.ik.query import SEEDED_STEPS, STEPS
 from ulna.ik.ranking import Cost
@@ -156,7 +157,8 @@ def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Arra
 def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search], None], *, seed_alone: bool) -> bool:
     """All rounds until no target is open, the budget is spent or time is up; True if time was up.
 
-    The first random round has ``n_first`` starts for every target; after it ``give_up`` closes targets that are out of reach.
+    After the first round a closed form closes the targets for which it has solutions. The first random round has ``n_first``
+    starts for every target; after it ``give_up`` closes targets that are out of reach.
     """
     limit = search.problem.query.options.time_limit
     end = np.inf if limit is None else time.monotonic() + limit
@@ -164,6 +166,10 @@ def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search
         if number and time.monotonic() >= end:
             return bool(search.open.any())
         search.run(part)
+        if number == 0 and search.open.any():
+            order, starts = closed_form_starts(search.problem, np.flatnonzero(search.open))
+            if len(order):
+                search.run_from(order, starts, steps=0)
         if number == 1 and search.open.any():
             give_up(search)
         if not search.open.any():

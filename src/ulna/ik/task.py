@@ -90,6 +90,14 @@ class Task:
         x /= np.linalg.norm(x)
         return np.column_stack([x, np.cross(self.axis, x), self.axis])
 
+    @property
+    def frame(self) -> NDArray[np.float64]:
+        """The pose (4, 4) of the task's frame in the link: that of the link, turned."""
+        T = np.eye(4)
+        if self.turn is not None:
+            T[:3, :3] = self.turn
+        return T
+
 
 _NAMED = {"pose": Task.pose(), "position": Task.position(), "pointing": Task.pointing()}
 

@@ -45,13 +45,13 @@ def random_range(tree: Tree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
     slides = np.zeros(tree.n_dof, dtype=bool)
     slides[tree.joints[tree.joints[:, KIND] == PRISMATIC, COLUMN].astype(np.int64)] = True
-    most, half = np.where(slides, LARGEST, _NO_LIMIT), np.where(slides, _length(tree), np.pi)
+    most, half = np.where(slides, LARGEST, _NO_LIMIT), np.where(slides, length_of_robot(tree), np.pi)
     below, above = tree.lower < -most, tree.upper > most
     low = np.where(below, np.where(above, -half, tree.upper - 2 * half), tree.lower)
     return low, np.where(above, low + 2 * half, tree.upper)
 
 
-def _length(tree: Tree) -> float:
+def length_of_robot(tree: Tree) -> float:
     """The length of the longest chain of joints, with prismatic joints at 0 [m]; 1 for a robot of length 0."""
     far = np.zeros(len(tree.joints))
     for k, row in enumerate(tree.joints):

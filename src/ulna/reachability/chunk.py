@@ -23,11 +23,11 @@ from ulna.collision.scene_file import world_from_json
 from ulna.collision.world import World
 from ulna.engine.threads import VARIABLE, default_threads
 from ulna.errors import FileError
-from ulna.kernels.ik import search_layout as layout
 from ulna.reachability.model import robot_from_json
 from ulna.reachability.specification import Specification
-from ulna.reachability.statuses import OF_CODES, REACHED
+from ulna.reachability.statuses import REACHED
 from ulna.reachability.store import is_done, metadata_bytes, read_specification, variables, zarr_package
+from ulna.reachability.verdicts import verdicts
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
@@ -86,22 +86,11 @@ def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]
     specification, robot = opened.specification, opened.robot
     region = specification.grid.region(chunk)
     shape = tuple(cut.stop - cut.start for cut in region)
-    result = robot.inverse_kinematics(
-        specification.grid.targets(region),
-        link=specification.tip,
-        seed=specification.seed,
-        task=specification.task,
-        world=opened.world,
-        position_tolerance=specification.position_tolerance,
-        rotation_tolerance=specification.rotation_tolerance,
-        max_iterations=specification.max_iterations,
-        threads=threads,
-    )
-    reached = OF_CODES[result.info[:, layout.STATUS].astype(np.int64)]
+    reached, every_q, branches = verdicts(specification, robot, opened.world, specification.grid.targets(region), threads)
     solved = np.flatnonzero(reached == REACHED)
-    q = result.q[solved]
-    values: dict[str, NDArray] = {}
-    for name in variables(specification)[:-1]:
+    q = every_q[solved]
+    values: dict[str, NDArray] = {} if branches is None else {"branches": branches.reshape(shape)}
+    for name in variables(specification)[len(values) : -1]:
         match name:
             case "manipulability":
                 of_solved = robot.manipulability(q, specification.tip, threads=threads)

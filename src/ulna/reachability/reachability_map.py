@@ -16,6 +16,7 @@ from ulna.collision.scene_file import world_to_json
 from ulna.collision.world import World
 from ulna.engine.threads import as_threads, default_threads
 from ulna.errors import FileError, InputError
+from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.ik.options import as_count
 from ulna.ik.query import refuse_immovable
 from ulna.ik.reach import reach_of
@@ -161,8 +162,15 @@ def _specification(robot: Robot, tip: str | None, grid: tuple, world: World | No
         max_iterations=as_count("max_iterations", max_iterations),
         clearance=clearance,
         solutions=solutions,
+        branches=_all_are_known(robot, link, as_task(task)),
         version=version("ulna"),
     )
+
+
+def _all_are_known(robot: Robot, link: str, task: Task) -> bool:
+    """Whether a closed form proves of nearly every pose that its solutions, finitely many, are all there are."""
+    form = closed_form_of(robot.tree, link, task=task)
+    return form is not None and form.is_exact and form.held is None
 
 
 def _begin(path: Path, asked: Specification, robot: Robot, *, resume: bool) -> None:

@@ -13,7 +13,7 @@ from ulna.ik.task import Task
 from ulna.reachability.grid import Grid
 from ulna.reachability.model import fingerprint
 
-FORMAT = 1  # of the attributes; another number is refused
+FORMAT = 2  # of the attributes; another number is refused
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class Specification:
         max_iterations: Steps from all starts of one pose together.
         clearance: Whether the distance to the nearest obstacle is kept.
         solutions: Whether the joint positions are kept.
+        branches: Whether the arm has a closed form, by which the solutions of each pose are counted.
         version: Ulna's.
     """
 
@@ -52,6 +53,7 @@ class Specification:
     max_iterations: int
     clearance: bool
     solutions: bool
+    branches: bool
     version: str
 
     def __post_init__(self) -> None:
@@ -86,6 +88,7 @@ class Specification:
             "max_iterations": self.max_iterations,
             "clearance_kept": self.clearance,
             "solutions_kept": self.solutions,
+            "branches_counted": self.branches,
             "ulna_version": self.version,
             "robot_model": self.model,
             "scene": "" if self.scene is None else self.scene,
@@ -111,7 +114,7 @@ class Specification:
             )
             texts = [attributes[name] for name in ("robot", "robot_model", "urdf_sha256", "robot_source", "tool")]
             names = "seed", "position_tolerance", "rotation_tolerance", "max_iterations", "clearance_kept", "solutions_kept"
-            search = [attributes[name] for name in (*names, "ulna_version")]
+            search = [attributes[name] for name in (*names, "branches_counted", "ulna_version")]
             made = Task(tuple(task["slack"]), tuple(task["axis"]))
             found = cls(*texts, grid, made, attributes["scene"] or None, *search)  # pyright: ignore[reportCallIssue]
         except (KeyError, TypeError, ValueError) as error:

@@ -3,6 +3,7 @@
     z, y, x          centres of the voxels [m]                          (z,), (y,), (x,)
     quaternion       the orientations, w first                          (orientation, wxyz)
     reached          -1 never computed, 1 reached, others: why not      (z, y, x, orientation)  int8
+    branches         how many solutions there are; -1 where not counted (z, y, x, orientation)  int8, closed forms of six joints
     manipulability   of the solution found; NaN if not reached          (z, y, x, orientation)  float32
     clearance        of the solution found [m]; NaN where none is       (z, y, x, orientation)  float32, on request
     q                the solution found [rad or m]                      (z, y, x, orientation, joint)  float32, on request
@@ -72,8 +73,9 @@ def create(path: Path, specification: Specification, joint_names: tuple[str, ...
 
 def variables(specification: Specification) -> tuple[str, ...]:
     """The names of a map's variables, in the order in which a chunk of them is written: the verdict last."""
-    chosen = {"clearance": specification.clearance, "q": specification.solutions}
-    return ("manipulability", *(name for name, kept in chosen.items() if kept), "reached")
+    chosen = {"branches": specification.branches, "manipulability": True}
+    chosen |= {"clearance": specification.clearance, "q": specification.solutions}
+    return (*(name for name, kept in chosen.items() if kept), "reached")
 
 
 def read_specification(path: Path) -> Specification:
@@ -167,6 +169,10 @@ def _add_variable(group: Any, name: str, grid: Grid, n_joints: int) -> None:
             "flag_values": [NEVER, *NUMBERS.values()],
             "flag_meanings": " ".join(words),
         }
+    elif name == "branches":
+        kind, fill = "int8", NEVER
+        words = "solutions within the limits, by the closed form; without collision, if there is a world; -1 never counted"
+        attributes = {"long_name": words, "units": "1"}
     else:
         kind, fill = "float32", np.nan
         attributes = dict(zip(("long_name", "units"), _TEXTS[name], strict=True))

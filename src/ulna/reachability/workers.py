@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
@@ -76,6 +77,7 @@ class DaskWorkers:
             import distributed  # noqa: PLC0415 -- needs the extra
         self._distributed, self._client = distributed, client
         self._running: set[Any] = set()
+        self._warned = False
         self._ended: Queue[Any] = Queue()
 
     def width(self) -> int:
@@ -97,6 +99,7 @@ class DaskWorkers:
                 ended = [self._ended.get(timeout=_LOOK_S)]
             except Empty:
                 self._refuse_lost()
+                self._warn_of_no_workers()
                 continue
             while not self._ended.empty():
                 ended.append(self._ended.get())
@@ -113,6 +116,13 @@ class DaskWorkers:
     def _refuse_lost(self) -> None:
         if self._client.status not in ("running", "newly-created"):
             raise ClusterError(f"the connection to the scheduler is lost (it is {self._client.status})")
+
+    def _warn_of_no_workers(self) -> None:
+        with _clearly(self._distributed):
+            if not self._warned and not self._client.nthreads():
+                self._warned = True
+                words = "the cluster has no worker now; waiting for one (what is computed is kept, and resume=True continues)"
+                warnings.warn(words, RuntimeWarning, stacklevel=2)
 
 
 @contextmanager

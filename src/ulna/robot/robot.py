@@ -6,10 +6,10 @@ computes nothing itself: it calls one function of the folders below.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property, partial
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +35,7 @@ from ulna.errors import InputError
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.differential import differential_ik
+from ulna.ik.following.result import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
 from ulna.ik.result import IKResult
@@ -44,6 +45,12 @@ from ulna.kinematics.groups import JointGroup, configuration, joint_groups
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
+from ulna.planning.many import plan_many
+from ulna.planning.plan import Plan
+from ulna.planning.planner import MAX_CHECKS, PlanOptions, plan_motion
+
+if TYPE_CHECKING:
+    from ulna.robot.gpu_robot import GpuRobot
 
 Array = NDArray[np.float64]
 
@@ -386,6 +393,20 @@ class Robot(Quick):
             jacobian = self._jacobian.of((link, expressed_in))
         return jacobian(q, out, threads)
 
+    def on_gpu(self) -> GpuRobot:
+        """The same robot, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
+
+        Its methods have the names of these. They take NumPy arrays, or arrays on the device, and return the same kind.
+
+        Raises:
+            DeviceError: There is no GPU that can be used.
+            InputError: The robot has no moving joints.
+            MissingExtraError: The extra ``cuda`` is not installed.
+        """
+        from ulna.robot.gpu_robot import GpuRobot  # noqa: PLC0415 - needs the extra
+
+        return GpuRobot(self)
+
     def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
         """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, but faster.
 
@@ -478,7 +499,7 @@ class Robot(Quick):
 
         Where the link has an exact closed form of six joints (``closed_form``) and the whole pose is asked for, all its branches
         are computed, and the one nearest to ``q_seed``, or to ``home``, is returned, or that of the best rank. Otherwise, and
-        with ``posture``, ``held``, ``max_step`` or ``max_iterations``, there is a search.
+        with ``posture``, ``held`` or ``max_step``, there is a search.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
@@ -501,8 +522,8 @@ class Robot(Quick):
             max_step: The largest difference of any entry of q from ``q_seed`` [rad or m]; a solution beyond it is rejected.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
-            max_iterations: The largest number of steps of all starts together; 16 000 (800 starts), or 10 000 for the textbook
-                methods, unless given.
+            max_iterations: The largest number of steps of all starts of a search together; 16 000 (800 starts), or 10 000 for the
+                textbook methods, unless given. The closed form takes no steps.
             time_limit: The longest time of the search [s], checked between rounds of restarts.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
                 The result is the same bit for bit.
@@ -601,6 +622,7 @@ class Robot(Quick):
         T: ArrayLike,
         link: str | None = None,
         *,
+        task: Task | str = "pose",
         redundancy: str | None = None,
         n_samples: int = 16,
         whole_turns: bool = False,
@@ -609,11 +631,14 @@ class Robot(Quick):
         """All joint positions that bring a link to poses, and what is proved of them.
 
         Arms of six joints of a family with a closed form have at most eight solutions, whole turns aside. For arms of seven
-        joints one is held at ``n_samples`` places, and all solutions are found at each. Other arms are searched for each pose.
+        joints one is held at ``n_samples`` places, and all solutions are found at each. Arms of three joints have a closed form
+        for a position, arms of five for a pointing; for whole poses those of three, four and five have one that says which of the
+        poses they reach. Other arms are searched for each pose.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
             link: The link's name; the tip unless given.
+            task: What of the pose is to be reached: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
             redundancy: The joint of seven that is held; that of ``closed_form`` unless given.
             n_samples: The number of places at which it is held, spread evenly over its range.
             whole_turns: Whether to list every whole turn that the limits allow. Otherwise each solution is listed once, as near
@@ -634,9 +659,59 @@ class Robot(Quick):
             >>> found.q.shape, str(found.proof)
             ((256, 7), 'continuum')
         """
-        return self._inverse_kinematics.solutions(
-            T, link, Options(threads=threads), redundancy, n_samples, whole_turns=whole_turns
-        )
+        return self._inverse_kinematics.solutions(T, link, task, redundancy, n_samples, threads, whole_turns=whole_turns)
+
+    def follow(
+        self,
+        T_path: ArrayLike,
+        q_start: ArrayLike | None = None,
+        link: str | None = None,
+        *,
+        max_step: float = 0.1,
+        world: World | None = None,
+        rank: str | None = None,
+        seed: int = 0,
+        threads: int | None = None,
+    ) -> FollowedPath:
+        """The joint path through a path of poses that never jumps to another branch, or where and why there is none.
+
+        Of all joint paths with no step longer than ``max_step`` the one with the least sum of squared joint steps is returned.
+        Where the link has an exact closed form of six joints, all branches of all poses are compared. Other arms are searched;
+        for seven joints and more a graph of samples of the redundancy is searched, and its best path is smoothed.
+
+        Args:
+            T_path: The poses in their order, T_base_link, shape (n, 4, 4).
+            q_start: Where the arm is before the first pose [rad or m], shape (n_dof,): the path begins at most ``max_step`` from
+                it. Unless given, it may begin anywhere.
+            link: The link's name; the tip unless given.
+            max_step: The largest step of any joint from one pose to the next [rad or m]. Another branch is rarely within 0.1 rad;
+                poses that are further apart than that need a larger step, or poses in between.
+            world: Configurations that collide with it, or with the robot itself, are left out, and the straight lines between
+                those of neighbouring poses are certified to be free (``edge_in_collision``).
+            rank: What is minimised instead, as a sum over the poses: ``"nearest"``: the largest difference of a joint from
+                ``q_start``, or ``home``; ``"manipulability"``; ``"clearance"`` from the world; ``"mid_range"`` of the joints;
+                each with the squared joint steps, as shares of ``max_step``, added.
+            seed: Chooses the random configurations where a search is needed; the result depends on nothing else.
+            threads: How many threads to use at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            A ``FollowedPath``: q, status, reason, steps; where no path leads on, ``ends_at`` and ``ending`` say where and why.
+
+        Raises:
+            InputError: T_path is not an array of poses, ``max_step`` is not above 0, or another argument cannot be taken.
+            UnknownNameError: There is no such link.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> q = panda.home + np.linspace(0, 0.5, 20)[:, None]
+            >>> path = panda.follow(panda.forward_kinematics(q))
+            >>> str(path.status), bool(path.steps.max() < 0.1)
+            ('followed', True)
+        """
+        options = Options(rank=rank, seed=seed, threads=threads)
+        return self._inverse_kinematics.follow(T_path, q_start, link, options, max_step, world)
 
     def differential_ik(
         self,
@@ -821,6 +896,99 @@ class Robot(Quick):
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
         return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution, threads)
+
+    # ---- how it gets somewhere -----------------------------------------------------------------------------------------
+
+    def plan(
+        self,
+        q_start: ArrayLike,
+        goal: ArrayLike,
+        world: World | None = None,
+        *,
+        link: str | None = None,
+        task: Task | str = "pose",
+        held: Iterable[str] = (),
+        certify: bool = True,
+        clearance: float = 0.0,
+        seed: int = 0,
+        max_checks: int = MAX_CHECKS,
+        shorten: bool = True,
+        escape: bool = False,
+        time_limit: float | None = None,
+    ) -> Plan:
+        """A motion from a configuration to a goal, free of collision: straight lines between configurations.
+
+        RRT-Connect: two trees, from the start and from the goals, grow towards each other (docs/planning.md).
+
+        Args:
+            q_start: Where to start [rad or m], shape (n_dof,).
+            goal: Where to go: a configuration, shape (n_dof,), or several, of which one is reached, shape (n, n_dof); or a pose
+                T_base_link, shape (4, 4), or several, shape (n, 4, 4), with all the configurations that inverse kinematics finds.
+            world: The objects; none unless given. The robot's links are checked against each other too.
+            link: The link that is brought to the pose; the tip unless given. Joints that do not move it keep their positions.
+            task: The components of the pose that count; see ``inverse_kinematics``.
+            held: Names of joints that keep their positions.
+            certify: Whether each edge is certified, as by ``edge_in_collision``: free at all its configurations. Otherwise at
+                samples 1/32 rad apart, between which it may touch something.
+            clearance: No object of the world is nearer than this [m]; it does not count between links of the robot.
+            seed: Chooses the samples. The result depends on nothing else, unless there is a ``time_limit``.
+            max_checks: How many edges the search checks at most.
+            shorten: Whether the path that is found is shortened.
+            escape: Whether a start that touches something by at most 10 mm is left, first of all, by an edge that is not checked.
+            time_limit: The longest time of the search [s]. Where it ends the search, the result depends on the machine.
+
+        Returns:
+            A ``Plan``: path, status, and the reason if there is no path.
+
+        Raises:
+            InputError: An argument that cannot be taken, such as a goal outside the joint limits; its name is in the message.
+            UnknownNameError: There is no such link or joint.
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+
+        Example:
+            >>> import ulna
+            >>> panda, world = ulna.load("panda"), ulna.World()
+            >>> world.add("post", ulna.Box((0.1, 0.1, 1.2)), ulna.pose((0.5, 0.0, 0.6)))
+            >>> left, right = panda.home + 0.0, panda.home + 0.0
+            >>> left[0], right[0] = 0.8, -0.8
+            >>> plan = panda.plan(left, right, world)
+            >>> str(plan.status), plan.certified
+            ('solved', True)
+        """
+        options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit)
+        return plan_motion(self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, options)
+
+    def plan_many(
+        self,
+        q_starts: ArrayLike,
+        goals: ArrayLike,
+        worlds: World | Iterable[World | None] | None = None,
+        *,
+        threads: int | None = None,
+        progress: Callable[[int, int], None] | None = None,
+        **options: Any,
+    ) -> tuple[Plan, ...]:
+        """A plan for each of many problems, in several threads.
+
+        Args:
+            q_starts: Where to start [rad or m], shape (n, n_dof), or (n_dof,) for all.
+            goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem.
+            worlds: One for all, or one for each problem.
+            threads: How many threads are used at most; ``ULNA_THREADS``, or one a processor, unless given.
+            progress: Called with the number of problems that are done, and of all, after each.
+            options: Those of ``plan``.
+
+        Returns:
+            A ``Plan`` for each problem, in their order: the same bit for bit as that of ``plan``.
+
+        Raises:
+            InputError: The numbers of starts, goals and worlds do not go together; or ``plan`` refuses a problem, whose number is
+                in the message.
+            UnknownNameError: There is no such link or joint.
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+        """
+        plan = partial(self.plan, **options)
+        return plan_many(plan, q_starts, goals, worlds, threads, progress)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:

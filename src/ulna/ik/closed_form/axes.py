@@ -1,11 +1,11 @@
-"""Finds the axes of the six joints that a closed form turns, in the zero configuration. Used by ``closed_form.families``."""
+"""Finds the axes of the joints that a closed form moves, in the zero configuration. Used by ``closed_form.six_joints``."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, RATIO, REVOLUTE, TABLE_WIDTH
+from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO, TABLE_WIDTH
 from ulna.kinematics.tree import motion_along_z, row_pose
 
 Array = NDArray[np.float64]
@@ -14,27 +14,31 @@ N_AXES = 6
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """Six revolute joints in a row.
+    """Joints in a row: n of an arm, or six, of which some may be added ones.
 
     Attributes:
-        directions: Unit vectors, shape (6, 3), in the base's axes: q counts turns about them.
-        points: A point on each, shape (6, 3) [m].
+        directions: Unit vectors, shape (n, 3), in the base's axes: q counts turns about them, or metres along them.
+        points: A point on each, shape (n, 3) [m].
+        slides: Whether a joint slides, shape (n,).
+        entries: Which of the entries each moves, shape (n,), numbered from the base on.
         end: The pose of the end, shape (4, 4).
-        chain: The table of the joints alone, its columns numbered from the base on.
+        chain: The table of the joints alone, with entries numbered so.
         reach: The length of all parts together [m].
     """
 
     directions: Array
     points: Array
+    slides: NDArray[np.bool_]
+    entries: NDArray[np.int64]
     end: Array
     chain: Array
     reach: float
 
 
 def axes_of(chain: Array, columns: tuple[int, ...], q: Array) -> Axes | None:
-    """The axes of the joints that six entries of q turn, all others held at q (n_dof,).
+    """The axes of the joints that some entries of q move, all others held at q (n_dof,).
 
-    None if one of them turns no joint, several joints, one that slides, or one at a ratio other than 1 and -1.
+    None if one of them moves no joint, several joints, or one at a ratio other than 1 and -1.
     """
     T, before, directions, points, rows, order = np.eye(4), np.eye(4), [], [], [], []
     for row in chain:
@@ -43,22 +47,29 @@ def axes_of(chain: Array, columns: tuple[int, ...], q: Array) -> Axes | None:
             motion = np.eye(4) if kind == FIXED else motion_along_z(kind, row[RATIO] * q[column] + row[OFFSET])
             T, before = T @ step @ motion, before @ step @ motion
             continue
-        if kind != REVOLUTE or abs(row[RATIO]) != 1.0 or column in order:
+        if abs(row[RATIO]) != 1.0 or column in order:
             return None
         T, before = T @ step, before @ step
         directions.append(row[RATIO] * T[:3, 2])
         points.append(T[:3, 3])
-        rows.append([*before[:3].ravel(), REVOLUTE, len(order), row[RATIO], row[OFFSET], len(order) - 1])
+        rows.append([*before[:3].ravel(), kind, len(order), row[RATIO], row[OFFSET]])
         order.append(column)
         T, before = T @ motion_along_z(kind, row[OFFSET]), np.eye(4)
-    if len(order) != N_AXES:
+    if len(order) != len(columns):
         return None
-    rows.append([*before[:3].ravel(), FIXED, 0, 1.0, 0.0, N_AXES - 1])
-    table = np.array(rows).reshape(-1, TABLE_WIDTH)
-    table[:, PARENT] = np.arange(len(table)) - 1
-    table.setflags(write=False)
+    rows.append([*before[:3].ravel(), FIXED, 0, 1.0, 0.0])
+    table = table_of_rows(rows)
+    slides = table[:-1, KIND] == PRISMATIC
     reach = float(np.linalg.norm(table[1:, [3, 7, 11]], axis=1).sum())
-    return Axes(np.array(directions), np.array(points), T, table, reach)
+    return Axes(np.array(directions), np.array(points), slides, np.arange(len(order)), T, table, reach)
+
+
+def table_of_rows(rows: list) -> Array:
+    """A chain of rows without PARENT, which is the row above."""
+    table = np.empty((len(rows), TABLE_WIDTH))
+    table[:, :PARENT], table[:, PARENT] = rows, np.arange(len(rows)) - 1
+    table.setflags(write=False)
+    return table
 
 
 def turning_order(chain: Array) -> tuple[int, ...]:

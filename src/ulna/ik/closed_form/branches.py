@@ -5,7 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
+from ulna.ik.closed_form.fewer_joints import branches_of_fewer
+from ulna.ik.closed_form.held_joint import targets_with_held_at_zero
 from ulna.ik.closed_form.result import Proof
 from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.kernels.chain import closed_form_layout as layout
@@ -13,6 +16,7 @@ from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
+Found = tuple[Array, Truths, NDArray[np.int64]]
 PROOFS = (Proof.COMPLETE, Proof.COINCIDING, Proof.CONTINUUM, Proof.SEARCHED)
 _AT_LIMIT = 1e-9  # rad: no further beyond a limit than this, a joint is at it
 
@@ -35,7 +39,7 @@ class Branches:
 
 
 def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None = None) -> Branches:
-    """The eight branches of an arm of six joints.
+    """The eight branches of an arm of at most six joints.
 
     Args:
         form: Its closed form.
@@ -44,33 +48,95 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, thr
         seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
         threads: How many threads to use at most.
     """
-    columns = list(form.columns)
-    angles, known = joints_at(form, seeds[0]).branches(targets, np.ascontiguousarray(seeds[:, columns]), threads)
+    if form.n_joints == N_AXES == tree.n_dof:
+        return _of_kernel(form, tree, targets, seeds, threads)
+    return _within(form, tree, *_raw(form, tree, targets, seeds, threads), seeds)
+
+
+def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Branches:
+    """The branches of an arm whose joints are all of q: the kernel turns them within the limits, and knows the proof."""
+    six = joints_at(form, seeds[0])
+    by_entry = np.ascontiguousarray(seeds[:, six.columns])
+    angles, known, proof = six.branches(targets, by_entry, threads, six.plan(tree.lower, tree.upper))
+    q, known = angles, known.astype(np.int8)
+    if form.columns != tuple(range(N_AXES)):
+        q = np.empty_like(angles)
+        q[..., six.columns] = angles
+    proved = proof.astype(np.int64) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
+    return Branches(q, (known & layout.IS_REAL) > 0, (known & layout.IS_WITHIN) > 0, proved)
+
+
+def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Found:
+    """q, real and proof, whatever the limits."""
+    six = joints_at(form, seeds[0])
+    if form.n_joints < N_AXES:
+        angles, known = branches_of_fewer(six, targets, seeds, threads)
+    else:
+        angles, known, _ = six.branches(targets, np.ascontiguousarray(seeds[:, six.columns]), threads)
     known = known.astype(np.int8)
     real = (known & layout.IS_REAL) > 0
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
-    q[..., columns] = angles
-    proof = _proofs(known, real) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
-    return _within(form, tree, q, real, seeds, proof)
+    q[..., six.columns] = angles
+    proof = _proofs(known, real, form.n_at_rest) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
+    return q, real, proof
 
 
 def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, threads: int | None) -> Branches:
     """The branches of an arm of seven joints at each of ``n_samples`` places of the held joint, shape (n, 8 n_samples, ...)."""
     if form.held_column is None:
         raise AssertionError("an arm of six joints has no joint to hold")
-    low, high = held_range(tree, form.held_column)
-    parts = []
-    for k in range(n_samples):
-        here = seeds.copy()
-        here[:, form.held_column] = low + (k + 0.5) / n_samples * (high - low)
-        parts.append(all_branches(form, tree, targets, here, threads))
-    real = np.concatenate([part.real for part in parts], axis=1)
+    n, (low, high) = len(targets), held_range(tree, form.held_column)
+    places = low + (np.arange(n_samples) + 0.5) / n_samples * (high - low)
+    seeds, places = np.broadcast_to(seeds, (n, tree.n_dof)), np.broadcast_to(places, (n, n_samples))
+    return at_places(form, tree, targets, seeds, places, threads)
+
+
+def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, threads: int | None) -> Branches:
+    """The branches of an arm of seven joints at places of the held joint of each target.
+
+    A held joint at either end moves the target instead of the axes: then all places are targets of one form.
+
+    Args:
+        form: Its closed form.
+        tree: The robot.
+        targets: Shape (n, 4, 4).
+        seeds: Shape (n, n_dof).
+        places: Shape (n, k).
+        threads: How many threads to use at most.
+
+    Returns:
+        The branches, shape (n, 8 k, ...).
+    """
+    (n, k), column = places.shape, form.held_column
+    if column is None:
+        raise AssertionError("an arm of six joints has no joint to hold")
+    here = np.repeat(seeds, k, axis=0)
+    moved = targets_with_held_at_zero(form.chain, column, np.repeat(targets, k, axis=0), places.ravel())
+    if moved is not None:
+        here[:, column] = 0.0
+        q, real, proof = _raw(form, tree, moved, here, threads)
+        q[..., column], here[:, column] = places.reshape(-1, 1), places.ravel()
+    else:
+        here[:, column] = places.ravel()
+        q, real, proof = _raw_of_each(form, tree, np.repeat(targets, k, axis=0), here, threads)
+    found = _within(form, tree, q, real, proof, here)
+    q, real, valid = (rows.reshape(n, -1, *rows.shape[2:]) for rows in (found.q, found.real, found.valid))
     proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
-    q, valid = (np.concatenate([getattr(part, name) for part in parts], axis=1) for name in ("q", "valid"))
     return Branches(q, real, valid, proof)
 
 
-def _within(form: ClosedForm, tree: Tree, q: Array, real: Truths, seeds: Array, proof: NDArray[np.int64]) -> Branches:
+def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Found:
+    """As ``_raw`` for seeds that hold the joint at different places: those of one place together."""
+    places = seeds[:, form.held_column]
+    q, real = np.empty((len(seeds), layout.N_BRANCHES, tree.n_dof)), np.empty((len(seeds), layout.N_BRANCHES), dtype=bool)
+    proof = np.empty(len(seeds), dtype=np.int64)
+    for place in np.unique(places):
+        of_it = np.flatnonzero(places == place)
+        q[of_it], real[of_it], proof[of_it] = _raw(form, tree, targets[of_it], seeds[of_it], threads)
+    return q, real, proof
+
+
+def _within(form: ClosedForm, tree: Tree, q: Array, real: Truths, proof: NDArray[np.int64], seeds: Array) -> Branches:
     """Branches turned near the seeds, those at a limit to rounding put there."""
     lower, upper = tree.lower, tree.upper
     turning = turning_columns(form.chain, tree.n_dof)
@@ -80,13 +146,14 @@ def _within(form: ClosedForm, tree: Tree, q: Array, real: Truths, seeds: Array, 
     return Branches(q, real, valid, proof)
 
 
-def _proofs(known: NDArray[np.int8], real: Truths) -> NDArray[np.int64]:
+def _proofs(known: NDArray[np.int8], real: Truths, n_at_rest: int) -> NDArray[np.int64]:
     """What is proved of targets by all that is known of their branches, shape (n,).
 
-    Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then.
+    Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then; nor
+    where joints were added that have to be at rest, for another angle may bring them there.
     """
     free = (known & layout.IS_HARDLY_DETERMINED) > 0
     coinciding = ((known & layout.IS_COINCIDING) > 0) & real
-    rules = [(free & real).any(axis=1), (free & ~real).any(axis=1), coinciding.any(axis=1)]
+    rules = [(free & real).any(axis=1) & (n_at_rest == 0), free.any(axis=1), coinciding.any(axis=1)]
     results = [PROOFS.index(proof) for proof in (Proof.CONTINUUM, Proof.SEARCHED, Proof.COINCIDING)]
     return np.select(rules, results, PROOFS.index(Proof.COMPLETE))

@@ -7,13 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import InputError, UnknownNameError
+from ulna.ik.closed_form.added_joints import free_turns
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.families import EXACT, NAMES
 from ulna.ik.closed_form.six_joints import SixJoints, six_joints
 from ulna.ik.entry_names import entry_names
-from ulna.kinematics.tree import Tree
+from ulna.ik.task import Task
+from ulna.kinematics.tree import Tree, lengthened
 
 Array = NDArray[np.float64]
+_POSE = Task.pose()
 _SHARES = (0.5, 0.31, 0.83)  # of the range of a joint that is held: where a family has to hold
 _MOST_LINKS, _MOST_PLACES = 64, 256  # that are kept: of robots, and places of a joint that is held
 
@@ -25,23 +28,33 @@ class ClosedForm:
     Attributes:
         family: Which axes are parallel and which intersect, counted from the base on, the held joint left out.
         from_end: Whether the axes are counted from the end on instead.
-        held: The joint that is held, for arms of seven joints; None for six.
+        held: The joint that is held, for arms of seven joints; None for fewer.
+        n_joints: How many joints it moves; below six, joints are added that the task leaves free, or that are at rest.
         miss: By how much the axes miss the family: the largest angle [rad], or distance as a share of the arm's length.
-        is_exact: Whether ``miss`` is at most 1e-12, so that the branches are all there are. Otherwise, up to 1e-6, they are
-            starts of the search and prove nothing.
+        is_exact: Whether ``miss`` is at most 1e-12, so that the branches are all there are. Otherwise, up to 1e-3, they are
+            starts of Newton steps, which may miss some, and prove nothing.
     """
 
     family: str
     from_end: bool
     held: str | None
+    n_joints: int
     miss: float
     is_exact: bool
     chain: Array = field(repr=False)
     columns: tuple[int, ...] = field(repr=False)
     held_column: int | None = field(repr=False)
+    n_free: int = field(repr=False)
+
+    @property
+    def n_at_rest(self) -> int:
+        """How many of the added joints are at rest: so many conditions must a pose satisfy to be reached."""
+        return N_AXES - self.n_joints - self.n_free
 
     def __str__(self) -> str:
         seen = ", counted from the end" if self.from_end else ""
+        if self.n_joints < N_AXES:
+            seen += f", with {N_AXES - self.n_joints} of the joints added"
         held = f"with {self.held} held: " if self.held else ""
         tier = "exact" if self.is_exact else "near"
         return f"{held}{self.family}{seen}; {tier}, the axes miss it by {self.miss:.1g}"
@@ -55,33 +68,39 @@ def joints_at(form: ClosedForm, q: Array) -> SixJoints:
     return joints
 
 
-def closed_form_of(tree: Tree, link: str, held: str | None = None) -> ClosedForm | None:
+def closed_form_of(tree: Tree, link: str, held: str | None = None, task: Task = _POSE) -> ClosedForm | None:
     """The closed form of a link, or None. Of seven joints, the one is held for which the axes miss a family least.
 
     Args:
         tree: The robot.
         link: The link that is brought to a pose.
         held: The joint to hold, for arms of seven joints; the best unless given.
+        task: What of the pose is asked for. The form is that of the task's frame.
 
     Raises:
         InputError: ``held`` is given, and is not one of seven joints that move the link.
         UnknownNameError: There is no such link or joint.
     """
     tree.chain(link)
-    return _closed_form_of(tree, link, held)
+    return _closed_form_of(tree, link, held, task)
 
 
 @lru_cache(maxsize=_MOST_LINKS)
-def _closed_form_of(tree: Tree, link: str, held: str | None) -> ClosedForm | None:
-    chain = tree.chain(link)
+def _closed_form_of(tree: Tree, link: str, held: str | None, task: Task) -> ClosedForm | None:
+    chain, n_free = tree.chain(link), free_turns(task)
     order = turning_order(chain)
+    if task.turn is not None:
+        chain = lengthened(chain, task.frame)
     if held is not None:
-        return _with_held(tree, chain, order, _column_of(tree, held, order))
-    if len(order) == N_AXES:
-        return _made(tree, chain, order, None)
-    if len(order) != N_AXES + 1:
+        column = _column_of(tree, held, order)
+        return _made(tree, chain, order, 0, column) if n_free == 0 else None
+    if n_free is None:
         return None
-    found = [form for column in _by_preference(order) if (form := _with_held(tree, chain, order, column)) is not None]
+    if len(order) <= N_AXES:
+        return _made(tree, chain, order, n_free, None)
+    if len(order) != N_AXES + 1 or n_free:
+        return None
+    found = [form for column in _by_preference(order) if (form := _made(tree, chain, order, 0, column)) is not None]
     return next((form for form in found if form.is_exact), min(found, key=lambda form: form.miss, default=None))
 
 
@@ -90,12 +109,9 @@ def _by_preference(order: tuple[int, ...]) -> list[int]:
     return [order[k] for k in (6, 0, 2, 4, 1, 5, 3)]
 
 
-def _with_held(tree: Tree, chain: Array, order: tuple[int, ...], column: int) -> ClosedForm | None:
-    return _made(tree, chain, tuple(other for other in order if other != column), column)
-
-
-def _made(tree: Tree, chain: Array, columns: tuple[int, ...], held: int | None) -> ClosedForm | None:
-    forms = [six_joints(chain, columns, q) for q in _places(tree, held)]
+def _made(tree: Tree, chain: Array, order: tuple[int, ...], n_free: int, held: int | None) -> ClosedForm | None:
+    columns = tuple(column for column in order if column != held)
+    forms = [six_joints(chain, columns, q, n_free) for q in _places(tree, held)]
     if any(form is None for form in forms):
         return None
     families = [form.family for form in forms if form is not None]
@@ -107,11 +123,13 @@ def _made(tree: Tree, chain: Array, columns: tuple[int, ...], held: int | None) 
         family=NAMES[families[0].number],
         from_end=families[0].from_end,
         held=None if held is None else names[held],
+        n_joints=len(columns),
         miss=miss,
         is_exact=miss <= EXACT,
         chain=chain,
         columns=columns,
         held_column=held,
+        n_free=n_free,
     )
 
 
@@ -136,7 +154,7 @@ def _six_joints(form: ClosedForm, held_at: float | None, n_dof: int) -> SixJoint
     q = np.zeros(n_dof)
     if form.held_column is not None and held_at is not None:
         q[form.held_column] = held_at
-    return six_joints(form.chain, form.columns, q)
+    return six_joints(form.chain, form.columns, q, form.n_free)
 
 
 def _column_of(tree: Tree, joint: str, order: tuple[int, ...]) -> int:

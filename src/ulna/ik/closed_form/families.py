@@ -19,6 +19,13 @@ NAMES = {
     layout.INTERSECTING_12: "spherical wrist, axes 1 and 2 intersecting",
     layout.PARALLEL_12: "spherical wrist, axes 1 and 2 parallel",
     layout.INTERSECTING_23: "spherical wrist, axes 2 and 3 intersecting",
+    layout.SLIDE_PARALLEL_23: "spherical wrist, joint 1 sliding, axes 2 and 3 parallel",
+    layout.SLIDE_INTERSECTING_23: "spherical wrist, joint 1 sliding, axes 2 and 3 intersecting",
+    layout.INTERSECTING_12_SLIDE: "spherical wrist, axes 1 and 2 intersecting, joint 3 sliding",
+    layout.PARALLEL_12_SLIDE: "spherical wrist, axes 1 and 2 parallel, joint 3 sliding",
+    layout.TURN_SLIDES: "spherical wrist, joints 2 and 3 sliding",
+    layout.SLIDES_TURN: "spherical wrist, joints 1 and 2 sliding",
+    layout.THREE_SLIDES: "spherical wrist, joints 1, 2 and 3 sliding",
 }
 _SKEW = 1e-3  # rad: nearer to parallel than this, axes that have to intersect are not well enough determined
 
@@ -44,14 +51,14 @@ class Family:
     signs: Array
 
 
-def family_of(directions: Array, points: Array, reach: float) -> Family | None:
+def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], reach: float) -> Family | None:
     """The family with the least miss, of several that are as good the first; None where none comes near.
 
-    directions, points: Shape (6, 3).
+    directions, points: Shape (6, 3); slides: which joints slide, shape (6,).
     """
     found = [
-        *_families(directions, points, reach, from_end=False),
-        *_families(-directions[::-1], points[::-1], reach, from_end=True),
+        *_families(directions, points, slides, reach, from_end=False),
+        *_families(-directions[::-1], points[::-1], slides[::-1], reach, from_end=True),
     ]
     if not found:
         return None
@@ -60,12 +67,12 @@ def family_of(directions: Array, points: Array, reach: float) -> Family | None:
 
 
 EXACT = 1e-12  # largest miss of a form whose branches are all there are
-NEAR = 1e-6  # largest miss of one whose branches are only starts of a search
+NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
 
 
-def _families(h: Array, c: Array, reach: float, *, from_end: bool) -> Iterator[Family]:
+def _families(h: Array, c: Array, slides: NDArray[np.bool_], reach: float, *, from_end: bool) -> Iterator[Family]:
     scale = reach if reach > 0.0 else 1.0
-    for make in (_three_parallel, _parallel_23, _intersecting_12, _parallel_12, _intersecting_23):
+    for make in _MAKERS.get(tuple(slides.tolist()[:3]), ()) if not slides[3:].any() else ():
         directions, points, signs = h.copy(), c.copy(), np.ones(6)
         result = make(directions, points, signs)
         if result is not None:
@@ -103,6 +110,51 @@ def _parallel_12(h: Array, c: Array, signs: Array) -> Miss:
 
 def _intersecting_23(h: Array, c: Array, _: Array) -> Miss:
     return None if _skewness(h, 1, 2) < _SKEW else _with_wrist(layout.INTERSECTING_23, h, c, 0.0, _made_intersecting(h, c, 1, 2))
+
+
+def _slide_parallel_23(h: Array, c: Array, signs: Array) -> Miss:
+    angle = _made_parallel(h, signs, 1, 2)
+    return None if abs(h[0] @ h[1]) < _SKEW else _with_wrist(layout.SLIDE_PARALLEL_23, h, c, angle, 0.0)
+
+
+def _slide_intersecting_23(h: Array, c: Array, _: Array) -> Miss:
+    return _with_wrist(layout.SLIDE_INTERSECTING_23, h, c, 0.0, _made_intersecting(h, c, 1, 2))
+
+
+def _intersecting_12_slide(h: Array, c: Array, _: Array) -> Miss:
+    return _with_wrist(layout.INTERSECTING_12_SLIDE, h, c, 0.0, _made_intersecting(h, c, 0, 1))
+
+
+def _parallel_12_slide(h: Array, c: Array, signs: Array) -> Miss:
+    angle = _made_parallel(h, signs, 0, 1)
+    return None if abs(h[2] @ h[0]) < _SKEW else _with_wrist(layout.PARALLEL_12_SLIDE, h, c, angle, 0.0)
+
+
+def _turn_slides(h: Array, c: Array, _: Array) -> Miss:
+    across = np.cross(h[1], h[2])
+    ill = min(_skewness(h, 1, 2), float(np.linalg.norm(np.cross(h[0], across)))) < _SKEW
+    return None if ill else _with_wrist(layout.TURN_SLIDES, h, c, 0.0, 0.0)
+
+
+def _slides_turn(h: Array, c: Array, _: Array) -> Miss:
+    across = np.cross(h[0], h[1])
+    ill = min(_skewness(h, 0, 1), float(np.linalg.norm(np.cross(h[2], across)))) < _SKEW
+    return None if ill else _with_wrist(layout.SLIDES_TURN, h, c, 0.0, 0.0)
+
+
+def _three_slides(h: Array, c: Array, _: Array) -> Miss:
+    return None if abs(np.linalg.det(h[:3])) < _SKEW else _with_wrist(layout.THREE_SLIDES, h, c, 0.0, 0.0)
+
+
+# By which of the first three joints slide.
+_MAKERS = {
+    (False, False, False): (_three_parallel, _parallel_23, _intersecting_12, _parallel_12, _intersecting_23),
+    (True, False, False): (_slide_parallel_23, _slide_intersecting_23),
+    (False, False, True): (_intersecting_12_slide, _parallel_12_slide),
+    (False, True, True): (_turn_slides,),
+    (True, True, False): (_slides_turn,),
+    (True, True, True): (_three_slides,),
+}
 
 
 def _with_wrist(number: int, h: Array, c: Array, angle: float, length: float) -> Miss:

@@ -47,9 +47,9 @@ class IKSolutions:
     family: str
 
     def __post_init__(self) -> None:
-        for array in (self.q, self.valid, self.real, self.proof):
-            if isinstance(array, np.ndarray):
-                array.setflags(write=False)
+        self.q.flags.writeable = self.valid.flags.writeable = self.real.flags.writeable = False
+        if isinstance(self.proof, np.ndarray):
+            self.proof.flags.writeable = False
 
     def __str__(self) -> str:
         counts, proofs = np.atleast_1d(self.valid.sum(axis=-1)).ravel(), np.atleast_1d(self.proof)

@@ -1,4 +1,7 @@
-"""Computes all branches of targets by the closed form of six joints, the others at one place. Used by ``closed_form``."""
+"""Computes all branches of targets by the closed form of six joints, the others at one place. Used by ``closed_form``.
+
+Of an arm of fewer joints some are added (``added_joints``).
+"""
 
 from dataclasses import dataclass
 
@@ -7,13 +10,19 @@ from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
+from ulna.ik.closed_form.added_joints import of_six
 from ulna.ik.closed_form.axes import N_AXES, axes_of
 from ulna.ik.closed_form.families import EXACT, Family, family_of
 from ulna.ik.closed_form.table import table_of
+from ulna.ik.turns import TURN
 from ulna.kernels.chain import closed_form_layout as layout
+from ulna.kernels.layout import KIND, PRISMATIC
 
 Array = NDArray[np.float64]
+Found = tuple[Array, Array, Array]
 _LEAST_TARGETS = 512  # of a part
+_NO_BOUNDS = np.zeros(2)
+_MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,42 +32,64 @@ class SixJoints:
     Attributes:
         table: That of the kernels.
         chain: The chain of the six joints.
-        columns: The entries of q that they are, shape (6,).
+        own: That of the arm's own joints, the first of them.
+        columns: The entries of q that the arm's own joints are, shape (n,).
+        n_free: How many of the added joints are free; the others are at rest.
         family: To which it belongs.
     """
 
     table: Array
     chain: Array
+    own: Array
     columns: NDArray[np.int64]
+    n_free: int
     family: Family
+
+    @property
+    def slides(self) -> NDArray[np.bool_]:
+        """Which of the arm's own joints slide, shape (n,)."""
+        return self.own[:-1, KIND] == PRISMATIC
 
     @property
     def is_exact(self) -> bool:
         """Whether the branches are all there are."""
         return self.family.miss <= EXACT
 
-    def branches(self, targets: Array, seeds: Array, threads: int | None = None) -> tuple[Array, Array]:
-        """All branches of targets (n, 4, 4), which are rigid motions, whatever the limits: q (n, 8, 6) and known (n, 8).
+    def plan(self, lower: Array, upper: Array, tolerances: tuple[float, float] = (0.0, 0.0)) -> Array:
+        """What the kernels take as the bounds of all entries of q, shapes (n_dof,) (``drivers.closed_form``)."""
+        turns = np.where(self.slides, _MORE_THAN_ANY, TURN)
+        return np.concatenate([tolerances, lower[self.columns], upper[self.columns], turns, 1.0 / turns])
 
-        ``known`` is the sum of what is known of a branch (``closed_form_layout``). Joints that may have any
-        angle get that of seeds (n or 1, 6).
+    def branches(self, targets: Array, seeds: Array, threads: int | None = None, plan: Array = _NO_BOUNDS) -> Found:
+        """All branches of targets (n, 4, 4), which are rigid motions: q (n, 8, 6), known (n, 8) and proof (n,).
+
+        ``known`` is the sum of what is known of a branch, and ``proof`` what they prove (``closed_form_layout``). Joints that may
+        have any angle get that of seeds (n or 1, 6). The entries of q are the arm's own joints from the base on, then the added
+        ones. With the bounds of a plan branches are turned towards the seeds within them, and NaN where they are not real.
         """
         n = len(targets)
-        q, known = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES))
-        all_branches, most, steps = entry("closed_form.all_branches"), *((1e-3, 4) if self.is_exact else (0.3, 8))
+        q, known, proof = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES)), np.empty(n)
+        all_branches = entry("closed_form.all_branches")
 
         def run(part: slice) -> bool:
             own = seeds[part] if len(seeds) > 1 else seeds
-            return all_branches(self.table, self.chain, targets[part], own, most, steps, q[part], known[part])
+            return all_branches(self.table, self.chain, plan, targets[part], own, q[part], known[part], proof[part])
 
         in_parts(run, n, _LEAST_TARGETS, threads)
-        return q, known
+        return q, known, proof
 
 
-def six_joints(chain: Array, columns: tuple[int, ...], q: Array) -> SixJoints | None:
-    """The closed form of the joints that six entries of q turn, all others held at q (n_dof,)."""
-    axes = axes_of(chain, columns, q)
-    family = None if axes is None else family_of(axes.directions, axes.points, axes.reach)
-    if axes is None or family is None:
+def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int = 0) -> SixJoints | None:
+    """The closed form of the joints that some entries of q move, all others held at q (n_dof,).
+
+    n_free: How many turns at the end are free (``added_joints.free_turns``).
+    """
+    own = axes_of(chain, columns, q)
+    found = []
+    if own is None:
         return None
-    return SixJoints(table_of(axes, family), axes.chain, np.array(columns), family)
+    for axes in of_six(own, n_free):
+        family = family_of(axes.directions, axes.points, axes.slides, axes.reach)
+        if family is not None:
+            found.append(SixJoints(table_of(axes, family, n_free), axes.chain, own.chain, np.array(columns), n_free, family))
+    return next((six for six in found if six.is_exact), min(found, key=lambda six: six.family.miss, default=None))

@@ -5,44 +5,82 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
-from ulna.errors import InputError
+from ulna.drivers import entry
 from ulna.ik.all_solutions import all_solutions
+from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled_branches
-from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
+from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.result import IKSolutions, Proof
+from ulna.ik.closed_form.six_joints import SixJoints
 from ulna.ik.closed_form.whole_turns import every_turn
+from ulna.ik.problem import of_task
 from ulna.ik.query import Query
 from ulna.ik.turns import turning_columns
+from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
+_PROOFS = np.array(PROOFS)
+_ONE, _ONE_KNOWN = (1, N_BRANCHES, N_AXES), (1, N_BRANCHES)
 _SAME = 1e-3  # rad or m: nearer than this to a branch of the closed form, what a search finds is that branch
 
 
-def solutions(query: Query, T: ArrayLike, redundancy: str | None, n_samples: int, *, whole_turns: bool) -> IKSolutions:
-    """See ``Robot.all_solutions``.
+class AllSolutions:
+    """All solutions of one link and task; made once, for any number of targets.
+
+    Args:
+        query: The link and the options.
+        redundancy: The joint of seven that is held.
 
     Raises:
-        InputError: T is not an array of poses, or ``redundancy`` is not a joint of an arm of seven.
+        InputError: ``redundancy`` is not a joint of an arm of seven.
         UnknownNameError: There is no such joint.
     """
-    targets = as_pose(as_floats("T", T))
-    if not n_samples:
-        raise InputError("n_samples", "0; at least 1 is expected")
-    batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
-    tree, form = query.tree, closed_form_of(query.tree, query.link, redundancy)
-    found = _found(query, form, targets, n_samples)
-    if whole_turns:
-        found = _with_turns(tree, query.link, found)
-    proof = np.array(PROOFS)[found.proof].reshape(batch)
-    m, n_dof = found.q.shape[1:]
-    return IKSolutions(
-        q=found.q.reshape(*batch, m, n_dof),
-        valid=found.valid.reshape(*batch, m),
-        real=found.real.reshape(*batch, m),
-        proof=proof if batch else Proof(str(proof)),
-        family="" if form is None else form.family,
-    )
+
+    __slots__ = ("_family", "_form", "_home", "_plan", "_query", "_six")
+
+    def __init__(self, query: Query, redundancy: str | None) -> None:
+        self._query, tree = query, query.tree
+        self._form = form = closed_form_of(tree, query.link, redundancy, query.options.task)
+        self._family, self._home = "" if form is None else form.family, query.home[None].copy()
+        alone = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
+        self._six = joints_at(form, query.home) if alone and query.task_axes is None else None
+        self._plan = None if self._six is None else self._six.plan(tree.lower, tree.upper)
+
+    def of(self, T: ArrayLike, n_samples: int, *, whole_turns: bool) -> IKSolutions:
+        """See ``Robot.all_solutions``.
+
+        Raises:
+            InputError: T is not an array of poses.
+        """
+        if self._six is not None and not whole_turns:
+            one = as_floats("T", T)
+            if one.shape == (4, 4):
+                return self._of_one(self._six, one)
+        targets = as_pose(as_floats("T", T))
+        batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
+        query, tree = self._query, self._query.tree
+        found = _found(query, self._form, targets, n_samples)
+        if whole_turns:
+            found = _with_turns(tree, query.link, found)
+        proof = _PROOFS[found.proof].reshape(batch)
+        m, n_dof = found.q.shape[1:]
+        return IKSolutions(
+            q=found.q.reshape(*batch, m, n_dof),
+            valid=found.valid.reshape(*batch, m),
+            real=found.real.reshape(*batch, m),
+            proof=proof if batch else Proof(str(proof)),
+            family=self._family,
+        )
+
+    def _of_one(self, six: SixJoints, T: Array) -> IKSolutions:
+        """The solutions for one target (4, 4), by the kernel alone."""
+        q, known, proof = np.empty(_ONE), np.empty(_ONE_KNOWN), np.empty(1)
+        targets = T.reshape(1, 4, 4)
+        if not entry("closed_form.all_branches")(six.table, six.chain, self._plan, targets, self._home, q, known, proof):
+            as_pose(T)
+        bits = known[0].astype(np.int8)
+        return IKSolutions(q[0], bits >= IS_WITHIN, (bits & IS_REAL) > 0, PROOFS[int(proof[0])], self._family)
 
 
 def _found(query: Query, form: ClosedForm | None, targets: Array, n_samples: int) -> Branches:
@@ -50,8 +88,8 @@ def _found(query: Query, form: ClosedForm | None, targets: Array, n_samples: int
     if form is None:
         return _searched(query, targets, None)
     if form.held_column is not None:
-        return sampled_branches(form, query.tree, targets, seeds, n_samples, threads)
-    found = all_branches(form, query.tree, targets, seeds, threads)
+        return sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, threads)
+    found = all_branches(form, query.tree, of_task(query, targets), seeds, threads)
     return found if form.is_exact else _searched(query, targets, found)
 
 

@@ -5,15 +5,16 @@ from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
 from ulna.ik.closed_form.axes import Axes
-from ulna.ik.closed_form.families import Family
+from ulna.ik.closed_form.families import EXACT, Family
 from ulna.kernels.chain import closed_form_layout as layout
 
 Array = NDArray[np.float64]
+_NEAR_ERROR = 1e-9  # more than is allowed, so that every branch of a near form takes a step
 _NOTHING = 1e-14  # of a bend, which the rounding of right angles leaves
 
 
-def table_of(axes: Axes, family: Family) -> Array:
-    """The table (``closed_form_layout``), shape (N_ROWS, 3), read-only."""
+def table_of(axes: Axes, family: Family, n_free: int) -> Array:
+    """The table (``closed_form_layout``), shape (N_ROWS, 3), read-only; the last ``n_free`` joints are free."""
     table = np.zeros((layout.N_ROWS, 3))
     h, reach = family.directions, axes.reach or 1.0
     c, back = family.points / reach, inverse(axes.end)
@@ -22,10 +23,12 @@ def table_of(axes: Axes, family: Family) -> Array:
     table[layout.FRAME : layout.FRAME + 3], table[layout.FRAME + 3] = back[:3, :3].T, back[:3, 3] / reach
     table[layout.NORMALS], table[layout.NORMALS + 1] = _normal(h[1]), _normal(h[5])
     table[layout.BENDS, :2] = _bends(h[1] if family.number == layout.THREE_PARALLEL else h[3], h[4], h[5])
+    table[layout.BENDS, layout.FREE_WRIST] = n_free == 3 and not family.from_end
     table[layout.FORM] = family.number, family.from_end, 1.0 / reach
-    order = np.arange(6)[::-1] if family.from_end else np.arange(6)
+    order, slides = (axes.entries[::-1], axes.slides[::-1]) if family.from_end else (axes.entries, axes.slides)
     table[layout.COLUMNS : layout.COLUMNS + 2] = order.reshape(2, 3)
-    table[layout.SIGNS : layout.SIGNS + 2] = family.signs.reshape(2, 3)
+    table[layout.SIGNS : layout.SIGNS + 2] = np.where(slides, family.signs * reach, family.signs).reshape(2, 3)
+    table[layout.POLISH] = (0.0, 1e-3, 4) if family.miss <= EXACT else (_NEAR_ERROR, 0.3, 8)
     table.setflags(write=False)
     return table
 

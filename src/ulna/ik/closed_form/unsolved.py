@@ -50,6 +50,7 @@ def with_unsolved(
         else:
             proved[:] = False  # a trace is one of the search
         explanation = _searched(search, problem, rest[~proved], q, info, world, explanation)
+    explanation = replace(explanation, task_axes=problem.query.task_axes)
     return IKResult(q.reshape(*problem.batch, q.shape[-1]), info, problem.batch, options.tolerances, explanation)
 
 

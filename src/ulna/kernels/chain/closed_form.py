@@ -1,14 +1,25 @@
-"""Computes all branches of inverse kinematics of six revolute joints in closed form. Used by ``drivers.closed_form``.
+"""Computes all branches of inverse kinematics of six joints in closed form. Used by ``drivers.closed_form``.
 
 1. From the target T to the motion G = T T(0)^-1 of the end, its rotation made exact, lengths as shares of the reach; inverted if
    the chain is seen from its end.
-2. The angles of each branch of the family (``three_parallel``, ``spherical_wrist``), and its residual: the forward kinematics of
-   its sines and cosines from the base on, and back from the target, compared where they come together.
+2. The angles of each branch of the family (``three_parallel``, ``spherical_wrist``, ``sliding_arm``), and its residual: the
+   forward kinematics of its sines and cosines from the base on, and back from the target, compared where they come together.
 """
 
 from ulna.engine.decorators import kernel, routine
-from ulna.kernels.chain.closed_form_layout import FAMILY, FORM, FRAME, INVERSE_REACH, LAST, POINTS, REVERSED, THREE_PARALLEL
+from ulna.kernels.chain.closed_form_layout import (
+    FAMILY,
+    FORM,
+    FRAME,
+    INTERSECTING_23,
+    INVERSE_REACH,
+    LAST,
+    POINTS,
+    REVERSED,
+    THREE_PARALLEL,
+)
 from ulna.kernels.chain.closed_form_rows import tabled
+from ulna.kernels.chain.sliding_arm import sliding_arm
 from ulna.kernels.chain.spherical_wrist import spherical_wrist
 from ulna.kernels.chain.three_parallel import three_parallel
 from ulna.kernels.spatial.se3 import compose, load_pose
@@ -29,6 +40,8 @@ def closed_form(table, target_rows, sign_rows, n, free_rows, q_rows, known_rows)
     p = minus(plus(origin(motion), rotate(motion, tabled(table, LAST))), tabled(table, POINTS))
     if int(table[FORM, FAMILY]) == THREE_PARALLEL:
         three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+    elif int(table[FORM, FAMILY]) > INTERSECTING_23:
+        sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
     else:
         spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
 

@@ -9,26 +9,36 @@ POINTS    six rows: P_0, a point on the first axis, then P_i, from the point on 
 LAST      the point on the last axis
 FRAME     four rows: the columns of T(0)^-1: its three axes and its origin
 NORMALS   two rows: unit vectors normal to h_2 and to h_6
-BENDS     1 - cos(a - b) and 1 + cos(a + b): a and b are the angles of h_5 with h_2 or h_4, and with h_6
+BENDS     1 - cos(a - b) and 1 + cos(a + b): a and b are the angles of h_5 with h_2 or h_4, and with h_6; and FREE_WRIST (1: the
+          last three angles are not asked for, so nothing is said of how well they are determined, or how far apart)
 FORM      FAMILY, REVERSED (1: the chain is seen from its end, so G is inverted), INVERSE_REACH [1/m]
 COLUMNS   two rows: which entry of q each axis turns
-SIGNS     two rows: 1 or -1: q = sign times the angle
+SIGNS     two rows: 1 or -1: q = sign times the angle; for a joint that slides 1 or -1 times the reach [m]
+POLISH    LEAST_ERROR (that a branch has for certain, where the axes are nearly of the family), MOST_ERROR and STEPS of ``polish``
 ========= ==========================================================================================================
 """
 
-AXES, POINTS, LAST, FRAME, NORMALS, BENDS, FORM, COLUMNS, SIGNS = 0, 6, 12, 13, 17, 19, 20, 21, 23
-N_ROWS = 25
+AXES, POINTS, LAST, FRAME, NORMALS, BENDS, FORM, COLUMNS, SIGNS, POLISH = 0, 6, 12, 13, 17, 19, 20, 21, 23, 25
+N_ROWS = 26
+LEAST_ERROR, MOST_ERROR, STEPS = 0, 1, 2  # entries of POLISH
 FAMILY, REVERSED, INVERSE_REACH = 0, 1, 2  # entries of FORM
+FREE_WRIST = 2  # entry of BENDS
 # Three parallel axes between a first one and two that intersect; and a spherical wrist behind the axes 1, 2 and 3, of which two
 # are parallel or intersect.
 THREE_PARALLEL, PARALLEL_23, INTERSECTING_12, PARALLEL_12, INTERSECTING_23 = 0, 1, 2, 3, 4
+# A spherical wrist behind joints of which some slide: one, before or behind two axes; two, behind or before one; three.
+SLIDE_PARALLEL_23, SLIDE_INTERSECTING_23, INTERSECTING_12_SLIDE, PARALLEL_12_SLIDE, TURN_SLIDES, SLIDES_TURN, THREE_SLIDES = (
+    range(5, 12)
+)
 N_BRANCHES = 8
 # What is known of a branch: its largest error as a share of the reach or in radians; how well its worst determined angle is
 # determined; how far its nearest pair of angles is apart, squared.
 RESIDUAL, DETERMINED, APART = 0, 1, 2
 N_KNOWN = 3
 # That in one number, a sum of these.
-IS_REAL, IS_HARDLY_DETERMINED, IS_COINCIDING = 1, 2, 4
+IS_REAL, IS_HARDLY_DETERMINED, IS_COINCIDING, IS_WITHIN = 1, 2, 4, 8  # real; ...; within bounds
+# What the branches of a target prove: that they are all; all, and two are one; that there are infinitely many; nothing.
+COMPLETE, COINCIDE, CONTINUUM, UNPROVED = 0, 1, 2, 3
 REACHED = 1e-9  # largest RESIDUAL of a branch
 # Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle is taken for any, and
 # below the second it is said that it may be: the rounding of other angles may have made it that large.

@@ -4,8 +4,11 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, store, where
 from ulna.kernels.chain.closed_form_layout import (
     APART,
+    COINCIDE,
     COINCIDING,
     COLUMNS,
+    COMPLETE,
+    CONTINUUM,
     DETERMINED,
     HARDLY_DETERMINED,
     IS_COINCIDING,
@@ -15,6 +18,7 @@ from ulna.kernels.chain.closed_form_layout import (
     REACHED,
     RESIDUAL,
     SIGNS,
+    UNPROVED,
 )
 
 
@@ -52,3 +56,22 @@ def known_in_one(known_rows, branch):
     real = where(load(known_rows, row + RESIDUAL) <= REACHED, IS_REAL * 1.0, 0.0)
     hardly = where(load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED, IS_HARDLY_DETERMINED * 1.0, 0.0)
     return real + hardly + where(abs(load(known_rows, row + APART)) <= COINCIDING, IS_COINCIDING * 1.0, 0.0)
+
+
+@kernel
+def proof_of(known_rows):
+    """What the branches of a target prove (``closed_form_layout``).
+
+    Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then.
+    """
+    like = load(known_rows, RESIDUAL)
+    free_real, free, coincide = 0.0 * like, 0.0 * like, 0.0 * like
+    for branch in range(known_rows.shape[0] // N_KNOWN):
+        row = N_KNOWN * branch
+        real = load(known_rows, row + RESIDUAL) <= REACHED
+        hardly = load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED
+        free_real = where(real & hardly, 1.0, free_real)
+        free = where(hardly, 1.0, free)
+        coincide = where(real & (abs(load(known_rows, row + APART)) <= COINCIDING), 1.0, coincide)
+    some = where(coincide > 0.0, COINCIDE * 1.0, COMPLETE * 1.0)
+    return where(free_real > 0.0, CONTINUUM * 1.0, where(free > 0.0, UNPROVED * 1.0, some))

@@ -18,6 +18,7 @@ from ulna.kernels.chain.closed_form_layout import (
     BENDS,
     FAMILY,
     FORM,
+    FREE_WRIST,
     INTERSECTING_12,
     NORMALS,
     PARALLEL_12,
@@ -35,7 +36,7 @@ from ulna.kernels.chain.subproblems import (
     turn_back,
 )
 from ulna.kernels.spatial.arc_tangent import full_circle_angle
-from ulna.kernels.spatial.elementary import minimum
+from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.vectors import dot, minus, plus, rotate
 
 
@@ -44,12 +45,13 @@ def spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_row
     """Write all branches; the arguments are those of ``closed_form``, and p from the point on axis 1 to the wrist's centre."""
     h6, n6 = tabled(table, AXES + 5), tabled(table, NORMALS + 1)
     whole_axis, whole_normal = rotate(motion, h6), rotate(motion, n6)
-    outer_first = int(table[FORM, FAMILY]) == PARALLEL_23 or int(table[FORM, FAMILY]) > PARALLEL_12
+    family = int(table[FORM, FAMILY])
+    outer_first = family == PARALLEL_23 or family > PARALLEL_12
     for i in range(n):
         outer, v, sure_1, apart_1 = outer_angle(table, p, load(sign_rows, i), free_rows)
         q_outer = full_circle_angle(outer[0], outer[1])
         for j in range(n):
-            second, other, sure_2, apart_2 = inner_angles(table, p, v, load(sign_rows, n + j), free_rows)
+            second, other, sure_2, apart_2 = inner_angles(table, family, p, v, load(sign_rows, n + j), free_rows)
             q_second, q_other = full_circle_angle(second[0], second[1]), full_circle_angle(other[0], other[1])
             first, third, q_first, q_third = other, outer, q_other, q_outer
             if outer_first:
@@ -71,7 +73,7 @@ def spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_row
 def wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart):
     """Step 3: write the last three angles and what is known of the branch; axis and normal are R_4 R_5 R_6 h_6 and n_6."""
     h4, h5, h6, n6 = tabled(table, AXES + 3), tabled(table, AXES + 4), tabled(table, AXES + 5), tabled(table, NORMALS + 1)
-    bends = table[BENDS, 0], table[BENDS, 1]
+    bends, free = (table[BENDS, 0], table[BENDS, 1]), table[BENDS, FREE_WRIST]
     fifth, sure_5, apart_5 = angle_to_direction(h4, h6, h5, axis, bends, sign, free_angle(free_rows, 4))
     bent = turn(h5, fifth, h6)
     fourth, sure_4 = angle_onto(bent, axis, h4, free_angle(free_rows, 3))
@@ -81,7 +83,8 @@ def wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, miss
     put(table, q_rows, branch, 5, full_circle_angle(sixth[0], sixth[1]))
     e = minus(turn(h4, fourth, bent), axis)
     f = minus(turn(h4, fourth, turn(h5, fifth, turn(h6, sixth, n6))), normal)
-    put_known(known_rows, branch, missed + dot(e, e) + dot(f, f), minimum(sure, minimum(sure_4, sure_5)), minimum(apart, apart_5))
+    sure, apart = minimum(sure, maximum(minimum(sure_4, sure_5), free)), minimum(apart, maximum(apart_5, free))
+    put_known(known_rows, branch, missed + dot(e, e) + dot(f, f), sure, apart)
 
 
 @kernel
@@ -124,11 +127,10 @@ def outer_angle(table, p, sign, free_rows):
 
 
 @kernel
-def inner_angles(table, p, v, sign, free_rows):
+def inner_angles(table, family, p, v, sign, free_rows):
     """Step 2: q_2, and q_1 or q_3, from what step 1 returned; how well determined, and how far apart, they are."""
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
-    family = int(table[FORM, FAMILY])
     if family == PARALLEL_23:  # |v| = |P_2 + R_3 P_3|
         other, sure, apart = angle_to_sphere(reversed_vector(p3), p2, h3, dot(v, v), sign, free_angle(free_rows, 2))
         second, sure_2 = angle_onto(plus(p2, turn(h3, other, p3)), v, h2, free_angle(free_rows, 1))

@@ -11,3 +11,9 @@ DISTANCE, WITNESS_A, WITNESS_B, NORMAL = 0, 1, 4, 7
 CONTACT_WIDTH = 10
 # Of an edge between two configurations.
 EDGE_FREE, EDGE_CONTACT, EDGE_OUT_OF_RANGE = 0, 1, 2
+# A ball that holds the bodies of one joint: the joint, the centre in its frame [m], the radius [m].
+BALL_JOINT, BALL_CENTRE, BALL_RADIUS = 0, 1, 4
+BALL_WIDTH = 5
+# The pairs of two balls: the balls, the joint that carries both, the first pair and the one after the last.
+GROUP_A, GROUP_B, GROUP_SHARED, GROUP_FIRST, GROUP_END = 0, 1, 2, 3, 4
+GROUP_WIDTH = 5

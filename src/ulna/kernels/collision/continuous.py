@@ -17,18 +17,17 @@ and the rounding of each angle of q(t) times the lever arm of its joint.
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import any_lane, lane_of, splat, sqrt, where
+from ulna.engine.lanes import any_lane, lane_count, lane_of, splat, sqrt, where
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import bounds_of, objects_within
 from ulna.kernels.collision.posed_pair import ball_distance, rows_gap
 from ulna.kernels.layout import COLUMN, HALF_SPACE, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO, REACH, SHAPE
-from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
-_ROUNDING = 1e-12  # of the lengths between a body and the base: more than poses and gaps lose to it
-_ANGLE = 2e-15  # of an angle: more than the line in q, a mimic's ratio and the reduction of many turns lose to rounding
+ROUNDING = 1e-12  # of the lengths between a body and the base: more than poses and gaps lose to it
+ANGLE = 2e-15  # of an angle: more than the line in q, a mimic's ratio and the reduction of many turns lose to rounding
 INSTANT = 1e-15  # of t: neighbouring intervals may leave out so much between them
-_CROWD = 256  # objects near a body in eight intervals: with more than these the intervals are split first
+CROWD = 256  # objects near a body in eight intervals: with more than these the intervals are split first
 
 
 @kernel
@@ -49,12 +48,12 @@ def write_speeds(scene, q_a, q_b, speeds):
                 length += abs(ratio) * largest + abs(offset)
             else:
                 rate *= length
-                speeds[k, n + 1] += _ANGLE * (abs(ratio) * largest + abs(offset)) * length
+                speeds[k, n + 1] += ANGLE * (abs(ratio) * largest + abs(offset)) * length
             speeds[k, i] = rate
             speeds[k, n] += rate
             length += offset_length(joints, i)
             i = int(joints[i, PARENT])
-        speeds[k, n + 1] += _ROUNDING * length
+        speeds[k, n + 1] += ROUNDING * length
 
 
 @kernel
@@ -85,13 +84,13 @@ def world_rounding(scene):
             if nodes[0, child] <= nodes[3, child]:  # else there is none
                 for axis in range(3):
                     largest = max(largest, 4.0 * max(abs(nodes[axis, child]), abs(nodes[3 + axis, child])))
-    return _ROUNDING * largest
+    return ROUNDING * largest
 
 
 @kernel
 def still_clear(clear, bodies, vertices, k, a, others, points, j, b, way, rounding):
     """``clear`` (1.0 or 0.0 per lane), and 0.0 where two bodies may be nearer than their motion and its rounding [m]."""
-    reach = way * (1.0 + _ROUNDING) + rounding
+    reach = way * (1.0 + ROUNDING) + rounding
     if not any_lane((ball_distance(bodies, k, a, others, j, b) <= reach) & (clear > 0.0)):
         return clear
     return where(rows_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding) > reach, clear, 0.0)
@@ -111,9 +110,9 @@ def clear_intervals(scene, body_rows, speeds, half, of_world, finest, like, stac
         way, rounding = speeds[k, n_joints] * half, speeds[k, n_joints + 1] + of_world
         a, n_found = load_pose(body_rows, k), 0
         if n_indexed > 0:
-            reach = way * (1.0 + _ROUNDING) + rounding
+            reach = way * (1.0 + ROUNDING) + rounding
             n_found = objects_within(scene.nodes, n_indexed, bounds_of_all(bodies, k, a, reach), stack, found)
-            if n_found > _CROWD and not finest:
+            if n_found > CROWD and not finest:
                 return splat(0.0, like)
         for i in range(n_unindexed + n_found):
             w = i if i < n_unindexed else n_unindexed + found[i - n_unindexed]
@@ -128,11 +127,17 @@ def clear_intervals(scene, body_rows, speeds, half, of_world, finest, like, stac
 def bounds_of_all(bodies, k, a, reach):
     """One AABB, in plain numbers, around a body in all lanes, enlarged by a reach [m]."""
     (x, y, z), (u, v, w) = bounds_of(bodies, k, a)
-    low, high = (lane_of(x, 0), lane_of(y, 0), lane_of(z, 0)), (lane_of(u, 0), lane_of(v, 0), lane_of(w, 0))
-    for lane in range(1, WIDTH):
-        low = minimum(low[0], lane_of(x, lane)), minimum(low[1], lane_of(y, lane)), minimum(low[2], lane_of(z, lane))
-        high = maximum(high[0], lane_of(u, lane)), maximum(high[1], lane_of(v, lane)), maximum(high[2], lane_of(w, lane))
+    low, high = (span_of(x)[0], span_of(y)[0], span_of(z)[0]), (span_of(u)[1], span_of(v)[1], span_of(w)[1])
     return (low[0] - reach, low[1] - reach, low[2] - reach), (high[0] + reach, high[1] + reach, high[2] + reach)
+
+
+@kernel
+def span_of(x):
+    """The least and the greatest of the lanes, plain numbers."""
+    least = greatest = lane_of(x, 0)
+    for lane in range(1, lane_count(x)):
+        least, greatest = min(least, lane_of(x, lane)), max(greatest, lane_of(x, lane))
+    return least, greatest
 
 
 @kernel

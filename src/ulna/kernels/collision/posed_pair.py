@@ -14,7 +14,7 @@ from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, REACH, SHAPE
 from ulna.kernels.spatial.se3 import store_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
-_BALLS = 1.0 + 4.0 * CONTACT  # factor on the bounding balls, so that bodies within the contact tolerance have balls that overlap
+BALLS = 1.0 + 4.0 * CONTACT  # factor on the bounding balls, so that bodies within the contact tolerance have balls that overlap
 
 
 @kernel
@@ -66,13 +66,13 @@ def rows_gap(bodies, vertices, i, a, others, points, j, b, reach, rounding):
 def ball_distance(bodies, i, a, others, j, b):
     """The signed distance of the bounding balls of two rows, at poses a and b: a lower bound of that of the bodies."""
     d = minus(origin(a), origin(b))
-    return sqrt(dot(d, d)) - _BALLS * (bodies[i, REACH] + others[j, REACH])
+    return sqrt(dot(d, d)) - BALLS * (bodies[i, REACH] + others[j, REACH])
 
 
 @kernel
 def balls_overlap(bodies, i, a, others, j, b):
     """True where the bounding balls of two rows, at poses a and b, overlap; elsewhere the bodies do not."""
-    reach = _BALLS * (bodies[i, REACH] + others[j, REACH])
+    reach = BALLS * (bodies[i, REACH] + others[j, REACH])
     d = minus(origin(a), origin(b))
     return dot(d, d) <= reach * reach
 

@@ -32,3 +32,42 @@ class Scene(NamedTuple):
     """The BVH of the other solids (``bvh``), shape (6 n_nodes, 8)."""
     n_unindexed: int
     """How many solids are not in the BVH."""
+
+
+class Carried(NamedTuple):
+    """The bodies of a scene by the joint that carries them, each group within one ball, and how these move along an edge.
+
+    The first six fields belong to the scene, the next five to an edge (``ball_motion.write_motion``), the others to eight
+    configurations on it (``ball_motion.place_balls``).
+    """
+
+    balls: NDArray
+    """Joint, centre in its frame [m], radius [m]: shape (n_balls, BALL_WIDTH)."""
+    order: NDArray
+    """The bodies, those of one ball one after the other, shape (n_bodies,)."""
+    first: NDArray
+    """Where those of each ball begin in ``order``, and then its length, shape (n_balls + 1,)."""
+    groups: NDArray
+    """The pairs of two balls: the balls, the joint that carries both, where they begin and end: shape (n_groups, GROUP_WIDTH)."""
+    pair_order: NDArray
+    """The pairs, those of one group one after the other, shape (n_pairs,)."""
+    may_touch: NDArray
+    """Whether a body may touch an unindexed object, shape (n_bodies, n_unindexed)."""
+    rates: NDArray
+    """Of each joint along the edge [rad or m], shape (n_joints,)."""
+    turns: NDArray
+    """The sum of the angles that a joint and those that carry it turn along the edge [rad], shape (n_joints,)."""
+    speeds: NDArray
+    """The greatest speed of a point of each ball, as a joint sees it; last as the base sees it [m], (n_balls, n_joints + 1)."""
+    bends: NDArray
+    """The same of the greatest acceleration [m], shape (n_balls, n_joints + 1)."""
+    slacks: NDArray
+    """How far rounding, and what is allowed beside the edge, may put a point of each ball [m], shape (n_balls,)."""
+    joint_rows: NDArray
+    """Poses of the joints, 12 n_joints rows."""
+    twist_rows: NDArray
+    """Velocities of the joints' origins, and angular velocities, 6 n_joints rows."""
+    ball_rows: NDArray
+    """Centres of the balls, their velocities, and by how much a point of each can move, 7 n_balls rows."""
+    near: NDArray
+    """Objects near a ball, shape (n_objects,)."""

@@ -1,13 +1,13 @@
 """Computes the expressions of a xacro document from their syntax tree. Used by ``hooks``.
 
-It supports literals, names, arithmetic, comparisons, ``and``, ``or``, ``not``, ``a if b else c``, subscripts, lists, tuples,
-dicts, and calls of the functions and methods of ``functions``. An attribute is an entry of a YAML dictionary or of a namespace,
-never an attribute of a Python object. Everything else is refused before anything is computed.
+It supports literals, names, arithmetic, comparisons, ``and``, ``or``, ``not``, ``a if b else c``, subscripts, lists and their
+comprehensions, tuples, dicts, and calls of the functions and methods of ``functions``. An attribute is an entry of a YAML
+dictionary or of a namespace, never an attribute of a Python object. Everything else is refused before anything is computed.
 """
 
 import ast
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import xacro
@@ -95,6 +95,33 @@ def _dictionary(node: ast.Dict, lookup: Lookup) -> dict:
     return dict(zip(keys, [_value(value, lookup) for value in node.values], strict=True))
 
 
+def _list_of(node: ast.ListComp, lookup: Lookup) -> list:
+    return [_value(node.elt, names) for names in _lookups(node.generators, lookup)]
+
+
+def _lookups(generators: list[ast.comprehension], lookup: Lookup) -> Iterator[Lookup]:
+    """For each item that passes the conditions, the lookup that also knows its names."""
+    if not generators:
+        yield lookup
+        return
+    first, *others = generators
+    for item in _value(first.iter, lookup):
+        names = _with_item(first.target, item, lookup)
+        if all(_value(condition, names) for condition in first.ifs):
+            yield from _lookups(others, names)
+
+
+def _with_item(target: ast.expr, item: Any, lookup: Lookup) -> Lookup:
+    if isinstance(target, ast.Tuple):
+        parts = list(item)
+        if len(parts) != len(target.elts):
+            raise ValueError(f"{len(parts)} values to unpack, but {len(target.elts)} names")
+        values = {name.id: part for name, part in zip(target.elts, parts, strict=True) if isinstance(name, ast.Name)}
+    else:
+        values = {target.id: item} if isinstance(target, ast.Name) else {}
+    return lambda name: values[name] if name in values else lookup(name)
+
+
 def _entry(node: ast.Subscript, lookup: Lookup) -> Any:
     container = _value(node.value, lookup)
     if callable(container):
@@ -159,6 +186,7 @@ _RULES: dict[type, Callable[[Any, Lookup], Any]] = {
     ast.List: lambda node, names: [_value(item, names) for item in node.elts],
     ast.Tuple: lambda node, names: tuple(_value(item, names) for item in node.elts),
     ast.Dict: _dictionary,
+    ast.ListComp: _list_of,
     ast.Subscript: _entry,
     ast.Slice: _slice,
     ast.Attribute: _attribute,

@@ -8,8 +8,9 @@ from ulna.description.xacro.child.refused import RefusedError
 KNOWN = (
     *(ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.List, ast.Tuple, ast.Dict, ast.Call, ast.keyword),
     *(ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.operator, ast.unaryop, ast.boolop, ast.cmpop, ast.Load),
+    *(ast.ListComp, ast.comprehension, ast.Store),
 )
-_WORDS = {ast.ListComp: "a comprehension", ast.GeneratorExp: "a generator", ast.Lambda: "a lambda", ast.JoinedStr: "an f-string"}
+_WORDS = {ast.GeneratorExp: "a generator", ast.Lambda: "a lambda", ast.JoinedStr: "an f-string"}
 _LITERALS = (str, int, float, complex, type(None))  # bool is an int
 
 
@@ -26,6 +27,8 @@ def checked(text: str) -> ast.expr:
         if not isinstance(node, KNOWN) or isinstance(node, ast.MatMult):
             raise RefusedError(f"uses {_WORDS.get(type(node), type(node).__name__)}, which is not known in expressions: {text}")
         _check_names(node)
+        if isinstance(node, ast.comprehension):
+            _check_target(node)
     return tree
 
 
@@ -41,3 +44,10 @@ def _check_names(node: ast.AST) -> None:
         raise RefusedError("uses '**', which is not known in expressions")
     if isinstance(node, ast.Constant) and not isinstance(node.value, _LITERALS):
         raise RefusedError(f"uses {node.value!r}, which is neither a number nor a text")
+
+
+def _check_target(node: ast.comprehension) -> None:
+    """What runs through a list is a name, or names that take the parts of each item."""
+    names = node.target.elts if isinstance(node.target, ast.Tuple) else [node.target]
+    if node.is_async or not all(isinstance(name, ast.Name) for name in names):
+        raise RefusedError("a comprehension runs through something that is not a name")

@@ -1,0 +1,217 @@
+"""Decides whether an edge is free, breadth first, eight intervals at a time. Used by ``continuous`` and ``planning``.
+
+1. Eight intervals cover the edge. If something touches at the middle of any (``kernels.collision.interval``), it is not free.
+2. An interval that is not clear throughout is split: one into eight, two into four each, up to four into two each, so that the
+   lanes are filled. The oldest go first: what touches in the middle of an edge is found before its ends are looked at closely.
+3. The edge is free when no interval is left. One so short that nothing moves by the resolution in it is not split further, and
+   the edge is not free; nor is it if a given number of blocks of eight does not suffice.
+"""
+
+import numpy as np
+
+from ulna.engine.decorators import routine, workspace
+from ulna.engine.lanes import load, store
+from ulna.engine.width import WIDTH
+from ulna.kernels.collision.ball_motion import fastest_ball, place_balls, write_motion
+from ulna.kernels.collision.bvh import STACK
+from ulna.kernels.collision.collision_layout import (
+    BALL_CENTRE,
+    BALL_JOINT,
+    BALL_RADIUS,
+    BALL_WIDTH,
+    GROUP_A,
+    GROUP_B,
+    GROUP_END,
+    GROUP_FIRST,
+    GROUP_SHARED,
+    GROUP_WIDTH,
+)
+from ulna.kernels.collision.continuous import INSTANT
+from ulna.kernels.collision.interval import self_outcome, world_outcome
+from ulna.kernels.collision.scene import Carried
+from ulna.kernels.layout import BASE, JOINT, PARENT, REACH
+
+MOST_BLOCKS = 256  # of eight intervals of an edge
+MOST_WAITING = MOST_BLOCKS * WIDTH + 1
+
+
+@workspace
+def free_edge_work(scene, may_touch):
+    """The bodies of a scene by ball, with room for an edge: one per thread is enough for any number of edges.
+
+    may_touch: whether a body may touch an unindexed object, shape (n_bodies, n_unindexed).
+    """
+    n_joints = scene.joints.shape[0]
+    balls, order, first = balls_of(scene.bodies, n_joints)
+    groups, pair_order = groups_of(scene.joints, scene.bodies, scene.pairs, balls)
+    n_balls = balls.shape[0]
+    return Carried(
+        balls, order, first, groups, pair_order, may_touch,
+        np.empty(n_joints), np.empty(n_joints), np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)),
+        np.empty(n_balls), np.empty((12 * n_joints, WIDTH)), np.empty((6 * n_joints, WIDTH)), np.empty((7 * n_balls, WIDTH)),
+        np.empty(scene.objects.shape[0], np.int64),
+    )  # fmt: skip
+
+
+@workspace
+def interval_work(scene, n_dof):
+    """Configurations, middles and halves of eight intervals; those that wait; the stack and the finds of the BVH."""
+    n_indexed = scene.objects.shape[0] - scene.n_unindexed
+    return (
+        np.zeros((max(1, n_dof), WIDTH)),
+        np.empty((3, WIDTH)),
+        np.empty((MOST_WAITING, 2)),
+        np.empty(STACK, np.int64),
+        np.empty(n_indexed, np.int64),
+    )
+
+
+@workspace
+def balls_of(bodies, n_joints):
+    """A ball for each joint that carries bodies, the bodies in their order, and where those of each ball begin."""
+    counts = np.zeros(n_joints + 2, np.int64)
+    for k in range(bodies.shape[0]):
+        counts[int(bodies[k, JOINT]) + 2] += 1
+    starts = np.cumsum(counts)
+    order, filled = np.empty(bodies.shape[0], np.int64), starts.copy()
+    for k in range(bodies.shape[0]):
+        joint = int(bodies[k, JOINT]) + 1
+        order[filled[joint]] = k
+        filled[joint] += 1
+    n_balls = np.count_nonzero(counts)
+    balls, first = np.zeros((n_balls, BALL_WIDTH)), np.zeros(n_balls + 1, np.int64)
+    g = 0
+    for joint in range(n_joints + 1):
+        if counts[joint + 1] > 0:
+            first[g], first[g + 1] = starts[joint], starts[joint + 1]
+            write_ball(bodies, order, joint - 1, first, g, balls)
+            g += 1
+    return balls, order, first
+
+
+@routine
+def write_ball(bodies, order, joint, first, g, balls):
+    """Write a ball that holds the bodies of a joint: about the middle of the AABB of their own balls."""
+    balls[g, BALL_JOINT] = joint
+    for axis in range(3):
+        low, high = np.inf, -np.inf
+        for m in range(first[g], first[g + 1]):
+            x, reach = bodies[order[m], 4 * axis + 3], bodies[order[m], REACH]
+            low, high = min(low, x - reach), max(high, x + reach)
+        balls[g, BALL_CENTRE + axis] = 0.5 * (low + high)
+    for m in range(first[g], first[g + 1]):
+        k, square = order[m], 0.0
+        for axis in range(3):
+            d = bodies[k, 4 * axis + 3] - balls[g, BALL_CENTRE + axis]
+            square += d * d
+        balls[g, BALL_RADIUS] = max(balls[g, BALL_RADIUS], np.sqrt(square) + bodies[k, REACH])
+
+
+@workspace
+def groups_of(joints, bodies, pairs, balls):
+    """The pairs by the two balls that they belong to, and the pairs in that order."""
+    n = balls.shape[0]
+    number, counts = np.zeros(joints.shape[0] + 1, np.int64), np.zeros(n * n + 1, np.int64)
+    for g in range(n):
+        number[int(balls[g, BALL_JOINT]) + 1] = g
+    for p in range(pairs.shape[0]):
+        a, b = number[int(bodies[pairs[p, 0], JOINT]) + 1], number[int(bodies[pairs[p, 1], JOINT]) + 1]
+        counts[a * n + b + 1] += 1
+    starts, n_groups = np.cumsum(counts), np.count_nonzero(counts)
+    order, filled, groups = np.empty(pairs.shape[0], np.int64), starts.copy(), np.empty((n_groups, GROUP_WIDTH), np.int64)
+    for p in range(pairs.shape[0]):
+        a, b = number[int(bodies[pairs[p, 0], JOINT]) + 1], number[int(bodies[pairs[p, 1], JOINT]) + 1]
+        order[filled[a * n + b]] = p
+        filled[a * n + b] += 1
+    e = 0
+    for at in range(n * n):
+        if starts[at + 1] > starts[at]:
+            a, b = at // n, at % n
+            groups[e, GROUP_A], groups[e, GROUP_B], groups[e, GROUP_FIRST], groups[e, GROUP_END] = (
+                a,
+                b,
+                starts[at],
+                starts[at + 1],
+            )
+            groups[e, GROUP_SHARED] = shared_joint(joints, int(balls[a, BALL_JOINT]), int(balls[b, BALL_JOINT]))
+            e += 1
+    return groups, order
+
+
+@routine
+def shared_joint(joints, i, j):
+    """The last joint that carries both of two joints, or is one of them; BASE if none does. Parents come before children."""
+    while i != j:
+        if i > j:
+            i = int(joints[i, PARENT])
+        else:
+            j = int(joints[j, PARENT])
+    return max(i, BASE)
+
+
+@routine
+def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_world, most_blocks):
+    """Whether the edge from q_a to q_b is certainly free, and nothing of the world is nearer than a margin [m].
+
+    With a spread above 0, (n_dof,), that holds for all that lies so far beside the edge in each entry of q.
+    of_world: ``world_rounding(scene)``; most_blocks: of eight intervals, at most ``MOST_BLOCKS``. q_a and q_b are in range.
+    """
+    _, lane_rows, waiting, _, _ = work
+    write_motion(scene.joints, q_a, q_b, spread, carried)
+    fastest = fastest_ball(scene.joints, carried)
+    waiting[0, 0], waiting[0, 1] = 0.5, 0.5
+    oldest, newest = 0, 1
+    for _ in range(most_blocks):
+        n = min(newest - oldest, WIDTH // 2)
+        share, shortest = WIDTH // n, 1.0
+        for lane in range(WIDTH):
+            i, part = min(lane // share, n - 1), lane % share
+            middle, half = waiting[oldest + i, 0], waiting[oldest + i, 1] / share
+            lane_rows[0, lane], lane_rows[1, lane] = middle + (2 * part + 1 - share) * half, half
+            shortest = min(shortest, half)
+        oldest += n
+        touches = outcome_at(scene, carried, work, q_a, q_b, INSTANT, 2.0 * shortest * fastest <= resolution, margin, of_world)
+        if touches:
+            return False
+        for lane in range(n * share):
+            if lane_rows[2, lane] == 0.0:
+                if 2.0 * lane_rows[1, lane] * fastest <= resolution or newest == MOST_WAITING:
+                    return False
+                waiting[newest, 0], waiting[newest, 1] = lane_rows[0, lane], lane_rows[1, lane]
+                newest += 1
+        if oldest == newest:
+            return True
+    return False
+
+
+@routine
+def outcome_at(scene, carried, work, q_a, q_b, instant, finest, margin, of_world):
+    """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``."""
+    q_rows, lane_rows, _, stack, found = work
+    t, half = load(lane_rows, 0), load(lane_rows, 1) + instant
+    for k in range(q_a.shape[0]):
+        store(q_rows, k, t * (q_b[k] - q_a[k]) + q_a[k])
+    like = load(q_rows, 0)
+    place_balls(scene.joints, q_rows, half, carried)
+    touches, clear = world_outcome(scene, carried, half, margin, of_world, finest, stack, found, like)
+    if touches:
+        return True
+    touches, clear = self_outcome(scene, carried, half, clear, like)
+    store(lane_rows, 2, clear)
+    return touches
+
+
+@routine
+def edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world):
+    """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them q_b."""
+    _, lane_rows, _, _, _ = work
+    write_motion(scene.joints, q_a, q_b, spread, carried)
+    for block in range(n_blocks):
+        for lane in range(WIDTH):
+            lane_rows[0, lane], lane_rows[1, lane] = (lane * n_blocks + block + 1.0) / (WIDTH * n_blocks), 0.0
+        if outcome_at(scene, carried, work, q_a, q_b, 0.0, block >= 0, margin, of_world):
+            return False
+        for lane in range(WIDTH):
+            if lane_rows[2, lane] == 0.0:
+                return False
+    return True

@@ -1,0 +1,24 @@
+"""Times paths, one after the other. Used by ``planning.trajectory``."""
+
+import numpy as np
+
+from ulna.engine.decorators import entry
+from ulna.engine.signatures import INDICES, MATRIX, NUMBERS
+from ulna.kernels.planning.time_optimal import write_controllable, write_fastest, write_times
+
+
+@entry((MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS, INDICES, NUMBERS, NUMBERS, NUMBERS))
+def time_sections(slopes, ends, bends, steps, acceleration, ceilings, borders, x, u, times):
+    """Time each section of a path, from rest to rest (``kernels.planning.time_optimal``).
+
+    slopes, ends, bends: (N, n_dof); steps: (N,); acceleration: (n_dof,); ceilings: (N + 1,); borders: the first grid point of
+    each section, and the last of all; x: (N + 1,), u: (N,), times: (N + 1,).
+    """
+    n = acceleration.shape[0]
+    beta = np.empty(x.shape[0])
+    for section in range(borders.shape[0] - 1):
+        i, k = borders[section], borders[section + 1]
+        rows = slopes[i:k].reshape((k - i) * n), ends[i:k].reshape((k - i) * n), bends[i:k].reshape((k - i) * n)
+        write_controllable(rows[0], rows[1], rows[2], steps[i:k], acceleration, ceilings[i : k + 1], beta[i : k + 1])
+        write_fastest(rows[0], rows[1], rows[2], steps[i:k], acceleration, beta[i : k + 1], x[i : k + 1], u[i:k])
+    write_times(steps, x, times)

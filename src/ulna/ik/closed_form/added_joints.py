@@ -1,0 +1,117 @@
+"""Adds joints to an arm of fewer than six, so that it is one of six. Used by ``closed_form.six_joints``.
+
+An added joint is *free* where the task leaves its turn open: three about the link's origin for a position, one about the axis of
+a pointing. Otherwise it is *at rest*: a solution of the six joints is one of the arm where the added joint does not turn. All are
+behind the arm's own joints, where they cost no branch and complete a family:
+
+1. One at rest intersects the last axis where that intersects the one before it (a wrist), or at the link's height on it.
+2. Two at rest intersect the last axis: these three are a wrist. Three are a wrist at the link's origin.
+3. A wrist is singular where its first and last axes are parallel: their angles with the one between are made to differ, so that
+   they never are. Where the three lie in a plane its two branches are one: at rest two added ones do not.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.pose import inverse
+from ulna.ik.closed_form.axes import N_AXES, Axes, table_of_rows
+from ulna.ik.task import Task
+from ulna.kernels.ik.search_layout import POINTING, WHOLE_POSE
+from ulna.kernels.layout import FIXED, PRISMATIC, REVOLUTE
+
+Array = NDArray[np.float64]
+Line = tuple[Array, Array]  # a point and a direction
+_POSITION = Task.position().slack
+_PARALLEL = 1e-12  # rad
+_LEAST = {0: 3, 1: 5, 3: 3}  # joints that an arm needs, by how many are free
+
+
+def free_turns(task: Task) -> int | None:
+    """How many turns at the end a task leaves free; None for a task without a closed form."""
+    if task.kind == WHOLE_POSE:
+        return 0
+    if task.kind == POINTING:
+        return 1 if not any(task.slack[:5]) else None
+    return 3 if task.slack == _POSITION else None
+
+
+def of_six(axes: Axes, n_free: int) -> list[Axes]:
+    """Arms of six joints that an arm is with joints added, the first the likeliest to have a closed form."""
+    return [arm for own in _orders(axes) for arm in _completed(own, n_free)]
+
+
+def _completed(axes: Axes, n_free: int) -> list[Axes]:
+    n = len(axes.directions)
+    if (n == N_AXES and not n_free) or n + n_free > N_AXES or n < _LEAST[n_free]:
+        return [] if n_free or n != N_AXES else [axes]
+    origin, last = axes.end[:3, 3], axes.directions[-1]
+    if n_free == 1:
+        return [_with(axes, [(origin, axes.end[:3, 2])])]
+    if n + 3 == N_AXES:
+        across = _normal(last)
+        third: Array = np.cross(across, last).astype(np.float64)
+        return [_with(axes, [(origin, across), (origin, last), (origin, third)])]
+    if n_free or axes.slides[-1]:
+        return []
+    at = axes.points[-1] + last * ((origin - axes.points[-1]) @ last)
+    if n + 2 == N_AXES:
+        fifth = _normal(last)
+        return [_with(axes, [(at, fifth), (at, (fifth + np.cross(last, fifth)) / np.sqrt(2.0))])]
+    return [_with(axes, [(point, _leaning(last, axes.directions[-2]))]) for point in (_nearest_to_before(axes), at)]
+
+
+def _orders(axes: Axes) -> list[Axes]:
+    """The joints in their order; and, where slides follow turns about parallel axes, the slides before these: it is the same."""
+    h, order = axes.directions, list(range(len(axes.directions)))
+    for _ in order:
+        for k in range(1, len(order)):
+            i, j = order[k - 1], order[k]
+            if axes.slides[j] and not axes.slides[i] and np.linalg.norm(np.cross(h[i], h[j])) < _PARALLEL:
+                order[k - 1], order[k] = j, i
+    if order == list(range(len(order))):
+        return [axes]
+    other = replace(axes, directions=h[order], points=axes.points[order], slides=axes.slides[order], entries=axes.entries[order])
+    return [axes, _with(other, [])]
+
+
+def _nearest_to_before(axes: Axes) -> Array:
+    """The point of the last axis that is nearest to the one before it."""
+    h, k, way = axes.directions[-1], axes.directions[-2], axes.points[-2] - axes.points[-1]
+    across = h @ k
+    square = 1.0 - across * across
+    return axes.points[-1] + h * ((way @ h - across * (way @ k)) / square if square > 1e-12 else 0.0)
+
+
+def _normal(h: Array) -> Array:
+    n: Array = np.cross(h, np.eye(3)[np.argmin(np.abs(h))]).astype(np.float64)
+    return n / float(np.linalg.norm(n))
+
+
+def _leaning(h: Array, other: Array) -> Array:
+    """A direction whose angle with h is far from that of another, and from that of its opposite."""
+    angle = float(np.arctan2(np.linalg.norm(np.cross(h, other)), abs(h @ other)))
+    lean = angle / 2.0 if angle > np.pi / 4 else angle / 2.0 + np.pi / 4
+    return np.cos(lean) * h + np.sin(lean) * _normal(h)
+
+
+def _with(axes: Axes, added: list[Line]) -> Axes:
+    """Axes with joints about further lines behind them, and the chain of all."""
+    n, m = len(axes.directions), len(added)
+    directions, points = (np.vstack([rows, *(line[i] for line in added)]) for i, rows in ((1, axes.directions), (0, axes.points)))
+    slides, entries = np.append(axes.slides, [False] * m), np.append(axes.entries, np.arange(n, n + m))
+    rows, frame = [], np.eye(4)
+    for point, direction, slide, entry in zip(points, directions, slides, entries, strict=True):
+        own = _frame(point, direction)
+        rows.append([*(inverse(frame) @ own)[:3].ravel(), PRISMATIC if slide else REVOLUTE, entry, 1.0, 0.0])
+        frame = own
+    rows.append([*(inverse(frame) @ axes.end)[:3].ravel(), FIXED, 0, 1.0, 0.0])
+    return replace(axes, directions=directions, points=points, slides=slides, entries=entries, chain=table_of_rows(rows))
+
+
+def _frame(point: Array, z: Array) -> Array:
+    T = np.eye(4)
+    x = _normal(z)
+    T[:3, :3], T[:3, 3] = np.column_stack([x, np.cross(z, x), z]), point
+    return T

@@ -1,0 +1,56 @@
+"""Takes from the branches of six joints, some of them added, those of the arm's own joints. Used by ``closed_form.branches``.
+
+1. All branches of the six joints.
+2. Where joints were added that have to be at rest: a branch in which they nearly are is a start. Newton steps of the arm's own
+   joints follow, for at the end of a branch a rounded target turns the added joints by the square root of its rounding.
+3. A branch that differs from one before it only in added joints is left out.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers import entry
+from ulna.ik.closed_form.axes import N_AXES
+from ulna.ik.closed_form.six_joints import SixJoints
+from ulna.kernels.chain import closed_form_layout as layout
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+_NEARLY = 1e-3  # rad: beyond it an added joint is not at rest
+_SAME = 1e-7  # rad, or share of the reach
+_STEPS = 8
+
+
+def branches_of_fewer(six: SixJoints, targets: Array, seeds: Array, threads: int | None) -> tuple[Array, NDArray[np.int64]]:
+    """All branches of targets (n, 4, 4): q (n, 8, n_own), and what is known of them (n, 8); as ``SixJoints.branches``."""
+    n_own, share = len(six.columns), six.table[layout.FORM, layout.INVERSE_REACH]
+    padded = np.zeros((len(seeds), N_AXES))
+    padded[:, :n_own] = seeds[:, six.columns]
+    q, known, _ = six.branches(targets, padded, threads)
+    known = known.astype(np.int64)
+    real = (known & layout.IS_REAL) > 0
+    at_rest = q[..., n_own : N_AXES - six.n_free]
+    own = np.ascontiguousarray(q[..., :n_own])
+    if at_rest.shape[-1]:
+        real &= (np.abs(_turned(at_rest)) <= _NEARLY).all(axis=-1)
+        order, branch = np.nonzero(real)
+        starts, errors = own[order, branch], np.full(len(order), _NEARLY)
+        entry("closed_form.polish_all")(six.own, targets[order], starts, share, _STEPS, errors)
+        own[order, branch], real[order, branch] = starts, errors <= layout.REACHED
+    real &= ~_repeated(np.where(six.slides, own * share, own), six.slides, real)
+    return own, np.where(real, known | layout.IS_REAL, known & ~layout.IS_REAL)
+
+
+def _repeated(q: Array, slides: Truths, real: Truths) -> NDArray[Any]:
+    """Whether a solution is one of those before it, shape (n, 8)."""
+    difference = q[:, :, None] - q[:, None]
+    same = (np.abs(np.where(slides, difference, _turned(difference))) <= _SAME).all(axis=-1)
+    before = np.tri(layout.N_BRANCHES, k=-1, dtype=bool)
+    return np.any(same & before & real[:, None], axis=-1)
+
+
+def _turned(angle: Array) -> Array:
+    """Angles in [-pi, pi)."""
+    return np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi

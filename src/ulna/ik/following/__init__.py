@@ -1,0 +1,1 @@
+"""Follows a path of poses by joint positions that never jump to another branch."""

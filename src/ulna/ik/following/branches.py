@@ -1,0 +1,202 @@
+"""Finds the joint path of an arm whose solutions are isolated: every pose a layer, with all of its branches. Used by ``follow``.
+
+With an exact closed form the layers hold every solution, so that the graph holds every path with steps up to the largest allowed:
+the best chain is the best of all, and where none leads on, there is none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.closed_form.branches import PROOFS, all_branches
+from ulna.ik.closed_form.result import Proof
+from ulna.ik.following.course import Course
+from ulna.ik.following.graph import Sweep, sweep
+from ulna.ik.following.lazy_edges import LazyEdges
+from ulna.ik.query import STEPS
+from ulna.ik.restarts import Restart, run_starts
+from ulna.kernels.ik import search_layout as layout
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+_PROVED = tuple(PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING))
+_MOST_KNOTS, _STARTS, _MOST_BRANCHES = 64, 256, 16
+_SAME = 1e-6  # rad or m
+_MOST_ROUNDS = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """The solutions of every pose within the limits.
+
+    Attributes:
+        nodes: Of each pose those that are clear of the world, in their first turn, shape (m, n_dof).
+        colliding: Of each pose the others.
+        proved: Whether these are all solutions of a pose, shape (n,).
+    """
+
+    nodes: list[Array]
+    colliding: list[Array]
+    proved: Truths
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The joint path as far as it goes, and what else is known there.
+
+    Attributes:
+        q: Shape (k, n_dof).
+        ends: Other configurations in which chains end, shape (m, n_dof).
+        next_nodes: The solutions of the pose where none continues; None if they are not known.
+        proved: Whether it is proved that none goes further.
+    """
+
+    q: Array
+    ends: Array
+    next_nodes: Array
+    proved: bool
+
+
+def along_branches(course: Course) -> Found:
+    """The best chain of solutions, or the longest."""
+    layers = make_layers(course)
+    nodes = [with_start(course, layers.nodes[0]), *layers.nodes[1:]]
+    edges, q, done = _best(course, nodes)
+    following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
+    proved = bool(layers.proved[: len(q) + 1].all()) and not edges.removed
+    return Found(q, _ends(course, done, nodes), following, proved=proved)
+
+
+def _best(course: Course, nodes: list[Array]) -> tuple[LazyEdges, Array, Sweep]:
+    """The cheapest path none of whose edges collides, after those that do have been left out."""
+    each = np.ones(len(nodes))
+    edges = LazyEdges(course.lifts, nodes, course.max_step * each, course.weight * each)
+    costs = _costs(course, nodes)
+    done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
+    for left in reversed(range(_MOST_ROUNDS)):
+        done = sweep(course.lifts, nodes, costs, edges.of, done)
+        q, chain = path_of(course, done, nodes)
+        hit = np.flatnonzero(course.edges_collide(q[:-1], q[1:]))
+        if not len(hit) or not left:
+            return edges, q[: hit[0] + 1] if len(hit) else q, done
+        for k in hit:
+            edges.remove(int(k), int(chain[k, 0]), int(chain[k + 1, 0]))
+        done = done.first(int(hit[0]) + 1)
+    raise AssertionError("the last round returns")
+
+
+def make_layers(course: Course) -> Layers:
+    """All solutions of every pose, by the closed form or by search."""
+    form = course.form
+    if form is not None and form.is_exact and form.held_column is None:
+        rows, proved = _of_closed_form(course)
+    else:
+        rows, proved = _searched(course), np.zeros(len(course.targets), dtype=bool)
+    return _parted(course, rows, proved)
+
+
+def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
+    form = course.form
+    if form is None:
+        raise AssertionError("only arms with a closed form")
+    tree, threads = course.query.tree, course.query.options.threads
+    found = all_branches(form, tree, course.targets, course.start[None].copy(), threads)
+    rows, proved = [q[valid] for q, valid in zip(found.q, found.valid, strict=True)], np.isin(found.proof, _PROVED)
+    unproved = np.flatnonzero(~proved).tolist()
+    for k in unproved:
+        _continue_into(course, rows, k, k - 1)
+    for k in reversed(unproved):
+        _continue_into(course, rows, k, k + 1)
+    return rows, proved
+
+
+def _continue_into(course: Course, rows: list[Array], k: int, beside: int) -> None:
+    """Add to pose k what the solutions of a pose beside it continue to: where a joint may have any angle, others may not fit."""
+    if not 0 <= beside < len(rows) or not len(rows[beside]):
+        return
+    q, found = course.near(np.full(len(rows[beside]), k), rows[beside])
+    rows[k] = _distinct(course, np.vstack([rows[k], q[found]]))
+
+
+def _searched(course: Course) -> list[Array]:
+    """Solutions of some poses from many starts, continued to all others."""
+    n, n_dof = len(course.targets), course.query.tree.n_dof
+    knots = np.unique(np.linspace(0, n - 1, min(n, _MOST_KNOTS)).round().astype(np.int64))
+    q, info = run_starts(replace(course.problem, nearest_to=None), knots, Restart(0, _STARTS, STEPS, from_seed=True))
+    solved = info[..., layout.STATUS] == layout.SOLVED
+    at = {int(k): _distinct(course, row[good])[:_MOST_BRANCHES] for k, row, good in zip(knots, q, solved, strict=True)}
+    rows = [[at.get(k, np.empty((0, n_dof)))] for k in range(n)]
+    for towards in (1, -1):
+        _continue_all(course, knots, at, rows, towards)
+    return [_distinct(course, np.vstack(parts)) for parts in rows]
+
+
+def _continue_all(course: Course, knots: NDArray[np.int64], at: dict[int, Array], rows: list[list[Array]], towards: int) -> None:
+    """Continue the solutions of every knot pose by pose, until one pose before the next knot, all knots at once."""
+    ends = np.r_[knots[1:], len(rows)] if towards > 0 else np.r_[-1, knots[:-1]]
+    pose = np.concatenate([np.full(len(at[int(k)]), k) for k in knots])
+    last = np.concatenate([np.full(len(at[int(k)]), end) for k, end in zip(knots, ends, strict=True)])
+    q = np.concatenate([at[int(k)] for k in knots])
+    while len(pose):
+        pose = pose + towards
+        going = pose != last
+        pose, last, q = pose[going], last[going], q[going]
+        if not len(pose):
+            break
+        q, found = course.near(pose, q)
+        pose, last, q = pose[found], last[found], q[found]
+        for k in np.unique(pose):
+            rows[int(k)].append(q[pose == k])
+
+
+def _distinct(course: Course, q: Array) -> Array:
+    """Rows of q, each once, whole turns aside."""
+    kept: list[Array] = []
+    for row in q:
+        if not kept or np.abs(course.lifts.steps(np.array(kept), row)[0]).max(axis=1).min() > _SAME:
+            kept.append(row)
+    return np.array(kept).reshape(-1, q.shape[1])
+
+
+def _parted(course: Course, rows: list[Array], proved: Truths) -> Layers:
+    """Solutions in their first turn, those that collide apart."""
+    counts = np.cumsum([0, *map(len, rows)])
+    every = course.lifts.first_turn(np.concatenate(rows))
+    hit = course.collide(every)
+    parts = [slice(*pair) for pair in pairwise(counts)]
+    return Layers([every[part][~hit[part]] for part in parts], [every[part][hit[part]] for part in parts], proved)
+
+
+def with_start(course: Course, q: Array) -> Array:
+    """The first pose's solutions, with that which the search finds from where the arm is."""
+    own, found = course.near(np.zeros(1, dtype=np.int64), course.start[None])
+    own = course.lifts.first_turn(own[found & ~course.collide(own)])
+    return _distinct(course, np.vstack([own, q]))
+
+
+def _costs(course: Course, nodes: list[Array]) -> list[Array]:
+    every = course.costs(np.concatenate(nodes))
+    return np.split(every, np.cumsum([len(q) for q in nodes])[:-1])
+
+
+def path_of(course: Course, done: Sweep, nodes: list[Array]) -> tuple[Array, NDArray[np.int64]]:
+    """The joint path of the cheapest chain, shape (n_layers, n_dof), and its nodes and lifts."""
+    if not done.n_layers:
+        return np.empty((0, len(course.start))), np.empty((0, 2), dtype=np.int64)
+    chain = done.chain()
+    q = np.array([course.lifts.raised(nodes[k][node], lift) for k, (node, lift) in enumerate(chain.tolist())])
+    return course.on_from_start(q), chain
+
+
+def _ends(course: Course, done: Sweep, nodes: list[Array]) -> Array:
+    """Every configuration in which a chain ends, shape (m, n_dof)."""
+    if not done.n_layers:
+        return np.empty((0, len(course.start)))
+    node, lift = np.nonzero(np.isfinite(done.costs[-1]))
+    return np.array(
+        [course.lifts.raised(nodes[done.n_layers - 1][i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)]
+    )

@@ -1,0 +1,140 @@
+"""Holds a path of poses and what a joint path through it must keep to. Used by the rest of this folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
+from ulna.ik.collision_filter import CollisionFilter
+from ulna.ik.following.lifts import Lifts
+from ulna.ik.problem import Problem, make_problem
+from ulna.ik.query import SEEDED_STEPS, Query
+from ulna.ik.ranking import cost_of
+from ulna.ik.restarts import Restart, run_starts
+from ulna.ik.result import IKResult
+from ulna.ik.turns import TURN, turning_columns
+from ulna.kernels.ik import search_layout as layout
+
+if TYPE_CHECKING:
+    from ulna.collision.world import World
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+Solve = Callable[[Array, Array], IKResult]
+_TIE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A path of poses, and what the joint path must keep to.
+
+    Attributes:
+        query: The link and the options; the rank among them.
+        targets: The poses, shape (n, 4, 4).
+        start: Where the arm is before the path, shape (n_dof,), within the limits; ``home`` if the caller does not say.
+        started: Whether the caller says.
+        max_step: The largest step of any joint from one pose to the next [rad or m].
+        world: What the arm must be clear of; None if nothing is checked.
+        solve: Inverse kinematics of one pose from a seed, clear of the world.
+    """
+
+    query: Query
+    targets: Array
+    start: Array
+    started: bool
+    max_step: float
+    world: World | None
+    solve: Solve
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The targets as those of a search from the start."""
+        return make_problem(self.query, self.targets, self.start)
+
+    @cached_property
+    def lifts(self) -> Lifts:
+        """The whole turns that the limits allow."""
+        tree = self.query.tree
+        return Lifts.of(tree.lower, tree.upper, turning_columns(self.query.chain, tree.n_dof), self.query.home)
+
+    @cached_property
+    def form(self) -> ClosedForm | None:
+        """The closed form of the link; None if it has none."""
+        return closed_form_of(self.query.tree, self.query.link)
+
+    @cached_property
+    def collisions(self) -> CollisionFilter | None:
+        """What rejects configurations that collide."""
+        return None if self.world is None else CollisionFilter(self.query.checker, self.world, self.query.options.threads)
+
+    @cached_property
+    def is_redundant(self) -> bool:
+        """Whether more joints move the link than a pose has components."""
+        return len(self.query.tree.moving_columns(self.query.link)) > 6
+
+    @property
+    def weight(self) -> float:
+        """The weight of squared joint steps beside the costs of the rank."""
+        return 1.0 if self.query.options.rank is None else 1.0 / self.max_step**2
+
+    def beginning(self, q: Array) -> Array:
+        """The cost of beginning at each lift of q (m, n_dof), infinite beyond the limits or a step from the start: (m, n_lifts).
+
+        Of lifts that are as good as each other, the one nearest to the start is taken.
+        """
+        lifts = self.lifts
+        raised = np.where(lifts.lifted, q[:, None] + TURN * lifts.table, q[:, None])
+        away = np.where(lifts.free, lifts.steps(self.start, raised)[0], raised - self.start)
+        allowed = lifts.allowed(q)
+        if self.started:
+            allowed &= np.abs(away).max(axis=-1, initial=0.0) <= self.max_step
+        return np.where(allowed, _TIE * (away**2).sum(axis=-1), np.inf)
+
+    def on_from_start(self, q: Array) -> Array:
+        """A path (n, n_dof) without steps of half a turn or more, begun as near to the start as whole turns bring it."""
+        if not len(q):
+            return q
+        q = self.lifts.unwrapped(q)
+        return np.where(self.lifts.free, q - TURN * np.rint((q[0] - self.start) / TURN), q)
+
+    def near(self, order: NDArray[np.int64], guesses: Array, *, beyond_limits: bool = False) -> tuple[Array, Truths]:
+        """Solutions of some poses (m,) that a search from each guess (m, n_dof) converges to, and whether it does."""
+        lower, upper = self.query.tree.bounds
+        problem = replace(self.problem, targets=self.targets[order], seeds=np.ascontiguousarray(guesses), nearest_to=None)
+        if beyond_limits:
+            bounds = self.query.limits.copy()
+            bounds[:, 0], bounds[:, 1] = -np.inf, np.inf
+            problem = replace(problem, bounds=bounds)
+        else:
+            problem = replace(problem, seeds=np.clip(guesses, lower, upper))
+        q, info = run_starts(problem, np.arange(len(order)), Restart(0, 1, SEEDED_STEPS, from_seed=True))
+        return q[:, 0], info[:, 0, layout.STATUS] == layout.SOLVED
+
+    def collide(self, q: Array) -> Truths:
+        """Whether configurations (m, n_dof) collide, shape (m,)."""
+        return np.zeros(len(q), dtype=bool) if self.collisions is None or not len(q) else self.collisions.collides(q)
+
+    def edges_collide(self, a: Array, b: Array) -> Truths:
+        """Whether the arm touches anything on the straight lines from rows of a to rows of b (m, n_dof), shape (m,)."""
+        if self.world is None or not len(a):
+            return np.zeros(len(a), dtype=bool)
+        checker, threads = self.query.checker, self.query.options.threads
+        return np.asarray(
+            checker.edge_in_collision(a, b, self.world, self_collision=True, resolution=1e-4, threads=threads).in_collision
+        )
+
+    def costs(self, q: Array) -> Array:
+        """The costs of configurations (m, n_dof) by the rank, shape (m,); 0 without a rank."""
+        if self.query.options.rank is None or not len(q):
+            return np.zeros(len(q))
+        cost = cost_of(self.problem, self.collisions)
+        if cost is None:
+            raise AssertionError("a rank gives a cost")
+        near = self.lifts.nearest(q, self.start)
+        return cost(np.zeros(len(q), dtype=np.int64), near)

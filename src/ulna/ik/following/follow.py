@@ -1,0 +1,77 @@
+"""Finds the joint path through a path of poses, or why there is none. Used by ``ik.inverse_kinematics``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_pose
+from ulna.errors import InputError
+from ulna.ik.closed_form.result import Proof
+from ulna.ik.entry_names import entry_names
+from ulna.ik.following.branches import Found, along_branches
+from ulna.ik.following.course import Course, Solve
+from ulna.ik.following.ending import why_it_ends
+from ulna.ik.following.redundant import along_self_motions
+from ulna.ik.following.result import FollowedPath
+from ulna.ik.options import positive
+from ulna.ik.query import Query
+from ulna.ik.ranking import refuse_clearance_of_nothing
+from ulna.kinematics.positions import as_positions, refuse_out_of_range
+
+if TYPE_CHECKING:
+    from ulna.collision.world import World
+
+Array = NDArray[np.float64]
+
+
+def follow(
+    query: Query, T_path: ArrayLike, q_start: ArrayLike | None, max_step: float, world: World | None, solve: Solve
+) -> FollowedPath:
+    """See ``Robot.follow``; ``solve`` is inverse kinematics of one pose from a seed.
+
+    Raises:
+        InputError: An argument that cannot be taken.
+        GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+    """
+    course = Course(
+        query, _targets(T_path), _start(query, q_start), q_start is not None, positive("max_step", max_step), world, solve
+    )
+    refuse_clearance_of_nothing(query.options.rank, world)
+    found = along_self_motions(course) if course.is_redundant else along_branches(course)
+    return _result(course, found)
+
+
+def _result(course: Course, found: Found) -> FollowedPath:
+    n, k = len(course.targets), len(found.q)
+    q = np.full((n, len(course.start)), np.nan)
+    q[:k] = found.q
+    ends = found.ends if k else course.start[None] if course.started else found.ends
+    return FollowedPath(
+        q=q,
+        max_step=course.max_step,
+        ends_at=None if k == n else k,
+        ending=None if k == n else why_it_ends(course, k, ends, found.next_nodes),
+        proof=Proof.COMPLETE if found.proved else Proof.SEARCHED,
+        joint_names=entry_names(course.query.tree),
+    )
+
+
+def _targets(T_path: ArrayLike) -> Array:
+    targets = as_floats("T_path", T_path)
+    if targets.ndim != 3 or targets.shape[1:] != (4, 4) or not len(targets):
+        raise InputError("T_path", f"shape {targets.shape}; poses of shape (n, 4, 4), n at least 1, are expected")
+    return np.ascontiguousarray(as_pose(targets, "T_path"))
+
+
+def _start(query: Query, q_start: ArrayLike | None) -> Array:
+    if q_start is None:
+        return query.home.copy()
+    start = as_positions(q_start, query.tree, "q_start")
+    if start.ndim != 1:
+        raise InputError("q_start", f"shape {start.shape}; one configuration, shape ({query.tree.n_dof},), is expected")
+    refuse_out_of_range(start, "q_start")
+    return np.clip(start, query.tree.lower, query.tree.upper)

@@ -1,0 +1,118 @@
+"""Finds the best chain through layers of solutions by dynamic programming (Bellman 1957). Used by ``branches``, ``redundant``.
+
+The cost of a chain is the sum of its nodes' costs and of the squared joint steps of its edges. Edges are listed once, whole turns
+aside; a node is searched for every lift (``lifts``) that is within the limits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.following.lifts import Lifts
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """Edges from one layer to the next, in the order of where they end.
+
+    Attributes:
+        begin: Nodes of the one layer, shape (m,).
+        end: Nodes of the next, shape (m,).
+        cost: Shape (m,).
+        shift: Of the lifts, the number of one of ``sources``, shape (m,).
+        sources: For each shift the lift that each lift comes from, -1 where there is none, shape (k, n_lifts).
+    """
+
+    begin: Counts
+    end: Counts
+    cost: Array
+    shift: Counts
+    sources: Counts
+
+    def without(self, begin: int, end: int) -> Edges:
+        """These edges less one."""
+        kept = (self.begin != begin) | (self.end != end)
+        return Edges(self.begin[kept], self.end[kept], self.cost[kept], self.shift[kept], self.sources)
+
+
+def edges_between(lifts: Lifts, a: Array, b: Array, longest: float, weight: float) -> Edges:
+    """The edges between nodes a (m, n_dof) and b (k, n_dof) whose largest joint step is at most ``longest``."""
+    steps, turns = lifts.steps(a[None, :], b[:, None])
+    end, begin = np.nonzero(np.abs(steps).max(axis=-1, initial=0.0) <= longest)
+    codes, shift = np.unique(lifts.code(turns[end, begin]), return_inverse=True)
+    sources = np.array([lifts.sources(int(code)) for code in codes], dtype=np.int64).reshape(len(codes), len(lifts.table))
+    return Edges(begin, end, weight * (steps[end, begin] ** 2).sum(axis=-1), shift, sources)
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """The cheapest chains from the first layer as far as there are any.
+
+    Attributes:
+        costs: For each layer reached those of the cheapest chain to each lift of each node, infinite where there is none.
+        before: For each of them but the first the node and the lift, as one number, that a chain comes from; -1 if from none.
+    """
+
+    costs: list[Array]
+    before: list[Counts]
+
+    @property
+    def n_layers(self) -> int:
+        """The number of layers that a chain leads through; 0 if the first has no node within the limits."""
+        return len(self.before) + bool(np.isfinite(self.costs[-1]).any())
+
+    def chain(self) -> Counts:
+        """The nodes and lifts of the cheapest chain, shape (n_layers, 2)."""
+        at = int(np.argmin(self.costs[-1]))
+        places = [at]
+        for before in reversed(self.before):
+            at = int(before.ravel()[at])
+            places.append(at)
+        return np.array([divmod(at, self.costs[-1].shape[1]) for at in reversed(places)])
+
+    def first(self, n_layers: int) -> Sweep:
+        """The same of the first layers alone."""
+        return Sweep(self.costs[:n_layers], self.before[: n_layers - 1])
+
+
+def sweep(lifts: Lifts, nodes: Sequence[Array], costs: Sequence[Array], edges: Callable[[int], Edges], begun: Sweep) -> Sweep:
+    """Search layers of nodes (m, n_dof), in their first turn, with costs (m,); ``edges(k)`` lead from layer k to the next.
+
+    begun: What is known of the first layers; at least the costs of beginning at each lift of the first.
+    """
+    known, before = [*begun.costs], [*begun.before]
+    for k in range(len(known) - 1, len(nodes) - 1):
+        reached, source = _advanced(known[k], edges(k), len(nodes[k + 1]))
+        total = np.where(lifts.allowed(nodes[k + 1]), reached + costs[k + 1][:, None], np.inf)
+        if not np.isfinite(total).any():
+            break
+        known.append(total)
+        before.append(source)
+    return Sweep(known, before)
+
+
+def _advanced(cost: Array, edges: Edges, n_nodes: int) -> tuple[Array, Counts]:
+    """The cheapest sums over edges at each lift of the nodes of the next layer, and where they come from."""
+    reached, before = np.full((n_nodes, cost.shape[1]), np.inf), np.full((n_nodes, cost.shape[1]), -1)
+    if len(edges.end):
+        sums, source = _through(cost, edges)
+        first = np.flatnonzero(np.r_[True, np.diff(edges.end) > 0])
+        best = np.minimum.reduceat(sums, first, axis=0)
+        is_best = sums == np.repeat(best, np.diff(np.r_[first, len(sums)]), axis=0)
+        reached[edges.end[first]] = best
+        before[edges.end[first]] = np.maximum.reduceat(np.where(is_best, source, -1), first, axis=0)
+    return reached, before
+
+
+def _through(cost: Array, edges: Edges) -> tuple[Array, Counts]:
+    """The costs of chains through each edge to each lift, and the node and the lift that they come from, (m, n_lifts)."""
+    come_from = edges.sources[edges.shift]
+    come = cost[edges.begin[:, None], come_from] + edges.cost[:, None]
+    return np.where(come_from >= 0, come, np.inf), edges.begin[:, None] * cost.shape[1] + come_from

@@ -1,0 +1,110 @@
+"""Numbers the whole turns that limits allow, and measures steps, whole turns aside. Used by the rest of this folder.
+
+A solution is kept once: each joint that can make whole turns is in the first turn from its lower limit on. A *lift* adds
+turns. Two solutions less than half a turn apart differ by one shift of the lifts, so a graph of solutions is searched once for
+all lifts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.turns import TURN
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+_AT_LIMIT = 1e-9  # rad
+_MOST_TURNS = 3  # of a joint with wide limits: those about home
+_BASE = 2 * _MOST_TURNS + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Lifts:
+    """The whole turns of a robot.
+
+    Attributes:
+        lower: Where the first turn of each entry begins, shape (n_dof,).
+        upper: The upper limits, shape (n_dof,).
+        lifted: The entries that can make whole turns between two limits, shape (n_dof,).
+        free: Those that can make any number, shape (n_dof,).
+        table: The turns of each lift, shape (n_lifts, n_dof).
+    """
+
+    lower: Array
+    upper: Array
+    lifted: NDArray[np.bool_]
+    free: NDArray[np.bool_]
+    table: Counts
+    _known: dict[int, Counts] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, lower: Array, upper: Array, turning: NDArray[np.bool_], home: Array) -> Lifts:
+        """The lifts of joints with these limits, of which some turn; home: shape (n_dof,)."""
+        bounded = np.isfinite(lower) & np.isfinite(upper)
+        with np.errstate(invalid="ignore"):
+            lifted = turning & bounded & (upper - lower >= TURN - _AT_LIMIT)
+            counts = np.where(lifted, np.ceil((upper - lower) / TURN - _AT_LIMIT), 1.0)
+            low = np.where(counts > _MOST_TURNS, np.maximum(lower, home - TURN * _MOST_TURNS / 2), lower)
+        counts = np.minimum(counts, _MOST_TURNS).astype(np.int64)
+        table = np.array(list(product(*map(range, counts))), dtype=np.int64)
+        return cls(low, upper, lifted, turning & ~bounded, table.reshape(-1, len(lower)))
+
+    def first_turn(self, q: Array) -> Array:
+        """q (..., n_dof) with each entry that can make whole turns in its first turn."""
+        with np.errstate(invalid="ignore"):
+            turned = self.lower + np.mod(q - self.lower, TURN)
+            turned = np.where(q == self.upper, self.upper - TURN * self.table.max(axis=0), turned)
+        return np.where(self.lifted, turned, q)
+
+    def allowed(self, q: Array) -> NDArray[np.bool_]:
+        """Which lifts of q (m, n_dof), in its first turn, are within the limits, shape (m, n_lifts)."""
+        most = np.where(self.lifted, np.floor((self.upper + _AT_LIMIT - q) / TURN), np.inf)
+        return np.all(self.table <= most[:, None], axis=-1)
+
+    def raised(self, q: Array, lift: int) -> Array:
+        """q (n_dof,) with the turns of a lift."""
+        turned = q + TURN * self.table[lift]
+        return np.where(self.lifted, np.minimum(turned, self.upper), q)
+
+    def steps(self, a: Array, b: Array) -> tuple[Array, Counts]:
+        """b - a by entry, whole turns aside, and the turns that b takes for that; shapes (..., n_dof)."""
+        difference = b - a
+        turns = np.where(self.lifted | self.free, -np.rint(difference / TURN), 0.0)
+        return difference + TURN * turns, turns.astype(np.int64)
+
+    def nearest(self, q: Array, goal: Array) -> Array:
+        """q (..., n_dof) with the turns within the limits that bring it nearest to a goal (n_dof,)."""
+        near = q - TURN * np.rint((q - goal) / TURN)
+        inside = (near >= self.lower - _AT_LIMIT) & (near <= self.upper + _AT_LIMIT)
+        return np.where(self.free | (self.lifted & inside), near, q)
+
+    def unwrapped(self, q: Array) -> Array:
+        """A path (n, n_dof) with the turns of the free entries such that no step is more than half a turn."""
+        whole = np.unwrap(q, axis=0) if len(q) else q
+        return np.where(self.free, whole, q)
+
+    def code(self, turns: Counts) -> Counts:
+        """A number for the shift of the lifts by turns (m, n_dof), shape (m,)."""
+        digits = np.where(self.lifted, turns, 0) + _MOST_TURNS
+        return digits @ self._places
+
+    def sources(self, code: int) -> Counts:
+        """For the shift of a code: the lift that each lift comes from, or -1, shape (n_lifts,)."""
+        if code not in self._known:
+            turns = np.where(self.lifted, code // np.maximum(self._places, 1) % _BASE - _MOST_TURNS, 0)
+            source, counts = self.table - turns, self.table.max(axis=0) + 1
+            inside = ((source >= 0) & (source < counts)).all(axis=1)
+            place = np.ravel_multi_index(tuple(np.where(inside[:, None], source, 0).T), tuple(counts))
+            self._known[code] = np.where(inside, place, -1)
+        return self._known[code]
+
+    @cached_property
+    def _places(self) -> Counts:
+        """The weight of each entry's turns in a code; entries without lifts have none of their own."""
+        digits = np.cumsum(self.lifted) - self.lifted
+        return np.where(self.lifted, _BASE**digits, 0)

@@ -1,0 +1,186 @@
+"""Finds the joint path of an arm with more joints than a pose needs: a graph of some poses, filled in. Used by ``follow``.
+
+1. *Knots* are poses spread evenly over the path's length. The nodes of a knot are its solutions at samples of the redundancy:
+   what the search finds from random starts, and all branches at places of the joint that the closed form holds, if there is one.
+2. An edge joins nodes of neighbouring knots that are near each other. The best chain is found over all of them (``graph``).
+3. Each edge of that chain is filled: guesses on the straight line between its nodes are brought to the poses by the search,
+   within the limits. Where a pose is not reached, a step is too long or something collides, the edge is left out, and step 2 is
+   repeated.
+4. If no chain is left, the longest is continued pose by pose (``continuation``). If that ends too, more samples and more knots
+   are taken. What is still not found may exist between the samples.
+5. The path is smoothed (``smooth``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.closed_form.branches import sampled_branches
+from ulna.ik.following.branches import Found, path_of, with_start
+from ulna.ik.following.continuation import continued
+from ulna.ik.following.course import Course
+from ulna.ik.following.graph import Sweep, sweep
+from ulna.ik.following.lazy_edges import LazyEdges
+from ulna.ik.following.smooth import smoothed
+from ulna.ik.query import STEPS
+from ulna.ik.restarts import Restart, run_starts
+from ulna.kernels.ik import search_layout as layout
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+
+class _Density(NamedTuple):
+    """How closely an attempt covers path and redundancy.
+
+    Attributes:
+        samples: Places of the joint that is held.
+        starts: Random starts of the search.
+        apart: Nodes of a knot nearer than about this are one [rad or m].
+        length: The path's length between knots [units of the arm and rad].
+        knots: The most knots.
+    """
+
+    samples: int
+    starts: int
+    apart: float
+    length: float
+    knots: int
+
+
+_ATTEMPTS = (_Density(16, 512, 0.12, 0.15, 300), _Density(48, 1536, 0.06, 0.1, 450), _Density(128, 4096, 0.04, 0.05, 900))
+_LEAST_KNOTS = 8
+_NEAR = 0.6  # rad or m: a straight line between solutions that are further apart leaves the branch
+_MOST_ROUNDS = 400
+
+
+def along_self_motions(course: Course) -> Found:
+    """A path, or the longest of all attempts."""
+    best = np.empty((0, len(course.start)))
+    ends = best
+    for density in _ATTEMPTS:
+        knots = _knots(course, density)
+        q, last = continued(course, _path(course, knots, _nodes(course, knots, density)))
+        if len(q) == len(course.targets):
+            return Found(smoothed(course, q, int(np.diff(knots).max(initial=1))), last, best[:0], proved=False)
+        if len(q) > len(best):
+            best, ends = q, last
+    return Found(best, ends, best[:0], proved=False)
+
+
+def _knots(course: Course, density: _Density) -> Counts:
+    """Poses that are spread evenly over the path's length [units of the arm and rad], its ends among them."""
+    T = course.targets
+    moved = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1) / course.query.unit
+    turned = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2.0)  # 2 sin(angle / 2)
+    way = np.cumsum(np.r_[0.0, moved + turned])
+    count = int(np.clip(np.ceil(way[-1] / density.length), _LEAST_KNOTS, density.knots)) + 1
+    return np.unique(np.r_[np.searchsorted(way, np.linspace(0.0, way[-1], count)), 0, len(T) - 1])
+
+
+def _nodes(course: Course, knots: Counts, density: _Density) -> list[Array]:
+    """Solutions of every knot that are clear of the world, in their first turn, none near another."""
+    sources = [_searched(course, knots, density.starts)]
+    if course.form is not None:
+        sources.append(_sampled(course, knots, density.samples))
+    rows = [_thinned(course.lifts.first_turn(np.concatenate(parts)), density.apart) for parts in zip(*sources, strict=True)]
+    rows[0] = with_start(course, rows[0])
+    every, parts = np.concatenate(rows), np.cumsum([len(row) for row in rows])[:-1]
+    return [q[~bad] for q, bad in zip(np.split(every, parts), np.split(course.collide(every), parts), strict=True)]
+
+
+def _searched(course: Course, knots: Counts, n_starts: int) -> list[Array]:
+    problem = replace(course.problem, nearest_to=None)
+    q, info = run_starts(problem, knots, Restart(0, n_starts, STEPS, from_seed=True))
+    return [row[good] for row, good in zip(q, info[..., layout.STATUS] == layout.SOLVED, strict=True)]
+
+
+def _sampled(course: Course, knots: Counts, n_samples: int) -> list[Array]:
+    form, tree = course.form, course.query.tree
+    if form is None or form.held_column is None:
+        raise AssertionError("a joint is held where there are seven")
+    seeds = course.start[None].copy()
+    found = sampled_branches(form, tree, course.targets[knots], seeds, n_samples, course.query.options.threads)
+    return [q[valid] for q, valid in zip(found.q, found.valid, strict=True)]
+
+
+def _thinned(q: Array, apart: float) -> Array:
+    """The first row of q (m, n_dof) in each cell of a grid."""
+    _, first = np.unique(np.rint(q / apart), axis=0, return_index=True)
+    return q[np.sort(first)]
+
+
+def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
+    """The path along the best chain whose edges can all be filled, or the longest of such, shape (k, n_dof)."""
+    gaps = np.diff(knots).astype(np.float64)
+    longest = np.minimum(course.max_step * gaps, _NEAR)
+    edges = LazyEdges(course.lifts, nodes, longest, course.weight / gaps)
+    costs = [course.costs(q) * gap for q, gap in zip(nodes, np.r_[gaps, 1.0], strict=True)]
+    filled, done = _Filled(course, knots), Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
+    for left in reversed(range(_MOST_ROUNDS)):
+        done = sweep(course.lifts, nodes, costs, edges.of, done)
+        q, chain = path_of(course, done, nodes)
+        wrong = filled.wrong_edges(q, chain)
+        if not len(wrong) or not left:
+            return filled.whole(q, chain)
+        for k in wrong:
+            edges.remove(int(k), int(chain[k, 0]), int(chain[k + 1, 0]))
+        done = done.first(int(wrong[0]) + 1)
+    raise AssertionError("the last round returns")
+
+
+class _Filled:
+    """The poses between knots, on edges that have been tried; each edge is tried once."""
+
+    def __init__(self, course: Course, knots: Counts) -> None:
+        self._course, self._knots = course, knots
+        self._known: dict[tuple[int, ...], Array | None] = {}
+
+    def wrong_edges(self, q: Array, chain: Counts) -> Counts:
+        """Which edges of a chain cannot be filled; q: its nodes, shape (m, n_dof)."""
+        keys = self._keys(chain)
+        self._try([k for k, key in enumerate(keys) if key not in self._known], q, keys)
+        return np.array([k for k, key in enumerate(keys) if self._known[key] is None], dtype=np.int64)
+
+    def whole(self, q: Array, chain: Counts) -> Array:
+        """The path along a chain, with what lies between its knots, up to its last knot or the first edge that is wrong."""
+        rows = [q[:1]]
+        for k, key in enumerate(self._keys(chain)):
+            steps = self._known[key]
+            if steps is None:
+                break
+            rows.append(q[k] + steps)
+        return np.concatenate(rows)
+
+    def _keys(self, chain: Counts) -> list[tuple[int, ...]]:
+        """What tells edges apart: the layer, and the nodes at both ends; whole turns make no difference."""
+        return [(k, int(chain[k, 0]), int(chain[k + 1, 0])) for k in range(len(chain) - 1)]
+
+    def _try(self, layers: list[int], q: Array, keys: list[tuple[int, ...]]) -> None:
+        """Fill the edges that leave some layers, all at once. What is kept is the way from the node at their beginning."""
+        if not layers:
+            return
+        course, knots = self._course, self._knots
+        order = np.concatenate([np.arange(knots[k] + 1, knots[k + 1]) for k in layers])
+        guesses = np.concatenate([_straight(q[k], q[k + 1], int(knots[k + 1] - knots[k])) for k in layers])
+        between, found = course.near(order, guesses)
+        found &= ~course.collide(between)
+        ends = np.cumsum([knots[k + 1] - knots[k] - 1 for k in layers])[:-1]
+        for k, rows, good in zip(layers, np.split(between, ends), np.split(found, ends), strict=True):
+            line = np.vstack([q[k], rows, q[k + 1]])
+            is_right = (
+                good.all()
+                and np.abs(np.diff(line, axis=0)).max() <= course.max_step
+                and not course.edges_collide(line[:-1], line[1:]).any()
+            )
+            self._known[keys[k]] = line[1:] - q[k] if is_right else None
+
+
+def _straight(a: Array, b: Array, n: int) -> Array:
+    """The points between a and b that cut the line in n equal parts, shape (n - 1, n_dof)."""
+    share = np.arange(1, n)[:, None] / n
+    return a + share * (b - a)

@@ -1,0 +1,113 @@
+"""Holds a joint path through poses, or why there is none. Used by ``Robot.follow``."""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.closed_form.result import Proof
+
+Array = NDArray[np.float64]
+
+
+class PathStatus(StrEnum):
+    """How a search for a joint path ended."""
+
+    FOLLOWED = "followed"
+    UNREACHABLE = "unreachable"
+    LIMITS = "joint limits"
+    COLLISION = "in collision"
+    SINGULAR = "singular"
+    NO_BRANCH = "no continuous branch"
+
+
+@dataclass(frozen=True)
+class Ending:
+    """Why no joint path leads on to a pose.
+
+    Attributes:
+        status: The reason.
+        reason: The same as a sentence, with numbers.
+        alive: How many configurations are known in which a path to the pose before ends.
+        smallest_step: The smallest joint step to a solution of the pose within the limits and clear of the world [rad or m];
+            infinite if none is known.
+        manipulability: At the end of the path, where a pose before the first is meant by the start.
+        least_singular_value: Of the Jacobian there, the smallest, as a share of the largest.
+        limit_excess: How far beyond its limit each joint would go [rad or m], shape (n_dof,); 0 unless limits are the reason.
+        collisions: The pairs that touch, with how deep [m]: (name_a, name_b, depth).
+    """
+
+    status: PathStatus
+    reason: str
+    alive: int
+    smallest_step: float
+    manipulability: float
+    least_singular_value: float
+    limit_excess: Array
+    collisions: tuple[tuple[str, str, float], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedPath:
+    """The joint path through poses (n, 4, 4), or as far as there is one.
+
+    ======================== =========================================================================================
+    ``followed``             Every pose is reached, and no joint takes a longer step than ``max_step``.
+    ``unreachable``          The pose has no solution.
+    ``joint limits``         A path leads on, beyond the limits; ``ending.limit_excess`` holds by how much. Or the pose
+                             has solutions, all beyond the limits.
+    ``in collision``         A path leads on, in collision; ``ending.collisions`` names the pairs.
+    ``singular``             The path leads into a singularity; beyond it a joint would have to move faster.
+    ``no continuous branch`` None of these: solutions of the pose are all more than a step away.
+    ======================== =========================================================================================
+
+    Attributes:
+        q: Joint positions [rad or m], shape (n, n_dof), always within the limits; NaN from the pose that is not reached.
+        max_step: The largest step that was allowed [rad or m].
+        ends_at: The number of the first pose to which no path leads; None if all are reached.
+        ending: Why none does; None if all are reached.
+        proof: ``complete``: every solution of every pose was compared, by the closed form, so the path is the best, and where
+            none leads on there is none with such steps. ``searched``: it is the best that was found.
+    """
+
+    q: Array
+    max_step: float
+    ends_at: int | None
+    ending: Ending | None
+    proof: Proof
+    joint_names: tuple[str, ...] = field(repr=False, default=())
+
+    def __post_init__(self) -> None:
+        self.q.setflags(write=False)
+
+    @property
+    def success(self) -> bool:
+        """Whether every pose is reached."""
+        return self.ends_at is None
+
+    @property
+    def status(self) -> PathStatus:
+        """How the search ended; see above."""
+        return PathStatus.FOLLOWED if self.ending is None else self.ending.status
+
+    @property
+    def reason(self) -> str:
+        """Why the path ends, as a sentence; empty if it does not."""
+        return "" if self.ending is None else self.ending.reason
+
+    @property
+    def steps(self) -> Array:
+        """The largest step of any joint from each pose to the next [rad or m], shape (n - 1,); NaN where there is none."""
+        return np.abs(np.diff(self.q, axis=0)).max(axis=1, initial=0.0) if self.q.shape[1] else np.zeros(max(0, len(self.q) - 1))
+
+    def __str__(self) -> str:
+        if self.ending is None:
+            longest = float(self.steps.max(initial=0.0))
+            return f"followed: {len(self.q)} poses, largest joint step {longest:.3g} ({self._proved()})"
+        return f"{self.status} at pose {self.ends_at} of {len(self.q)}: {self.reason} ({self._proved()})"
+
+    def _proved(self) -> str:
+        if self.ending is None:
+            return "the best there is" if self.proof is Proof.COMPLETE else "the best found"
+        return "proved" if self.proof is Proof.COMPLETE else "as far as was searched"

@@ -1,0 +1,153 @@
+"""Solves arms with a spherical wrist whose first three joints slide, one, two or all of them. Used by ``closed_form``.
+
+The position of the wrist's centre is p = M_1 (P_1 + M_2 (P_2 + M_3 P_3)), where M_i v = R_i v for a joint that turns, and
+v + d_i h_i for one that slides. It gives the first three joints, then the rotation the others, as in ``spherical_wrist``.
+
+1. One slide before or behind two axes that are parallel: along these only the slide moves p, so its place is linear in p.
+2. One slide before or behind two axes that intersect: the slide brings one point to a given distance from another, in two places.
+   The two angles that are left are those of ``spherical_wrist.inner_angles``.
+3. Two slides and a turn: the slides move p in a plane, the turn brings it there, at two angles (subproblem 4).
+4. Three slides: linear.
+
+Where an equation is linear the sign that chooses among its solutions has to be 1.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, sqrt, where
+from ulna.kernels.chain.closed_form_layout import (
+    AXES,
+    FAMILY,
+    FORM,
+    INTERSECTING_12,
+    INTERSECTING_12_SLIDE,
+    INTERSECTING_23,
+    NORMALS,
+    PARALLEL_12,
+    PARALLEL_12_SLIDE,
+    PARALLEL_23,
+    POINTS,
+    SLIDE_INTERSECTING_23,
+    SLIDE_PARALLEL_23,
+    SLIDES_TURN,
+    TURN_SLIDES,
+)
+from ulna.kernels.chain.closed_form_rows import free_angle, put, tabled
+from ulna.kernels.chain.spherical_wrist import behind_arm, inner_angles, wrist
+from ulna.kernels.chain.subproblems import angle_to_plane, reversed_vector, turn, turn_back
+from ulna.kernels.spatial.arc_tangent import full_circle_angle
+from ulna.kernels.spatial.elementary import maximum, minimum
+from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate
+
+
+@kernel
+def sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
+    """Write all branches; the arguments are those of ``closed_form``, and p from the point on joint 1 to the wrist's centre."""
+    h6, n6 = tabled(table, AXES + 5), tabled(table, NORMALS + 1)
+    whole_axis, whole_normal = rotate(motion, h6), rotate(motion, n6)
+    for i in range(n):
+        for j in range(n):
+            joints, missed, sure, apart = first_joints(table, p, load(sign_rows, i), load(sign_rows, n + j), free_rows)
+            first, second, third = joints
+            missed = missed + position_square(table, p, first, second, third)
+            axis = behind_arm(table, first[:2], second[:2], third[:2], whole_axis)
+            normal = behind_arm(table, first[:2], second[:2], third[:2], whole_normal)
+            for k in range(n):
+                branch = (i * n + j) * n + k
+                put(table, q_rows, branch, 0, full_circle_angle(first[0], first[1]) + first[2])
+                put(table, q_rows, branch, 1, full_circle_angle(second[0], second[1]) + second[2])
+                put(table, q_rows, branch, 2, full_circle_angle(third[0], third[1]) + third[2])
+                sign = load(sign_rows, 2 * n + k)
+                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart)
+
+
+@kernel
+def turned(angle, like):
+    """A joint that turns: the sine and cosine of its angle, and no way."""
+    return angle[0], angle[1], 0.0 * like
+
+
+@kernel
+def slid(way):
+    """A joint that slides."""
+    return 0.0 * way, 0.0 * way + 1.0, way
+
+
+@kernel
+def moved(h, joint, v):
+    """M v."""
+    x = turn(h, (joint[0], joint[1]), v)
+    return x[0] + joint[2] * h[0], x[1] + joint[2] * h[1], x[2] + joint[2] * h[2]
+
+
+@kernel
+def along(h, way, v):
+    """v + way h."""
+    return v[0] + way * h[0], v[1] + way * h[1], v[2] + way * h[2]
+
+
+@kernel
+def position_square(table, p, first, second, third):
+    """What the joints miss of p: the square of its length."""
+    v = plus(tabled(table, POINTS + 2), moved(tabled(table, AXES + 2), third, tabled(table, POINTS + 3)))
+    v = plus(tabled(table, POINTS + 1), moved(tabled(table, AXES + 1), second, v))
+    e = minus(moved(tabled(table, AXES), first, v), p)
+    return dot(e, e)
+
+
+@kernel
+def way_to_sphere(u, h, square, sign):
+    """The way for which |u + way h|^2 is ``square``, one of two; and the discriminant."""
+    b = dot(u, h)
+    discriminant = b * b - dot(u, u) + square
+    return sign * sqrt(maximum(discriminant, 0.0)) - b, discriminant
+
+
+@kernel
+def ways_in_plane(w, h, k):
+    """The ways for which a h + b k comes nearest to w."""
+    n = cross(h, k)
+    r = 1.0 / dot(n, n)
+    return dot(n, cross(w, k)) * r, dot(n, cross(h, w)) * r
+
+
+@kernel
+def first_joints(table, p, sign_1, sign_2, free_rows):
+    """Steps 1 to 4: three joints; what is missed where a sign chooses nothing; how well determined; how far apart."""
+    h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
+    p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
+    family, one = int(table[FORM, FAMILY]), 0.0 * p[0] + 1.0
+    p23 = plus(p2, p3)
+    p123 = plus(p1, p23)
+    if family in (SLIDE_PARALLEL_23, SLIDE_INTERSECTING_23):
+        u, apart, missed = minus(p, p1), one, where(sign_1 > 0.0, 0.0, one)
+        way = (dot(h2, p) - dot(h2, p123)) / dot(h2, h1)
+        inner = PARALLEL_23
+        if family == SLIDE_INTERSECTING_23:
+            way, apart = way_to_sphere(u, reversed_vector(h1), dot(p3, p3), sign_1)
+            missed, inner = 0.0 * one, INTERSECTING_23
+        second, third, sure, apart_2 = inner_angles(table, inner, p, along(h1, -way, u), sign_2, free_rows)
+        return (slid(way), turned(second, one), turned(third, one)), missed, sure, minimum(apart, apart_2)
+    if family in (INTERSECTING_12_SLIDE, PARALLEL_12_SLIDE):
+        apart, missed = one, where(sign_1 > 0.0, 0.0, one)
+        way = (dot(h1, p) - dot(h1, p123)) / dot(h1, h3)
+        inner = PARALLEL_12
+        if family == INTERSECTING_12_SLIDE:
+            way, apart = way_to_sphere(p23, h3, dot(p, p), sign_1)
+            missed, inner = 0.0 * one, INTERSECTING_12
+        second, first, sure, apart_2 = inner_angles(table, inner, p, along(h3, way, p23), sign_2, free_rows)
+        return (turned(first, one), turned(second, one), slid(way)), missed, sure, minimum(apart, apart_2)
+    missed = where(sign_2 > 0.0, 0.0, one)
+    if family == TURN_SLIDES:
+        n = cross(h2, h3)
+        first, sure, apart = angle_to_plane(n, p, reversed_vector(h1), dot(n, p123), sign_1, free_angle(free_rows, 0))
+        way_2, way_3 = ways_in_plane(minus(turn_back(h1, first, p), p123), h2, h3)
+        return (turned(first, one), slid(way_2), slid(way_3)), missed, sure, apart
+    if family == SLIDES_TURN:
+        n, w = cross(h1, h2), minus(minus(p, p1), p2)
+        third, sure, apart = angle_to_plane(n, p3, h3, dot(n, w), sign_1, free_angle(free_rows, 2))
+        way_1, way_2 = ways_in_plane(minus(w, turn(h3, third, p3)), h1, h2)
+        return (slid(way_1), slid(way_2), turned(third, one)), missed, sure, apart
+    w, n = minus(p, p123), cross(h2, h3)
+    r = 1.0 / dot(h1, n)
+    ways = dot(w, n) * r, dot(h1, cross(w, h3)) * r, dot(h1, cross(h2, w)) * r
+    return (slid(ways[0]), slid(ways[1]), slid(ways[2])), missed + where(sign_1 > 0.0, 0.0, one), one, one

@@ -1,0 +1,165 @@
+"""Bounds how far the bodies of each joint move in an interval of an edge. Used by ``interval`` and ``drivers.free_edge``.
+
+On q(t) = q_a + t (q_b - q_a) a point p of a body moves by no more than h |p'(c)| + h^2 / 2 max |p''| from the middle c of an
+interval to its ends, h away (Taylor). Its velocity at the middle is exact. With r_k the rate of joint k, and M_k the greatest
+distance that p can have from the axis of k (1 if k slides),
+
+    |p''| <= sum over k of |r_k| M_k (2 W_k + |r_k|),   W_k the sum of |r_i| of the joints i that carry k and turn,
+
+since the derivative of dp/dq_k by a joint i that carries k turns that vector about the axis of i; |r_k| counts only where k
+turns. The sum of |r_k| M_k bounds |p'| everywhere, and the smaller of the two bounds is taken. Seen from a joint that carries two
+bodies, both move by the joints behind it alone: that bounds how much their distance changes.
+
+Source of the idea of the second-order bound: Redon, Kheddar and Coquillart, Fast continuous collision detection between rigid
+bodies (Eurographics 2002); the bound is that of the product of exponentials (Murray, Li and Sastry 1994, chapter 3).
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, splat, sqrt, store
+from ulna.kernels.chain.poses import tree_poses
+from ulna.kernels.collision.collision_layout import BALL_CENTRE, BALL_JOINT, BALL_RADIUS
+from ulna.kernels.collision.continuous import ANGLE, ROUNDING, offset_length
+from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO
+from ulna.kernels.spatial.elementary import minimum
+from ulna.kernels.spatial.se3 import load_pose
+from ulna.kernels.spatial.vectors import add_scaled, axis, cross, dot, minus, origin, plus, transform
+
+
+@kernel
+def write_motion(joints, q_a, q_b, spread, carried):
+    """Write rates, turns, speeds, bends and slacks of an edge, or of all that lies within ``spread`` of it in each entry of q.
+
+    spread: (n_dof,) [rad or m].
+    """
+    n, balls = joints.shape[0], carried.balls
+    for i in range(n):
+        column, parent, kind = int(joints[i, COLUMN]), int(joints[i, PARENT]), int(joints[i, KIND])
+        carried.rates[i] = 0.0 if kind == FIXED else joints[i, RATIO] * (q_b[column] - q_a[column])
+        before = carried.turns[parent] if parent >= 0 else 0.0
+        carried.turns[i] = before if kind == PRISMATIC else before + abs(carried.rates[i])
+    for g in range(balls.shape[0]):
+        speed, bend, slack, i = 0.0, 0.0, 0.0, int(balls[g, BALL_JOINT])
+        x, y, z = balls[g, BALL_CENTRE], balls[g, BALL_CENTRE + 1], balls[g, BALL_CENTRE + 2]
+        length = balls[g, BALL_RADIUS] + sqrt(x * x + y * y + z * z)
+        while i >= 0:
+            carried.speeds[g, i], carried.bends[g, i] = speed, bend
+            column, parent, rate = int(joints[i, COLUMN]), int(joints[i, PARENT]), abs(carried.rates[i])
+            aside = abs(joints[i, RATIO]) * spread[column]
+            travel = abs(joints[i, RATIO]) * max(abs(q_a[column]), abs(q_b[column])) + abs(joints[i, OFFSET]) + aside
+            before = carried.turns[parent] if parent >= 0 else 0.0
+            if int(joints[i, KIND]) == PRISMATIC:
+                length += travel
+                slack += aside
+                speed += rate
+                bend += rate * 2.0 * before
+            else:
+                slack += (ANGLE * travel + aside) * length
+                speed += rate * length
+                bend += rate * length * (2.0 * before + rate)
+            length += offset_length(joints, i)
+            i = parent
+        carried.speeds[g, n], carried.bends[g, n], carried.slacks[g] = speed, bend, slack + ROUNDING * length
+
+
+@kernel
+def fastest_ball(joints, carried):
+    """The greatest speed of any point of the robot along the edge [m]."""
+    fastest, balls, last = 0.0, carried.balls, joints.shape[0]
+    for g in range(balls.shape[0]):
+        fastest = max(fastest, carried.speeds[g, last])
+    return fastest
+
+
+@kernel
+def place_balls(joints, q_rows, half, carried):
+    """Write where joints and balls are at q, how fast they move there, and how far a point of a ball gets within ``half``."""
+    n, balls, like = joints.shape[0], carried.balls, load(q_rows, 0)
+    tree_poses(joints, q_rows, carried.joint_rows)
+    for i in range(n):
+        a, parent = load_pose(carried.joint_rows, i), int(joints[i, PARENT])
+        v, w = joint_twist(carried, parent, origin(a), like)
+        if int(joints[i, KIND]) == PRISMATIC:
+            v = add_scaled(v, carried.rates[i], axis(a, 2))
+        else:
+            w = add_scaled(w, carried.rates[i], axis(a, 2))
+        store_vector(carried.twist_rows, 6 * i, v)
+        store_vector(carried.twist_rows, 6 * i + 3, w)
+    for g in range(balls.shape[0]):
+        joint = int(balls[g, BALL_JOINT])
+        p = ball_centre(carried, g, joint, like)
+        v, w = joint_twist(carried, joint, p, like)
+        way = way_of(carried.speeds[g, n], carried.bends[g, n], v, sqrt(dot(w, w)) * balls[g, BALL_RADIUS], half)
+        store_vector(carried.ball_rows, 7 * g, p)
+        store_vector(carried.ball_rows, 7 * g + 3, v)
+        store(carried.ball_rows, 7 * g + 6, way)
+
+
+@kernel
+def ball_centre(carried, g, joint, like):
+    """The centre of a ball in the base frame [m]."""
+    c, balls = BALL_CENTRE, carried.balls
+    centre = splat(balls[g, c], like), splat(balls[g, c + 1], like), splat(balls[g, c + 2], like)
+    return centre if joint < 0 else transform(load_pose(carried.joint_rows, joint), centre)
+
+
+@kernel
+def joint_twist(carried, joint, p, like):
+    """The velocity of a point p that a joint carries, and the joint's angular velocity, along the edge."""
+    w = joint_turn(carried, joint, like)
+    if joint < 0:
+        return w, w
+    arm = minus(p, origin(load_pose(carried.joint_rows, joint)))
+    return plus(load_vector(carried.twist_rows, 6 * joint), cross(w, arm)), w
+
+
+@kernel
+def joint_turn(carried, joint, like):
+    """The angular velocity of a joint along the edge; zero of the base."""
+    if joint < 0:
+        return splat(0.0, like), splat(0.0, like), splat(0.0, like)
+    return load_vector(carried.twist_rows, 6 * joint + 3)
+
+
+@kernel
+def way_of(speed, bend, v, turning, half):
+    """How far a point gets within ``half``: by its greatest speed, or by its velocity at the middle and its acceleration."""
+    by_taylor = half * (sqrt(dot(v, v)) + turning) + (0.5 * bend) * half * half
+    return minimum(speed * half, by_taylor) * (1.0 + ROUNDING)
+
+
+@kernel
+def pair_way(joints, carried, a, b, shared, half, like):
+    """How much nearer two points of two balls come within ``half``, seen from the joint that carries both."""
+    n = joints.shape[0]
+    column, turned = (n, 0.0) if shared < 0 else (shared, carried.turns[shared])
+    p, q = load_vector(carried.ball_rows, 7 * a), load_vector(carried.ball_rows, 7 * b)
+    v_a, w = joint_twist(carried, shared, p, like)
+    v_b = joint_twist(carried, shared, q, like)[0]
+    seen_a = minus(load_vector(carried.ball_rows, 7 * a + 3), v_a)
+    seen_b = minus(load_vector(carried.ball_rows, 7 * b + 3), v_b)
+    turning = turning_of(carried, a, w, like) + turning_of(carried, b, w, like)
+    speed_a, speed_b = carried.speeds[a, column], carried.speeds[b, column]
+    bend = carried.bends[a, column] + carried.bends[b, column] - 2.0 * turned * (speed_a + speed_b)
+    return way_of(speed_a + speed_b, max(bend, 0.0), minus(seen_b, seen_a), turning, half)
+
+
+@kernel
+def turning_of(carried, g, w_shared, like):
+    """The speed that its turning gives a point of a ball, seen from a frame that turns itself."""
+    balls = carried.balls
+    w = minus(joint_turn(carried, int(balls[g, BALL_JOINT]), like), w_shared)
+    return sqrt(dot(w, w)) * balls[g, BALL_RADIUS]
+
+
+@kernel
+def load_vector(rows, j):
+    """Rows j, j + 1, j + 2."""
+    return load(rows, j), load(rows, j + 1), load(rows, j + 2)
+
+
+@kernel
+def store_vector(rows, j, v):
+    """Write a vector to rows j, j + 1, j + 2."""
+    store(rows, j, v[0])
+    store(rows, j + 1, v[1])
+    store(rows, j + 2, v[2])

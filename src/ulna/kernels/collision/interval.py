@@ -1,0 +1,156 @@
+"""Decides of eight intervals of an edge which are free. Used by ``drivers.free_edge``.
+
+An interval has one of three outcomes, each from one distance at its middle, d, and a bound on the motion in it, ``reach``:
+
+- d <= margin: something touches, so the edge is not free, and no more of it need be looked at;
+- d > reach + margin: the pair is clear in all of the interval;
+- between: unknown, and the interval is split.
+
+Balls first: the ball that holds all bodies of a joint is compared with the box that holds an object, the balls of two joints
+with each other. Only where these are near are bodies placed and compared, by their own bounding balls first. For a sphere and a
+sphere, capsule, box or half-space that is their distance. For other shapes a lower bound of the distance is computed
+(``posed_pair.rows_gap``). So "clear" is certain; "touches" is certain but for the resolution of that bound.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import any_lane, load, splat, sqrt, where
+from ulna.kernels.chain.poses import frame_pose
+from ulna.kernels.collision.ball_motion import joint_turn, joint_twist, load_vector, pair_way, way_of
+from ulna.kernels.collision.bvh import objects_within
+from ulna.kernels.collision.collision_layout import (
+    BALL_JOINT,
+    BALL_RADIUS,
+    GROUP_A,
+    GROUP_B,
+    GROUP_END,
+    GROUP_FIRST,
+    GROUP_SHARED,
+)
+from ulna.kernels.collision.continuous import CROWD, span_of
+from ulna.kernels.collision.posed_pair import BALLS, rows_gap
+from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, RADIUS, REACH, SHAPE, SPHERE
+from ulna.kernels.spatial.elementary import maximum
+from ulna.kernels.spatial.se3 import constant_pose
+from ulna.kernels.spatial.vectors import dot, minus, origin, transform_inverse
+
+
+@kernel
+def world_outcome(scene, carried, half, margin, of_world, finest, stack, found, like):
+    """Whether a body touches an object in any lane; and 1.0 in the lanes in whose interval all of them are clear, else 0.0.
+
+    margin: how near an object may be [m]; of_world: how far rounding may put a point of an object [m].
+    """
+    clear, bodies, balls, n = splat(1.0, like), scene.bodies, carried.balls, scene.joints.shape[0]
+    for g in range(balls.shape[0]):
+        joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin
+        p, reach = load_vector(carried.ball_rows, 7 * g), load(carried.ball_rows, 7 * g + 6) + slack
+        n_near = objects_near(scene, carried, g, p, reach, finest, stack, found)
+        if n_near < 0:
+            return False, splat(0.0, like)
+        w = joint_turn(carried, joint, like)
+        turning = sqrt(dot(w, w))
+        for m in range(carried.first[g], carried.first[g + 1] if n_near > 0 else carried.first[g]):
+            k = carried.order[m]
+            a = frame_pose(bodies, k, carried.joint_rows, like)
+            v = joint_twist(carried, joint, origin(a), like)[0]
+            way = way_of(carried.speeds[g, n], carried.bends[g, n], v, turning * bodies[k, REACH], half) + slack
+            for i in range(n_near):
+                o = carried.near[i]
+                if o < scene.n_unindexed and carried.may_touch[k, o]:
+                    continue
+                b = constant_pose(scene.objects, o, like)
+                touches, clear = body_outcome(
+                    bodies, scene.vertices, k, a, scene.objects, scene.points, o, b, way, slack - margin, margin, clear
+                )
+                if touches:
+                    return True, clear
+    return False, clear
+
+
+@kernel
+def objects_near(scene, carried, g, p, reach, finest, stack, found):
+    """Write to ``near`` the objects that a ball with its centre p may reach in any lane; how many, or -1 of a crowd."""
+    balls, objects, n, like = carried.balls, scene.objects, 0, p[0]
+    radius = BALLS * balls[g, BALL_RADIUS]
+    for o in range(scene.n_unindexed):
+        d, most = minus(p, (objects[o, 3], objects[o, 7], objects[o, 11])), reach + (radius + BALLS * objects[o, REACH])
+        if any_lane(dot(d, d) <= most * most):
+            gap = point_gap(p, objects, o, constant_pose(objects, o, like))
+            if any_lane(gap <= reach + radius):
+                carried.near[n] = o
+                n += 1
+    n_indexed = objects.shape[0] - scene.n_unindexed
+    if n_indexed > 0:
+        widest = radius + span_of(reach)[1]
+        (x, u), (y, v), (z, w) = span_of(p[0]), span_of(p[1]), span_of(p[2])
+        bounds = (x - widest, y - widest, z - widest), (u + widest, v + widest, w + widest)
+        n_found = objects_within(scene.nodes, n_indexed, bounds, stack, found)
+        if n_found > CROWD and not finest:
+            return -1
+        for i in range(n_found):
+            o = scene.n_unindexed + found[i]
+            if any_lane(point_gap(p, objects, o, constant_pose(objects, o, like)) <= reach + radius):
+                carried.near[n] = o
+                n += 1
+    return n
+
+
+@kernel
+def self_outcome(scene, carried, half, clear, like):
+    """The same as ``world_outcome`` for the pairs of the robot's own bodies; lanes that are not clear stay so."""
+    bodies, balls, groups = scene.bodies, carried.balls, carried.groups
+    for e in range(groups.shape[0]):
+        a, b = groups[e, GROUP_A], groups[e, GROUP_B]
+        d = minus(load_vector(carried.ball_rows, 7 * a), load_vector(carried.ball_rows, 7 * b))
+        slack, radii = carried.slacks[a] + carried.slacks[b], BALLS * (balls[a, BALL_RADIUS] + balls[b, BALL_RADIUS])
+        most = radii + slack + load(carried.ball_rows, 7 * a + 6) + load(carried.ball_rows, 7 * b + 6)
+        if not any_lane(dot(d, d) <= most * most):
+            continue
+        way = pair_way(scene.joints, carried, a, b, groups[e, GROUP_SHARED], half, like) + slack
+        most = radii + way
+        if not any_lane(dot(d, d) <= most * most):
+            continue
+        for m in range(groups[e, GROUP_FIRST], groups[e, GROUP_END]):
+            i, j = scene.pairs[carried.pair_order[m], 0], scene.pairs[carried.pair_order[m], 1]
+            pose_i, pose_j = frame_pose(bodies, i, carried.joint_rows, like), frame_pose(bodies, j, carried.joint_rows, like)
+            touches, clear = body_outcome(
+                bodies, scene.vertices, i, pose_i, bodies, scene.vertices, j, pose_j, way, slack, 0.0, clear
+            )
+            if touches:
+                return True, clear
+    return False, clear
+
+
+@kernel
+def body_outcome(bodies, vertices, k, a, others, points, j, b, reach, rounding, margin, clear):
+    """Whether two bodies touch in any lane, and ``clear``, 0.0 where they may be nearer than a reach [m]."""
+    distance = point_gap(origin(a), others, j, b) - BALLS * bodies[k, REACH]
+    if not any_lane((distance <= reach) & (clear > 0.0)):
+        return False, clear
+    if not has_exact_ball(int(bodies[k, SHAPE]), int(others[j, SHAPE])):
+        distance = rows_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding)
+    return any_lane(distance <= margin), where(distance > reach, clear, 0.0)
+
+
+@kernel
+def has_exact_ball(kind, other):
+    """Whether the distance of a body's bounding ball from the box round another's core is that of the two bodies."""
+    return kind == SPHERE and (other <= BOX or other == HALF_SPACE)
+
+
+@kernel
+def point_gap(p, others, j, b):
+    """The distance of a point from the smallest box that holds the core of body j, at pose b, less the core's radius [m].
+
+    A lower bound of the distance from the body; of a half-space the signed distance from its plane.
+    """
+    x = transform_inverse(b, p)
+    if int(others[j, SHAPE]) == HALF_SPACE:
+        return x[2]
+    c = HALF_EXTENTS
+    e = (
+        maximum(abs(x[0]) - others[j, c], 0.0),
+        maximum(abs(x[1]) - others[j, c + 1], 0.0),
+        maximum(abs(x[2]) - others[j, c + 2], 0.0),
+    )
+    return sqrt(dot(e, e)) - others[j, RADIUS]

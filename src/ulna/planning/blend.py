@@ -1,0 +1,75 @@
+"""Rounds the corners of a path by parabolas. Used by ``trajectory``.
+
+A corner P between the unit directions d and e is cut b before and b behind it. The parabola with the control points P - b d, P,
+P + b e has the derivative (1 - s / 2b) d + (s / 2b) e by the length s of the path's edges, so that it goes on smoothly from one
+edge into the next; its second derivative is (e - d) / 2b.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+CHORDS = 4  # along which a parabola is certified
+_HALVINGS = 3  # how often a rounding that is not free is halved; then the motion stops at the corner
+_STRAIGHT = 1e-12  # of the directions of two edges: no corner
+IsFree = Callable[[Array, Array], bool]
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """A path as lines and parabolas: q(s) = start + slope s + bend s^2 / 2 on each, 0 <= s <= length.
+
+    Attributes:
+        starts: Shape (n, n_dof).
+        slopes: Shape (n, n_dof).
+        bends: Shape (n, n_dof); 0 of a line.
+        lengths: Shape (n,).
+        stops: Whether the motion stops at the end of each, shape (n,).
+    """
+
+    starts: Array
+    slopes: Array
+    bends: Array
+    lengths: Array
+    stops: NDArray[np.bool_]
+
+
+def rounded_path(path: Array, lengths: Array, blend: float, is_free: IsFree) -> Pieces:
+    """The pieces of a path whose corners are rounded where that is free, and at which the motion stops elsewhere.
+
+    path: (n, n_dof), n >= 2; lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes;
+    is_free: whether some chords, and what lies within so much of each in each entry of q, are free.
+    """
+    directions = np.diff(path, axis=0) / lengths[:, None]
+    cuts = np.zeros(len(path))
+    for k in range(1, len(path) - 1):
+        if np.abs(directions[k] - directions[k - 1]).max() > _STRAIGHT and blend > 0.0:
+            cuts[k] = _cut(path[k], directions[k - 1], directions[k], min(blend, lengths[k - 1] / 2, lengths[k] / 2), is_free)
+    rows: list[tuple[Array, Array, Array, float, bool]] = []
+    zero = np.zeros(path.shape[1])
+    for k, (direction, length) in enumerate(zip(directions, lengths, strict=True)):
+        left = length - cuts[k] - cuts[k + 1]
+        last = k == len(directions) - 1
+        corner = not last and np.abs(directions[k + 1] - direction).max() > _STRAIGHT
+        if left > 1e-12 * length:
+            rows.append((path[k] + cuts[k] * direction, direction, zero, left, last or (corner and not cuts[k + 1])))
+        if cuts[k + 1]:
+            bend = (directions[k + 1] - direction) / (2 * cuts[k + 1])
+            rows.append((path[k + 1] - cuts[k + 1] * direction, direction, bend, 2 * cuts[k + 1], False))
+    starts, slopes, bends, sizes, stops = zip(*rows, strict=True)
+    return Pieces(np.array(starts), np.array(slopes), np.array(bends), np.array(sizes), np.array(stops))
+
+
+def _cut(corner: Array, before: Array, behind: Array, most: float, is_free: IsFree) -> float:
+    """The length of a rounding that is free; 0 if none is."""
+    t = np.linspace(0.0, 1.0, CHORDS + 1)[:, None]
+    for halving in range(_HALVINGS + 1):
+        b = most * 0.5**halving
+        points = (1 - t) ** 2 * (corner - b * before) + 2 * t * (1 - t) * corner + t**2 * (corner + b * behind)
+        spread = np.abs(b * (behind - before)) / (4 * CHORDS**2)  # h^2 / 4 of the second difference of the control points
+        if is_free(points, np.tile(spread * (1 + 1e-9), (CHORDS, 1))):
+            return b
+    return 0.0

@@ -1,0 +1,20 @@
+"""Holds what a search for a plan took. Used by ``search`` and ``plan``."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a search took.
+
+    Attributes:
+        checks: How many edges were checked.
+        iterations: How many samples were within the domain of their nearest node.
+        start_nodes: How many configurations were reached from the start.
+        goal_nodes: How many the goals were reached from.
+    """
+
+    checks: int = 0
+    iterations: int = 0
+    start_nodes: int = 0
+    goal_nodes: int = 0

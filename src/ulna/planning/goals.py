@@ -1,0 +1,202 @@
+"""Finds the configurations that a plan may end in. Used by ``planner``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.checker import Checker
+from ulna.collision.report import Report
+from ulna.collision.world import World
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_pose
+from ulna.errors import InputError
+from ulna.ik.closed_form.closed_form import closed_form_of
+from ulna.ik.inverse_kinematics import InverseKinematics
+from ulna.ik.options import Options
+from ulna.ik.result import IKResult, Status
+from ulna.ik.task import Task, as_task
+from ulna.kinematics.positions import refuse_out_of_range
+from ulna.kinematics.sample import random_positions
+from ulna.kinematics.tree import Tree
+from ulna.planning.plan_status import PlanStatus
+
+Array = NDArray[np.float64]
+SPREAD = 16  # configurations for a pose of a redundant arm, or places of the joint that its closed form holds
+_SEEDS = 16  # from which a pose is searched with joints held
+
+
+@dataclass(frozen=True, eq=False)
+class Goals:
+    """Configurations that a plan may end in.
+
+    Attributes:
+        q: The free ones, shape (n, n_dof).
+        of: Which of the goals given each belongs to, shape (n,).
+        status: If there is none, why.
+        reason: The report or the result that shows it.
+    """
+
+    q: Array
+    of: NDArray[np.int64]
+    status: PlanStatus = PlanStatus.SOLVED
+    reason: Report | IKResult | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What a plan is asked for, checked.
+
+    Attributes:
+        checker: Tests configurations.
+        inverse_kinematics: Finds those of a pose.
+        world: The objects, if any.
+        margin: How near an object may be [m].
+        start: The configuration to start from, shape (n_dof,).
+        held: The joints that keep their positions.
+        link: The link that is brought to a pose.
+        task: The components of the pose that count.
+        seed: Chooses the starts of the search for a pose.
+    """
+
+    checker: Checker
+    inverse_kinematics: InverseKinematics
+    world: World | None
+    margin: float
+    start: Array
+    held: tuple[str, ...]
+    link: str | None
+    task: Task | str
+    seed: int
+
+    @property
+    def tree(self) -> Tree:
+        """The robot."""
+        return self.checker.tree
+
+    def is_free(self, q: Array) -> NDArray[np.bool_]:
+        """Which configurations, shape (n, n_dof), touch nothing, and keep the margin from the world."""
+        free = ~np.atleast_1d(self.checker.in_collision(q, self.world, self_collision=True))
+        if self.margin > 0.0 and self.world is not None and self.world.names:
+            free &= np.atleast_1d(self.checker.signed_distance(q, self.world, self_collision=False)) > self.margin
+        return free
+
+    def report(self, q: Array) -> Report:
+        """The pairs that touch at q; with a margin those nearer than that too."""
+        return self.checker.check_collision(q, self.world, self_collision=True, max_distance=self.margin)
+
+
+def is_pose(goal: Array, n_dof: int) -> bool:
+    """Whether a goal, as an array, is a pose or several: for an arm of four joints, by the last row of the matrix."""
+    if goal.ndim == 3:
+        return goal.shape[1:] == (4, 4)
+    return goal.shape == (4, 4) and (n_dof != 4 or bool((goal[3] == (0.0, 0.0, 0.0, 1.0)).all()))
+
+
+def as_goal(goal: ArrayLike, tree: Tree) -> Array:
+    """A goal as an array of configurations, shape (n, n_dof), or of poses, shape (n, 4, 4).
+
+    Raises:
+        InputError: It is neither; or a configuration lies outside the limits; or a pose is not a rigid motion.
+    """
+    given = as_floats("goal", goal)
+    if is_pose(given, tree.n_dof):
+        poses = given.reshape(-1, 4, 4)
+        for T in poses:
+            as_pose(T)
+        return poses
+    if given.ndim not in {1, 2} or given.shape[-1] != tree.n_dof or not given.size:
+        expected = f"configurations, shape ({tree.n_dof},) or (n, {tree.n_dof}), or poses, shape (4, 4) or (n, 4, 4)"
+        raise InputError("goal", f"shape {given.shape}; {expected}, are expected")
+    refuse_out_of_range(given, "goal")
+    rows = given.reshape(-1, tree.n_dof)
+    beyond = np.argwhere((rows < tree.lower) | (rows > tree.upper))
+    if len(beyond):
+        row, k = beyond[0]
+        name = next(name for name, part in zip(tree.joint_names, tree.joint_slices, strict=True) if part.start <= k < part.stop)
+        limits = f"{tree.lower[k]:.6g} to {tree.upper[k]:.6g}"
+        raise InputError("goal", f"{rows[row, k]:.6g} of joint {name!r} is outside its limits, {limits}")
+    return rows
+
+
+def held_for(goal: Array, question: Question) -> NDArray[np.bool_]:
+    """Which further entries of q are held: for a pose those that do not move the link."""
+    columns = np.zeros(question.tree.n_dof, dtype=bool)
+    if goal.ndim == 3:
+        columns[:] = True
+        columns[question.tree.moving_columns(question.tree.link_or_tip(question.link))] = False
+    return columns
+
+
+def find_goals(question: Question, goal: Array, held: NDArray[np.bool_]) -> Goals:
+    """The free configurations of a goal; or why there is none.
+
+    held: the entries of q that keep their positions, shape (n_dof,).
+
+    Raises:
+        InputError: A configuration moves a joint that is held.
+    """
+    if goal.ndim == 3:
+        return _of_poses(question, goal, held)
+    moved = np.argwhere((goal != question.start) & held)
+    if len(moved):
+        raise InputError("goal", f"entry {moved[0][1]} of q differs from q_start, but its joint is held")
+    free = question.is_free(goal)
+    if free.any():
+        return Goals(goal[free], np.flatnonzero(free))
+    return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, question.report(goal[0]))
+
+
+def _of_poses(question: Question, poses: Array, held: NDArray[np.bool_]) -> Goals:
+    rows, of = [], []
+    for i, T in enumerate(poses):
+        found = _of_pose(question, T)
+        found[:, held] = question.start[held]
+        found = found[question.is_free(found)] if len(found) else found
+        rows.append(found)
+        of.append(np.full(len(found), i))
+    q = np.concatenate(rows)
+    if len(q):
+        return Goals(q, np.concatenate(of))
+    return _why_none(question, poses[0], q)
+
+
+def _of_pose(question: Question, T: Array) -> Array:
+    """All configurations found for a pose that are clear of the world, shape (n, n_dof)."""
+    if question.held:
+        n = question.tree.n_dof
+        seeds = np.vstack([question.start, random_positions(question.tree, _SEEDS - 1, question.seed)])
+        held = question.tree.joint_names, question.tree.joint_slices
+        for name, part in zip(*held, strict=True):
+            if name in question.held:
+                seeds[:, part] = question.start[part]
+        result = _solve(question, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds, question.held)
+        return np.unique(result.q[result.success].reshape(-1, n), axis=0)
+    link, form = question.tree.link_or_tip(question.link), None
+    options = Options(seed=question.seed, task=as_task(question.task), threads=1)
+    if options.task == Task.pose():
+        form = closed_form_of(question.tree, link)
+    if form is not None and form.held is not None:
+        found = question.inverse_kinematics.solutions(T, link, options.task, None, SPREAD, 1, whole_turns=False)
+        return found.q[found.valid]
+    search = question.inverse_kinematics.all_solutions
+    return search(T, question.start, link, options, SPREAD, question.world).copy()
+
+
+def _solve(question: Question, T: Array, seeds: Array, held: Iterable[str]) -> IKResult:
+    method, tolerances = "levenberg_marquardt", (1e-5, 1e-5)
+    options = (method, question.seed, question.task, None, None, *tolerances, None, None, None, False)
+    return question.inverse_kinematics.solve(T, seeds, None, tuple(held), question.world, question.link, options)
+
+
+def _why_none(question: Question, T: Array, none: Array) -> Goals:
+    """What inverse kinematics says of a pose for which no free configuration was found."""
+    result, of_none = _solve(question, T, question.start, question.held), np.empty(0, dtype=np.int64)
+    if result.success and question.is_free(result.q[None])[0]:
+        return Goals(result.q[None].copy(), np.zeros(1, dtype=np.int64))
+    if result.success or result.status == Status.IN_COLLISION:
+        return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.report(result.q))
+    return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, result)

@@ -1,0 +1,59 @@
+"""Holds what a plan was found with, so that more can be asked of it. Used by ``planner`` and ``plan``."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.checker import NO_OBJECTS, Checker
+from ulna.collision.world import World
+from ulna.kernels.planning import planning_layout as layout
+from ulna.planning.merged_scene import merged_scene
+from ulna.planning.search import Edges, confirmed
+from ulna.planning.space import Space
+
+Array = NDArray[np.float64]
+RANGE = 1.0  # the longest edge of a tree [rad]
+RESOLUTION = 1e-4  # [m]
+SAMPLES_APART = 1 / 32  # [rad]: of an edge that is not certified
+MOST_BLOCKS = 64  # of eight intervals of an edge: then it is given up
+_DOMAIN, _LEAST_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times RANGE, and the rate
+
+
+class Motion(NamedTuple):
+    """What a plan was found with.
+
+    Attributes:
+        space: What may be moved, and how lengths are measured.
+        checker: The robot's.
+        world: A copy of the world as it was.
+        margin: How near an object may be [m].
+    """
+
+    space: Space
+    checker: Checker
+    world: World | None
+    margin: float
+
+    def is_free(self, points: Array, spreads: Array) -> bool:
+        """Whether all within ``spreads``, shape (n - 1, n_dof), of the edges of a path, shape (n, n_dof), is certainly free."""
+        edges = edges_of(self.checker, self.world, self.space, self.margin, certify=True)
+        return confirmed(edges, points, spreads)[0] is not None
+
+    def clearance(self, q: Array) -> float:
+        """The least distance of the robot at q, shape (n, n_dof), from an object [m]; infinite if there is none."""
+        if self.world is None or not self.world.names:
+            return np.inf
+        return float(np.min(self.checker.signed_distance(q, self.world, self_collision=False)))
+
+
+def edges_of(checker: Checker, world: World | None, space: Space, margin: float, *, certify: bool) -> Edges:
+    """What it takes to decide whether an edge is free."""
+    objects = NO_OBJECTS if world is None else world.objects()
+    settings = np.zeros(layout.N_SETTINGS)
+    settings[layout.RANGE], settings[layout.RESOLUTION], settings[layout.MARGIN] = RANGE, RESOLUTION, margin
+    settings[layout.SAMPLED] = 0.0 if certify else SAMPLES_APART
+    settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN] = _DOMAIN * RANGE, _LEAST_DOMAIN * RANGE
+    settings[layout.ADAPTATION], settings[layout.MOST_BLOCKS] = _ADAPTATION, MOST_BLOCKS
+    settings[layout.ROOM] = 4 + np.ceil(space.diameter / RANGE)
+    return Edges(merged_scene(checker, objects), settings, space)

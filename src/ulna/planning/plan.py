@@ -1,0 +1,191 @@
+"""Holds a motion from a configuration to a goal, or why there is none. Used by ``planner`` and ``Robot``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from numbers import Real
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.report import Report
+from ulna.description.arrays import as_floats
+from ulna.errors import InputError
+from ulna.ik.entry_names import entry_names
+from ulna.ik.result import IKResult
+from ulna.planning.blend import rounded_path
+from ulna.planning.effort import Effort
+from ulna.planning.motion import Motion
+from ulna.planning.plan_status import PlanStatus
+from ulna.planning.trajectory import Trajectory, as_limits, make_trajectory, resting
+
+Array = NDArray[np.float64]
+_SAMPLES = 256  # at which the clearance is measured
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A motion from a start to a goal: straight lines between configurations. ``if plan:`` asks whether there is one.
+
+    ======================= ==========================================================================================
+    ``solved``              ``path`` leads from the start to a goal.
+    ``start in collision``  The start touches something; ``reason`` is the ``Report``.
+    ``start beyond limits`` The start is not within the joint limits.
+    ``goal in collision``   Every goal touches something; ``reason`` is the ``Report`` of the first.
+    ``goal unreachable``    No configuration was found for the pose; ``reason`` is the ``IKResult``.
+    ``budget spent``        ``max_checks`` edges were checked. That says nothing about whether there is a way.
+    ======================= ==========================================================================================
+
+    Attributes:
+        status: How the search ended.
+        path: The configurations [rad or m], shape (n, n_dof), the first the start and the last a goal; n = 0 if there is none.
+        certified: Whether every edge of the path is certified, as by ``Robot.edge_in_collision``: free at all of its
+            configurations. Else they were checked at samples.
+        reason: Why there is no path: a ``Report``, an ``IKResult`` or a sentence; None if there is one.
+        effort: What it took.
+        escape: How deep the start touched something, where it was left for all that [m]; else 0. The first edge leads out of
+            it, and is not checked.
+        goal: Which goal is reached, of those given; -1 if none.
+    """
+
+    status: PlanStatus
+    path: Array
+    certified: bool
+    reason: Report | IKResult | str | None = None
+    effort: Effort = field(default_factory=Effort)
+    escape: float = 0.0
+    goal: int = -1
+    _motion: Motion | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        self.path.setflags(write=False)
+
+    def __bool__(self) -> bool:
+        return self.status == PlanStatus.SOLVED
+
+    @property
+    def success(self) -> bool:
+        """Whether there is a path."""
+        return bool(self)
+
+    @property
+    def checks(self) -> int:
+        """How many edges were checked, by search and shortening."""
+        return self.effort.checks
+
+    @property
+    def length(self) -> float:
+        """The length of the path: Euclidean in q, with a slide as a share of the robot's length; 0 if there is no path."""
+        return float(self._lengths[-1]) if len(self.path) else 0.0
+
+    @cached_property
+    def clearance(self) -> float:
+        """The least distance from an object of the world [m] at 256 evenly spaced configurations; infinite without a world.
+
+        It is measured when first asked for. What is certified lies between these configurations too.
+        """
+        if self._motion is None:
+            return np.inf
+        return self._motion.clearance(self.at(np.linspace(0.0, 1.0, _SAMPLES)))
+
+    @cached_property
+    def _lengths(self) -> Array:
+        """The length of the path up to each of its configurations."""
+        differences = np.diff(self.path, axis=0)
+        steps = np.linalg.norm(differences, axis=1) if self._motion is None else self._motion.space.lengths(differences)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    def at(self, s: ArrayLike) -> Array:
+        """The configuration at a share of the path's length.
+
+        Args:
+            s: Shares in [0, 1], shape (...).
+
+        Returns:
+            Joint positions [rad or m], shape (..., n_dof).
+
+        Raises:
+            InputError: There is no path, or s is not in [0, 1].
+        """
+        s = as_floats("s", s)
+        if not len(self.path):
+            raise InputError("s", f"there is no path: {self.status}")
+        if not ((s >= 0.0) & (s <= 1.0)).all():
+            raise InputError("s", "shares of the path's length, from 0 to 1, are expected")
+        if len(self.path) == 1:
+            return np.broadcast_to(self.path[0], (*s.shape, self.path.shape[1])).copy()
+        along = s * self._lengths[-1]
+        i = np.clip(np.searchsorted(self._lengths, along, side="right") - 1, 0, len(self.path) - 2)
+        step = self._lengths[i + 1] - self._lengths[i]
+        share = np.clip((along - self._lengths[i]) / np.where(step > 0.0, step, 1.0), 0.0, 1.0)
+        q = self.path[i] + share[..., None] * (self.path[i + 1] - self.path[i])
+        return np.where(share[..., None] >= 1.0, self.path[i + 1], q)
+
+    def trajectory(
+        self,
+        *,
+        acceleration: ArrayLike,
+        velocity: ArrayLike | None = None,
+        blend: float = 0.1,
+        jerk: ArrayLike | None = None,
+    ) -> Trajectory:
+        """The path with times: the fastest motion along it within limits, by TOPP-RA (Pham and Pham 2018).
+
+        Args:
+            acceleration: The greatest acceleration of each joint [rad/s^2 or m/s^2], a number or n_dof numbers.
+            velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; the robot's limits unless given.
+            blend: How much of each of its two edges, in the plan's metric [rad], a rounded corner takes at most; half of an edge
+                is the most. A rounding is a parabola, and is certified as the edges are; one that is not free is made smaller.
+                Where none is free, and everywhere for 0, the motion stops at the corner.
+            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers. With it the motion stops at every corner.
+
+        Returns:
+            A ``Trajectory``: times, q, qd, qdd, and ``at(t)``.
+
+        Raises:
+            InputError: There is no path, or a limit is not above 0.
+        """
+        if not self or self._motion is None:
+            raise InputError("plan", f"there is no path: {self.status}")
+        if isinstance(blend, bool) or not isinstance(blend, Real) or not 0.0 <= blend < np.inf:
+            raise InputError("blend", f"{blend!r}; a length of at least 0 is expected")
+        tree = self._motion.checker.tree
+        limits = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, tree.n_dof)
+        names = tuple(entry_names(tree))
+        accelerations = as_limits("acceleration", acceleration, tree.n_dof)
+        if len(self.path) == 1:
+            return resting(self.path[0], names, certified=self.certified)
+        jerks = None if jerk is None else as_limits("jerk", jerk, tree.n_dof)
+        rounding = float(blend) if jerks is None else 0.0
+        pieces = rounded_path(self.path, np.diff(self._lengths), rounding, self._motion.is_free)
+        return make_trajectory(pieces, limits, accelerations, names, certified=self.certified and not self.escape, jerk=jerks)
+
+    def __getstate__(self) -> dict:
+        return {name: value for name, value in self.__dict__.items() if name != "_lengths"}
+
+    def __setstate__(self, state: dict) -> None:
+        self.__dict__.update(state)
+        self.path.setflags(write=False)
+
+    def __str__(self) -> str:
+        if self:
+            how = "certified free" if self.certified else "free at samples"
+            n = len(self.path)
+            left = f"; the start touches by {self.escape * 1e3:.2g} mm, and the first edge leads out of it" if self.escape else ""
+            points = f"{n} configuration{'s' * (n != 1)}, length {self.length:.3g}"
+            return f"solved: {points}, {how}, after {self.checks} checked edges{left}"
+        return f"{self.status}: {_sentence(self)}"
+
+
+def _sentence(plan: Plan) -> str:
+    if isinstance(plan.reason, Report):
+        pairs = [f"{pair.name_a} and {pair.name_b} ({-pair.signed_distance * 1e3:.3g} mm deep)" for pair in plan.reason.pairs[:4]]
+        return ", ".join(pairs)
+    if plan.status == PlanStatus.BUDGET_SPENT:
+        effort = plan.effort
+        return (
+            f"after {effort.checks} checked edges; {effort.start_nodes} configurations were reached from the start, "
+            f"{effort.goal_nodes} from the goals, and no edge between them was found"
+        )
+    return str(plan.reason)

@@ -1,0 +1,192 @@
+"""Runs the search for a path and its shortening, in slices of checked edges. Used by ``planner``."""
+
+import time
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers import entry
+from ulna.engine.width import WIDTH
+from ulna.kernels.planning import planning_layout as layout
+from ulna.planning.effort import Effort
+from ulna.planning.merged_scene import MergedScene
+from ulna.planning.space import Space
+
+Array = NDArray[np.float64]
+_FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges, and seconds, between which Ctrl-C and the time limit are looked at
+_FIRST_CAPACITY = 512  # nodes
+_BLOCK = 1024  # samples
+_OWN_STREAM = 0x706C616E  # a caller who draws configurations with the same seed must not draw the same numbers
+
+
+class Edges(NamedTuple):
+    """What it takes to decide whether an edge is free: robot and world, ``planning_layout``'s settings, what may be moved."""
+
+    merged: MergedScene
+    settings: Array
+    space: Space
+
+
+@dataclass(eq=False)
+class Search:
+    """The two trees of a search, which go on growing with each call.
+
+    Attributes:
+        edges: The robot and the world.
+        start: Shape (n_dof,).
+        goals: Shape (n, n_dof), at least one.
+        seed: Chooses the samples.
+    """
+
+    edges: Edges
+    start: Array
+    goals: Array
+    seed: int
+    state: NDArray[np.int64] = field(init=False)
+    _rows: list[Array] = field(init=False)
+    _parents: NDArray[np.int64] = field(init=False)
+    _radii: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.state = np.zeros(layout.N_STATE, dtype=np.int64)
+        n_dof, capacity = len(self.start), max(_FIRST_CAPACITY, 2 * (len(self.goals) + int(self.edges.settings[layout.ROOM])))
+        capacity = -(-capacity // WIDTH) * WIDTH
+        self._rows = [np.full((capacity // WIDTH * n_dof, WIDTH), np.inf) for _ in range(2)]
+        self._parents, self._radii = np.full((2, capacity), -1), np.full((2, capacity), np.inf)
+        for tree, roots in enumerate((self.start[None], self.goals)):
+            for i, q in enumerate(roots):
+                self._rows[tree][i // WIDTH * n_dof : (i // WIDTH + 1) * n_dof, i % WIDTH] = q
+            self.state[tree] = len(roots)
+        self.state[layout.ACTIVE] = 1
+
+    def run(self, max_checks: int, time_limit: float | None) -> Array | None:
+        """Search on, up to so many checked edges in all or so many seconds; the path if one was found, shape (n, n_dof)."""
+        merged, settings, space = self.edges
+        grow, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit)
+        no_path = np.empty((0, len(self.start)))
+        while slices.another(self.state):
+            code = grow(
+                *merged.scene, merged.may_touch, settings, space.table, self._samples(),
+                *self._rows, self._parents, self._radii, no_path, self.state,
+            )  # fmt: skip
+            if code == layout.SOLVED:
+                return self._path()
+            if code == layout.FULL:
+                self._grow()
+        return None
+
+    @property
+    def effort(self) -> Effort:
+        """What it took so far."""
+        checks, iterations = self.state[layout.CHECKS], self.state[layout.ITERATIONS]
+        return Effort(int(checks), int(iterations), *self.state[:2].tolist())
+
+    @property
+    def goal(self) -> int:
+        """Which goal was reached."""
+        node = int(self.state[layout.JOINED_GOAL])
+        while self._parents[1, node] >= 0:
+            node = int(self._parents[1, node])
+        return node
+
+    def _samples(self) -> Array:
+        block = int(self.state[layout.SAMPLE]) // _BLOCK
+        self.state[layout.FIRST_SAMPLE] = block * _BLOCK
+        return samples(len(self.start), self.seed, block)
+
+    def _grow(self) -> None:
+        more = 3 * self._parents.shape[1]
+        n_dof = len(self.start)
+        self._rows = [np.concatenate([rows, np.full((more // WIDTH * n_dof, WIDTH), np.inf)]) for rows in self._rows]
+        self._parents = np.concatenate([self._parents, np.full((2, more), -1)], axis=1)
+        self._radii = np.concatenate([self._radii, np.full((2, more), np.inf)], axis=1)
+
+    def _path(self) -> Array:
+        """From the start to a goal; the second part turned by whole turns to where the first one ends."""
+        there = self._branch(0, int(self.state[layout.JOINED_START]))[::-1]
+        back = self._branch(1, int(self.state[layout.JOINED_GOAL]))
+        difference, direct = there[-1] - back[0], len(there) == 1 and not np.array_equal(there[-1], back[0])
+        shift = difference - self.edges.space.shortest_way(difference)
+        rest = back + shift if shift.any() else back
+        return np.concatenate([there, rest if direct else rest[1:]])
+
+    def _branch(self, tree: int, node: int) -> Array:
+        """From a node to its root, shape (n, n_dof)."""
+        nodes, n_dof = [], len(self.start)
+        while node >= 0:
+            nodes.append(node)
+            node = int(self._parents[tree, node])
+        at = np.array(nodes)
+        return self._rows[tree].reshape(-1, n_dof, WIDTH)[at // WIDTH, :, at % WIDTH]
+
+
+class Slices:
+    """Divides a run into slices of checked edges, so that Ctrl-C and a time limit act soon.
+
+    What is computed does not depend on the slices.
+    """
+
+    def __init__(self, max_checks: int, time_limit: float | None) -> None:
+        self._most, self._slice = max_checks, _FIRST_SLICE
+        self._began = self._last = time.perf_counter()
+        self._end = np.inf if time_limit is None else self._began + time_limit
+
+    def another(self, state: NDArray[np.int64]) -> bool:
+        """Whether there is another slice; if so, state[UNTIL] is set."""
+        now = time.perf_counter()
+        if now >= self._end or state[layout.CHECKS] >= self._most:
+            return False
+        if state[layout.UNTIL] > 0:
+            too_long = now - self._last > _LONGEST_SLICE
+            self._slice = max(1, self._slice // 2) if too_long else 2 * self._slice
+        self._last = now
+        state[layout.UNTIL] = min(self._most, int(state[layout.CHECKS]) + self._slice)
+        return True
+
+
+def shortened(edges: Edges, path: Array) -> tuple[Array | None, int]:
+    """A shorter path, confirmed edge by edge, or None where that failed; and how many edges were checked."""
+    return _run(edges, path, np.empty((0, path.shape[1])), 0)
+
+
+def confirmed(edges: Edges, path: Array, spreads: Array | None = None) -> tuple[Array | None, int]:
+    """The path, if each of its edges is free; else None; and how many edges were checked.
+
+    spreads: how far beside each edge all is to be free, shape (n - 1, n_dof) [rad or m]; nowhere unless given.
+    """
+    return _run(edges, path, np.empty((0, path.shape[1])) if spreads is None else spreads, layout.CONFIRM)
+
+
+def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Array | None, int]:
+    n, state = len(path), np.zeros(layout.N_STATE, dtype=np.int64)
+    points = np.zeros((2 * n + 128, path.shape[1]))
+    points[:n], state[layout.POINTS], state[layout.PASS] = path, n, first_pass
+    plan_slice, slices, straight = entry("planning.plan_slice"), Slices(2**62, None), edges.space.straight
+    none, nodes, radii = np.empty((0, path.shape[1])), np.empty((2, 0), dtype=np.int64), np.empty((2, 0))
+    while slices.another(state):
+        code = plan_slice(
+            *edges.merged.scene,
+            edges.merged.may_touch,
+            edges.settings,
+            straight,
+            spreads,
+            none,
+            none,
+            nodes,
+            radii,
+            points,
+            state,
+        )
+        if code != layout.PAUSED:
+            found = points[: state[layout.POINTS]].copy() if code == layout.SOLVED else None
+            return found, int(state[layout.CHECKS])
+    raise AssertionError("shortening ends by itself")
+
+
+@lru_cache(maxsize=64)
+def samples(n_dof: int, seed: int, block: int) -> Array:
+    """The samples of a block, in [0, 1), shape (1024, n_dof): the same in every search with a seed."""
+    return np.random.default_rng([_OWN_STREAM, seed, block]).random((_BLOCK, n_dof))

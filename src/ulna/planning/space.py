@@ -1,0 +1,98 @@
+"""Describes the configurations that a plan may use: limits, metric, joints that turn for ever. Used by ``planner``."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.errors import UnknownNameError
+from ulna.ik.turns import TURN, turning_columns
+from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC
+from ulna.kernels.planning.planning_layout import HIGH, LOW, N_SPACE, PERIOD, WEIGHT
+from ulna.kinematics.sample import length_of_robot, random_range
+from ulna.kinematics.tree import Tree
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """The configurations of a plan.
+
+    Attributes:
+        table: What the kernels read (``planning_layout``), shape (N_SPACE, n_dof).
+        moving: Which entries of q the plan may change, shape (n_dof,).
+    """
+
+    table: Array
+    moving: NDArray[np.bool_]
+
+    @property
+    def straight(self) -> Array:
+        """The same for a path, whose differences are taken as they are."""
+        table = self.table.copy()
+        table[PERIOD] = 0.0
+        return table
+
+    @property
+    def diameter(self) -> float:
+        """The greatest distance of two configurations."""
+        extent = np.where(self.table[PERIOD] > 0, 0.5 * self.table[PERIOD], self.table[HIGH] - self.table[LOW])
+        return float(np.linalg.norm(extent * self.table[WEIGHT]))
+
+    def shortest_way(self, q: Array) -> Array:
+        """Differences of configurations, shape (..., n_dof), less whole turns of the joints that may turn for ever."""
+        period = self.table[PERIOD]
+        return np.where(period > 0, q - period * np.rint(q / np.where(period > 0, period, 1.0)), q)
+
+    def lengths(self, differences: Array) -> Array:
+        """The lengths of differences of configurations, shape (...,)."""
+        return np.linalg.norm(differences * self.table[WEIGHT], axis=-1)
+
+
+def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_]) -> Space:
+    """The space of a robot; samples are taken from the limits, and as far as start and goals, shape (n, n_dof), lie.
+
+    An angle has weight 1; a slide the inverse of the robot's length, so that it moves a robot about as far.
+    """
+    table = _whole_space(tree).copy()
+    turning = table[PERIOD] > 0
+    table[LOW] = np.where(turning, table[LOW], np.minimum(table[LOW], corners.min(axis=0)))
+    table[HIGH] = np.where(turning, table[HIGH], np.maximum(table[HIGH], corners.max(axis=0)))
+    table[LOW, held] = table[HIGH, held] = corners[0, held]
+    return Space(table, ~held)
+
+
+@lru_cache(maxsize=16)
+def _whole_space(tree: Tree) -> Array:
+    """The table of a robot without a start and goals; kept, since it is looked up in Python, joint by joint."""
+    table, endless = np.zeros((N_SPACE, tree.n_dof)), np.isinf(tree.lower) & np.isinf(tree.upper)
+    table[LOW], table[HIGH] = random_range(tree)
+    table[PERIOD] = np.where(endless & turning_columns(tree.joints, tree.n_dof), TURN, 0.0)
+    table[WEIGHT] = np.where(_slides(tree), 1.0 / length_of_robot(tree), 1.0)
+    return table
+
+
+def held_columns(tree: Tree, held: Iterable[str]) -> NDArray[np.bool_]:
+    """Which entries of q belong to joints that are held, shape (n_dof,).
+
+    Raises:
+        UnknownNameError: There is no such joint.
+    """
+    columns, slices = np.zeros(tree.n_dof, dtype=bool), dict(zip(tree.joint_names, tree.joint_slices, strict=True))
+    for name in held:
+        if name not in slices:
+            raise UnknownNameError("joint", str(name), tree.joint_names)
+        columns[slices[name]] = True
+    return columns
+
+
+def _slides(tree: Tree) -> NDArray[np.bool_]:
+    """Which entries of q drive slides alone."""
+    slides, turns = np.zeros(tree.n_dof, dtype=bool), np.zeros(tree.n_dof, dtype=bool)
+    for row in tree.joints:
+        if int(row[KIND]) != FIXED:
+            (slides if int(row[KIND]) == PRISMATIC else turns)[int(row[COLUMN])] = True
+    return slides & ~turns

@@ -1,0 +1,250 @@
+"""Gives a path times: the fastest motion within limits of velocity and acceleration. Used by ``Plan.trajectory``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.drivers import entry
+from ulna.errors import FileError, InputError, needs_extra
+from ulna.planning.blend import Pieces
+from ulna.planning.double_s import N_PHASES, double_s
+
+Array = NDArray[np.float64]
+INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
+LEAST_INTERVALS = 8
+_NO_LIMIT = 1e300
+_WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
+
+
+class Moment(NamedTuple):
+    """A moment of a trajectory: positions, velocities and accelerations, shape (..., n_dof) each."""
+
+    q: Array
+    qd: Array
+    qdd: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A motion in time, from rest to rest, within limits.
+
+    Between two grid points the path is a line or a parabola, and the acceleration along it is constant, or the jerk is. ``at``
+    evaluates that: nothing is interpolated.
+
+    Attributes:
+        times: When each grid point is passed [s], shape (n,).
+        q: Positions there [rad or m], shape (n, n_dof).
+        qd: Velocities there [rad/s or m/s], shape (n, n_dof).
+        qdd: Accelerations behind each of them [rad/s^2 or m/s^2], shape (n, n_dof); at the last one before it.
+        certified: Whether all of the motion is certified to be free, with its rounded corners.
+        stops: At how many corners the motion stops.
+        joint_names: Those of the entries of q.
+    """
+
+    times: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    certified: bool
+    stops: int
+    joint_names: tuple[str, ...]
+    _grid: Grid
+    _profile: Profile
+
+    def __post_init__(self) -> None:
+        for array in (self.times, self.q, self.qd, self.qdd):
+            array.setflags(write=False)
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return float(self.times[-1])
+
+    def at(self, t: ArrayLike) -> Moment:
+        """Positions, velocities and accelerations at times.
+
+        Args:
+            t: Times [s], shape (...); before 0 and after ``duration`` it rests.
+
+        Returns:
+            A ``Moment`` (q, qd, qdd), shape (..., n_dof) each.
+
+        Raises:
+            InputError: t is not an array of finite numbers.
+        """
+        t = as_floats("t", t)
+        if not np.isfinite(t).all():
+            raise InputError("t", "finite times [s] are expected")
+        return _moment(self._grid, self._profile, np.clip(t, 0.0, self.duration))
+
+    def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
+        """Write a table: a line of names, then a line for each time, with q, qd and qdd.
+
+        Args:
+            path: The file's name.
+            period: The time between two lines [s], the last moment besides; the grid points unless given.
+
+        Raises:
+            InputError: ``period`` is not above 0.
+            FileError: The file cannot be written.
+        """
+        t = self.times
+        if period is not None:
+            if not 0 < period < np.inf:
+                raise InputError("period", f"{period!r}; a time [s] above 0 is expected")
+            t = np.append(np.arange(0.0, self.duration, period), self.duration)
+        moment = self.at(t)
+        names = [f"{kind}{name}" for kind in ("", "velocity_", "acceleration_") for name in self.joint_names]
+        lines = [",".join(["time", *names])]
+        lines += [",".join(map(repr, row)) for row in np.column_stack([t, *moment]).tolist()]
+        try:
+            Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise FileError(str(path), error.strerror or str(error)) from None
+
+    def plot(self):
+        """A Matplotlib figure of positions, velocities and accelerations over time.
+
+        Raises:
+            MissingExtraError: Matplotlib is not installed.
+        """
+        with needs_extra("a plot", "reach", "matplotlib"):
+            from matplotlib.figure import Figure  # noqa: PLC0415 - it is optional
+        figure = Figure(figsize=(8, 8), layout="constrained")
+        t = np.linspace(0.0, self.duration, 1000)
+        labels = "position [rad or m]", "velocity [1/s]", "acceleration [1/s²]"
+        for axes, values, label in zip(figure.subplots(3, sharex=True), self.at(t), labels, strict=True):
+            axes.plot(t, values, label=self.joint_names)
+            axes.set_ylabel(label)
+        figure.axes[0].legend(fontsize="small", ncols=2)
+        figure.axes[-1].set_xlabel("time [s]")
+        return figure
+
+    def __str__(self) -> str:
+        how = "certified free" if self.certified else "not certified"
+        stops = f"{self.stops} stop{'s' * (self.stops != 1)} on the way"
+        return f"{self.duration:.4g} s, {len(self.times)} grid points, {stops}, {how}"
+
+
+class Grid(NamedTuple):
+    """The intervals of a path: q(s) = start + slope s + bend s^2 / 2 in each."""
+
+    starts: Array
+    slopes: Array
+    bends: Array
+    steps: Array
+    borders: NDArray[np.int64]
+    """The grid points at which the motion rests."""
+
+
+class Profile(NamedTuple):
+    """How fast a path is passed: in interval i, t after times[i], with speeds + accelerations t + jerks t^2 / 2."""
+
+    times: Array
+    """When the grid points are passed [s], shape (n + 1,)."""
+    speeds: Array
+    accelerations: Array
+    jerks: Array
+
+
+def grid_of(pieces: Pieces) -> Grid:
+    """The pieces divided into intervals."""
+    counts = np.maximum(LEAST_INTERVALS, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
+    steps = np.repeat(pieces.lengths / counts, counts)
+    first = np.repeat(np.cumsum(counts) - counts, counts)
+    s = ((np.arange(len(steps)) - first) * steps)[:, None]
+    starts, slopes, bends = (np.repeat(each, counts, axis=0) for each in (pieces.starts, pieces.slopes, pieces.bends))
+    borders = np.concatenate([[0], np.cumsum(counts)[pieces.stops]])
+    return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, borders)
+
+
+def timed(grid: Grid, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+    """The fastest motion: the times of the grid points, (ds/dt)^2 there, and d2s/dt2 between them."""
+    n = len(grid.steps)
+    ends = grid.slopes + grid.steps[:, None] * grid.bends
+    steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
+    with np.errstate(divide="ignore", over="ignore"):
+        of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
+    ceilings = np.full(n + 1, _NO_LIMIT)
+    ceilings[:-1] = np.minimum(ceilings[:-1], of_intervals)
+    ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
+    x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
+    time_sections = entry("time_parameterisation.time_sections")
+    limits = np.ascontiguousarray(acceleration * _WITHIN)
+    time_sections(grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times)
+    return times, x, u
+
+
+def jerk_limited(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Grid, Profile]:
+    """The fastest motion along lines, from rest to rest on each, in seven phases a line."""
+    rows = []
+    for start, slope, length in zip(pieces.starts, pieces.slopes, pieces.lengths, strict=True):
+        with np.errstate(divide="ignore"):
+            limits = (float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
+        durations, jerks = double_s(length, *limits)
+        s = speed = rate = 0.0
+        for t, j in zip(durations, jerks, strict=True):
+            step = speed * t + rate * t * t / 2 + j * t**3 / 6
+            rows.append((start + s * slope, slope, step, t, speed, rate, j))
+            s, speed, rate = s + step, speed + rate * t + j * t * t / 2, rate + j * t
+    starts, slopes, steps, times, *others = (np.array(column) for column in zip(*rows, strict=True))
+    grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, N_PHASES))
+    return grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others)
+
+
+def _moment(grid: Grid, profile: Profile, t: Array) -> Moment:
+    i = np.clip(np.searchsorted(profile.times, t, side="right") - 1, 0, len(grid.steps) - 1)
+    after = t - profile.times[i]
+    speed, rate, jerk = profile.speeds[i], profile.accelerations[i], profile.jerks[i]
+    s = np.clip(((jerk / 6 * after + rate / 2) * after + speed) * after, 0.0, np.maximum(grid.steps[i], 0.0))[..., None]
+    speed, rate = ((jerk / 2 * after + rate) * after + speed)[..., None], (jerk * after + rate)[..., None]
+    bend = grid.bends[i]
+    slope = grid.slopes[i] + s * bend
+    q = grid.starts[i] + s * grid.slopes[i] + 0.5 * s * s * bend
+    return Moment(q, slope * speed, slope * rate + bend * speed * speed)
+
+
+def make_trajectory(
+    pieces: Pieces,
+    velocity: Array,
+    acceleration: Array,
+    joint_names: tuple[str, ...],
+    *,
+    certified: bool,
+    jerk: Array | None = None,
+) -> Trajectory:
+    """The fastest motion along the pieces of a path; with a limit of jerk along lines, with a stop at the end of each."""
+    if jerk is not None:
+        grid, profile = jerk_limited(pieces, velocity, acceleration, jerk)
+    else:
+        grid = grid_of(pieces)
+        times, x, u = timed(grid, velocity, acceleration)
+        profile = Profile(times, np.sqrt(x[:-1]), u, np.zeros_like(u))
+    moment = _moment(grid, profile, profile.times)
+    return Trajectory(profile.times, *moment, certified, len(grid.borders) - 2, joint_names, grid, profile)
+
+
+def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool) -> Trajectory:
+    """The trajectory of a plan that does not move."""
+    none, zero = np.zeros((1, len(q))), np.zeros(1)
+    grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]))
+    rest = Moment(q[None].copy(), none.copy(), none.copy())
+    return Trajectory(zero.copy(), *rest, certified, 0, joint_names, grid, Profile(np.zeros(2), zero, zero, zero))
+
+
+def as_limits(name: str, given: ArrayLike, n_dof: int) -> Array:
+    """Limits as n_dof numbers above 0.
+
+    Raises:
+        InputError: They are neither one such number nor n_dof.
+    """
+    limits = as_floats(name, given)
+    if limits.shape not in {(), (n_dof,)} or not (limits > 0).all():
+        raise InputError(name, f"{given!r}; a number above 0, or {n_dof} of them, is expected")
+    return np.broadcast_to(limits, (n_dof,)).copy()

@@ -1,0 +1,77 @@
+"""Decides of poses whether a robot reaches them, by the closed form or by search. Used by ``chunk``."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.world import World
+from ulna.ik.closed_form.result import Proof
+from ulna.ik.result import Status
+from ulna.kernels.ik import search_layout as layout
+from ulna.reachability.specification import Specification
+from ulna.reachability.statuses import NUMBERS, OF_CODES, REACHED
+from ulna.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+class Verdicts(NamedTuple):
+    """What is known of n poses.
+
+    Attributes:
+        reached: The numbers of their statuses, shape (n,).
+        q: A solution of each that is reached, shape (n, n_dof).
+        branches: How many solutions there are, shape (n,); None where they are not counted.
+    """
+
+    reached: NDArray[np.int8]
+    q: Array
+    branches: NDArray[np.int8] | None
+
+
+def verdicts(specification: Specification, robot: Robot, world: World | None, targets: Array, threads: int) -> Verdicts:
+    """Those of targets of shape (n, 4, 4)."""
+    if not specification.branches:
+        return Verdicts(*_searched(specification, robot, world, targets, threads), None)
+    return _by_closed_form(specification, robot, world, targets, threads)
+
+
+def _searched(
+    specification: Specification, robot: Robot, world: World | None, targets: Array, threads: int
+) -> tuple[NDArray[np.int8], Array]:
+    result = robot.inverse_kinematics(
+        targets,
+        link=specification.tip,
+        seed=specification.seed,
+        task=specification.task,
+        world=world,
+        position_tolerance=specification.position_tolerance,
+        rotation_tolerance=specification.rotation_tolerance,
+        max_iterations=specification.max_iterations,
+        threads=threads,
+    )
+    return OF_CODES[result.info[:, layout.STATUS].astype(np.int64)], result.q
+
+
+def _by_closed_form(specification: Specification, robot: Robot, world: World | None, targets: Array, threads: int) -> Verdicts:
+    """Those of an arm all of whose solutions are known; of them the one nearest to ``home``.
+
+    Where a joint may have any angle, the closed form gives examples: where none of them is usable, there is a search.
+    """
+    found = robot.all_solutions(targets, specification.tip, task=specification.task, threads=threads)
+    usable = found.valid.copy()
+    if world is not None:
+        usable[usable] = ~robot.in_collision(found.q[usable], world, threads=threads)
+    reached = np.full(len(targets), NUMBERS[Status.UNREACHABLE], dtype=np.int8)
+    reached[found.real.any(axis=1)] = NUMBERS[Status.JOINT_LIMITS]
+    reached[found.valid.any(axis=1)] = NUMBERS[Status.IN_COLLISION]
+    reached[usable.any(axis=1)] = REACHED
+    change = np.where(usable, np.abs(found.q - robot.home).max(axis=-1), np.inf)
+    q = found.q[np.arange(len(targets)), change.argmin(axis=1)]
+    open_ = np.flatnonzero(~usable.any(axis=1) & ~np.isin(found.proof, [Proof.COMPLETE, Proof.COINCIDING]))
+    if len(open_):
+        reached[open_], q[open_] = _searched(specification, robot, world, targets[open_], threads)
+    return Verdicts(reached, q, usable.sum(axis=1, dtype=np.int8))

@@ -1,0 +1,259 @@
+"""Computes a robot's batches on an NVIDIA GPU. Used by ``Robot.on_gpu``. Importing it needs the extra ``cuda``."""
+
+from __future__ import annotations
+
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.world import World
+from ulna.description.arrays import as_floats
+from ulna.drivers.gpu.collision import distances_of, overlaps_of
+from ulna.drivers.gpu.forward import frames_of, jacobians, poses
+from ulna.drivers.gpu.search import searches_of
+from ulna.engine import gpu
+from ulna.errors import InputError
+from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
+from ulna.ik.options import Options
+from ulna.ik.query import Query, refuse_immovable
+from ulna.ik.result import IKResult
+from ulna.ik.task import Task, as_task
+from ulna.ik.unit_samples import seed_sample, unit_samples
+from ulna.kernels.distance.epa import SCRATCH
+from ulna.kernels.ik import search_layout as layout
+from ulna.kinematics.jacobian import as_frame
+from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+
+if TYPE_CHECKING:
+    from ulna.robot.robot import Robot
+
+Array = NDArray[np.float64]
+_STARTS = 64  # of a target; those that need more are left to the CPU
+_SEARCHES = 1 << 16  # threads that search
+_MOST_SCRATCH, _MOST_DISTANCES = 0.25, 1 << 15  # of the free memory; threads that measure distances
+_BYTES = 8
+
+
+class GpuRobot:
+    """A robot whose batches are computed on a GPU, by the kernels that the CPU runs: made by ``robot.on_gpu()``.
+
+    Each method takes NumPy arrays and returns NumPy arrays. Or it takes arrays on the device (of CuPy, PyTorch, JAX or Numba:
+    what has ``__cuda_array_interface__``), float64 and C-contiguous, and returns Numba's arrays on the device, which the others
+    take without a copy. So a chain of calls need not leave the device.
+
+    Results differ from those of the CPU by rounding.
+    """
+
+    robot: Robot
+    """The robot on the CPU."""
+
+    def __init__(self, robot: Robot) -> None:
+        refuse_immovable(robot.tree)
+        gpu.require_device()
+        self.robot, self._tables = robot, {}
+
+    def forward_kinematics(self, q: Any, link: str | None = None) -> Any:
+        """T_base_link, shape (..., 4, 4), for joint positions q [rad or m], shape (..., n_dof).
+
+        Raises:
+            InputError: q has another shape or an entry out of range, or the robot has several tips and no link is named.
+            UnknownNameError: There is no such link.
+        """
+        chain = self._table("chain", self._link(link), self.robot.tree.chain)
+        return self._over_q(poses, (chain,), q, (4, 4))
+
+    def link_poses(self, q: Any) -> Any:
+        """T_base_link of all links in the order of ``link_names``, shape (..., n_links, 4, 4), for q of shape (..., n_dof).
+
+        Raises:
+            InputError: q has another shape or an entry out of range.
+        """
+        tree = self.robot.tree
+        tables = self._table("joints", None, lambda _: tree.joints), self._table("frames", None, lambda _: tree.link_frames)
+        return self._over_q(frames_of(len(tree.joints)), tables, q, (len(tree.link_frames), 4, 4))
+
+    def jacobian(self, q: Any, link: str | None = None, expressed_in: str = "base") -> Any:
+        """The geometric Jacobian, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
+
+        Raises:
+            InputError: q has another shape or an entry out of range, ``expressed_in`` is not a frame, or the robot has several
+                tips and no link is named.
+            UnknownNameError: There is no such link.
+        """
+        chain = self._table("chain", self._link(link), self.robot.tree.chain)
+        n_dof = self.robot.n_dof
+        return self._over_q(jacobians, (chain, as_frame(expressed_in)), q, (6, n_dof), row_shape=(6 * n_dof,))
+
+    def in_collision(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
+        """Whether the robot touches itself or the world, bools of shape (...,); see ``Robot.in_collision``.
+
+        Raises:
+            InputError: q has another shape or an entry out of range, there is nothing to check, or the world has objects with
+                ``touch_links``.
+            GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
+        """
+        scene, sizes = self._scene(world, self_collision)
+        return self._over_q(overlaps_of(*sizes), scene, q, (), dtype=np.bool_)
+
+    def signed_distance(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
+        """The least signed distance [m], shape (...,); see ``Robot.signed_distance``.
+
+        Raises:
+            InputError: As ``in_collision``.
+            GeometryError: As ``in_collision``.
+        """
+        scene, sizes = self._scene(world, self_collision)
+        threads = max(1, min(len(self._rows(q)), _MOST_DISTANCES))
+        shapes = [(1, 1)] * len(SCRATCH)
+        if scene[2] is not None:  # boxes alone need none
+            each = _BYTES * sum(map(prod, SCRATCH))
+            threads = max(1, int(min(threads, _MOST_SCRATCH * gpu.free_memory() / each)))
+            shapes = list(SCRATCH)
+        scratch = [gpu.cuda.device_array((threads, *shape), np.float64) for shape in shapes]
+        return self._over_q(distances_of(*sizes), (*scene, *scratch), q, (), shares_scratch=True)
+
+    def inverse_kinematics(
+        self,
+        T: Any,
+        q_seed: ArrayLike | None = None,
+        link: str | None = None,
+        *,
+        seed: int = 0,
+        task: Task | str = "pose",
+        position_tolerance: float = 1e-5,
+        rotation_tolerance: float = 1e-5,
+    ) -> IKResult:
+        """Joint positions that bring a link to poses; see ``Robot.inverse_kinematics``.
+
+        Each thread searches for a target from the seed and from random starts. Targets that are not solved so are left to the
+        CPU, which finds a solution, or the reason.
+
+        Args:
+            T: The poses to reach, T_base_link, shape (..., 4, 4).
+            q_seed: Where to start [rad or m], shape (n_dof,), or (..., n_dof), a NumPy array; ``home`` unless given.
+            link: The link's name; the tip unless given.
+            seed: Chooses the random starts.
+            task: How much of a pose must be reached.
+            position_tolerance: Largest distance that counts as reached [m].
+            rotation_tolerance: Largest angle that counts as reached [rad].
+
+        Returns:
+            An ``IKResult``. Its ``q`` is on the device where T is; all else is NumPy's.
+
+        Raises:
+            InputError: T is not an array of poses, or another argument cannot be taken.
+            UnknownNameError: There is no such link.
+        """
+        options = Options(
+            seed=seed, task=as_task(task), position_tolerance=position_tolerance, rotation_tolerance=rotation_tolerance
+        )
+        robot, name = self.robot, self._link(link)
+        query = Query(robot.tree, robot.home, robot._checker, name, options)  # noqa: SLF001 - a part of it
+        device = gpu.is_on_device(T)
+        own = gpu.cuda.as_cuda_array(T) if device else as_floats("T", T)
+        if own.shape[-2:] != (4, 4):
+            raise InputError("T", f"shape {own.shape}, but shape (..., 4, 4) is expected")
+        batch = tuple(own.shape[:-2])
+        targets = gpu.as_device_rows("T", own, (4, 4)) if device else np.ascontiguousarray(own).reshape(-1, 4, 4)
+        seeds = self._seeds(q_seed, batch)
+        q, info = self._search(query, targets, seeds)
+        explanation = self._rest(query, targets, batch, None if q_seed is None else seeds, q, info)
+        q_out = (gpu.on_device(q) if device else q).reshape(*batch, robot.n_dof)
+        return IKResult(q_out, info, batch, options.tolerances, explanation)
+
+    # ---- parts ---------------------------------------------------------------------------------------------------------
+
+    def _over_q(
+        self,
+        driver: Any,
+        constants: tuple,
+        q: Any,
+        shape: tuple[int, ...],
+        *,
+        dtype: Any = np.float64,
+        row_shape: tuple[int, ...] | None = None,
+        shares_scratch: bool = False,
+    ) -> Any:
+        """The results of a driver for q, shape (..., *shape), where q is; ``row_shape``: as the driver takes them."""
+        rows = self._rows(q)
+        batch = tuple(np.shape(q)[:-1]) if not gpu.is_on_device(q) else tuple(gpu.cuda.as_cuda_array(q).shape[:-1])
+        flag = gpu.on_device(np.zeros(1, dtype=np.int32))
+        out = gpu.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype)
+        gpu.run(gpu.compiled(driver), constants, rows, (out,), flag, shares_scratch=shares_scratch)
+        if flag.copy_to_host()[0]:
+            refuse_out_of_range(rows.copy_to_host() if gpu.is_on_device(rows) else rows)
+        return out.reshape(*batch, *shape) if batch or shape else out[0]
+
+    def _rows(self, q: Any) -> Any:
+        if gpu.is_on_device(q):
+            return gpu.as_device_rows("q", q, self.robot.tree.q_shape)
+        return flat(as_positions(q, self.robot.tree))
+
+    def _link(self, link: str | None) -> str:
+        return self.robot.tree.link_or_tip(link)
+
+    def _table(self, kind: str, key: Any, make: Any) -> Any:
+        """A table on the device, copied there once."""
+        if (kind, key) not in self._tables:
+            self._tables[kind, key] = gpu.on_device(make(key))
+        return self._tables[kind, key]
+
+    def _scene(self, world: World | None, self_collision: bool) -> tuple[tuple, tuple[int, int]]:
+        """The parts of a scene on the device, and the numbers of joints and bodies. Those of the last world are kept."""
+        scene, others = self.robot._checker.scene_of(world, self_collision)  # noqa: SLF001 - a part of it
+        if others:
+            raise InputError("world", "has objects with touch_links, which are checked on the CPU alone")
+        last = self._tables.get("scene")
+        if last is None or last[0] is not scene:
+            parts = tuple(None if part is None else gpu.on_device(part) for part in scene[:-1])
+            last = self._tables["scene"] = scene, (*parts, len(scene.objects))
+        return last[1], (len(scene.joints), len(scene.bodies))
+
+    def _seeds(self, q_seed: ArrayLike | None, batch: tuple[int, ...]) -> Array:
+        robot = self.robot
+        seeds = np.array(robot.home if q_seed is None else as_positions(q_seed, robot.tree, "q_seed"))
+        if seeds.ndim == 1:
+            return seeds[None]
+        if seeds.shape[:-1] != batch:
+            raise InputError("q_seed", f"shape {seeds.shape} does not go with T of shape {(*batch, 4, 4)}")
+        return flat(seeds)
+
+    def _search(self, query: Query, targets: Any, seeds: Array) -> tuple[Array, Array]:
+        """q (n, n_dof) and info (n, N_INFO) of a search for each target, on the host."""
+        n, n_dof = len(targets), self.robot.n_dof
+        q, info = np.zeros((n, n_dof)), np.zeros((n, layout.N_INFO))
+        info[:, layout.STATUS] = layout.NOT_FOUND
+        if query.unit != 1.0 or not n:
+            return q, info  # of arms of an unusual size the search is in a unit of its own: all is left to the CPU
+        samples = np.concatenate([
+            seed_sample(n_dof), unit_samples(query.tree, query.link, query.options.seed, 0, _STARTS - 1)
+        ])  # fmt: skip
+        shared = [query.chain, seeds, query.limits[0], samples, query.home, query.settings]
+        constants = [gpu.on_device(array) for array in shared]
+        there, q_there, info_there = (
+            targets if gpu.is_on_device(targets) else gpu.on_device(targets),
+            *map(gpu.on_device, (q, info)),
+        )
+        following = gpu.on_device(np.zeros(1, dtype=np.int64))
+        driver = gpu.compiled(searches_of(n_dof))
+        driver[gpu.blocks(min(n, _SEARCHES)), gpu.THREADS](*constants, following, there, q_there, info_there, following)
+        return q_there.copy_to_host(), info_there.copy_to_host()
+
+    def _rest(
+        self, query: Query, targets: Any, batch: tuple[int, ...], seeds: Array | None, q: Array, info: Array
+    ) -> Explanation:
+        """Write the results of the CPU for targets that are not solved; what is known of them. seeds: None unless given."""
+        rest = np.flatnonzero(info[:, layout.STATUS] != layout.SOLVED)
+        if not len(rest):
+            return NOTHING_TO_EXPLAIN
+        there = (targets.copy_to_host() if gpu.is_on_device(targets) else targets)[rest]
+        start = seeds if seeds is None else seeds[rest] if len(seeds) > 1 else seeds[0]
+        options = query.options
+        found = self.robot.inverse_kinematics(
+            there if batch else there[0], start, query.link, seed=options.seed, task=options.task,
+            position_tolerance=options.position_tolerance, rotation_tolerance=options.rotation_tolerance,
+        )  # fmt: skip
+        q[rest], info[rest] = found.q, found.info
+        return found.explanation.renumbered(rest)

@@ -1,0 +1,89 @@
+"""``ulna follow``: poses in, joint positions out."""
+
+import numpy as np
+import pytest
+
+import ulna
+
+N = 40
+
+
+@pytest.fixture
+def line(panda, tmp_path):
+    """Poses of the Panda on a line, and the file of them."""
+    T = np.repeat(panda.forward_kinematics(panda.home)[None], N, axis=0)
+    T[:, :3, 3] = [0.45, 0.0, 0.5]
+    T[:, 1, 3] = np.linspace(-0.2, 0.2, N)
+    np.save(tmp_path / "line.npy", T)
+    return T, tmp_path / "line.npy"
+
+
+def quaternions(T):
+    return np.array([ulna.description.pose.quaternion_from_matrix(R) for R in T[:, :3, :3]])
+
+
+def angles(T):
+    return np.array([ulna.description.pose.rpy_from_matrix(R) for R in T[:, :3, :3]])
+
+
+def test_the_rows_written_reach_the_poses(panda, line, tmp_path, run):
+    T, path = line
+    done = run("follow", "panda", "--path", str(path), "--csv", str(tmp_path / "q.csv"))
+    assert done.exit_code == 0, done.output
+    assert "followed: 40 poses" in done.stdout
+    names, *rows = (tmp_path / "q.csv").read_text().splitlines()
+    assert names.split(",") == list(panda.joint_names)
+    q = np.array([[float(word) for word in row.split(",")] for row in rows])
+    assert np.abs(panda.forward_kinematics(q) - T).max() < 3e-5
+    assert np.abs(np.diff(q, axis=0)).max() <= 0.1
+
+
+@pytest.mark.parametrize("form", ["rpy", "quaternion", "three rows", "four rows"])
+def test_poses_may_be_written_in_any_form(line, tmp_path, ask, form):
+    T, path = line
+    rows = {
+        "rpy": lambda: np.hstack([T[:, :3, 3], angles(T)]),
+        "quaternion": lambda: np.hstack([T[:, :3, 3], quaternions(T)]),
+        "three rows": lambda: T[:, :3].reshape(N, 12),
+        "four rows": lambda: T.reshape(N, 16),
+    }[form]()
+    file = tmp_path / "poses.csv"
+    file.write_text("a line of names\n" + "\n".join(", ".join(map(repr, row.tolist())) for row in rows) + "\n")
+    data = ask("follow", "panda", "--path", str(file))
+    assert data.success
+    assert np.abs(np.array(data.q) - np.array(ask("follow", "panda", "--path", str(path)).q)).max() < 1e-6
+
+
+def test_where_none_leads_on_the_status_is_one_and_the_rows_end(line, tmp_path, run):
+    T, path = line
+    T = T.copy()
+    T[30:, 0, 3] = 3.0
+    np.save(path, T)
+    done = run("follow", "panda", "--path", str(path), "--csv", str(tmp_path / "q.csv"))
+    assert done.exit_code == 1
+    assert "unreachable at pose 30 of 40" in " ".join(done.stdout.split())
+    assert len((tmp_path / "q.csv").read_text().splitlines()) == 31
+
+
+def test_the_joints_are_drawn(line, tmp_path, run):
+    pytest.importorskip("matplotlib")
+    _, path = line
+    assert run("follow", "panda", "--path", str(path), "--plot", str(tmp_path / "q.svg")).exit_code == 0
+    text = (tmp_path / "q.svg").read_text()
+    assert text.startswith("<?xml")
+    assert "</svg>" in text
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("1,2\n", "--path: poses.csv has shape (1, 2); rows of 6, 7, 12 or 16 numbers are expected"),
+        ("", "--path: poses.csv has shape (0, 0); rows of 6, 7, 12 or 16 numbers are expected"),
+        ("0,0,0,0,0,inf\n", "--path: poses.csv: row 0 is not finite"),
+        ("1,2,3\n4,5\n", "--path: poses.csv:2: 2 numbers, but 3 in the row before"),
+    ],
+)
+def test_a_file_that_holds_no_poses_is_refused(tmp_path, refusal, content, message):
+    file = tmp_path / "poses.csv"
+    file.write_text(content)
+    assert message in refusal("follow", "panda", "--path", str(file))

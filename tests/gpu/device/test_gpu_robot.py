@@ -1,0 +1,167 @@
+"""The methods of ``robot.on_gpu()`` against those of the robot on the CPU: on a GPU, or with simulated threads.
+
+``make test-gpu`` runs them where there is a GPU, on many problems. ``make test-cuda`` runs them in numba-cuda's simulator, as
+plain Python: few problems, but each thread and each index is the same.
+"""
+
+import os
+import pickle
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its own: make test-cuda")
+
+import ulna
+
+SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
+N = 7 if SIMULATED else 20_000
+HARD = 3 if SIMULATED else 1000
+if not SIMULATED:
+    from numba import cuda
+
+    if not cuda.is_available():
+        pytest.skip("there is no GPU: make test-cuda simulates one", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return ulna.load("panda")
+
+
+@pytest.fixture(scope="module")
+def on_gpu(panda):
+    return panda.on_gpu()
+
+
+@pytest.fixture
+def q(panda):
+    return np.random.default_rng(3).uniform(panda.lower, panda.upper, (N, panda.n_dof))
+
+
+def cell():
+    world = ulna.World()
+    rng = np.random.default_rng(4)
+    for k in range(30):  # enough for the CPU to make a BVH of them
+        world.add(f"box {k}", ulna.Box(rng.uniform(0.02, 0.2, 3)), ulna.pose(rng.uniform(-0.8, 0.8, 3), rng.uniform(-3, 3, 3)))
+    return world
+
+
+def round_cell():
+    world = cell()
+    world.add("ball", ulna.Sphere(0.1), ulna.pose((0.4, 0.2, 0.5)))
+    world.add("post", ulna.Cylinder(0.05, 1.0), ulna.pose((-0.4, 0.1, 0.5), (0.2, 0, 0)))
+    world.add("stone", ulna.ConvexMesh(np.random.default_rng(5).normal(scale=0.1, size=(12, 3))), ulna.pose((0.3, -0.4, 0.4)))
+    return world
+
+
+def same_verdicts(robot, q, world, hits):
+    """Outside a hair's breadth of contact."""
+    far = np.abs(robot.signed_distance(q, world)) > 1e-9
+    return (hits == robot.in_collision(q, world))[far].all()
+
+
+def test_poses_are_those_of_the_cpu(panda, on_gpu, q):
+    np.testing.assert_allclose(on_gpu.forward_kinematics(q), panda.forward_kinematics(q), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        on_gpu.forward_kinematics(q, "panda_link3"), panda.forward_kinematics(q, "panda_link3"), atol=1e-12
+    )
+    np.testing.assert_allclose(on_gpu.link_poses(q), panda.link_poses(q), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("frame", ["base", "link", "spatial"])
+def test_jacobians_are_those_of_the_cpu(panda, on_gpu, q, frame):
+    expected = panda.jacobian(q, expressed_in=frame)
+    np.testing.assert_allclose(on_gpu.jacobian(q, expressed_in=frame), expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("world", [None, cell(), round_cell()], ids=["itself", "boxes", "any shapes"])
+def test_collisions_are_those_of_the_cpu(panda, on_gpu, q, world):
+    assert same_verdicts(panda, q, world, on_gpu.in_collision(q, world))
+    distances, expected = on_gpu.signed_distance(q, world), panda.signed_distance(q, world)
+    np.testing.assert_allclose(distances, expected, rtol=0, atol=1e-9)
+    assert (np.abs(distances - expected) <= 1e-12).mean() > 0.99
+
+
+def test_the_world_alone_is_checked_where_that_is_asked(panda, on_gpu, q):
+    expected = panda.in_collision(q, cell(), self_collision=False)
+    assert (on_gpu.in_collision(q, cell(), self_collision=False) == expected).all()
+
+
+def test_inverse_kinematics_is_verified_by_the_cpu(panda, on_gpu, q):
+    T = panda.forward_kinematics(q)
+    result = on_gpu.inverse_kinematics(T)
+    assert result.success.all()
+    assert ((result.q >= panda.lower) & (result.q <= panda.upper)).all()
+    off = panda.forward_kinematics(result.q)
+    assert np.linalg.norm(off[:, :3, 3] - T[:, :3, 3], axis=1).max() <= 1e-5
+
+
+def test_targets_without_a_solution_have_the_reasons_of_the_cpu(panda, on_gpu, q):
+    T = panda.forward_kinematics(q[:HARD])
+    T[0, :3, 3] = (5.0, 0.0, 0.0)
+    result = on_gpu.inverse_kinematics(T)
+    assert result.status[0] == "unreachable"
+    assert result.reach_excess[0] > 3.0
+    assert result.success[1:].all()
+    one = on_gpu.inverse_kinematics(T[0])
+    assert (one.success, one.q.shape) == (False, (7,))
+    assert "m are missing" in one.reason
+
+
+def test_a_seed_and_a_task_are_taken(panda, on_gpu, q):
+    T = panda.forward_kinematics(q[:HARD])
+    result = on_gpu.inverse_kinematics(T, q[:HARD])
+    np.testing.assert_allclose(result.q, q[:HARD], atol=1e-5)
+    free = on_gpu.inverse_kinematics(T, panda.home, task="position")
+    assert free.success.all()
+    np.testing.assert_allclose(panda.forward_kinematics(free.q)[:, :3, 3], T[:, :3, 3], atol=1e-5)
+
+
+def test_leading_axes_and_single_configurations_keep_their_shapes(panda, on_gpu, q):
+    block = q[:6].reshape(2, 3, 7)
+    assert on_gpu.forward_kinematics(block).shape == (2, 3, 4, 4)
+    assert on_gpu.jacobian(block).shape == (2, 3, 6, 7)
+    assert on_gpu.in_collision(block, cell()).shape == (2, 3)
+    assert on_gpu.forward_kinematics(q[0]).shape == (4, 4)
+    assert on_gpu.signed_distance(q[0], cell()).shape == ()
+    assert on_gpu.forward_kinematics(q[:0]).shape == (0, 4, 4)
+    assert on_gpu.inverse_kinematics(np.empty((0, 4, 4))).q.shape == (0, 7)
+
+
+def test_what_cannot_be_taken_is_refused_by_name_as_on_the_cpu(panda, on_gpu, q):
+    bad = q.copy()
+    bad[2, 3] = np.nan
+    for call in (on_gpu.forward_kinematics, on_gpu.jacobian, on_gpu.link_poses, on_gpu.in_collision, on_gpu.signed_distance):
+        with pytest.raises(ulna.InputError, match=r"q\[2, 3\]"):
+            call(bad)
+        with pytest.raises(ulna.InputError, match="shape"):
+            call(q[:, :6])
+    with pytest.raises(ulna.InputError, match="T"):
+        on_gpu.inverse_kinematics(np.zeros((2, 4, 4)))
+    with pytest.raises(ulna.UnknownNameError):
+        on_gpu.forward_kinematics(q, "hand of god")
+    touchable = ulna.World()
+    touchable.add("floor", ulna.HalfSpace(), touch_links=["panda_link0"])
+    with pytest.raises(ulna.InputError, match="touch_links"):
+        on_gpu.in_collision(q, touchable)
+
+
+@pytest.mark.skipif(SIMULATED, reason="the simulator's arrays are not those of a device")
+def test_arrays_on_the_device_stay_there(panda, on_gpu, q):
+    there = cuda.to_device(q)
+    T = on_gpu.forward_kinematics(there)
+    assert hasattr(T, "__cuda_array_interface__")
+    np.testing.assert_allclose(T.copy_to_host(), panda.forward_kinematics(q), rtol=0, atol=1e-12)
+    found = on_gpu.inverse_kinematics(T)
+    assert hasattr(found.q, "__cuda_array_interface__")
+    np.testing.assert_allclose(panda.forward_kinematics(found.q.copy_to_host()), T.copy_to_host(), atol=1e-4)
+    hits = on_gpu.in_collision(found.q, cell())
+    assert same_verdicts(panda, found.q.copy_to_host(), cell(), hits.copy_to_host())
+    with pytest.raises(ulna.InputError, match="float64"):
+        on_gpu.forward_kinematics(cuda.to_device(q.astype(np.float32)))
+
+
+def test_a_robot_whose_batches_go_to_the_gpu_can_still_be_pickled(panda):
+    panda.on_gpu()
+    assert pickle.loads(pickle.dumps(panda)).joint_names == panda.joint_names  # noqa: S301 - our own bytes

@@ -1,0 +1,71 @@
+"""The drivers for a GPU compile to PTX and on to machine code, within a number of registers and of bytes spilled.
+
+No GPU and no driver is needed: ``make test-cuda``. The ceilings are a tenth above what was measured when they were written: a
+kernel that grows beyond them runs in fewer threads at once, or reads its variables back from memory.
+"""
+
+import re
+import subprocess
+import sysconfig
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its own: make test-cuda")
+
+from numba import types
+
+from ulna.drivers.gpu.collision import distances_of, overlaps_of
+from ulna.drivers.gpu.forward import frames_of, jacobians, poses
+from ulna.drivers.gpu.search import searches_of
+
+JOINTS, BODIES = 11, 12  # the Panda
+A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
+FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C"), types.Array(types.int64, 2, "C")
+BOOLS = types.Array(types.boolean, 1, "C")
+SCENE = (A2, A2, A2, INDICES, A2, A2, A2, types.int64)
+BOXES = (A2, A2, types.none, INDICES, A2, types.none, A2, types.int64)
+# The driver, its arguments' types, and the most registers and bytes spilled (stores).
+DRIVERS = {
+    "poses": (poses, (A2, A2, A3, FLAG), 76, 0),
+    "jacobians": (jacobians, (A2, types.int64, A2, A2, FLAG), 80, 0),
+    "frames": (frames_of(JOINTS), (A2, A2, A2, A4, FLAG), 74, 0),
+    "overlaps of boxes": (overlaps_of(JOINTS, BODIES), (*BOXES, A2, BOOLS, FLAG), 106, 0),
+    "overlaps of any shapes": (overlaps_of(JOINTS, BODIES), (*SCENE, A2, BOOLS, FLAG), 255, 64),
+    "distances of boxes": (distances_of(JOINTS, BODIES), (*BOXES, A3, A3, A3, A2, A1, FLAG), 255, 64),
+    "distances of any shapes": (distances_of(JOINTS, BODIES), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
+    "searches": (searches_of(7), (A2, A2, A2, A2, A1, A1, NEXT, A3, A2, A2, NEXT), 255, 64),
+}
+
+
+def resources(ptx, folder):
+    """Registers, bytes of stack, and bytes of spill stores, by ptxas for sm_90."""
+    ptxas = Path(sysconfig.get_path("purelib")) / "nvidia" / "cuda_nvcc" / "bin" / "ptxas"
+    (folder / "driver.ptx").write_text(ptx)
+    command = [ptxas, "-arch=sm_90", "-v", folder / "driver.ptx", "-o", folder / "driver.cubin"]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stderr
+    used = [int(n) for n in re.findall(r"Used (\d+) registers", told)]
+    spills = [int(n) for n in re.findall(r"(\d+) bytes spill stores", told)]
+    stack = [int(n) for n in re.findall(r"(\d+) bytes stack frame", told)]
+    return max(used), max(stack), max(spills)
+
+
+@pytest.mark.parametrize("name", DRIVERS)
+def test_a_driver_becomes_machine_code_within_its_registers(name, ptx_of_driver, tmp_path, record_property):
+    driver, signature, most_registers, most_spilled = DRIVERS[name]
+    text = ptx_of_driver(driver, signature)
+    assert ".visible .entry" in text
+    assert ".f32" not in text
+    registers, stack, spilled = resources(text, tmp_path)
+    record_property("registers, stack, spilled", (registers, stack, spilled))
+    assert registers <= most_registers
+    assert spilled <= most_spilled
+
+
+def test_what_does_not_compile_is_seen(ptx_of_driver):
+    def driver(x):
+        x[0] = np.empty(3)[0]
+
+    with pytest.raises(Exception, match="empty"):
+        ptx_of_driver(driver, (A1,))

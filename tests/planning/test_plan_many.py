@@ -1,0 +1,55 @@
+"""Many plans: each is that of a single call, whatever the number of threads."""
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def worlds():
+    made = []
+    for x in (0.35, 0.4, 0.45):
+        world = ulna.World()
+        world.add("post", ulna.Box((0.1, 0.1, 1.6)), ulna.pose((x, 0, 0.6)))
+        made.append(world)
+    return made
+
+
+def sides(panda):
+    left, right = panda.home.copy(), panda.home.copy()
+    left[0], right[0] = 1, -1
+    return left, right
+
+
+@pytest.mark.parametrize("threads", [1, 4])
+def test_each_row_is_bit_for_bit_that_of_a_single_call(panda, worlds, threads):
+    left, right = sides(panda)
+    starts, goals = np.stack([left, right, left]), np.stack([right, left, right])
+    plans = panda.plan_many(starts, goals, worlds, threads=threads, seed=2)
+    for k, plan in enumerate(plans):
+        one = panda.plan(starts[k], goals[k], worlds[k], seed=2)
+        assert np.array_equal(plan.path, one.path)
+        assert plan.effort == one.effort
+
+
+def test_one_start_and_one_world_serve_all_goals_and_progress_is_told(panda, worlds):
+    left, right = sides(panda)
+    told = []
+    plans = panda.plan_many(left, [right, left + 0.1], worlds[0], progress=lambda done, of: told.append((done, of)))
+    assert [bool(plan) for plan in plans] == [True, True]
+    assert sorted(told) == [(1, 2), (2, 2)]
+    poses = panda.forward_kinematics(np.stack([right, left + 0.1]))
+    assert all(panda.plan_many(left, poses, worlds[0]))
+
+
+def test_numbers_that_do_not_go_together_are_refused_and_a_bad_row_is_named(panda, worlds):
+    left, right = sides(panda)
+    with pytest.raises(InputError, match="do not go together"):
+        panda.plan_many([left, left, left], [right, right], worlds[0])
+    with pytest.raises(InputError, match="do not go together"):
+        panda.plan_many(left, [right, right], worlds)
+    with pytest.raises(InputError, match="row 1: goal"):
+        panda.plan_many(left, [right, right + 10], worlds[0])
+    assert panda.plan_many(left, np.empty((0, 7)), None) == ()

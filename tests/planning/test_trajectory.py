@@ -1,0 +1,223 @@
+"""Trajectories: within every limit at any time, as fast as a linear program says, and free where they are rounded."""
+
+import csv
+import pickle
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import ulna
+from ulna.drivers import entry
+from ulna.errors import FileError, InputError
+from ulna.planning.blend import Pieces, rounded_path
+from ulna.planning.trajectory import grid_of, make_trajectory, timed
+
+NAMES = tuple("abcdefg")
+
+
+@pytest.fixture(scope="module")
+def plan(panda):
+    world = ulna.World()
+    world.add("post", ulna.Box((0.1, 0.1, 1.6)), ulna.pose((0.35, 0, 0.6)))
+    world.add("shelf", ulna.Box((0.5, 2, 0.05)), ulna.pose((0.6, 0, 0.95)))
+    left, right = panda.home.copy(), panda.home.copy()
+    left[0], right[0] = 1, -1
+    plan = panda.plan(left, right, world)
+    assert len(plan.path) > 2
+    return plan
+
+
+def random_pieces(rng, n=5, blend=0.2):
+    path = np.cumsum(rng.normal(size=(n, 7)), axis=0)
+    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    return rounded_path(path, lengths, blend, lambda *_: True)
+
+
+@pytest.mark.parametrize("blend", [0.0, 0.03, 0.2, 5.0])
+def test_no_limit_is_passed_at_any_time(rng, blend):
+    for _ in range(5):
+        velocity, acceleration = rng.uniform(0.5, 3, 7), rng.uniform(1, 20, 7)
+        path = make_trajectory(random_pieces(rng, blend=blend), velocity, acceleration, NAMES, certified=True)
+        moment = path.at(np.linspace(0, path.duration, 50_001))
+        assert (np.abs(moment.qd) <= velocity * (1 + 1e-12)).all()
+        assert (np.abs(moment.qdd) <= acceleration * (1 + 1e-12)).all()
+
+
+def test_velocity_is_the_derivative_of_position_and_acceleration_that_of_velocity(rng):
+    path = make_trajectory(random_pieces(rng), np.full(7, 2.0), np.full(7, 5.0), NAMES, certified=True)
+    t, h = np.linspace(0.01, path.duration - 0.01, 2000), 1e-6
+    t = t[np.abs(t[:, None] - path.times).min(axis=1) > 2 * h]  # the acceleration jumps at grid points
+    before, at, behind = path.at(t - h), path.at(t), path.at(t + h)
+    assert np.allclose((behind.q - before.q) / (2 * h), at.qd, atol=1e-7)
+    assert np.allclose((behind.qd - before.qd) / (2 * h), at.qdd, atol=1e-6)
+
+
+def test_it_begins_and_ends_at_rest_and_every_grid_point_is_where_it_is_said(plan):
+    path = plan.trajectory(acceleration=5.0)
+    assert np.array_equal(path.q[0], plan.path[0])
+    assert np.allclose(path.q[-1], plan.path[-1], atol=1e-12)
+    assert np.abs(path.qd[[0, -1]]).max() < 1e-9
+    moment = path.at(path.times)
+    assert np.allclose(moment.q, path.q, atol=1e-12)
+    assert np.array_equal(path.at([-1.0, path.duration + 1]).q, path.at([0.0, path.duration]).q)
+
+
+def slow_twin(grid, velocity, acceleration):
+    """The greatest (ds/dt)^2 at all grid points at once, by a linear program: the set of allowed ones has a greatest element."""
+    n = len(grid.steps)
+    ends = grid.slopes + grid.steps[:, None] * grid.bends
+    rows, most = [], []
+    for i in range(n):
+        for slope, of_x in ((grid.slopes[i], i), (ends[i], i + 1)):
+            for j in range(len(velocity)):
+                row = np.zeros(n + 1)  # qdd = slope u + bend x, with u = (x_{i+1} - x_i) / 2 ds
+                row[i + 1] += slope[j] / (2 * grid.steps[i])
+                row[i] -= slope[j] / (2 * grid.steps[i])
+                row[of_x] += grid.bends[i, j]
+                rows += [row, -row]
+                most += [acceleration[j]] * 2
+    bounds = []
+    for i in range(n + 1):
+        near = np.vstack([np.abs(each[max(i - 1, 0) : i + 1]) for each in (grid.slopes, ends)])
+        x = (velocity / np.maximum(near, 1e-12)).min() ** 2
+        bounds.append((0.0, 0.0 if i in grid.borders else x))
+    solved = linprog(-np.ones(n + 1), A_ub=np.array(rows), b_ub=most, bounds=bounds, method="highs")
+    assert solved.success
+    return solved.x
+
+
+@pytest.mark.parametrize("blend", [0.0, 0.3])
+def test_it_is_as_fast_as_a_linear_program(rng, blend):
+    for _ in range(4):
+        velocity, acceleration = rng.uniform(0.5, 3, 7), rng.uniform(1, 20, 7)
+        grid = grid_of(random_pieces(rng, n=4, blend=blend))
+        _, x, _ = timed(grid, velocity, acceleration)
+        assert np.allclose(x, slow_twin(grid, velocity, acceleration), rtol=1e-6, atol=1e-7)
+
+
+def test_a_single_line_takes_the_time_of_a_trapezoid():
+    direction, length, velocity, acceleration = np.array([0.6, -0.8]), 3.0, 1.0, 2.0
+    pieces = Pieces(np.zeros((1, 2)), direction[None], np.zeros((1, 2)), np.array([length]), np.array([True]))
+    path = make_trajectory(pieces, np.full(2, velocity), np.full(2, acceleration), ("a", "b"), certified=True)
+    v, a = velocity / 0.8, acceleration / 0.8
+    assert path.duration == pytest.approx(length / v + v / a, rel=2e-3)
+    assert path.duration >= length / v + v / a - 1e-9
+
+
+def test_with_a_limit_of_jerk_no_limit_is_passed_and_the_motion_stops_at_each_corner(rng, plan):
+    for _ in range(20):
+        velocity, acceleration, jerk = rng.uniform(0.2, 3, 7), rng.uniform(1, 20, 7), 10 ** rng.uniform(0, 4, 7)
+        pieces = random_pieces(rng, blend=0.0)
+        path = make_trajectory(pieces, velocity, acceleration, NAMES, certified=True, jerk=jerk)
+        t = np.linspace(0, path.duration, 20_001)
+        moment = path.at(t)
+        assert (np.abs(moment.qd) <= velocity * (1 + 1e-9)).all()
+        assert (np.abs(moment.qdd) <= acceleration * (1 + 1e-9)).all()
+        assert (np.abs(np.diff(moment.qdd, axis=0) / np.diff(t)[:, None]) <= jerk * (1 + 1e-6)).all()
+        assert np.allclose(np.diff(moment.q, axis=0) / np.diff(t)[:, None], (moment.qd[1:] + moment.qd[:-1]) / 2, atol=1e-4)
+        assert np.allclose(path.q[-1], (pieces.starts + pieces.lengths[:, None] * pieces.slopes)[-1], atol=1e-9)
+        assert path.duration >= make_trajectory(pieces, velocity, acceleration, NAMES, certified=True).duration * 0.98
+    assert plan.trajectory(acceleration=5.0, jerk=50.0).stops == len(plan.path) - 2
+
+
+def test_stops_take_longer_than_rounded_corners(plan):
+    stopping, rounded = (plan.trajectory(acceleration=5.0, blend=blend) for blend in (0.0, 0.2))
+    assert stopping.stops == len(plan.path) - 2
+    assert rounded.stops < stopping.stops
+    assert rounded.duration < stopping.duration
+    assert f"{stopping.stops} stop" in str(stopping)
+
+
+@pytest.mark.parametrize("blend", [0.05, 0.5, 10.0])
+def test_a_rounded_corner_touches_nothing(panda, plan, blend):
+    path = plan.trajectory(acceleration=5.0, blend=blend)
+    assert path.certified
+    q = path.at(np.linspace(0, path.duration, 20_001)).q
+    assert not panda.in_collision(q, plan._motion.world).any()
+
+
+def test_a_corner_that_cannot_be_rounded_is_a_stop(panda):
+    path = np.stack([panda.home, panda.home + 0.2, panda.home + np.array([0.2, 0.4, 0.2, 0.2, 0.2, 0.2, 0.2])])
+    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    asked = []
+
+    def never(points, spreads):
+        asked.append((points, spreads))
+        return False
+
+    assert rounded_path(path, lengths, 0.1, never).stops.tolist() == [True, True]
+    assert len(asked) == 4  # halved three times
+    for points, spreads in asked:  # the parabola lies within the spread of its chords
+        t = np.linspace(0, 1, 101)[:, None]
+        control = points[0], path[1], points[-1]
+        curve = (1 - t) ** 2 * control[0] + 2 * t * (1 - t) * control[1] + t**2 * control[2]
+        chords = np.concatenate(
+            [points[k] + (t[k * 25 : k * 25 + 26] - k / 4) * 4 * (points[k + 1] - points[k]) for k in range(4)]
+        )
+        parts = np.concatenate([curve[k * 25 : k * 25 + 26] for k in range(4)])
+        assert (np.abs(chords - parts) <= np.repeat(spreads, 26, axis=0)).all()
+
+
+def test_a_table_has_a_row_for_each_moment(plan, tmp_path):
+    path = plan.trajectory(acceleration=5.0)
+    path.to_csv(tmp_path / "all.csv")
+    path.to_csv(tmp_path / "even.csv", period=0.05)
+    with (tmp_path / "all.csv").open() as file:
+        rows = list(csv.reader(file))
+    assert rows[0][:2] == ["time", "panda_joint1"]
+    assert np.array_equal(np.array(rows[1:], dtype=float)[:, :8], np.column_stack([path.times, path.q]))
+    even = np.loadtxt(tmp_path / "even.csv", delimiter=",", skiprows=1)
+    assert np.allclose(np.diff(even[:-1, 0]), 0.05)
+    assert even[-1, 0] == path.duration
+    with pytest.raises(FileError):
+        path.to_csv(tmp_path / "none" / "x.csv")
+    with pytest.raises(InputError, match="period"):
+        path.to_csv(tmp_path / "x.csv", period=0)
+
+
+def test_a_figure_shows_positions_velocities_and_accelerations(plan):
+    figure = plan.trajectory(acceleration=5.0).plot()
+    assert len(figure.axes) == 3
+    assert len(figure.axes[0].lines) == 7
+
+
+def test_a_trajectory_survives_pickling(plan):
+    path = plan.trajectory(acceleration=5.0)
+    other = pickle.loads(pickle.dumps(path))  # noqa: S301
+    assert np.array_equal(other.at(0.3).q, path.at(0.3).q)
+
+
+@pytest.mark.parametrize(
+    ("options", "argument"),
+    [
+        ({"acceleration": 0.0}, "acceleration"),
+        ({"acceleration": np.ones(6)}, "acceleration"),
+        ({"acceleration": 1.0, "velocity": -1}, "velocity"),
+        ({"acceleration": 1.0, "blend": -0.1}, "blend"),
+        ({"acceleration": 1.0, "blend": True}, "blend"),
+    ],
+)
+def test_limits_that_make_no_sense_are_refused_by_name(plan, options, argument):
+    with pytest.raises(InputError, match=argument):
+        plan.trajectory(**options)
+
+
+def test_a_plan_without_a_path_has_no_trajectory(panda):
+    world = ulna.World()
+    world.add("block", ulna.Box((0.2, 0.2, 0.2)), panda.forward_kinematics(panda.home))
+    away = panda.home.copy()
+    away[0] = 2
+    plan = panda.plan(away, panda.home, world)
+    with pytest.raises(InputError, match="goal in collision"):
+        plan.trajectory(acceleration=1.0)
+
+
+def test_a_plan_that_does_not_move_takes_no_time(panda):
+    path = panda.plan(panda.home, panda.home).trajectory(acceleration=1.0)
+    assert path.duration == 0
+    assert np.array_equal(path.at(0.0).q, panda.home)
+
+
+def test_the_entry_is_listed():
+    assert entry("time_parameterisation.time_sections")
