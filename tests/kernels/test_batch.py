@@ -32,6 +32,7 @@ def test_the_settings_and_the_information_have_a_place_for_each_name():
         layout.WITH_POSTURE,
         layout.TASK,
         layout.FAR,
+        layout.SEEDED_STEPS,
         *range(layout.SLACK, layout.SLACK + 6),
     )
     information = (

@@ -8,15 +8,28 @@ whatever jobs the other lanes have.
 import numpy as np
 
 from ulna.drivers.lane_state import reset_state, search_state, write_bounds, write_result, write_start, write_target
-from ulna.engine.decorators import entry, routine, workspace
+from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.lanes import any_lane, load
 from ulna.engine.signatures import INDICES, MATRICES, MATRIX, NUMBERS, TABLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
-from ulna.kernels.ik.search_layout import FIRST_WINS, N_SETTINGS, NOT_A_POSE, SOLVED, STATUS, STEPS, WITH_POSTURE
+from ulna.kernels.ik.search_layout import (
+    FIRST_WINS,
+    N_SETTINGS,
+    NEAREST,
+    NOT_A_POSE,
+    SEEDED_STEPS,
+    SOLVED,
+    STATUS,
+    STEPS,
+    WITH_POSTURE,
+)
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
+
+_PATIENCE = 15  # steps of the seed's job
+_WORTH_WAITING = 0.9  # of the square of its error
 
 
 @entry((TABLE, MATRICES, INDICES, MATRIX, MATRICES, MATRIX, NUMBERS, NUMBERS, MATRIX, MATRIX))
@@ -25,8 +38,10 @@ def search_jobs(chain, targets, order, seeds, bounds, samples, posture, settings
 
     targets: (n, 4, 4); order: (m,) of them; seeds: (n or 1, n_dof); bounds: (n or 1, 4, n_dof) of ``lane_state``; samples:
     (n_starts, n_dof), how far from LOW to HIGH each entry of a start lies, NaN for the seed's own; posture: (n_dof,).
-    q_out: (m n_starts, n_dof) and info: (m n_starts, N_INFO), a row a job. If FIRST_WINS, ``order`` holds one target, the search
-    ends with the first job that is solved, and row 0 holds that, or the job that came nearest.
+    q_out: (m n_starts, n_dof) and info: (m n_starts, N_INFO), a row a job. With FIRST_WINS ``order`` holds one target, and row 0
+    the result, or the job that came nearest. ANY: the first job that is solved ends the search. NEAREST: the first job, that
+    of the seed, ends it by its solution; once that job has failed, or others have solutions and it hardly advances, the
+    nearest of these to the seed is taken, or if there is none yet the next.
     """
     run_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q_out, info)
 
@@ -55,29 +70,49 @@ def run_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q
     rows, scratch = search_state(n_dof)
     jobs = np.full(WIDTH, -1)
     first_wins, found, best = settings[FIRST_WINS] != 0.0, False, np.inf
-    following, running = 0, 0
+    waiting, nearest = settings[FIRST_WINS] == NEAREST, np.inf  # for the job of the seed, and the distance of what others found
+    following, running, steps, before = 0, 0, 0, np.inf
     for lane in range(WIDTH):
         jobs[lane], following = start_job(targets, order, seeds, bounds, samples, settings, following, n_jobs, lane, rows, info)
         running += jobs[lane] >= 0
     while running > 0 and not found:
         advance(chain, posture, settings, rows, scratch)
-        if not any_lane(load(rows[4], ENDED) > RUNNING):
+        steps += 1
+        if waiting and steps % _PATIENCE == 0:
+            missed = rows[4][P2, 0] + rows[4][R2, 0]  # the seed's job is in the first lane from the beginning
+            found, before = nearest < np.inf and missed > _WORTH_WAITING * before, missed
+        if found or not any_lane(load(rows[4], ENDED) > RUNNING):
             continue
         for lane in range(WIDTH):
             if jobs[lane] < 0 or rows[4][ENDED, lane] == RUNNING:
                 continue
-            found = first_wins and rows[4][ENDED, lane] == HAS_SOLVED
+            solved = first_wins and rows[4][ENDED, lane] == HAS_SOLVED
             missed = rows[4][P2, lane] + rows[4][R2, lane]
-            if found or not first_wins or missed < best:
+            if waiting and solved and jobs[lane] > 0:
+                away = distance(rows[1], lane, seeds[min(order[0], seeds.shape[0] - 1)])
+                better, nearest, best = away < nearest, min(away, nearest), 0.0
+            else:
+                better = solved or not first_wins or missed < best
+                found = solved or (nearest < np.inf and jobs[lane] == 0)
+                waiting, best = waiting and jobs[lane] > 0, min(best, missed)
+            if better:
                 row = 0 if first_wins else jobs[lane]
                 write_result(rows[1], rows[2], rows[4], lane, jobs[lane] % samples.shape[0], row, q_out, info)
-                best = missed
             if found:
                 break
             jobs[lane], following = start_job(
                 targets, order, seeds, bounds, samples, settings, following, n_jobs, lane, rows, info
             )
             running -= jobs[lane] < 0
+
+
+@kernel
+def distance(q_rows, lane, seed):
+    """The largest difference of an entry of q in a lane from the seed."""
+    largest = 0.0
+    for j in range(seed.shape[0]):
+        largest = max(largest, abs(q_rows[j, lane] - seed[j]))
+    return largest
 
 
 @routine
@@ -99,6 +134,7 @@ def start_job(targets, order, seeds, bounds, samples, settings, job, n_jobs, lan
             box = bounds[min(i, bounds.shape[0] - 1)]
             write_bounds(box, rows[3], lane)
             write_start(box, seed, samples, start, rows[0], lane)
-            reset_state(rows[4], settings[STEPS], settings[WITH_POSTURE], lane)
+            steps = settings[SEEDED_STEPS] if start == 0 and settings[SEEDED_STEPS] > 0.0 else settings[STEPS]
+            reset_state(rows[4], steps, settings[WITH_POSTURE], lane)
             return job, job + 1
     return -1, job

@@ -36,18 +36,19 @@ class SingleTargetSolver:
     ``solve`` may be called from many threads at once: nothing that it writes to is shared.
     """
 
-    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_query", "_search_one", "_tolerances")
+    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_query", "_search_one", "_tolerances", "in_c", "plan")
 
     def __init__(self, query: Query) -> None:
         tree, options, settings = query.tree, query.options, query.settings.copy()
         self._search_one, self._query = entry("multi_start.search_one"), query
         self._chain, self._n, self._tolerances, self._home = query.chain, tree.n_dof, options.tolerances, query.home.copy()
-        settings[layout.FIRST_WINS] = 1.0
+        settings[layout.FIRST_WINS] = layout.ANY
         from_seed, random = seed_sample(tree.n_dof), unit_samples(tree, query.link, options.seed, 0, _STARTS - 1)
-        from_home = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel(), random.ravel()])
-        settings[layout.STEPS] = SEEDED_STEPS
-        plan = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel()])
-        self._from_home, self._from_seed = self._search_by(from_home), self._search_by(plan)
+        self.plan = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel(), random.ravel()])
+        settings[layout.FIRST_WINS], settings[layout.SEEDED_STEPS] = layout.NEAREST, SEEDED_STEPS
+        plan = np.concatenate([settings, self.plan[layout.N_SETTINGS :]])
+        self._from_home, self._from_seed = self._search_by(self.plan), self._search_by(plan)
+        self.in_c = self._from_home, self._home, self._from_seed
 
     @staticmethod
     def applies(query: Query) -> bool:
@@ -59,7 +60,7 @@ class SingleTargetSolver:
             and query.task_axes is None
             and options.rank is None
             and options.max_step is None
-            and options.budget >= _STARTS * STEPS
+            and options.budget >= SEEDED_STEPS + (_STARTS - 1) * STEPS
             and options.time_limit != 0.0
             and query.unit == 1.0
         )
