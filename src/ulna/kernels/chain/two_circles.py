@@ -75,7 +75,7 @@ def lines_of(k, a, b, d):
 
 @kernel
 def angle_of_pair(axes, form, lines, size, line, sign, free):
-    """Steps 3 and 4: theta of the pair of two signs; how well it is determined; its slope squared, or the discriminant below 0."""
+    """Steps 3 and 4: theta of two signs; how well it is determined; its slope squared, or the discriminant below 0."""
     (k, a, b, d), (alpha, beta, n_a, n_b) = form, lines
     straight = d < _STRAIGHT
     a_c, a_s = where(straight, a, alpha), where(straight, b, -line * beta)
