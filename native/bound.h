@@ -32,7 +32,7 @@ typedef struct {
 
 extern PyType_Spec bound_spec;
 extern PyTypeObject *bound_type;
-extern const Way POSE, TRUTH, NUMBER, SEARCH, BRANCHES;
+extern const Way POSE, TRUTH, NUMBER, SEARCH;
 
 /* bind(entry, way, leading, n, numbers, otherwise): see bound.c. */
 PyObject *bind(PyObject *module, PyObject *arguments);

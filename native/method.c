@@ -162,7 +162,7 @@ static PyObject *inverse_kinematics(PyObject *self, PyObject *const *arguments, 
     if (search && PyTuple_Size(search) == N_PARTS) {
         for (int k = 0; k < N_PARTS; k++) parts[k] = PyTuple_GetItem(search, k);
         PyObject *function = parts[from_home ? FROM_HOME : FROM_SEED];
-        Bound *search_bound = bound_of(function, &SEARCH), *bound = search_bound ? search_bound : bound_of(function, &BRANCHES);
+        Bound *bound = bound_of(function, &SEARCH);
         if (bound) found = search_of(bound, arguments[0], from_home ? parts[HOME] : seed, &q, &info);
     }
     if (found == 1) result = result_of(parts, q, info);

@@ -1,11 +1,10 @@
-/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are five:
+/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are four:
 
     pose      f(q, out=None, threads=None)  entry(*leading, q, out) -> bool; an array of the shape ``numbers``
     truth     f(q)                          entry(*leading, q) -> int; False or True for the two codes in ``numbers``
     number    f(q)                          entry(*leading, q[None], scratch) -> bool; the first of as many as ``numbers`` says
     search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, of as many as ``numbers`` says,
                                             or None if there is no solution
-    branches  f(target, seed)               the same; the entry takes batches: target[None], seed[None]
 */
 #include "bound.h"
 
@@ -42,14 +41,6 @@ static int64_t *put_matrix(int64_t *slots, const void *data, npy_intp rows, npy_
     return slots + 3;
 }
 
-static int64_t *put_matrices(int64_t *slots, const void *data, npy_intp n, npy_intp rows, npy_intp columns) {
-    slots[0] = (int64_t)(intptr_t)data;
-    slots[1] = n;
-    slots[2] = rows;
-    slots[3] = columns;
-    return slots + 4;
-}
-
 static void *data_of(PyObject *array) { return PyArray_DATA((PyArrayObject *)array); }
 
 static PyObject *new_array(int dimensions, npy_intp rows, npy_intp columns) {
@@ -64,7 +55,7 @@ static int64_t *slots_of(Bound *bound, int64_t *copy) {
     return memcpy(copy, bound->slots, bound->n_slots * sizeof *copy);
 }
 
-/* ---- the five ways ---- */
+/* ---- the four ways ---- */
 
 PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out) {
     int64_t copy[MOST_SLOTS], good;
@@ -112,12 +103,8 @@ int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyOb
     *q = new_array(1, bound->n, 0);
     *info = new_array(2, 1, bound->numbers[0]);
     if (*q && *info) {
-        int64_t *slots = slots_of(bound, copy), *next = slots + bound->n_slots;
-        if (bound->way == &BRANCHES) {
-            next = put_matrix(put_matrices(next, data_of(target), 1, 4, 4), data_of(seed), 1, bound->n);
-        } else {
-            next = put_vector(put_matrix(next, data_of(target), 4, 4), data_of(seed), bound->n);
-        }
+        int64_t *slots = slots_of(bound, copy), *next = put_matrix(slots + bound->n_slots, data_of(target), 4, 4);
+        next = put_vector(next, data_of(seed), bound->n);
         next = put_matrix(next, data_of(*q), 1, bound->n);
         put_matrix(next, data_of(*info), 1, bound->numbers[0]);
         int failed = run_machine_code(bound->entry, bound->overload, slots, &good);
@@ -185,10 +172,9 @@ const Way POSE = {"pose", call_pose, "12", 'b', 2};
 const Way TRUTH = {"truth", call_truth, "1", 'i', 2};
 const Way NUMBER = {"number", call_number, "22", 'b', 1};
 const Way SEARCH = {"search", call_search, "2122", 'b', 1};
-const Way BRANCHES = {"branches", call_search, "3222", 'b', 1};
 
 const Way *way_of(const char *name) {
-    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &SEARCH, &BRANCHES};
+    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &SEARCH};
     for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
         if (!strcmp(ways[k]->name, name)) return ways[k];
     }

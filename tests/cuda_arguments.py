@@ -29,7 +29,7 @@ SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOL
 SCENE_OF_BOXES = types.NamedTuple((TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE), Scene)
 CARRIED = types.NamedTuple((
     MATRIX, INDICES, INDICES, INDEX_ROWS, INDICES, TRUTH_ROWS, NUMBERS, NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
-    NUMBERS, INDICES,
+    NUMBERS, NUMBERS, INDICES,
 ), Carried)  # fmt: skip
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 

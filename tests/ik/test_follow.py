@@ -136,6 +136,14 @@ def test_whole_turns_are_taken_within_the_limits_and_no_further():
     assert path.status == "joint limits"
 
 
+def test_of_many_turns_those_about_the_start_are_searched():
+    robot = Robot.from_dh(robots.UR5, convention="standard", limits=[(-4.5 * TURN, 4.5 * TURN), *[(-np.pi, np.pi)] * 5])
+    known = Q + np.linspace(0.0, 0.6, 100)[:, None] * [TURN, 0, 0, 0, 0, 0] + np.array([3 * TURN, 0, 0, 0, 0, 0])
+    path = robot.follow(robot.forward_kinematics(known), known[0])
+    assert np.abs(path.q - known).max() < 1e-6
+    assert path.proof == "searched"
+
+
 def test_a_wheel_turns_as_often_as_the_path_asks():
     robot = Robot.from_dh(robots.UR5, convention="standard", limits=[*[(-np.pi, np.pi)] * 5, (-np.inf, np.inf)])
     known = Q + np.linspace(0.0, 1.0, 300)[:, None] * [0, 0, 0, 0, 0, 4 * TURN]

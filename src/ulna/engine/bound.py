@@ -1,7 +1,6 @@
 """Binds an entry's leading arguments in C, and puts methods in C in a class. Used by ``Robot`` and by what it asks about one q.
 
-The extension comes with a wheel (``ahead``). Without it there
-are no such functions, and callers go Python's own way.
+The extension comes with a wheel (``ahead``). Without it there are no such functions, and callers go Python's own way.
 """
 
 from collections.abc import Callable
@@ -35,12 +34,12 @@ if TYPE_CHECKING or _extension() is None:
 else:
     Quick, Called = _extension().Quick, _extension().Called
 
-Way = Literal["pose", "truth", "number", "search", "branches"]
+Way = Literal["pose", "truth", "number", "search"]
 """What a bound function takes and returns (native/ways.c).
 
 ``pose``: ``f(q, out=None, threads=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
-codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``search`` and ``branches``:
-``f(target, seed)``, q and the ``numbers[0]`` numbers about it, or None if there is no solution.
+codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``search``: ``f(target, seed)``,
+q and the ``numbers[0]`` numbers about it, or None if there is no solution.
 """
 
 

@@ -159,7 +159,8 @@ def _solvers(
     solvers = tuple(solver(query) for solver in SOLVERS if solver.applies(query))
     in_c = getattr(solvers[0], "in_c", None)
     if in_c is not None and query.options == Options():
-        quick[link] = *in_c, IKResult, query.options.tolerances, NOTHING_TO_EXPLAIN, partial(_first_result, solvers[1:])
+        others = solvers[1:] if isinstance(solvers[0], SingleTargetSolver) else solvers
+        quick[link] = *in_c, IKResult, query.options.tolerances, NOTHING_TO_EXPLAIN, partial(_first_result, others)
     return solvers
 
 

@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import PROOFS, all_branches
 from ulna.ik.closed_form.result import Proof
 from ulna.ik.following.course import Course
@@ -67,7 +68,7 @@ def along_branches(course: Course) -> Found:
     nodes = [with_start(course, layers.nodes[0]), *layers.nodes[1:]]
     edges, q, done = _best(course, nodes)
     following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
-    proved = bool(layers.proved[: len(q) + 1].all()) and not edges.removed
+    proved = bool(layers.proved[: len(q) + 1].all()) and not edges.removed and not course.lifts.is_cut
     return Found(q, _ends(course, done, nodes), following, proved=proved)
 
 
@@ -90,13 +91,16 @@ def _best(course: Course, nodes: list[Array]) -> tuple[LazyEdges, Array, Sweep]:
 
 
 def make_layers(course: Course) -> Layers:
-    """All solutions of every pose, by the closed form or by search."""
+    """All solutions of every pose, by the closed form or by search.
+
+    Fewer than six joints reach few poses exactly: where they miss one, the search may still reach it within the tolerance.
+    """
     form = course.form
     if form is not None and form.is_exact and form.held_column is None:
         rows, proved = _of_closed_form(course)
-    else:
-        rows, proved = _searched(course), np.zeros(len(course.targets), dtype=bool)
-    return _parted(course, rows, proved)
+        if form.n_joints == N_AXES or all(map(len, rows)):
+            return _parted(course, rows, proved)
+    return _parted(course, _searched(course), np.zeros(len(course.targets), dtype=bool))
 
 
 def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:

@@ -61,7 +61,7 @@ class Course:
     def lifts(self) -> Lifts:
         """The whole turns that the limits allow."""
         tree = self.query.tree
-        return Lifts.of(tree.lower, tree.upper, turning_columns(self.query.chain, tree.n_dof), self.query.home)
+        return Lifts.of(tree.lower, tree.upper, turning_columns(self.query.chain, tree.n_dof), self.start)
 
     @cached_property
     def form(self) -> ClosedForm | None:

@@ -19,7 +19,7 @@ from ulna.ik.turns import TURN
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 _AT_LIMIT = 1e-9  # rad
-_MOST_TURNS = 3  # of a joint with wide limits: those about home
+_MOST_TURNS = 3  # of a joint with wide limits: those about the start
 _BASE = 2 * _MOST_TURNS + 1
 
 
@@ -33,6 +33,7 @@ class Lifts:
         lifted: The entries that can make whole turns between two limits, shape (n_dof,).
         free: Those that can make any number, shape (n_dof,).
         table: The turns of each lift, shape (n_lifts, n_dof).
+        is_cut: Whether the limits allow more turns than these.
     """
 
     lower: Array
@@ -40,19 +41,21 @@ class Lifts:
     lifted: NDArray[np.bool_]
     free: NDArray[np.bool_]
     table: Counts
+    is_cut: bool
     _known: dict[int, Counts] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def of(cls, lower: Array, upper: Array, turning: NDArray[np.bool_], home: Array) -> Lifts:
-        """The lifts of joints with these limits, of which some turn; home: shape (n_dof,)."""
+    def of(cls, lower: Array, upper: Array, turning: NDArray[np.bool_], start: Array) -> Lifts:
+        """The lifts of joints with these limits, of which some turn; start: shape (n_dof,)."""
         bounded = np.isfinite(lower) & np.isfinite(upper)
         with np.errstate(invalid="ignore"):
             lifted = turning & bounded & (upper - lower >= TURN - _AT_LIMIT)
             counts = np.where(lifted, np.ceil((upper - lower) / TURN - _AT_LIMIT), 1.0)
-            low = np.where(counts > _MOST_TURNS, np.maximum(lower, home - TURN * _MOST_TURNS / 2), lower)
+            low = np.where(counts > _MOST_TURNS, np.maximum(lower, start - TURN * _MOST_TURNS / 2), lower)
+        is_cut = bool((counts > _MOST_TURNS).any())
         counts = np.minimum(counts, _MOST_TURNS).astype(np.int64)
         table = np.array(list(product(*map(range, counts))), dtype=np.int64)
-        return cls(low, upper, lifted, turning & ~bounded, table.reshape(-1, len(lower)))
+        return cls(low, upper, lifted, turning & ~bounded, table.reshape(-1, len(lower)), is_cut)
 
     def first_turn(self, q: Array) -> Array:
         """q (..., n_dof) with each entry that can make whole turns in its first turn."""

@@ -32,6 +32,7 @@ from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
+Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at both ends; whole turns make no difference
 
 
 class _Density(NamedTuple):
@@ -55,7 +56,7 @@ class _Density(NamedTuple):
 _ATTEMPTS = (_Density(16, 512, 0.12, 0.15, 300), _Density(48, 1536, 0.06, 0.1, 450), _Density(128, 4096, 0.04, 0.05, 900))
 _LEAST_KNOTS = 8
 _NEAR = 0.6  # rad or m: a straight line between solutions that are further apart leaves the branch
-_MOST_ROUNDS = 400
+_MOST_ROUNDS, _MOST_BESIDE = 400, 3000
 
 
 def along_self_motions(course: Course) -> Found:
@@ -120,31 +121,44 @@ def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
     longest = np.minimum(course.max_step * gaps, _NEAR)
     edges = LazyEdges(course.lifts, nodes, longest, course.weight / gaps)
     costs = [course.costs(q) * gap for q, gap in zip(nodes, np.r_[gaps, 1.0], strict=True)]
-    filled, done = _Filled(course, knots), Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
+    filled, done = _Filled(course, knots, nodes, edges), Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
     for left in reversed(range(_MOST_ROUNDS)):
         done = sweep(course.lifts, nodes, costs, edges.of, done)
         q, chain = path_of(course, done, nodes)
         wrong = filled.wrong_edges(q, chain)
-        if not len(wrong) or not left:
+        if not wrong or not left:
             return filled.whole(q, chain)
-        for k in wrong:
-            edges.remove(int(k), int(chain[k, 0]), int(chain[k + 1, 0]))
-        done = done.first(int(wrong[0]) + 1)
+        for edge in wrong:
+            edges.remove(*edge)
+        done = done.first(min(wrong)[0] + 1)
     raise AssertionError("the last round returns")
 
 
 class _Filled:
     """The poses between knots, on edges that have been tried; each edge is tried once."""
 
-    def __init__(self, course: Course, knots: Counts) -> None:
-        self._course, self._knots = course, knots
-        self._known: dict[tuple[int, ...], Array | None] = {}
+    def __init__(self, course: Course, knots: Counts, nodes: list[Array], edges: LazyEdges) -> None:
+        self._course, self._knots, self._nodes, self._edges = course, knots, nodes, edges
+        self._known: dict[Key, Array | None] = {}
 
-    def wrong_edges(self, q: Array, chain: Counts) -> Counts:
-        """Which edges of a chain cannot be filled; q: its nodes, shape (m, n_dof)."""
+    def wrong_edges(self, q: Array, chain: Counts) -> list[Key]:
+        """The edges of a chain that cannot be filled, and others of these layers; q: its nodes, shape (m, n_dof)."""
         keys = self._keys(chain)
-        self._try([k for k, key in enumerate(keys) if key not in self._known], q, keys)
-        return np.array([k for k, key in enumerate(keys) if self._known[key] is None], dtype=np.int64)
+        self._try([(key, q[k], q[k + 1]) for k, key in enumerate(keys)])
+        wrong = [k for k, key in enumerate(keys) if self._known[key] is None]
+        beside = [edge for k in wrong for edge in self._beside(k, q[k])]
+        self._try(beside)
+        return [keys[k] for k in wrong] + [key for key, *_ in beside if self._known[key] is None]
+
+    def _beside(self, k: int, q: Array) -> list[tuple[Key, Array, Array]]:
+        """The cheapest edges from layer k that are within the limits with the turns nearest to a configuration q (n_dof,)."""
+        edges, lifts, tree = self._edges.of(k), self._course.lifts, self._course.query.tree
+        cheapest = np.argsort(edges.cost, kind="stable")[:_MOST_BESIDE]
+        begin, end = edges.begin[cheapest], edges.end[cheapest]
+        a = lifts.nearest(self._nodes[k][begin], q)
+        b = a + lifts.steps(self._nodes[k][begin], self._nodes[k + 1][end])[0]
+        good = np.flatnonzero(((b >= tree.lower) & (b <= tree.upper)).all(axis=1))
+        return [((k, int(begin[i]), int(end[i])), a[i], b[i]) for i in good]
 
     def whole(self, q: Array, chain: Counts) -> Array:
         """The path along a chain, with what lies between its knots, up to its last knot or the first edge that is wrong."""
@@ -156,28 +170,28 @@ class _Filled:
             rows.append(q[k] + steps)
         return np.concatenate(rows)
 
-    def _keys(self, chain: Counts) -> list[tuple[int, ...]]:
-        """What tells edges apart: the layer, and the nodes at both ends; whole turns make no difference."""
+    def _keys(self, chain: Counts) -> list[Key]:
         return [(k, int(chain[k, 0]), int(chain[k + 1, 0])) for k in range(len(chain) - 1)]
 
-    def _try(self, layers: list[int], q: Array, keys: list[tuple[int, ...]]) -> None:
-        """Fill the edges that leave some layers, all at once. What is kept is the way from the node at their beginning."""
-        if not layers:
+    def _try(self, edges: list[tuple[Key, Array, Array]]) -> None:
+        """Fill edges from a to b that are not known, all at once. What is kept is the way from the node at their beginning."""
+        new = list({key: (key, a, b) for key, a, b in edges if key not in self._known}.values())
+        if not new:
             return
         course, knots = self._course, self._knots
-        order = np.concatenate([np.arange(knots[k] + 1, knots[k + 1]) for k in layers])
-        guesses = np.concatenate([_straight(q[k], q[k + 1], int(knots[k + 1] - knots[k])) for k in layers])
+        order = np.concatenate([np.arange(knots[k] + 1, knots[k + 1]) for (k, *_), _, _ in new])
+        guesses = np.concatenate([_straight(a, b, int(knots[k + 1] - knots[k])) for (k, *_), a, b in new])
         between, found = course.near(order, guesses)
         found &= ~course.collide(between)
-        ends = np.cumsum([knots[k + 1] - knots[k] - 1 for k in layers])[:-1]
-        for k, rows, good in zip(layers, np.split(between, ends), np.split(found, ends), strict=True):
-            line = np.vstack([q[k], rows, q[k + 1]])
+        ends = np.cumsum([knots[k + 1] - knots[k] - 1 for (k, *_), _, _ in new])[:-1]
+        for (key, a, b), rows, good in zip(new, np.split(between, ends), np.split(found, ends), strict=True):
+            line = np.vstack([a, rows, b])
             is_right = (
                 good.all()
                 and np.abs(np.diff(line, axis=0)).max() <= course.max_step
                 and not course.edges_collide(line[:-1], line[1:]).any()
             )
-            self._known[keys[k]] = line[1:] - q[k] if is_right else None
+            self._known[key] = line[1:] - a if is_right else None
 
 
 def _straight(a: Array, b: Array, n: int) -> Array:
