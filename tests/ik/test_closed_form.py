@@ -59,6 +59,9 @@ def test_the_configuration_that_made_a_target_is_among_its_branches(family, from
         assert (found.proof == "complete").mean() > 0.99
         assert apart(np.where(found.real[..., None], found.q, 9.0), q[:, None]).min(axis=1).max() < 1e-6
         assert (found.real.sum(axis=1) % 2 == 0).all(), "real branches come in pairs"
+        every = np.where(found.real[..., None], found.q, np.arange(8)[:, None] / 3.0)[found.proof == "complete"]
+        between = apart(every[:, :, None], every[:, None]) + 9.0 * np.eye(8)
+        assert between[found.real[found.proof == "complete"]].min() > 1e-7, "each is listed once"
         solutions = found.q[found.real]
         reached = robot.forward_kinematics(solutions)
         assert np.abs(reached - np.repeat(T, found.real.sum(axis=1), axis=0)).max() < 1e-9

@@ -19,7 +19,8 @@ from ulna.kernels.spatial.elementary import maximum, minimum
 
 _STEPS, _NEWTON_STEPS = 40, 3
 _STRAIGHT = 1e-13  # of d: below it there is one line, and no other
-_FAR = 1e-2  # rad: a longer Newton step is none towards this root
+_FAR = 1e-4  # rad: a longer Newton step is none towards this root
+_MEETS = -1e-10  # of the discriminant: a line that passes the circle has no root, and Newton's would be that of another line
 
 
 @kernel
@@ -74,24 +75,28 @@ def lines_of(k, a, b, d):
 
 @kernel
 def angle_of_pair(axes, form, lines, size, line, sign, free):
-    """Steps 3 and 4: theta of the pair that two signs choose; how well it is determined; the square of its slope."""
+    """Steps 3 and 4: theta of two signs; how well it is determined; its slope squared, or the discriminant below 0."""
     (k, a, b, d), (alpha, beta, n_a, n_b) = form, lines
     straight = d < _STRAIGHT
     a_c, a_s = where(straight, a, alpha), where(straight, b, -line * beta)
     at = where(straight, where(line > 0.0, -k, 3.0), -(n_a + line * n_b))
-    angle, sure, _ = angle_of_two(a_s, a_c, at, a_s * a_s + a_c * a_c - at * at, sign, free)
+    angle, sure, share = angle_of_two(a_s, a_c, at, a_s * a_s + a_c * a_c - at * at, sign, free)
     s, c = angle
     slope = 0.0 * s
     for _ in range(_NEWTON_STEPS):
         value = k + a * c + b * s + d * (c * c - s * s)
         slope = b * c - a * s - 4.0 * d * s * c
         step = -value / where(abs(slope) > 0.0, slope, 1.0)
-        step = where(abs(step) <= _FAR, step, 0.0)
+        step = where((abs(step) <= _FAR) & (share >= _MEETS), step, 0.0)
         s, c = s + step * c, c - step * s
         r = 1.5 - 0.5 * (s * s + c * c)
         s, c = s * r, c * r
     cos, sin = axes
-    return (s * cos + c * sin, c * cos - s * sin), minimum(sure, size * size * size * size), slope * slope
+    return (
+        (s * cos + c * sin, c * cos - s * sin),
+        minimum(sure, size * size * size * size),
+        where(share >= 0.0, slope * slope, share),
+    )
 
 
 @kernel
