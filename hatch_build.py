@@ -1,5 +1,7 @@
 """Builds the wheel that needs no compiler at its user's, where ``ULNA_AHEAD=1`` asks for it (``make wheel``).
 
+``ULNA_AHEAD=here`` builds one for tests on this machine: for the lowest level of CPU and the highest that this one has.
+
 Without it, as for an editable install or from a source distribution, the wheel is of Python alone: Numba compiles its code when
 it is first called, and no C compiler is needed. docs/ahead.md explains the steps.
 """
@@ -12,15 +14,17 @@ import subprocess
 import sys
 import sysconfig
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from hatchling.metadata.plugin.interface import MetadataHookInterface
 
-AHEAD = os.environ.get("ULNA_AHEAD", "") not in {"", "0"}
+AHEAD = os.environ.get("ULNA_AHEAD", "").replace("0", "")
 X86_LEVELS = {"x86-64-v2": 2, "x86-64-v3": 3, "x86-64-v4": 4}  # and the number that the CPU must have (native/cpu.c)
 PACKAGE, ENTRIES = "ulna.drivers", "ulna.drivers:DRIVERS"
+PARTS = "together", "rest"  # of the entries of a level, each about half the work: ulna.engine.emit
 ABI, MACRO = "cp311-abi3", "0x030B0000"  # Python 3.11 and every later one
 
 
@@ -46,7 +50,8 @@ class MachineCode(BuildHookInterface):
         if not AHEAD or version == "editable":
             return
         build = Path(self.root, "build", "ahead")
-        extension, libraries = _extension(Path(self.root), build), _libraries(Path(self.root), build)
+        extension = _extension(Path(self.root), build)
+        libraries = _libraries(Path(self.root), build, _levels(extension))
         for file in libraries:
             build_data["force_include"][str(file)] = f"ulna/engine/machine_code/{file.name}"
         build_data["force_include"][str(extension)] = f"ulna/engine/{extension.name}"
@@ -54,19 +59,29 @@ class MachineCode(BuildHookInterface):
         build_data["tag"] = f"{ABI}-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
 
 
-def _levels() -> dict[str, int]:
+def _levels(extension: Path) -> dict[str, int]:
     """The levels of CPU to compile for, lowest first, with what each needs."""
     machine = platform.machine().lower()
-    return X86_LEVELS if machine in {"x86_64", "amd64"} else {f"{machine}-baseline": 0}
+    if machine not in {"x86_64", "amd64"}:
+        return {f"{machine}-baseline": 0}
+    if AHEAD != "here":
+        return X86_LEVELS
+    spec: Any = spec_from_file_location("ulna.engine._calls", extension)
+    calls = module_from_spec(spec)
+    spec.loader.exec_module(calls)
+    possible = [name for name, needed in X86_LEVELS.items() if needed <= calls.x86_level()]
+    return {name: X86_LEVELS[name] for name in dict.fromkeys((min(X86_LEVELS), *possible[-1:]))}
 
 
-def _libraries(root: Path, build: Path) -> list[Path]:
+def _libraries(root: Path, build: Path, levels: dict[str, int]) -> list[Path]:
     """A library for each level, and the index of what is in them."""
-    levels, out = _levels(), build / "machine_code"
+    out = build / "machine_code"
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
-    with ThreadPoolExecutor(max(1, min(len(levels), len(os.sched_getaffinity(0)) if sys.platform == "linux" else 2))) as pool:
-        written = list(pool.map(lambda level: _write_objects(root, build, level), levels))
+    jobs = [(level, part) for part in PARTS for level in levels]
+    with ThreadPoolExecutor(max(1, min(len(jobs), len(os.sched_getaffinity(0)) if sys.platform == "linux" else 2))) as pool:
+        halves = dict(zip(jobs, pool.map(lambda job: _write_objects(root, build, *job), jobs), strict=True))
+    written = [sorted((one for part in PARTS for one in halves[level, part]), key=lambda one: one["name"]) for level in levels]
     files = [_link(root, build, out, level, entries) for level, entries in zip(levels, written, strict=True)]
     index = {
         "package": PACKAGE,
@@ -80,15 +95,15 @@ def _libraries(root: Path, build: Path) -> list[Path]:
     return [*files, out / "index.json"]
 
 
-def _write_objects(root: Path, build: Path, level: str) -> list[dict[str, Any]]:
-    """The object files of a level, as ``ulna.engine.emit`` writes them in a process of its own."""
+def _write_objects(root: Path, build: Path, level: str, part: str) -> list[dict[str, Any]]:
+    """The object files of a part of the entries for a level, as ``ulna.engine.emit`` writes them in a process of its own."""
     cpu = "generic" if level.endswith("-baseline") else level
     settings = {"NUMBA_CPU_NAME": cpu, "NUMBA_CPU_FEATURES": "", "NUMBA_DISABLE_JIT": "0", "ULNA_CPU": "native"}
     path = os.pathsep.join([str(root / "src"), *filter(None, [os.environ.get("PYTHONPATH")])])  # pip's own for the build as well
     environment = {**os.environ, **settings, "PYTHONPATH": path}
     folder = build / level
-    subprocess.run([sys.executable, "-m", "ulna.engine.emit", ENTRIES, str(folder)], env=environment, check=True, cwd=root)
-    return json.loads((folder / "entries.json").read_text(encoding="utf-8"))
+    subprocess.run([sys.executable, "-m", "ulna.engine.emit", ENTRIES, str(folder), part], env=environment, check=True, cwd=root)
+    return json.loads((folder / f"{part}.json").read_text(encoding="utf-8"))
 
 
 def _link(root: Path, build: Path, out: Path, level: str, entries: list[dict[str, Any]]) -> Path:

@@ -3,10 +3,51 @@
 #define ULNA_BOUND_H
 #include "entry.h"
 
+#define MOST_SCRATCH 16 /* numbers that the way NUMBER has room for */
+
+typedef PyObject *(*Call)(PyObject *, PyObject *const *, Py_ssize_t, PyObject *);
+
+/* What a bound function takes and returns (ways.c). */
+typedef struct {
+    const char *name;
+    Call call;
+    const char *rest; /* the kinds that follow the leading arguments: arrays of float64, by their number of axes */
+    char result;
+    int n_numbers;
+} Way;
+
+typedef struct {
+    PyObject_HEAD
+    PyMethodDef method;
+    const Way *way;
+    Entry *entry;
+    const Overload *overload;
+    PyObject *leading;   /* what the slots point into */
+    PyObject *otherwise;
+    int n_slots;
+    npy_intp n;          /* entries of q */
+    npy_intp numbers[2];
+    int64_t slots[MOST_SLOTS];
+} Bound;
+
 extern PyType_Spec bound_spec;
 extern PyTypeObject *bound_type;
+extern const Way POSE, TRUTH, NUMBER, SEARCH;
 
 /* bind(entry, way, leading, n, numbers, otherwise): see bound.c. */
 PyObject *bind(PyObject *module, PyObject *arguments);
+/* What a function that bind made is bound to, or NULL if it is another function, or of another way. */
+Bound *bound_of(PyObject *function, const Way *way);
+const Way *way_of(const char *name);
+
+/* What machine code returns. NULL without an exception: an argument is not as it should be, or was refused, so Python must be asked. */
+PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out);
+PyObject *truth_of(Bound *bound, PyObject *q);
+PyObject *number_of(Bound *bound, PyObject *q);
+/* 1 and two new arrays, 0 if there is no solution, -1 with an exception, -2 if Python must be asked. */
+int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyObject **info);
+
+/* Calls a callable with the arguments as they were, ``first`` before them unless it is NULL. */
+PyObject *call_with(PyObject *function, PyObject *first, PyObject *const *arguments, Py_ssize_t n, PyObject *names);
 
 #endif

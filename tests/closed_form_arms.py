@@ -9,7 +9,8 @@ from ulna.kernels.chain import closed_form_layout as layout
 from ulna.robot import Robot
 
 FAMILIES = (
-    layout.THREE_PARALLEL, layout.PARALLEL_23, layout.INTERSECTING_12, layout.PARALLEL_12, layout.INTERSECTING_23
+    layout.THREE_PARALLEL, layout.PARALLEL_23, layout.INTERSECTING_12, layout.PARALLEL_12, layout.INTERSECTING_23,
+    layout.OFFSET_HAND, layout.ANY_THREE_AXES,
 )  # fmt: skip
 HALF_TURN = Limits(-np.pi, np.pi)
 
@@ -25,6 +26,9 @@ def family_axes(family, rng):
     if family == layout.THREE_PARALLEL:
         h[2], h[3], c[5] = opposite[2] * h[1], opposite[3] * h[1], c[4]
         return h, c
+    if family == layout.OFFSET_HAND:
+        h[2], h[3] = opposite[2] * h[1], opposite[3] * h[1]
+        return h, c
     c[4] = c[5] = c[3]
     if family == layout.PARALLEL_23:
         h[2] = opposite[2] * h[1]
@@ -32,7 +36,7 @@ def family_axes(family, rng):
         h[1] = opposite[1] * h[0]
     elif family == layout.INTERSECTING_12:
         c[1] = c[0]
-    else:
+    elif family == layout.INTERSECTING_23:
         c[2] = c[1]
     return h, c
 
@@ -69,5 +73,7 @@ def right_angled(family, rng):
         layout.INTERSECTING_12: (z, y, x, y, z, y),
         layout.PARALLEL_12: (z, z, y, z, y, z),
         layout.INTERSECTING_23: (z, y, x, z, y, z),
+        layout.OFFSET_HAND: (z, y, y, y, z, y),
+        layout.ANY_THREE_AXES: (z, y, x, z, y, z),
     }[family]
     return np.array(h), c

@@ -4,6 +4,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.subproblems import angle_onto, angle_to_direction, angle_to_plane, angle_to_sphere
+from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, pencil
 from ulna.kernels.spatial.arc_tangent import full_circle_angle
 
 FREE = 0.6, 0.8  # the sine and cosine of an angle that may be any
@@ -50,6 +51,20 @@ def to_direction(x, out):
 
 def arc_tangent(x, out):
     store(out, 0, full_circle_angle(load(x, 0), load(x, 1)))
+
+
+def pair_of_circles(x, out):
+    """x: u, the columns of B, two signs; out: the sine and cosine of the angle of x, its slope, and those of y."""
+    u, b_1, b_2 = (load(x, 0), load(x, 1)), (load(x, 2), load(x, 3)), (load(x, 4), load(x, 5))
+    axes, form, lines, size = pencil(u, b_1, b_2)
+    angle, sure, apart = angle_of_pair(axes, form, lines, size, load(x, 6), load(x, 7), FREE)
+    other = other_of_pair(u, b_1, b_2, angle)
+    store(out, 0, angle[0])
+    store(out, 1, angle[1])
+    store(out, 2, sure)
+    store(out, 3, apart)
+    store(out, 4, other[0])
+    store(out, 5, other[1])
 
 
 def one_branch(table, x, out):

@@ -29,7 +29,7 @@ SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOL
 SCENE_OF_BOXES = types.NamedTuple((TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE), Scene)
 CARRIED = types.NamedTuple((
     MATRIX, INDICES, INDICES, INDEX_ROWS, INDICES, TRUTH_ROWS, NUMBERS, NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
-    NUMBERS, INDICES,
+    NUMBERS, NUMBERS, INDICES,
 ), Carried)  # fmt: skip
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 
@@ -71,6 +71,13 @@ TYPES = {
     "chain.spherical_wrist": {"family": WHOLE},
     "chain.sliding_arm": {**_each("first second third joint", VECTOR), **_each("way sign_1 sign_2", NUMBER)},
     "chain.sliding_arm.ways_in_plane": {"k": VECTOR},
+    "chain.three_parallel": {"hand": VECTOR},
+    "chain.quartic_arm": {**_each("left_1 left_2", VECTOR)},
+    "chain.quartic_arm.parts": {"k": VECTOR},
+    "chain.quartic_arm.circles": {**_each("first second", VECTOR)},
+    "chain.two_circles": {
+        **_each("u b_1 b_2 axes", ANGLE), **_each("form lines", SIZE), **_each("line k a b d size", NUMBER),
+    },
     "distance": {"scratch": POLYTOPE, "body": CORES, **_each("index square gap depth angle level", NUMBER), "points": MATRIX},
     "distance.box_distance": {"best": POINTS, "other": POINTS, **_each("length sign_1 sign_2 sign_y sign_z", NUMBER)},
     "distance.box_distance.edge_pair": {**_each("y z", VECTOR)},

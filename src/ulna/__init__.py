@@ -1,41 +1,48 @@
-"""Robot-arm kinematics and collision checking in pure Python, at SIMD speed."""
+"""Robot-arm kinematics and collision checking in pure Python, at SIMD speed.
 
-from ulna.collision.report import Pair, Report
-from ulna.collision.scene_file import load_world, save_world
-from ulna.collision.world import World
-from ulna.comparison.compare import compare
-from ulna.comparison.result import Comparison
-from ulna.description.clouds import HeightMap, PointCloud
-from ulna.description.convex_mesh import ConvexMesh
-from ulna.description.pose import pose
-from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
-from ulna.dh.table import DHTable
-from ulna.errors import (
-    ClusterError,
-    DescriptionError,
-    DescriptionWarning,
-    DeviceError,
-    FileError,
-    GeometryError,
-    InputError,
-    MissingExtraError,
-    SingularityError,
-    UlnaError,
-    UnknownNameError,
-)
-from ulna.ik.closed_form.result import IKSolutions
-from ulna.ik.following.result import Ending, FollowedPath, PathStatus
-from ulna.ik.result import IKResult, Status
-from ulna.ik.task import Task
-from ulna.inspection.inspect import inspect
-from ulna.inspection.result import Finding, Inspection, Severity
-from ulna.planning.plan import Plan
-from ulna.planning.plan_status import PlanStatus
-from ulna.planning.trajectory import Trajectory
-from ulna.reachability.map import ReachabilityMap
-from ulna.reachability.reachability_map import reachability_map
-from ulna.robot import Robot, load
-from ulna.viewer.open_page import view
+What is named here is imported when it is first used: a program that wants poses does not wait for what draws pages.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ulna.collision.report import Pair, Report
+    from ulna.collision.scene_file import load_world, save_world
+    from ulna.collision.world import World
+    from ulna.comparison.compare import compare
+    from ulna.comparison.result import Comparison
+    from ulna.description.clouds import HeightMap, PointCloud
+    from ulna.description.convex_mesh import ConvexMesh
+    from ulna.description.pose import pose
+    from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
+    from ulna.dh.table import DHTable
+    from ulna.errors import (
+        ClusterError,
+        DescriptionError,
+        DescriptionWarning,
+        DeviceError,
+        FileError,
+        GeometryError,
+        InputError,
+        MissingExtraError,
+        SingularityError,
+        UlnaError,
+        UnknownNameError,
+    )
+    from ulna.ik.closed_form.result import IKSolutions
+    from ulna.ik.following.result import Ending, FollowedPath, PathStatus
+    from ulna.ik.result import IKResult, Status
+    from ulna.ik.task import Task
+    from ulna.inspection.inspect import inspect
+    from ulna.inspection.result import Finding, Inspection, Severity
+    from ulna.planning.plan import Plan
+    from ulna.planning.plan_status import PlanStatus
+    from ulna.planning.trajectory import Trajectory
+    from ulna.reachability.map import ReachabilityMap
+    from ulna.reachability.reachability_map import reachability_map
+    from ulna.robot import Robot, load
+    from ulna.viewer.open_page import view
 
 __version__ = "0.1.0"
 __all__ = [
@@ -88,3 +95,61 @@ __all__ = [
     "save_world",
     "view",
 ]
+
+# Where each public name is.
+_HOMES = {
+    "ulna.collision.report": ("Pair", "Report"),
+    "ulna.collision.scene_file": ("load_world", "save_world"),
+    "ulna.collision.world": ("World",),
+    "ulna.comparison.compare": ("compare",),
+    "ulna.comparison.result": ("Comparison",),
+    "ulna.description.clouds": ("HeightMap", "PointCloud"),
+    "ulna.description.convex_mesh": ("ConvexMesh",),
+    "ulna.description.pose": ("pose",),
+    "ulna.description.shapes": ("Box", "Capsule", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
+    "ulna.dh.table": ("DHTable",),
+    "ulna.errors": (
+        "ClusterError",
+        "DescriptionError",
+        "DescriptionWarning",
+        "DeviceError",
+        "FileError",
+        "GeometryError",
+        "InputError",
+        "MissingExtraError",
+        "SingularityError",
+        "UlnaError",
+        "UnknownNameError",
+    ),
+    "ulna.ik.closed_form.result": ("IKSolutions",),
+    "ulna.ik.following.result": ("Ending", "FollowedPath", "PathStatus"),
+    "ulna.ik.result": ("IKResult", "Status"),
+    "ulna.ik.task": ("Task",),
+    "ulna.inspection.inspect": ("inspect",),
+    "ulna.inspection.result": ("Finding", "Inspection", "Severity"),
+    "ulna.planning.plan": ("Plan",),
+    "ulna.planning.plan_status": ("PlanStatus",),
+    "ulna.planning.trajectory": ("Trajectory",),
+    "ulna.reachability.map": ("ReachabilityMap",),
+    "ulna.reachability.reachability_map": ("reachability_map",),
+    "ulna.robot": ("Robot", "load"),
+    "ulna.viewer.open_page": ("view",),
+}
+
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """A public name from its module, or a subpackage."""
+    try:
+        found = getattr(import_module(_HOME[name]), name) if name in _HOME else import_module(f"ulna.{name}")
+    except ModuleNotFoundError as error:
+        if error.name != f"ulna.{name}":
+            raise
+        raise AttributeError(f"module 'ulna' has no attribute {name!r}") from None
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -3,7 +3,6 @@
 Each says where and what next, and carries its data as attributes.
 """
 
-import difflib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
@@ -116,6 +115,8 @@ class SingularityError(UlnaError, ValueError):
 
 def near_names(name: str, known: Iterable[str], most: int) -> list[str]:
     """The known names nearest to a name, best first; none for a name too long to be one: comparing takes the square of that."""
+    import difflib  # noqa: PLC0415 - needed only where something is wrong
+
     short = [one for one in known if len(one) <= _LONGEST_NAME]
     return difflib.get_close_matches(str(name), short[:_MOST_NAMES], n=most) if len(str(name)) <= _LONGEST_NAME else []
 

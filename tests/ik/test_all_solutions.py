@@ -9,6 +9,7 @@ import pytest
 
 import robots
 import ulna
+from closed_form_arms import arm_of_axes
 from ulna import InputError, Robot, UnknownNameError
 from ulna.description.robot_description import Body
 
@@ -226,6 +227,55 @@ def test_the_starts_of_an_arm_of_seven_are_solutions_within_the_limits(panda):
     assert np.abs(panda.forward_kinematics(starts) - T[order][:, None]).max() < 1e-9
     far = np.abs(starts - seeds[order][:, None]).max(axis=-1)
     assert (np.diff(far, axis=1) >= -1e-12).all() or (far[:, 0] <= far.min(axis=1)).all()
+
+
+# ---- the angle of the elbow
+
+
+def iiwa(rng=None):
+    """An LBR iiwa 14 R820 by its lengths; or an arm with any spherical shoulder and wrist and any elbow."""
+    half = np.pi / 2
+    lengths = ((0, 0.36, -half), (0, 0, half), (0, 0.42, half), (0, 0, -half), (0, 0.4, -half), (0, 0, half), (0, 0.126, 0))
+    if rng is None:
+        rows = [(a, d, alpha, 0.0) for a, d, alpha in lengths]
+        return Robot.from_dh(rows, convention="standard", limits=[(-2.9, 2.9)] * 7)
+    h, c = np.array([robots.unit(*rng.normal(size=3)) for _ in range(7)]), rng.uniform(-0.4, 0.4, (7, 3))
+    c[1] = c[2] = c[0]
+    c[5] = c[6] = c[4]
+    return arm_of_axes(h, c, rng)
+
+
+@pytest.mark.parametrize("seed", [None, 1, 2, 3])
+def test_at_any_angle_of_the_elbow_there_are_up_to_eight_branches_that_reach(seed):
+    robot = iiwa(None if seed is None else np.random.default_rng(seed))
+    T = robot.forward_kinematics(np.random.default_rng(4).uniform(robot.lower, robot.upper, (20, 7)))
+    found = robot.all_solutions(T, redundancy="elbow", n_samples=32)
+    assert found.q.shape == (20, 8 * 32, 7)
+    assert found.real.any(axis=1).all()
+    assert (found.proof == "continuum").all()
+    per_angle = found.real.reshape(20, 32, 8).sum(axis=-1)
+    assert (per_angle % 2 == 0).all()
+    if seed is None:
+        assert per_angle.max() == 8
+    reached = robot.forward_kinematics(found.q[found.real])
+    assert np.abs(reached - np.repeat(T, found.real.sum(axis=1), axis=0)).max() < 4e-9
+    assert ((found.q[found.valid] >= robot.lower) & (found.q[found.valid] <= robot.upper)).all()
+
+
+def test_every_configuration_is_near_a_branch_at_some_angle_of_the_elbow():
+    """Between samples an eighth of a degree apart no joint is farther than the sample's step brings it."""
+    robot = iiwa()
+    q = np.random.default_rng(4).uniform(-1.2, 1.2, (6, 7))
+    q[:, [1, 3, 5]] = np.sign(q[:, [1, 3, 5]]) * (0.5 + np.abs(q[:, [1, 3, 5]]) / 2)  # off the singularities
+    found = robot.all_solutions(robot.forward_kinematics(q), redundancy="elbow", n_samples=2880)
+    difference = np.abs((found.q - q[:, None] + np.pi) % TURN - np.pi).max(axis=-1)
+    assert np.nanmin(difference, axis=1).max() < 0.02
+
+
+def test_an_arm_without_an_elbow_is_refused(panda):
+    for robot in (panda, ur5()):
+        with pytest.raises(InputError, match="elbow"):
+            robot.all_solutions(np.eye(4), redundancy="elbow")
 
 
 # ---- forms that are nearly right

@@ -14,8 +14,11 @@ import ulna
 from closed_form_arms import FAMILIES, arm_of, arm_of_axes, direction, family_axes
 from ulna import Robot
 from ulna.description.robot_description import Joint, JointType, Limits, Link
+from ulna.ik.all_solutions import _branches
 from ulna.ik.closed_form.families import NAMES
-from ulna.kernels.chain import closed_form_layout as layout
+from ulna.ik.options import Options
+from ulna.ik.problem import make_problem
+from ulna.ik.query import Query
 
 TURN = 2 * np.pi
 PUMA = [
@@ -52,8 +55,9 @@ def test_the_configuration_that_made_a_target_is_among_its_branches(family, from
         q = rng.uniform(-np.pi, np.pi, (400, 6))
         T = robot.forward_kinematics(q)
         found = robot.all_solutions(T)
-        assert (found.proof == "complete").all()
-        assert apart(np.where(found.real[..., None], found.q, 9.0), q[:, None]).min(axis=1).max() < 1e-8
+        assert set(found.proof) <= {"complete", "complete but for coinciding branches"}
+        assert (found.proof == "complete").mean() > 0.99
+        assert apart(np.where(found.real[..., None], found.q, 9.0), q[:, None]).min(axis=1).max() < 1e-6
         assert (found.real.sum(axis=1) % 2 == 0).all(), "real branches come in pairs"
         solutions = found.q[found.real]
         reached = robot.forward_kinematics(solutions)
@@ -63,19 +67,15 @@ def test_the_configuration_that_made_a_target_is_among_its_branches(family, from
 
 @pytest.mark.parametrize("family", FAMILIES, ids=NAMES.get)
 def test_a_search_from_many_starts_finds_the_same_branches(family):
-    """The search of an arm that is off the family by 2e-6 finds as many: it knows no closed form."""
+    """The search of ``inverse_kinematics_all`` for arms that have no closed form."""
     rng = np.random.default_rng(40 + family)
-    h, c = family_axes(family, rng)
-    robot = arm_of_axes(h, c, np.random.default_rng(1))
-    c[3] += 2e-6 * np.cross(h[3], h[4]) if family != layout.THREE_PARALLEL else 0.0
-    h[3] = robots.unit(*(h[3] + (2e-6 * h[0] if family == layout.THREE_PARALLEL else 0.0)))
-    other = arm_of_axes(h, c, np.random.default_rng(1))
-    assert other.closed_form is None or not other.closed_form.is_exact
-    T = robot.forward_kinematics(rng.uniform(-np.pi, np.pi, (12, 6)))
-    for target in T:
-        found, known = robot.inverse_kinematics_all(target), other.inverse_kinematics_all(target)
+    robot = arm_of_axes(*family_axes(family, rng), np.random.default_rng(1))
+    options = Options(position_tolerance=1e-9, rotation_tolerance=1e-9)
+    query = Query(robot.tree, robot.home, robot._checker, robot.tip, options)
+    for target in robot.forward_kinematics(rng.uniform(-np.pi, np.pi, (12, 6))):
+        found, known = robot.inverse_kinematics_all(target), _branches(make_problem(query, target, None), 16)
         assert len(found) == len(known)
-        assert all(apart(found, q).min() < 1e-2 for q in known)
+        assert all(apart(found, q).min() < 1e-4 for q in known)
 
 
 # ---- singularities
@@ -155,12 +155,15 @@ def test_an_arm_without_a_family_has_none():
 
 
 @pytest.mark.parametrize("size", [2.0**-12, 1.0, 2.0**9])
-@pytest.mark.parametrize(("miss", "tier"), [(1e-14, "exact"), (1e-8, "near"), (1e-4, "near"), (1e-2, None)])
+@pytest.mark.parametrize(("miss", "tier"), [(1e-14, "exact"), (1e-8, "near"), (1e-4, "near"), (1e-2, "another")])
 def test_by_how_much_the_axes_miss_is_a_share_of_the_reach(size, miss, tier):
     rows = [(a * size, d * size, alpha, theta) for a, d, alpha, theta in robots.UR5]
     rows[4] = (miss * size, *rows[4][1:])  # axes 5 and 6 pass each other
     form = of_dh(rows).closed_form
-    assert ("exact" if form.is_exact else "near") == tier if tier else form is None
+    if tier == "another":  # axes 5 and 6 need not intersect where the other family has its offset
+        assert (form.family, form.is_exact) == ("axes 2, 3 and 4 parallel", True)
+        return
+    assert ("exact" if form.is_exact else "near") == tier
     if tier == "near":
         assert 0.1 * miss < form.miss < 2 * miss
 

@@ -177,7 +177,7 @@ def test_a_pose_off_the_arm_s_manifold_has_no_solution_and_that_is_proved(name):
 
 
 def five(rng, *, through=True):
-    """An arm of five joints like so100's: 2, 3 and 4 parallel. The link's z axis crosses axis 5."""
+    """An arm of five joints like so100's: 2, 3 and 4 parallel. The link's z axis crosses axis 5, or passes it."""
     robot = of_kind("RRRRR, as so100 is", rng)
     description = robot.description
     axis = description.joints[4].axis
@@ -189,17 +189,22 @@ def five(rng, *, through=True):
     return Robot(Description("arm", description.links, (*description.joints[:5], tool)))
 
 
-def test_five_joints_point_a_tool_that_crosses_their_last_axis_in_up_to_eight_ways():
+@pytest.mark.parametrize("through", [True, False])
+def test_five_joints_point_a_tool_in_up_to_eight_ways(through):
+    """A tool that crosses the last axis, and one that passes it: then the first equation is a quartic."""
     rng = np.random.default_rng(3)
-    robot = five(rng)
+    robot = five(rng, through=through)
+    form = closed_form_of(robot.tree, "l6", task=ulna.Task.pointing())
+    assert form is not None
+    assert form.is_exact
+    assert form.family.endswith("5 and 6 intersecting") == through
     q, T = targets_of(robot, rng, 300)
     found = robot.all_solutions(T @ ulna.pose(rpy=(0, 0, 1.0)), task="pointing")
     assert (found.proof == "complete").mean() > 0.99
     assert_in(robot, found, q)
-    assert found.real.sum(axis=1).max() > 4
+    assert found.real.sum(axis=1).max() >= 4
     reached, wanted = robot.forward_kinematics(found.q[found.real]), np.repeat(T, found.real.sum(axis=1), axis=0)
     assert np.abs((reached - wanted)[:, :3, 2:]).max() < 4e-9
-    assert closed_form_of(five(rng, through=False).tree, "l6", task=ulna.Task.pointing()) is None
 
 
 def test_an_axis_of_the_task_is_one_of_the_link():

@@ -134,7 +134,7 @@ def test_a_rounded_corner_touches_nothing(panda, plan, blend):
     path = plan.trajectory(acceleration=5.0, blend=blend)
     assert path.certified
     q = path.at(np.linspace(0, path.duration, 20_001)).q
-    assert not panda.in_collision(q, plan.motion.world).any()
+    assert not panda.in_collision(q, plan._motion.world).any()
 
 
 def test_a_corner_that_cannot_be_rounded_is_a_stop(panda):

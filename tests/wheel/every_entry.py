@@ -18,11 +18,12 @@ import numpy as np
 
 import ulna
 import ulna.drivers
+import ulna.robot
 import ulna.viewer.film.painter
 import ulna.viewer.film.record as film
 
 N = 1000
-CALLERS = "ulna.collision", "ulna.ik", "ulna.kinematics", "ulna.viewer", "ulna.dh"
+CALLERS = "ulna.collision", "ulna.ik", "ulna.kinematics", "ulna.planning", "ulna.viewer", "ulna.dh"
 HASHES, ROWS = defaultdict(hashlib.sha256), defaultdict(int)
 
 
@@ -86,8 +87,32 @@ def ask():
         robot.edge_in_collision(q[:50], q[50:100], world), robot.check_collision(q[:100], world, max_distance=0.05)
         for one in q[:200]:
             robot.in_collision(one, world)
+    ask_for_closed_forms()
+    ask_for_plans([(panda, boxes), (held, mixed)])
     with tempfile.TemporaryDirectory() as folder:
         film.record_robot(film.make_form(Path(folder, "film.mp4"), 0.1, (64, 36)), panda, panda.home)
+
+
+def ask_for_closed_forms():
+    """Of arms of six joints, made as Universal Robots' are, and of five of them."""
+    right = np.pi / 2
+    rows = [(0, 0.09, right, 0), (-0.42, 0, 0, 0), (-0.39, 0, 0, 0), (0, 0.11, right, 0), (0, 0.09, -right, 0), (0, 0.08, 0, 0)]
+    for n in (6, 5):
+        arm = ulna.Robot.from_dh(rows[:n], convention="standard")
+        targets = arm.forward_kinematics(arm.random(N, seed=2))
+        arm.inverse_kinematics(targets), arm.all_solutions(targets)
+        for one in targets[:200]:
+            arm.inverse_kinematics(one)
+
+
+def ask_for_plans(robots_and_worlds):
+    """Of a robot among boxes, and among any shapes."""
+    for robot, world in robots_and_worlds:
+        free = [q for q in robot.random(40, seed=3) if not robot.in_collision(q, world)]
+        for goal in free[1:5]:
+            plan = robot.plan(free[0], goal, world, max_checks=2000)
+            if plan:
+                plan.trajectory(acceleration=5.0)
 
 
 def main(file):

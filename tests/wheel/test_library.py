@@ -21,8 +21,10 @@ def folder(tmp_path):
     return shutil.copytree(ahead.FOLDER, tmp_path / "machine_code")
 
 
-def test_numba_is_neither_installed_nor_needed():
-    code = "import sys, ulna; p = ulna.load('panda'); p.forward_kinematics(p.home); print('numba' in sys.modules)"
+@pytest.mark.parametrize("module", ["numba", "subprocess", "urllib.request", "asyncio"])
+def test_first_answers_need_no_compiler_and_little_else(module):
+    ask = "T = p.forward_kinematics(p.home); p.inverse_kinematics(T), p.jacobian(p.home), p.in_collision(p.home)"
+    code = f"import sys, ulna; p = ulna.load('panda'); {ask}; print({module!r} in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
-from xml.sax.saxutils import quoteattr
 
 from ulna.collision.names import OF_OBJECTS
 from ulna.errors import InputError, UnknownNameError
@@ -117,6 +116,8 @@ class AllowedCollisions(Collection):
 
     def to_srdf(self, robot: str) -> str:
         """SRDF text with a ``disable_collisions`` element for each pair, for the robot of this name."""
+        from xml.sax.saxutils import quoteattr  # noqa: PLC0415 - it imports urllib.request
+
         rows = [map(quoteattr, (pair.link_a, pair.link_b, pair.reason.title())) for pair in self.pairs]
         lines = [f"  <disable_collisions link1={a} link2={b} reason={reason}/>" for a, b, reason in rows]
         return "\n".join(['<?xml version="1.0"?>', f"<robot name={quoteattr(robot)}>", *lines, "</robot>", ""])

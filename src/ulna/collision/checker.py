@@ -43,6 +43,8 @@ Array = NDArray[np.float64]
 NO_OBJECTS = World().objects()
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
+_NOT_ASKED = False, None, None, None  # of Checker._quick
+_TOUCHES, _NEAREST = 2, 3
 REPORTS = 256  # a thread gets at least so many: most of the time of a report is spent in Python
 
 
@@ -62,7 +64,7 @@ class Checker:
     attached: tuple[Attached, ...]
     given: AllowedCollisions | None
     _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
-    _last_functions: tuple = field(default=(None, {}), init=False, repr=False)
+    _quick: tuple = field(default=_NOT_ASKED, init=False, repr=False)
     _last_others: tuple = field(default=(None, ()), init=False, repr=False)
 
     @cached_property
@@ -121,7 +123,7 @@ class Checker:
         objects = self._objects(world)
         scene = self._scene(objects, self_collision)
         if out is None and threads is None and not objects.touchable:
-            return self._of_scene("touches", objects, scene)(q)
+            return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
         return self._any_touch(objects, scene, q, out, threads)
 
     def _any_touch(
@@ -156,7 +158,7 @@ class Checker:
         objects = self._objects(world)
         scene = self._scene(objects, self_collision)
         if out is None and threads is None and not objects.touchable:
-            return self._of_scene("nearest", objects, scene)(q)
+            return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
         return self._least_distance(objects, scene, q, out, threads)
 
     def _least_distance(
@@ -262,20 +264,24 @@ class Checker:
         in_parts(run, len(rows), least=REPORTS, threads=threads)
         return reports
 
-    def _of_scene(self, question: str, objects: Objects, scene: Scene) -> Callable[[ArrayLike], Any]:
-        """A question about q in the last scene, in C if the extension is there; made when it is first asked."""
-        of, functions = self._last_functions
-        if of is not scene:
-            of, functions = scene, {}
-            self.__dict__["_last_functions"] = of, functions
-        function = functions.get(question)
-        if function is None:
-            function = functions.setdefault(question, self._bound(question, objects, scene))
-        return function
+    def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Callable[[ArrayLike], Any]:
+        """A function of q in the last scene, in C if the extension is there; made when it is first needed.
 
-    def _bound(self, question: str, objects: Objects, scene: Scene) -> Callable[[ArrayLike], Any]:
+        ``_quick`` has the objects (None without a world), ``self_collision``, and these functions: ``native/method.c`` finds
+        them so.
+        """
+        quick: tuple[Any, ...] = self._quick
+        of = None if objects is NO_OBJECTS else objects
+        if quick[0] is not of or quick[1] is not self_collision:
+            quick = of, self_collision, None, None
+        if quick[place] is None:
+            quick = *quick[:place], self._bound(place, objects, scene), *quick[place + 1 :]
+            self.__dict__["_quick"] = quick
+        return quick[place]
+
+    def _bound(self, place: int, objects: Objects, scene: Scene) -> Callable[[ArrayLike], Any]:
         n = self.tree.n_dof
-        if question == "touches":
+        if place == _TOUCHES:
             in_python = partial(self._any_touch, objects, scene)
             in_c = bind(self._overlap_one, "truth", tuple(scene), n, (FREE, OVERLAPS), in_python)
         else:
@@ -285,8 +291,8 @@ class Checker:
 
     def __getstate__(self) -> dict[str, Any]:
         """What is kept of the last questions is not copied, nor pickled."""
-        kept = ("_last_functions", "_overlap_one")
-        return {**{name: value for name, value in self.__dict__.items() if name not in kept}, "_last_functions": (None, {})}
+        kept = ("_quick", "_overlap_one")
+        return {**{name: value for name, value in self.__dict__.items() if name not in kept}, "_quick": _NOT_ASKED}
 
     def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
         """Write to out, shape (...,), whether anything touches."""

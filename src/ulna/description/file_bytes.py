@@ -7,7 +7,6 @@ import os
 import select
 import stat
 import time
-import uuid
 from pathlib import Path
 
 PIPE_PATIENCE_S = 10.0
@@ -52,6 +51,8 @@ def write_whole(path: Path, content: bytes) -> None:
     if target.exists() and not target.is_file():
         target.write_bytes(content)
         return
+    import uuid  # noqa: PLC0415 - what only reads does not need it
+
     beside = target.with_name(f".{uuid.uuid4().hex}.part")
     try:
         beside.write_bytes(content)

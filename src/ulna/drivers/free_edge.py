@@ -49,6 +49,7 @@ def free_edge_work(scene, may_touch):
         balls, order, first, groups, pair_order, may_touch,
         np.empty(n_joints), np.empty(n_joints), np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)),
         np.empty(n_balls), np.empty((12 * n_joints, WIDTH)), np.empty((6 * n_joints, WIDTH)), np.empty((7 * n_balls, WIDTH)),
+        np.empty((3 * scene.bodies.shape[0], WIDTH)),
         np.empty(scene.objects.shape[0], np.int64),
     )  # fmt: skip
 
@@ -192,7 +193,7 @@ def outcome_at(scene, carried, work, q_a, q_b, instant, finest, margin, of_world
     for k in range(q_a.shape[0]):
         store(q_rows, k, t * (q_b[k] - q_a[k]) + q_a[k])
     like = load(q_rows, 0)
-    place_balls(scene.joints, q_rows, half, carried)
+    place_balls(scene.joints, scene.bodies, q_rows, half, carried)
     touches, clear = world_outcome(scene, carried, half, margin, of_world, finest, stack, found, like)
     if touches:
         return True

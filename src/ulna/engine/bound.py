@@ -1,13 +1,41 @@
-"""Binds an entry's leading arguments in C, so that a call with one q costs little. Used by what answers for one q or one target.
+"""Binds an entry's leading arguments in C, and puts methods in C in a class. Used by ``Robot`` and by what it asks about one q.
 
 The extension comes with a wheel (``ahead``). Without it there are no such functions, and callers go Python's own way.
 """
 
 from collections.abc import Callable
-from typing import Any, Literal
+from functools import cache
+from typing import TYPE_CHECKING, Any, Literal
+
+
+@cache
+def _extension() -> Any:
+    try:
+        from ulna.engine import _calls  # noqa: PLC0415 # pyright: ignore[reportAttributeAccessIssue] - a clone has none
+    except ImportError:
+        return None
+    return _calls
+
+
+if TYPE_CHECKING or _extension() is None:
+
+    class Quick:
+        """What a robot inherits: in C, room for the bound functions that its methods in C call most (``native/bases.c``)."""
+
+        __slots__ = ()
+
+    class Called:
+        """What a function of q inherits: in C, its call goes to ``in_c``, or else to ``_validated``."""
+
+        __slots__ = ("in_c",)
+        in_c: Callable[..., Any] | None
+        """A bound function, or None."""
+
+else:
+    Quick, Called = _extension().Quick, _extension().Called
 
 Way = Literal["pose", "truth", "number", "search"]
-"""What a bound function takes and returns (native/bound.c).
+"""What a bound function takes and returns (native/ways.c).
 
 ``pose``: ``f(q, out=None, threads=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
 codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``search``: ``f(target, seed)``,
@@ -28,15 +56,36 @@ def bind(
         numbers: Of the way.
         otherwise: Called with the same arguments where q is no array as the machine code takes it, or is refused by it.
     """
-    if n < 1:
+    calls = _extension() if n >= 1 else None
+    if calls is None:
         return None
-    try:
-        from ulna.engine import _calls  # noqa: PLC0415 # pyright: ignore[reportAttributeAccessIssue] - a clone has none
-    except ImportError:
-        return None
-    if not isinstance(getattr(entry, "__self__", None), _calls.Entry):
-        entry = _compiled_now(entry, leading, _calls)
-    return None if entry is None else _calls.bind(entry, way, leading, n, numbers, otherwise)
+    if not isinstance(getattr(entry, "__self__", None), calls.Entry):
+        entry = _compiled_now(entry, leading, calls)
+    return None if entry is None else calls.bind(entry, way, leading, n, numbers, otherwise)
+
+
+def call_in_c(of: type[Called]) -> None:
+    """Let objects of a class be called in C, where there is the extension, and no longer by its ``__call__``."""
+    if _extension() is not None:
+        del of.__call__
+
+
+def put_in_c(of: type[Quick], names: tuple[str, ...]) -> None:
+    """Put methods in C in the place of methods of a class, where there is the extension; it calls these where it must.
+
+    What each of them looks up in an instance is in native/method.c.
+    """
+    calls = _extension()
+    if calls is None:
+        return
+    from inspect import signature  # noqa: PLC0415 - a clone does not need it
+
+    for name in names:
+        function = vars(of)[name]
+        plain = [each.replace(annotation=each.empty) for each in signature(function).parameters.values()]
+        shown = str(signature(function).replace(parameters=plain, return_annotation=signature(function).empty))
+        text = f"{name}{shown.replace('(self', '($self', 1)}\n--\n\n{function.__doc__}"
+        setattr(of, name, calls.make_method(of, name, function, text))
 
 
 def _compiled_now(entry: Any, leading: tuple, calls: Any) -> Any:

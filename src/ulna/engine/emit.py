@@ -1,16 +1,18 @@
-"""Writes the machine code of entries as object files, for a wheel. Used by ``hatch_build.py``, as a program for each level.
+"""Writes the machine code of entries as object files, for a wheel. Used by ``hatch_build.py``, as two programs for each level.
 
-``python -m ulna.engine.emit ulna.drivers:DRIVERS FOLDER``:
+``python -m ulna.engine.emit ulna.drivers:DRIVERS FOLDER together``, and ``rest``: the entries that are compiled in one process
+(``Entries.compiled_together``), and the others.
 
 1. Numba compiles an entry for one signature, for the CPU that ``NUMBA_CPU_NAME`` names, as it does when a program runs.
 2. A second function is added to its optimised module: one with a plain C interface, which takes slots of 8 bytes (``plain``).
 3. All else in the module becomes private, and what nothing uses any more is removed: Numba's own wrapper, which needs Python.
 4. LLVM writes the module as an object file, position-independent. It does not optimise again: the arithmetic is that of step 1.
 
-The index of what was written goes to ``entries.json``: for each entry its result, whether it releases the interpreter's lock, and
-the symbol and the signature of each of its compilations.
+The index of what was written goes to ``together.json`` and ``rest.json``: for each entry its result, whether it releases the
+interpreter's lock, and the symbol and the signature of each of its compilations.
 """
 
+import gc
 import hashlib
 import importlib
 import json
@@ -19,10 +21,9 @@ from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
-from numba.core.caching import NullCache
 from numba.core.config import CPU_FEATURES, CPU_NAME  # pyright: ignore[reportAttributeAccessIssue] - made when it is loaded
 
-from ulna.engine.cache import compiler_hash
+from ulna.engine.cache import KernelCache, compiler_hash
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
 from ulna.engine.entries import Entries
@@ -30,19 +31,30 @@ from ulna.engine.plain import plain_module, result_code
 from ulna.engine.signatures import Signature, text_of_signature
 from ulna.engine.sources import sources_hash, text_of
 
-INDEX = "entries.json"
 
-
-def write_objects(entries: Entries, folder: Path) -> None:
-    """Write an object file for each signature of each entry, and the index. A file that is there already is kept."""
+def write_objects(entries: Entries, folder: Path, part: str) -> None:
+    """Write an object file for each signature of each entry of a part, and the index. A file that is there already is kept."""
     folder.mkdir(parents=True, exist_ok=True)
-    index = [_write_entry(entries, name, folder) for name in sorted(entries.names())]
-    (folder / INDEX).write_text(json.dumps(index, indent=1))
+    names = [name for name in sorted(entries.names()) if _part_of(entries, name) == part]
+    index = [_write_entry(entries, name, folder) for name in names]
+    (folder / f"{part}.json").write_text(json.dumps(index, indent=1))
+
+
+class _Saved(KernelCache):
+    """Saves machine code for tests of what Numba compiles, and loads none: what is loaded has no module any more."""
+
+    def load_overload(self, sig, target_context):  # noqa: ARG002 - Numba's signature
+        """None, so that it is compiled."""
+        return
+
+
+def _part_of(entries: Entries, name: str) -> str:
+    return "together" if name.partition(".")[0] in entries.compiled_together else "rest"
 
 
 def _write_entry(entries: Entries, name: str, folder: Path) -> dict[str, Any]:
     marked = entries.marked(name)
-    marked._cache = NullCache()  # noqa: SLF001 - what is loaded from disk has no module any more
+    marked._cache = _Saved(marked.py_func)  # noqa: SLF001 - as engine.compiler sets it
     calls, overloads, results = ENTRIES[marked], [], set()
     hashed = f"{sources_hash(marked.py_func.__code__.co_filename)}-{_own_hash()}-{compiler_hash()}"
     for k, signature in enumerate(calls.signatures):
@@ -96,9 +108,10 @@ def _remove_unused(module: llvm.ModuleRef) -> None:
 
 
 def _main() -> None:
-    place, folder = sys.argv[1:]
+    place, folder, part = sys.argv[1:]
     module, _, name = place.partition(":")
-    write_objects(getattr(importlib.import_module(module), name), Path(folder))
+    gc.set_threshold(50_000)  # a compilation makes millions of objects, nearly all of them kept
+    write_objects(getattr(importlib.import_module(module), name), Path(folder), part)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from ulna.ik.all_solutions import all_solutions
 from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.closed_form.solutions import AllSolutions
 from ulna.ik.closed_form.solver import ClosedFormSolver
+from ulna.ik.explanation import NOTHING_TO_EXPLAIN
 from ulna.ik.following.follow import follow
 from ulna.ik.following.result import FollowedPath
 from ulna.ik.numeric import NumericSolver
@@ -42,11 +43,13 @@ class InverseKinematics:
         checker: The robot's collision checker.
     """
 
-    __slots__ = ("_all_of", "_make_all_of", "_prepare", "_prepared", "_query")
+    __slots__ = ("_all_of", "_make_all_of", "_prepare", "_prepared", "_query", "quick")
 
     def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
         self._query = partial(_query, tree, home, checker)
-        self._prepare = partial(_solvers, self._query)
+        self.quick: dict[str | None, tuple] = {}
+        """By link: what ``native/method.c`` needs to solve for it with default options, once that was asked."""
+        self._prepare = partial(_solvers, self._query, self.quick)
         self._prepared = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._prepare)
         self._make_all_of = partial(_all_of, self._query)
         self._all_of = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._make_all_of)
@@ -75,11 +78,7 @@ class InverseKinematics:
             solvers = self._prepared(link, *options)
         except TypeError:  # an argument that has no hash
             solvers = self._prepare(link, *options)
-        for solver in solvers:
-            result = solver.solve(T, q_seed, posture, held, world)
-            if result is not None:
-                return result
-        raise AssertionError("the last solver has a result for any target")
+        return _first_result(solvers, T, q_seed, posture, held, world)
 
     def all_solutions(
         self, T: ArrayLike, q_seed: ArrayLike | None, link: str | None, options: Options, n_spread: int, world: World | None
@@ -153,6 +152,28 @@ def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options:
     return Query(tree, home, checker, tree.link_or_tip(link), options)
 
 
-def _solvers(query_of: Callable[[str | None, Options], Query], link: str | None, *options: Any) -> tuple[Solver, ...]:
+def _solvers(
+    query_of: Callable[[str | None, Options], Query], quick: dict[str | None, tuple], link: str | None, *options: Any
+) -> tuple[Solver, ...]:
     query = query_of(link, Options(*options))
-    return tuple(solver(query) for solver in SOLVERS if solver.applies(query))
+    solvers = tuple(solver(query) for solver in SOLVERS if solver.applies(query))
+    in_c = getattr(solvers[0], "in_c", None)
+    if in_c is not None and query.options == Options():
+        others = solvers[1:] if isinstance(solvers[0], SingleTargetSolver) else solvers
+        quick[link] = *in_c, IKResult, query.options.tolerances, NOTHING_TO_EXPLAIN, partial(_first_result, others)
+    return solvers
+
+
+def _first_result(
+    solvers: tuple[Solver, ...],
+    T: ArrayLike,
+    q_seed: ArrayLike | None,
+    posture: ArrayLike | str | None = None,
+    held: tuple[str, ...] = (),
+    world: World | None = None,
+) -> IKResult:
+    for solver in solvers:
+        result = solver.solve(T, q_seed, posture, held, world)
+        if result is not None:
+            return result
+    raise AssertionError("the last solver has a result for any target")

@@ -36,7 +36,7 @@ class SingleTargetSolver:
     ``solve`` may be called from many threads at once: nothing that it writes to is shared.
     """
 
-    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_query", "_search_one", "_tolerances")
+    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_query", "_search_one", "_tolerances", "in_c", "plan")
 
     def __init__(self, query: Query) -> None:
         tree, options, settings = query.tree, query.options, query.settings.copy()
@@ -44,10 +44,11 @@ class SingleTargetSolver:
         self._chain, self._n, self._tolerances, self._home = query.chain, tree.n_dof, options.tolerances, query.home.copy()
         settings[layout.FIRST_WINS] = layout.ANY
         from_seed, random = seed_sample(tree.n_dof), unit_samples(tree, query.link, options.seed, 0, _STARTS - 1)
-        from_home = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel(), random.ravel()])
+        self.plan = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel(), random.ravel()])
         settings[layout.FIRST_WINS], settings[layout.SEEDED_STEPS] = layout.NEAREST, SEEDED_STEPS
-        plan = np.concatenate([settings, from_home[layout.N_SETTINGS :]])
-        self._from_home, self._from_seed = self._search_by(from_home), self._search_by(plan)
+        plan = np.concatenate([settings, self.plan[layout.N_SETTINGS :]])
+        self._from_home, self._from_seed = self._search_by(self.plan), self._search_by(plan)
+        self.in_c = self._from_home, self._home, self._from_seed
 
     @staticmethod
     def applies(query: Query) -> bool:

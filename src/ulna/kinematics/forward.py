@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.drivers import entry
-from ulna.engine.bound import bind
+from ulna.engine.bound import Called, bind, call_in_c
 from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.kinematics.bound import Bound
 from ulna.kinematics.out import as_out
@@ -15,14 +15,14 @@ Array = NDArray[np.float64]
 _SHAPE = (4, 4)
 
 
-class CompiledForward:
+class CompiledForward(Called):
     """The pose of one link, for a control loop: ``robot.compile_forward(link)``.
 
     It validates its arguments as ``robot.forward_kinematics`` does, in less time. It may be pickled, and called from many threads
     at once, each with an ``out`` of its own.
     """
 
-    __slots__ = ("_chain", "_link", "_n_dof", "_one", "_tree", "in_c")
+    __slots__ = ("_chain", "_link", "_n_dof", "_one", "_tree")
 
     def __init__(self, tree: Tree, link: str) -> None:
         self._tree, self._link, self._n_dof = tree, link, tree.n_dof or NO_Q
@@ -44,8 +44,6 @@ class CompiledForward:
         Raises:
             InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
         """
-        if self.in_c is not None:
-            return self.in_c(q, out, threads)
         fits = out is None or type(out) is np.ndarray
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             T, forward_one = np.empty(_SHAPE) if out is None else out, self._one  # as a method it would take 20 ns longer
@@ -76,6 +74,9 @@ class CompiledForward:
 
     def __repr__(self) -> str:
         return f"<CompiledForward {self._link!r}, {self._tree.n_dof} dof>"
+
+
+call_in_c(CompiledForward)
 
 
 class ForwardByLink(Bound[str | None, CompiledForward]):

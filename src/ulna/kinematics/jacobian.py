@@ -1,5 +1,6 @@
 """Computes Jacobians, NumPy in and out. Used by ``Robot`` and ``ik``."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import rpy_from_matrix
 from ulna.drivers import entry
-from ulna.engine.bound import bind
+from ulna.engine.bound import Called, bind, call_in_c
 from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
@@ -22,14 +23,14 @@ EXPRESSED_IN = {"base": BASE, "link": LINK, "spatial": SPATIAL}
 LEAST_COS_PITCH = 1e-6
 
 
-class CompiledJacobian:
+class CompiledJacobian(Called):
     """The geometric Jacobian of one link, for a control loop: ``robot.compile_jacobian(link, expressed_in=...)``.
 
     It validates its arguments as ``robot.jacobian`` does, in less time. It may be pickled, and called from many threads at once,
     each with an ``out`` of its own.
     """
 
-    __slots__ = ("_chain", "_expressed_in", "_frame", "_link", "_n_dof", "_one", "_shape", "_tree", "in_c")
+    __slots__ = ("_chain", "_expressed_in", "_frame", "_link", "_n_dof", "_one", "_shape", "_tree")
 
     def __init__(self, tree: Tree, link: str, expressed_in: str) -> None:
         self._frame, self._expressed_in = as_frame(expressed_in), expressed_in
@@ -53,8 +54,6 @@ class CompiledJacobian:
         Raises:
             InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
         """
-        if self.in_c is not None:
-            return self.in_c(q, out, threads)
         fits = out is None or type(out) is np.ndarray
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             J, jacobian_one = np.empty(self._shape) if out is None else out, self._one  # as a method it would take 20 ns longer
@@ -86,13 +85,25 @@ class CompiledJacobian:
         return f"<CompiledJacobian {self._link!r} expressed in {self._expressed_in!r}, {self._tree.n_dof} dof>"
 
 
-class JacobianByLink(Bound[tuple[str | None, str], CompiledJacobian]):
-    """The geometric Jacobian of one robot by link and frame; the link None is the tip."""
+call_in_c(CompiledJacobian)
+
+
+class JacobianByLink(Bound[Any, CompiledJacobian]):
+    """The geometric Jacobian of one robot by link and frame; the link None is the tip.
+
+    A link alone is the key of the Jacobian in the frame "base", once that is made: ``native/method.c`` finds it so.
+    """
 
     def make(self, key: tuple[str | None, str]) -> CompiledJacobian:
         """The Jacobian of a link in a frame."""
         link, expressed_in = key
         return CompiledJacobian(self._tree, self._tree.link_or_tip(link), expressed_in)
+
+    def __missing__(self, key: tuple[str | None, str]) -> Callable[..., Any]:
+        function = super().__missing__(key)
+        if key[1] == "base":
+            dict.__setitem__(self, key[0], function)
+        return function
 
 
 def as_frame(expressed_in: str) -> int:

@@ -180,7 +180,7 @@ def _of_pose(question: Question, T: Array) -> Array:
     if options.task == Task.pose():
         form = closed_form_of(question.tree, link)
     if form is not None and form.held is not None:
-        found = question.inverse_kinematics.solutions(T, link, options, None, SPREAD, whole_turns=False)
+        found = question.inverse_kinematics.solutions(T, link, options.task, None, SPREAD, 1, whole_turns=False)
         return found.q[found.valid]
     search = question.inverse_kinematics.all_solutions
     return search(T, question.start, link, options, SPREAD, question.world).copy()

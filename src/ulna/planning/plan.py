@@ -47,7 +47,6 @@ class Plan:
         escape: How deep the start touched something, where it was left for all that [m]; else 0. The first edge leads out of
             it, and is not checked.
         goal: Which goal is reached, of those given; -1 if none.
-        motion: The robot, the world as it was, and the metric.
     """
 
     status: PlanStatus
@@ -57,7 +56,7 @@ class Plan:
     effort: Effort = field(default_factory=Effort)
     escape: float = 0.0
     goal: int = -1
-    motion: Motion | None = field(default=None, repr=False)
+    _motion: Motion | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         self.path.setflags(write=False)
@@ -86,15 +85,15 @@ class Plan:
 
         It is measured when first asked for. What is certified lies between these configurations too.
         """
-        if self.motion is None:
+        if self._motion is None:
             return np.inf
-        return self.motion.clearance(self.at(np.linspace(0.0, 1.0, _SAMPLES)))
+        return self._motion.clearance(self.at(np.linspace(0.0, 1.0, _SAMPLES)))
 
     @cached_property
     def _lengths(self) -> Array:
         """The length of the path up to each of its configurations."""
         differences = np.diff(self.path, axis=0)
-        steps = np.linalg.norm(differences, axis=1) if self.motion is None else self.motion.space.lengths(differences)
+        steps = np.linalg.norm(differences, axis=1) if self._motion is None else self._motion.space.lengths(differences)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def at(self, s: ArrayLike) -> Array:
@@ -147,11 +146,11 @@ class Plan:
         Raises:
             InputError: There is no path, or a limit is not above 0.
         """
-        if not self or self.motion is None:
+        if not self or self._motion is None:
             raise InputError("plan", f"there is no path: {self.status}")
         if isinstance(blend, bool) or not isinstance(blend, Real) or not 0.0 <= blend < np.inf:
             raise InputError("blend", f"{blend!r}; a length of at least 0 is expected")
-        tree = self.motion.checker.tree
+        tree = self._motion.checker.tree
         limits = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, tree.n_dof)
         names = tuple(entry_names(tree))
         accelerations = as_limits("acceleration", acceleration, tree.n_dof)
@@ -159,7 +158,7 @@ class Plan:
             return resting(self.path[0], names, certified=self.certified)
         jerks = None if jerk is None else as_limits("jerk", jerk, tree.n_dof)
         rounding = float(blend) if jerks is None else 0.0
-        pieces = rounded_path(self.path, np.diff(self._lengths), rounding, self.motion.is_free)
+        pieces = rounded_path(self.path, np.diff(self._lengths), rounding, self._motion.is_free)
         return make_trajectory(pieces, limits, accelerations, names, certified=self.certified and not self.escape, jerk=jerks)
 
     def __getstate__(self) -> dict:

@@ -135,7 +135,7 @@ def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bo
         certified,
         effort=effort,
         goal=int(goals.of[order[search.goal]]),
-        motion=Motion(space, question.checker, question.world, question.margin),
+        _motion=Motion(space, question.checker, question.world, question.margin),
     )
 
 

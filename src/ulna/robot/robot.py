@@ -21,8 +21,6 @@ from ulna.collision.edge_report import EdgeReport
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.meshes.addresses import with_mesh_paths
-from ulna.description.meshes.decompose import with_pieces
-from ulna.description.meshes.hulls import with_hulls
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
 from ulna.description.semantic import EndEffector, Srdf
@@ -32,6 +30,7 @@ from ulna.description.urdf_writer import write_urdf
 from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
+from ulna.engine.bound import Quick, put_in_c
 from ulna.errors import InputError
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.closed_form.result import IKSolutions
@@ -56,7 +55,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class Robot:
+class Robot(Quick):
     """A robot: its kinematic tree, forward and inverse kinematics, Jacobians and collision queries.
 
     Made by ``ulna.load`` or ``Robot.from_dh``. Immutable, picklable, safe to share between threads; its arrays are read-only.
@@ -88,6 +87,7 @@ class Robot:
         start.setflags(write=False)
         carried = tuple(attached)
         checker = Checker(description, tree, carried, allowed)
+        inverse_kinematics = InverseKinematics(tree, start, checker)
         self.__dict__.update(
             description=description,
             tree=tree,
@@ -96,7 +96,8 @@ class Robot:
             _forward=ForwardByLink(tree),
             _jacobian=JacobianByLink(tree),
             _checker=checker,
-            _inverse_kinematics=InverseKinematics(tree, start, checker),
+            _inverse_kinematics=inverse_kinematics,
+            _quick_search=inverse_kinematics.quick,
         )
 
     @classmethod
@@ -638,7 +639,8 @@ class Robot:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
             link: The link's name; the tip unless given.
             task: What of the pose is to be reached: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
-            redundancy: The joint of seven that is held; that of ``closed_form`` unless given.
+            redundancy: The joint of seven that is held; that of ``closed_form`` unless given. Or ``"elbow"``, for arms with a
+                spherical shoulder and wrist: the angle by which the arm is turned about the line between them.
             n_samples: The number of places at which it is held, spread evenly over its range.
             whole_turns: Whether to list every whole turn that the limits allow. Otherwise each solution is listed once, as near
                 to ``home`` as whole turns within the limits bring it.
@@ -1056,6 +1058,8 @@ class Robot:
             >>> ulna.load("ur5").with_convex_hulls().in_collision(np.zeros(6))  # pip install example-robot-data
             False
         """
+        from ulna.description.meshes.hulls import with_hulls  # noqa: PLC0415 - needed for meshes alone
+
         return self._changed(description=with_hulls(self.description))
 
     def with_convex_pieces(self) -> Robot:
@@ -1069,6 +1073,8 @@ class Robot:
             FileError: A mesh is not there, cannot be read, or not be decomposed within the limits of time and memory.
             MissingExtraError: CoACD, or what reads meshes, is not installed: pip install 'ulna[decompose]'.
         """
+        from ulna.description.meshes.decompose import with_pieces  # noqa: PLC0415 - needed for meshes alone
+
         return self._changed(description=with_pieces(self.description))
 
     def with_attached(
@@ -1123,6 +1129,9 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
+
+
+put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "in_collision", "signed_distance"))
 
 
 def _one_configuration(tree: Tree, home: ArrayLike) -> Array:

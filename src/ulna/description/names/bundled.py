@@ -1,7 +1,7 @@
 """Lists the robots that come with Ulna, by name. Used by ``load`` and ``by_name``."""
 
 from dataclasses import dataclass
-from importlib import resources
+from pathlib import Path
 
 from ulna.description.names import panda
 
@@ -15,7 +15,7 @@ class Bundled:
 
     def text(self) -> bytes:
         """The URDF document."""
-        return resources.files("ulna.description.names").joinpath(self.file).read_bytes()
+        return Path(__file__).with_name(self.file).read_bytes()
 
 
 BUNDLED = {"panda": Bundled("panda.urdf", panda.HOME)}

@@ -6,7 +6,6 @@ from pathlib import Path
 from lxml import etree
 
 from ulna.description.readable import Readable
-from ulna.description.xacro.process import expanded_by_child
 from ulna.description.xacro.single_macro import NAMESPACES, call_the_macro, only_defines
 from ulna.description.xml import parse
 from ulna.errors import DescriptionError, InputError, did_you_mean
@@ -35,6 +34,8 @@ def expand_xacro(
         DescriptionError: The document fails, runs too long, reaches outside, or defines several macros and calls none.
         InputError: It has no argument of a name in ``xacro_args``.
     """
+    from ulna.description.xacro.process import expanded_by_child  # noqa: PLC0415 - plain URDF needs no child process
+
     root = parse(text, source)
     arguments = {str(key): str(value) for key, value in xacro_args.items()}
     if only_defines(root):

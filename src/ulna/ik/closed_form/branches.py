@@ -50,7 +50,7 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, thr
     """
     if form.n_joints == N_AXES == tree.n_dof:
         return _of_kernel(form, tree, targets, seeds, threads)
-    return _within(form, tree, *_raw(form, tree, targets, seeds, threads), seeds)
+    return within_limits(form.chain, tree, *_raw(form, tree, targets, seeds, threads), seeds)
 
 
 def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Branches:
@@ -119,10 +119,10 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
     else:
         here[:, column] = places.ravel()
         q, real, proof = _raw_of_each(form, tree, np.repeat(targets, k, axis=0), here, threads)
-    found = _within(form, tree, q, real, proof, here)
-    q, real, valid = (rows.reshape(n, -1, *rows.shape[2:]) for rows in (found.q, found.real, found.valid))
+    found = within_limits(form.chain, tree, q, real, proof, here)
+    real, valid = found.real.reshape(n, -1), found.valid.reshape(n, -1)
     proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
-    return Branches(q, real, valid, proof)
+    return Branches(found.q.reshape(n, -1, tree.n_dof), real, valid, proof)
 
 
 def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Found:
@@ -136,10 +136,10 @@ def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, thr
     return q, real, proof
 
 
-def _within(form: ClosedForm, tree: Tree, q: Array, real: Truths, proof: NDArray[np.int64], seeds: Array) -> Branches:
+def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArray[np.int64], seeds: Array) -> Branches:
     """Branches turned near the seeds, those at a limit to rounding put there."""
     lower, upper = tree.lower, tree.upper
-    turning = turning_columns(form.chain, tree.n_dof)
+    turning = turning_columns(chain, tree.n_dof)
     q = nearest_turns(q, seeds[:, None], lower - _AT_LIMIT, upper + _AT_LIMIT, turning)
     valid = real & ((q >= lower - _AT_LIMIT) & (q <= upper + _AT_LIMIT)).all(axis=-1)
     q = np.where(valid[..., None], np.clip(q, lower, upper), np.where(real[..., None], q, np.nan))

@@ -19,6 +19,8 @@ NAMES = {
     layout.INTERSECTING_12: "spherical wrist, axes 1 and 2 intersecting",
     layout.PARALLEL_12: "spherical wrist, axes 1 and 2 parallel",
     layout.INTERSECTING_23: "spherical wrist, axes 2 and 3 intersecting",
+    layout.OFFSET_HAND: "axes 2, 3 and 4 parallel",
+    layout.ANY_THREE_AXES: "spherical wrist",
     layout.SLIDE_PARALLEL_23: "spherical wrist, joint 1 sliding, axes 2 and 3 parallel",
     layout.SLIDE_INTERSECTING_23: "spherical wrist, joint 1 sliding, axes 2 and 3 intersecting",
     layout.INTERSECTING_12_SLIDE: "spherical wrist, axes 1 and 2 intersecting, joint 3 sliding",
@@ -62,11 +64,16 @@ def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], reach
     ]
     if not found:
         return None
+    simple = [family for family in found if family.number not in _QUARTIC]
+    if simple and min(family.miss for family in simple) <= _ALMOST:  # what is nearly one of these is ill determined as a quartic
+        found = simple
     least = min(family.miss for family in found)
     return next(family for family in found if family.miss <= max(10.0 * least, EXACT))
 
 
 EXACT = 1e-12  # largest miss of a form whose branches are all there are
+_QUARTIC, _ALMOST = (layout.OFFSET_HAND, layout.ANY_THREE_AXES), 1e-6
+_LEAST_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill determined
 NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
 
 
@@ -78,7 +85,7 @@ def _families(h: Array, c: Array, slides: NDArray[np.bool_], reach: float, *, fr
         if result is not None:
             number, angle, length = result
             miss = max(angle, length / scale)
-            if miss <= NEAR:
+            if miss <= NEAR and (number not in _QUARTIC or _least_offset(number, directions, points) > _LEAST_OFFSET * scale):
                 yield Family(number, from_end, miss, directions, points, signs)
 
 
@@ -110,6 +117,28 @@ def _parallel_12(h: Array, c: Array, signs: Array) -> Miss:
 
 def _intersecting_23(h: Array, c: Array, _: Array) -> Miss:
     return None if _skewness(h, 1, 2) < _SKEW else _with_wrist(layout.INTERSECTING_23, h, c, 0.0, _made_intersecting(h, c, 1, 2))
+
+
+def _offset_hand(h: Array, c: Array, signs: Array) -> Miss:
+    angle = max(_made_parallel(h, signs, 1, 2), _made_parallel(h, signs, 1, 3))
+    if min(_skewness(h, 0, 1), _skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW:
+        return None
+    _made_near(h, c, 4, 5)
+    return layout.OFFSET_HAND, angle, 0.0
+
+
+def _any_three_axes(h: Array, c: Array, _: Array) -> Miss:
+    if min(_skewness(h, 0, 1), _skewness(h, 1, 2)) < _SKEW:
+        return None
+    _made_near(h, c, 1, 2)
+    return _with_wrist(layout.ANY_THREE_AXES, h, c, 0.0, 0.0)
+
+
+def _least_offset(number: int, h: Array, c: Array) -> float:
+    """The least of the lengths by which a quartic is divided [m]."""
+    if number == layout.OFFSET_HAND:
+        return float(np.linalg.norm(c[5] - c[4]))
+    return float(min(np.linalg.norm(c[2] - c[1]), np.linalg.norm(np.cross(h[2], c[3] - c[2]))))
 
 
 def _slide_parallel_23(h: Array, c: Array, signs: Array) -> Miss:
@@ -148,7 +177,15 @@ def _three_slides(h: Array, c: Array, _: Array) -> Miss:
 
 # By which of the first three joints slide.
 _MAKERS = {
-    (False, False, False): (_three_parallel, _parallel_23, _intersecting_12, _parallel_12, _intersecting_23),
+    (False, False, False): (
+        _three_parallel,
+        _parallel_23,
+        _intersecting_12,
+        _parallel_12,
+        _intersecting_23,
+        _offset_hand,
+        _any_three_axes,
+    ),
     (True, False, False): (_slide_parallel_23, _slide_intersecting_23),
     (False, False, True): (_intersecting_12_slide, _parallel_12_slide),
     (False, True, True): (_turn_slides,),
@@ -192,3 +229,10 @@ def _made_intersecting(h: Array, c: Array, i: int, j: int) -> float:
     on_j = c[j] + h[j] * (np.cross(way, h[i]) @ normal / square)
     c[i] = c[j] = (on_i + on_j) / 2.0
     return float(abs(way @ normal) / np.sqrt(square))
+
+
+def _made_near(h: Array, c: Array, i: int, j: int) -> None:
+    """Move the points of two skew axes to where each is nearest to the other."""
+    normal, way = np.cross(h[i], h[j]), c[j] - c[i]
+    square = normal @ normal
+    c[i], c[j] = c[i] + h[i] * (np.cross(way, h[j]) @ normal / square), c[j] + h[j] * (np.cross(way, h[i]) @ normal / square)

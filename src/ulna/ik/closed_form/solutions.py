@@ -6,17 +6,21 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.drivers import entry
+from ulna.errors import InputError
 from ulna.ik.all_solutions import all_solutions
 from ulna.ik.closed_form.axes import N_AXES
-from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled_branches
+from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled_branches, within_limits
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
+from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
 from ulna.ik.closed_form.result import IKSolutions, Proof
 from ulna.ik.closed_form.six_joints import SixJoints
 from ulna.ik.closed_form.whole_turns import every_turn
+from ulna.ik.entry_names import entry_names
 from ulna.ik.problem import of_task
 from ulna.ik.query import Query
 from ulna.ik.turns import turning_columns
 from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES
+from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
@@ -30,21 +34,25 @@ class AllSolutions:
 
     Args:
         query: The link and the options.
-        redundancy: The joint of seven that is held.
+        redundancy: The joint of seven that is held, or ``"elbow"``.
 
     Raises:
-        InputError: ``redundancy`` is not a joint of an arm of seven.
+        InputError: ``redundancy`` is not a joint of an arm of seven, or the arm has no elbow.
         UnknownNameError: There is no such joint.
     """
 
-    __slots__ = ("_family", "_form", "_home", "_plan", "_query", "_six")
+    __slots__ = ("_elbow", "_family", "_form", "_home", "_plan", "_query", "_six")
 
     def __init__(self, query: Query, redundancy: str | None) -> None:
         self._query, tree = query, query.tree
-        self._form = form = closed_form_of(tree, query.link, redundancy, query.options.task)
-        self._family, self._home = "" if form is None else form.family, query.home[None].copy()
-        alone = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
-        self._six = joints_at(form, query.home) if alone and query.task_axes is None else None
+        by_elbow = redundancy == ELBOW and ELBOW not in entry_names(tree)
+        self._elbow = _elbow(query) if by_elbow else None
+        self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)
+        self._family = FAMILY if self._elbow else "" if form is None else form.family
+        self._home = query.home[None].copy()
+        self._six = None
+        if form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES:
+            self._six = joints_at(form, query.home) if query.task_axes is None else None
         self._plan = None if self._six is None else self._six.plan(tree.lower, tree.upper)
 
     def of(self, T: ArrayLike, n_samples: int, *, whole_turns: bool) -> IKSolutions:
@@ -60,7 +68,10 @@ class AllSolutions:
         targets = as_pose(as_floats("T", T))
         batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
         query, tree = self._query, self._query.tree
-        found = _found(query, self._form, targets, n_samples)
+        if self._elbow is not None:
+            found = _of_elbow(query, self._elbow, targets, n_samples)
+        else:
+            found = _found(query, self._form, targets, n_samples)
         if whole_turns:
             found = _with_turns(tree, query.link, found)
         proof = _PROOFS[found.proof].reshape(batch)
@@ -81,6 +92,22 @@ class AllSolutions:
             as_pose(T)
         bits = known[0].astype(np.int8)
         return IKSolutions(q[0], bits >= IS_WITHIN, (bits & IS_REAL) > 0, PROOFS[int(proof[0])], self._family)
+
+
+def _elbow(query: Query) -> Elbow:
+    elbow = elbow_of(query.tree, query.link) if query.options.task.kind == WHOLE_POSE and query.task_axes is None else None
+    if elbow is None:
+        raise InputError("redundancy", "'elbow': that is an angle of arms of seven joints with a spherical shoulder and wrist")
+    return elbow
+
+
+def _of_elbow(query: Query, elbow: Elbow, targets: Array, n_samples: int) -> Branches:
+    """The branches at angles of the elbow."""
+    angles, real = elbow.branches(targets, n_samples)
+    q = np.broadcast_to(query.home, (*real.shape, query.tree.n_dof)).copy()
+    q[..., list(elbow.columns)] = angles
+    proof = np.where(real.any(axis=1), PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
+    return within_limits(query.tree.chain(query.link), query.tree, q, real, proof, query.home[None])
 
 
 def _found(query: Query, form: ClosedForm | None, targets: Array, n_samples: int) -> Branches:

@@ -54,6 +54,7 @@ class ClosedFormSolver:
         self._search, self._nearest_of_one = NumericSolver(query), entry("closed_form.nearest_branch_of_one")
         alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None
         self._one = self._one_by_entry() if alone else None
+        self.in_c = None if self._one is None else (self._one, self._home, self._one)
 
     def _one_by_entry(self) -> _Search:
         """The way of one target of an arm whose joints are all of q, in C if the extension is there."""

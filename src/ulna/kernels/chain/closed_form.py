@@ -2,23 +2,27 @@
 
 1. From the target T to the motion G = T T(0)^-1 of the end, its rotation made exact, lengths as shares of the reach; inverted if
    the chain is seen from its end.
-2. The angles of each branch of the family (``three_parallel``, ``spherical_wrist``, ``sliding_arm``), and its residual: the
-   forward kinematics of its sines and cosines from the base on, and back from the target, compared where they come together.
+2. The angles of each branch of its family (``three_parallel``, ``spherical_wrist``, ``quartic_arm``, ``sliding_arm``), and its
+   residual: the forward kinematics of its sines and cosines from the base on, and back from the target, compared where they
+   come together.
 """
 
 from ulna.engine.decorators import kernel, routine
 from ulna.kernels.chain.closed_form_layout import (
+    ANY_THREE_AXES,
     FAMILY,
     FORM,
     FRAME,
     INTERSECTING_23,
     INVERSE_REACH,
     LAST,
+    OFFSET_HAND,
     POINTS,
     REVERSED,
     THREE_PARALLEL,
 )
 from ulna.kernels.chain.closed_form_rows import tabled
+from ulna.kernels.chain.quartic_arm import any_three_axes, offset_hand
 from ulna.kernels.chain.sliding_arm import sliding_arm
 from ulna.kernels.chain.spherical_wrist import spherical_wrist
 from ulna.kernels.chain.three_parallel import three_parallel
@@ -40,6 +44,10 @@ def closed_form(table, target_rows, sign_rows, n, free_rows, q_rows, known_rows)
     p = minus(plus(origin(motion), rotate(motion, tabled(table, LAST))), tabled(table, POINTS))
     if int(table[FORM, FAMILY]) == THREE_PARALLEL:
         three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+    elif int(table[FORM, FAMILY]) == OFFSET_HAND:
+        offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+    elif int(table[FORM, FAMILY]) == ANY_THREE_AXES:
+        any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
     elif int(table[FORM, FAMILY]) > INTERSECTING_23:
         sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
     else:

@@ -27,9 +27,10 @@ FREE_WRIST = 2  # entry of BENDS
 # are parallel or intersect.
 THREE_PARALLEL, PARALLEL_23, INTERSECTING_12, PARALLEL_12, INTERSECTING_23 = 0, 1, 2, 3, 4
 # A spherical wrist behind joints of which some slide: one, before or behind two axes; two, behind or before one; three.
-SLIDE_PARALLEL_23, SLIDE_INTERSECTING_23, INTERSECTING_12_SLIDE, PARALLEL_12_SLIDE, TURN_SLIDES, SLIDES_TURN, THREE_SLIDES = (
-    range(5, 12)
-)
+SLIDE_PARALLEL_23, SLIDE_INTERSECTING_23, INTERSECTING_12_SLIDE, PARALLEL_12_SLIDE = 5, 6, 7, 8
+TURN_SLIDES, SLIDES_TURN, THREE_SLIDES = 9, 10, 11
+# Three parallel axes between a first one and two that pass each other; and a spherical wrist behind any three axes.
+OFFSET_HAND, ANY_THREE_AXES = 12, 13
 N_BRANCHES = 8
 # What is known of a branch: its largest error as a share of the reach or in radians; how well its worst determined angle is
 # determined; how far its nearest pair of angles is apart, squared.

@@ -30,7 +30,7 @@ from ulna.kernels.spatial.arc_tangent import full_circle_angle
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.vectors import dot, minus, plus, rotate, rotate_inverse
 
-_SINGULAR = 1e-40  # of the fourth power of sin q_5
+SINGULAR = 1e-40  # of the fourth power of sin q_5
 
 
 @kernel
@@ -70,9 +70,9 @@ def hand(table, motion, v, first, axis, plane, sign, free_rows):
     fifth, sure_5, apart = angle_to_direction(h2, h6, h5, axis, bends, sign, free_angle(free_rows, 4))
     sixth, sure_6 = angle_onto(plane, turn_back(h5, fifth, h2), h6, free_angle(free_rows, 5))
     bend = bend_of(table, motion, first, fifth, sixth)
-    singular = sure_6 <= _SINGULAR
+    singular = sure_6 <= SINGULAR
     if any_lane(singular):
-        bend, sixth = within_reach(table, motion, v, first, fifth, sixth, bend, singular)
+        bend, sixth = within_reach(table, motion, v, tabled(table, POINTS + 4), first, fifth, sixth, bend, singular)
     return bend, fifth, sixth, minimum(sure_5, sure_6), apart
 
 
@@ -87,19 +87,19 @@ def bend_of(table, motion, first, fifth, sixth):
 
 
 @kernel
-def within_reach(table, motion, v, first, fifth, sixth, bend, singular):
-    """Step 3: ``bend`` and q_6, where the mask is true and the two links do not reach."""
+def within_reach(table, motion, v, hand, first, fifth, sixth, bend, singular):
+    """Step 3: ``bend`` and q_6, where the mask is true and the two links do not reach; ``hand`` is P_4, or P_4 + R_5 P_5."""
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     h5, h6, n6 = tabled(table, AXES + 4), tabled(table, AXES + 5), tabled(table, NORMALS + 1)
-    p2, p3, p4 = tabled(table, POINTS + 2), tabled(table, POINTS + 3), tabled(table, POINTS + 4)
+    p2, p3 = tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     # |P_2 + R_3 P_3|^2 is between middle - half and middle + half.
     middle = dot(p2, p2) + dot(p3, p3) + 2.0 * dot(h3, p2) * dot(h3, p3)
     half = 2.0 * sqrt(max((dot(p2, p2) - dot(h3, p2) ** 2) * (dot(p3, p3) - dot(h3, p3) ** 2), 0.0))
-    rest = minus(v, turn(h2, bend, p4))
+    rest = minus(v, turn(h2, bend, hand))
     square = dot(rest, rest)
     goal = minimum(maximum(square, middle - half), middle + half)
-    one, _, _ = angle_to_sphere(p4, v, h2, goal, 1.0, bend)
-    two, _, _ = angle_to_sphere(p4, v, h2, goal, -1.0, bend)
+    one, _, _ = angle_to_sphere(hand, v, h2, goal, 1.0, bend)
+    two, _, _ = angle_to_sphere(hand, v, h2, goal, -1.0, bend)
     nearer = chosen_angle(subtracted(one, bend)[1] >= subtracted(two, bend)[1], one, two)
     moved = singular & (abs(goal - square) > 0.0)
     bend = chosen_angle(moved, nearer, bend)

@@ -19,7 +19,7 @@ from ulna.engine.lanes import load, splat, sqrt, store
 from ulna.kernels.chain.poses import tree_poses
 from ulna.kernels.collision.collision_layout import BALL_CENTRE, BALL_JOINT, BALL_RADIUS
 from ulna.kernels.collision.continuous import ANGLE, ROUNDING, offset_length
-from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO
+from ulna.kernels.layout import COLUMN, FIXED, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.elementary import minimum
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import add_scaled, axis, cross, dot, minus, origin, plus, transform
@@ -71,8 +71,8 @@ def fastest_ball(joints, carried):
 
 
 @kernel
-def place_balls(joints, q_rows, half, carried):
-    """Write where joints and balls are at q, how fast they move there, and how far a point of a ball gets within ``half``."""
+def place_balls(joints, bodies, q_rows, half, carried):
+    """Write where joints, balls and bodies are at q, how fast they move, and how far a point of a ball gets within ``half``."""
     n, balls, like = joints.shape[0], carried.balls, load(q_rows, 0)
     tree_poses(joints, q_rows, carried.joint_rows)
     for i in range(n):
@@ -92,6 +92,9 @@ def place_balls(joints, q_rows, half, carried):
         store_vector(carried.ball_rows, 7 * g, p)
         store_vector(carried.ball_rows, 7 * g + 3, v)
         store(carried.ball_rows, 7 * g + 6, way)
+    for k in range(bodies.shape[0]):
+        joint, centre = int(bodies[k, JOINT]), (splat(bodies[k, 3], like), splat(bodies[k, 7], like), splat(bodies[k, 11], like))
+        store_vector(carried.centre_rows, 3 * k, centre if joint < 0 else transform(load_pose(carried.joint_rows, joint), centre))
 
 
 @kernel

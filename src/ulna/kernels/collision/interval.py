@@ -12,7 +12,7 @@ sphere, capsule, box or half-space that is their distance. For other shapes a lo
 (``posed_pair.rows_gap``). So "clear" is certain; "touches" is certain but for the resolution of that bound.
 """
 
-from ulna.engine.decorators import kernel
+from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, load, splat, sqrt, where
 from ulna.kernels.chain.poses import frame_pose
 from ulna.kernels.collision.ball_motion import joint_turn, joint_twist, load_vector, pair_way, way_of
@@ -51,19 +51,23 @@ def world_outcome(scene, carried, half, margin, of_world, finest, stack, found, 
         turning = sqrt(dot(w, w))
         for m in range(carried.first[g], carried.first[g + 1] if n_near > 0 else carried.first[g]):
             k = carried.order[m]
-            a = frame_pose(bodies, k, carried.joint_rows, like)
-            v = joint_twist(carried, joint, origin(a), like)[0]
+            p = load_vector(carried.centre_rows, 3 * k)
+            v = joint_twist(carried, joint, p, like)[0]
             way = way_of(carried.speeds[g, n], carried.bends[g, n], v, turning * bodies[k, REACH], half) + slack
             for i in range(n_near):
                 o = carried.near[i]
                 if o < scene.n_unindexed and carried.may_touch[k, o]:
                     continue
                 b = constant_pose(scene.objects, o, like)
-                touches, clear = body_outcome(
-                    bodies, scene.vertices, k, a, scene.objects, scene.points, o, b, way, slack - margin, margin, clear
-                )
-                if touches:
+                distance = point_gap(p, scene.objects, o, b) - BALLS * bodies[k, REACH]
+                if not any_lane((distance <= way) & (clear > 0.0)):
+                    continue
+                if not has_exact_ball(int(bodies[k, SHAPE]), int(scene.objects[o, SHAPE])):
+                    a = frame_pose(bodies, k, carried.joint_rows, like)
+                    distance = posed_gap(bodies, scene.vertices, k, a, scene.objects, scene.points, o, b, way, slack - margin)
+                if any_lane(distance <= margin):
                     return True, clear
+                clear = where(distance > way, clear, 0.0)
     return False, clear
 
 
@@ -112,24 +116,29 @@ def self_outcome(scene, carried, half, clear, like):
             continue
         for m in range(groups[e, GROUP_FIRST], groups[e, GROUP_END]):
             i, j = scene.pairs[carried.pair_order[m], 0], scene.pairs[carried.pair_order[m], 1]
-            pose_i, pose_j = frame_pose(bodies, i, carried.joint_rows, like), frame_pose(bodies, j, carried.joint_rows, like)
-            touches, clear = body_outcome(
-                bodies, scene.vertices, i, pose_i, bodies, scene.vertices, j, pose_j, way, slack, 0.0, clear
-            )
-            if touches:
+            p, q = load_vector(carried.centre_rows, 3 * i), load_vector(carried.centre_rows, 3 * j)
+            d, reach = minus(p, q), BALLS * (bodies[i, REACH] + bodies[j, REACH])
+            most = way + reach
+            if not any_lane((dot(d, d) <= most * most) & (clear > 0.0)):
+                continue
+            distance = sqrt(dot(d, d)) - reach
+            if int(bodies[i, SHAPE]) != SPHERE or int(bodies[j, SHAPE]) != SPHERE:
+                b = frame_pose(bodies, j, carried.joint_rows, like)
+                distance = point_gap(p, bodies, j, b) - BALLS * bodies[i, REACH]
+                if not any_lane((distance <= way) & (clear > 0.0)):
+                    continue
+                a = frame_pose(bodies, i, carried.joint_rows, like)
+                distance = posed_gap(bodies, scene.vertices, i, a, bodies, scene.vertices, j, b, way, slack)
+            if any_lane(distance <= 0.0):
                 return True, clear
+            clear = where(distance > way, clear, 0.0)
     return False, clear
 
 
-@kernel
-def body_outcome(bodies, vertices, k, a, others, points, j, b, reach, rounding, margin, clear):
-    """Whether two bodies touch in any lane, and ``clear``, 0.0 where they may be nearer than a reach [m]."""
-    distance = point_gap(origin(a), others, j, b) - BALLS * bodies[k, REACH]
-    if not any_lane((distance <= reach) & (clear > 0.0)):
-        return False, clear
-    if not has_exact_ball(int(bodies[k, SHAPE]), int(others[j, SHAPE])):
-        distance = rows_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding)
-    return any_lane(distance <= margin), where(distance > reach, clear, 0.0)
+@routine
+def posed_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding):
+    """``posed_pair.rows_gap``, called and not inlined: it takes longest to compile."""
+    return rows_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding)
 
 
 @kernel
@@ -144,6 +153,9 @@ def point_gap(p, others, j, b):
 
     A lower bound of the distance from the body; of a half-space the signed distance from its plane.
     """
+    if int(others[j, SHAPE]) == SPHERE:
+        d = minus(p, origin(b))
+        return sqrt(dot(d, d)) - others[j, RADIUS]
     x = transform_inverse(b, p)
     if int(others[j, SHAPE]) == HALF_SPACE:
         return x[2]

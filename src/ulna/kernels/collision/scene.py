@@ -69,5 +69,7 @@ class Carried(NamedTuple):
     """Velocities of the joints' origins, and angular velocities, 6 n_joints rows."""
     ball_rows: NDArray
     """Centres of the balls, their velocities, and by how much a point of each can move, 7 n_balls rows."""
+    centre_rows: NDArray
+    """The origins of the bodies, 3 n_bodies rows."""
     near: NDArray
     """Objects near a ball, shape (n_objects,)."""

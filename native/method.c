@@ -1,0 +1,213 @@
+/* Methods of a robot in C. Each looks for the bound function of what it is called with among what the robot keeps, and calls it.
+
+Where there is none yet, or the arguments are others than a control loop passes, the method of the same name in Python is called: it
+makes the bound function for the next time. What is looked at, by name:
+
+    forward_kinematics(q, link=None, *, out=None)           robot._forward[link], made by bind; that of the tip is kept (bases.c)
+    jacobian(q, link=None, *, out=None)                     robot._jacobian[link], made by bind; the same
+    in_collision(q, world=None, self_collision=True)        robot._checker._quick: of which objects, self_collision, and two made
+    signed_distance(q, world=None, self_collision=True)     by bind; world._objects, or None where there is no world
+    inverse_kinematics(T, q_seed=None, link=None)           robot._quick_search[link]: see below
+*/
+#include "method.h"
+
+#include <string.h>
+
+#include "bases.h"
+
+enum { FORWARD, JACOBIAN, IN_COLLISION, DISTANCE, INVERSE, N_METHODS };
+
+static PyObject *in_python[N_METHODS]; /* the methods of the same name in Python */
+
+/* The names that are looked up, interned. */
+static PyObject *OUT, *LINK, *SEED, *WORLD, *ITSELF;                              /* arguments */
+static PyObject *FORWARDS, *JACOBIANS, *CHECKER, *QUICK, *OBJECTS, *SEARCHES;     /* what robots, checkers and worlds keep */
+static PyObject *Q, *INFO, *BATCH, *TOLERANCES, *EXPLANATION, *NO_BATCH;          /* of a result */
+
+int make_names(void) {
+    const struct { PyObject **place; const char *name; } all[] = {
+        {&OUT, "out"}, {&LINK, "link"}, {&SEED, "q_seed"}, {&WORLD, "world"}, {&ITSELF, "self_collision"},
+        {&FORWARDS, "_forward"}, {&JACOBIANS, "_jacobian"}, {&CHECKER, "_checker"}, {&QUICK, "_quick"}, {&OBJECTS, "_objects"},
+        {&SEARCHES, "_quick_search"}, {&Q, "q"}, {&INFO, "info"}, {&BATCH, "_batch"}, {&TOLERANCES, "tolerances"},
+        {&EXPLANATION, "explanation"},
+    };
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+        if (!(*all[k].place = PyUnicode_InternFromString(all[k].name))) return -1;
+    }
+    return (NO_BATCH = PyTuple_New(0)) ? 0 : -1;
+}
+
+/* What an object keeps under a name, or NULL. No exception is set. The reference is borrowed from the object, which does not change. */
+static PyObject *kept(PyObject *object, PyObject *name) {
+    PyObject *all = PyObject_GenericGetDict(object, NULL), *found = NULL;
+    if (all) {
+        found = PyDict_GetItemWithError(all, name);
+        Py_DECREF(all);
+    }
+    if (!found) PyErr_Clear();
+    return found;
+}
+
+/* The entry of a dict, a new reference, or NULL without an exception. */
+static PyObject *entry_of(PyObject *table, PyObject *key) {
+    PyObject *found = table && PyDict_Check(table) ? PyDict_GetItemWithError(table, key) : NULL;
+    if (!found) PyErr_Clear();
+    return Py_XNewRef(found);
+}
+
+/* The bound function of a link, a new reference, or NULL without an exception. That of the tip is kept at ``place``. */
+static PyObject *of_link(PyObject *self, PyObject **place, PyObject *table, PyObject *link) {
+    if (link == Py_None && *place) return Py_NewRef(*place);
+    PyObject *function = entry_of(kept(self, table), link);
+    if (function && link == Py_None && bound_of(function, &POSE)) *place = Py_NewRef(function);
+    return function;
+}
+
+static PyObject *by_link(
+    int which, PyObject **place, PyObject *table, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names
+) {
+    PyObject *link = n > 1 ? arguments[1] : Py_None, *out = Py_None, *result = NULL;
+    Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
+    int plain = n == 1 || n == 2;
+    for (Py_ssize_t k = 0; k < n_names && plain; k++) {
+        PyObject *name = PyTuple_GetItem(names, k);
+        if (name == OUT) out = arguments[n + k];
+        else if (name == LINK && n == 1) link = arguments[n + k];
+        else plain = 0;
+    }
+    PyObject *function = plain ? of_link(self, place, table, link) : NULL;
+    Bound *bound = function ? bound_of(function, &POSE) : NULL;
+    if (bound) result = pose_of(bound, arguments[0], out == Py_None ? NULL : out);
+    Py_XDECREF(function);
+    if (result || PyErr_Occurred()) return result;
+    return call_with(in_python[which], self, arguments, n, names);
+}
+
+static PyObject *forward_kinematics(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    return by_link(FORWARD, &((Quick *)self)->forward, FORWARDS, self, arguments, n, names);
+}
+
+static PyObject *jacobian(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    return by_link(JACOBIAN, &((Quick *)self)->jacobian, JACOBIANS, self, arguments, n, names);
+}
+
+/* The function of a question about collision, a new reference, or NULL without an exception. */
+static PyObject *of_scene(int place, PyObject *self, PyObject *world, PyObject *itself) {
+    PyObject *checker = kept(self, CHECKER), *quick = checker ? Py_XNewRef(kept(checker, QUICK)) : NULL, *function = NULL;
+    PyObject *objects = world == Py_None ? Py_None : kept(world, OBJECTS);
+    if (world != Py_None && objects == Py_None) objects = NULL; /* the world has changed */
+    if (quick && PyTuple_Check(quick) && objects && objects == PyTuple_GetItem(quick, 0) && itself == PyTuple_GetItem(quick, 1)) {
+        function = Py_NewRef(PyTuple_GetItem(quick, place));
+    }
+    Py_XDECREF(quick);
+    return function;
+}
+
+static PyObject *about_collision(int which, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    PyObject *given[3] = {n > 0 ? arguments[0] : NULL, n > 1 ? arguments[1] : Py_None, n > 2 ? arguments[2] : Py_True};
+    Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
+    int plain = n >= 1 && n <= 3;
+    for (Py_ssize_t k = 0; k < n_names && plain; k++) {
+        PyObject *name = PyTuple_GetItem(names, k);
+        int place = name == WORLD ? 1 : name == ITSELF ? 2 : 0;
+        plain = place >= n;
+        if (plain) given[place] = arguments[n + k];
+    }
+    PyObject *function = plain ? of_scene(which == DISTANCE ? 3 : 2, self, given[1], given[2]) : NULL, *result = NULL;
+    Bound *bound = function ? bound_of(function, which == DISTANCE ? &NUMBER : &TRUTH) : NULL;
+    if (bound) result = which == DISTANCE ? number_of(bound, given[0]) : truth_of(bound, given[0]);
+    Py_XDECREF(function);
+    if (result || PyErr_Occurred()) return result;
+    return call_with(in_python[which], self, arguments, n, names);
+}
+
+static PyObject *in_collision(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    return about_collision(IN_COLLISION, self, arguments, n, names);
+}
+
+static PyObject *signed_distance(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    return about_collision(DISTANCE, self, arguments, n, names);
+}
+
+/* ---- inverse kinematics ----
+robot._quick_search[link] is a tuple of: the search from home, home, the search from a seed, the class of the result, its tolerances,
+its explanation, and what is called with both arguments where neither search finds a solution. */
+
+enum { FROM_HOME, HOME, FROM_SEED, RESULT, OF_TOLERANCES, OF_EXPLANATION, OTHERWISE, N_PARTS };
+
+static PyObject *result_of(PyObject *const *parts, PyObject *q, PyObject *info) {
+    PyObject *result = PyType_GenericAlloc((PyTypeObject *)parts[RESULT], 0);
+    if (result && !PyObject_GenericSetAttr(result, Q, q) && !PyObject_GenericSetAttr(result, INFO, info) &&
+        !PyObject_GenericSetAttr(result, BATCH, NO_BATCH) && !PyObject_GenericSetAttr(result, TOLERANCES, parts[OF_TOLERANCES]) &&
+        !PyObject_GenericSetAttr(result, EXPLANATION, parts[OF_EXPLANATION])) {
+        return result;
+    }
+    Py_XDECREF(result);
+    return NULL;
+}
+
+static PyObject *inverse_kinematics(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    PyObject *seed = n > 1 ? arguments[1] : Py_None, *link = n > 2 ? arguments[2] : Py_None;
+    Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
+    int plain = n >= 1 && n <= 3;
+    for (Py_ssize_t k = 0; k < n_names && plain; k++) {
+        PyObject *name = PyTuple_GetItem(names, k);
+        if (name == SEED && n < 2) seed = arguments[n + k];
+        else if (name == LINK && n < 3) link = arguments[n + k];
+        else plain = 0;
+    }
+    PyObject *search = plain ? entry_of(kept(self, SEARCHES), link) : NULL;
+    PyObject *parts[N_PARTS], *q = NULL, *info = NULL, *result = NULL;
+    int found = -2, from_home = seed == Py_None;
+    if (search && PyTuple_Size(search) == N_PARTS) {
+        for (int k = 0; k < N_PARTS; k++) parts[k] = PyTuple_GetItem(search, k);
+        PyObject *function = parts[from_home ? FROM_HOME : FROM_SEED];
+        Bound *bound = bound_of(function, &SEARCH);
+        if (bound) found = search_of(bound, arguments[0], from_home ? parts[HOME] : seed, &q, &info);
+    }
+    if (found == 1) result = result_of(parts, q, info);
+    if (found == 0) result = PyObject_CallFunctionObjArgs(parts[OTHERWISE], arguments[0], seed, NULL);
+    if (found == -2) result = call_with(in_python[INVERSE], self, arguments, n, names);
+    Py_XDECREF(q);
+    Py_XDECREF(info);
+    Py_XDECREF(search);
+    return result;
+}
+
+/* ---- making one ---- */
+
+static const struct { const char *name; Call call; } methods[N_METHODS] = {
+    [FORWARD] = {"forward_kinematics", forward_kinematics},
+    [JACOBIAN] = {"jacobian", jacobian},
+    [IN_COLLISION] = {"in_collision", in_collision},
+    [DISTANCE] = {"signed_distance", signed_distance},
+    [INVERSE] = {"inverse_kinematics", inverse_kinematics},
+};
+static PyMethodDef definitions[N_METHODS];
+
+static char *copied(const char *text) {
+    char *copy = PyMem_Malloc(strlen(text) + 1);
+    return copy ? strcpy(copy, text) : NULL;
+}
+
+/* A method for a class, which stands for a function: the same name, and its signature and its docstring as ``text`` has them. */
+PyObject *make_method(PyObject *module, PyObject *arguments) {
+    PyObject *class, *function;
+    const char *name, *text;
+    (void)module;
+    if (!PyArg_ParseTuple(arguments, "O!sOs", &PyType_Type, &class, &name, &function, &text)) return NULL;
+    if (!PyType_IsSubtype((PyTypeObject *)class, quick_type)) {
+        return PyErr_SetString(PyExc_TypeError, "a class that inherits Quick is expected"), NULL;
+    }
+    for (int k = 0; k < N_METHODS; k++) {
+        if (strcmp(methods[k].name, name)) continue;
+        PyCFunction call = (PyCFunction)(void (*)(void))methods[k].call;
+        PyMethodDef definition = {methods[k].name, call, METH_FASTCALL | METH_KEYWORDS, copied(text)};
+        if (!definition.ml_doc) return PyErr_NoMemory();
+        definitions[k] = definition;
+        Py_XDECREF(in_python[k]);
+        in_python[k] = Py_NewRef(function);
+        return PyDescr_NewMethod((PyTypeObject *)class, &definitions[k]);
+    }
+    return PyErr_Format(PyExc_ValueError, "there is no method %s", name);
+}

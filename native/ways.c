@@ -1,0 +1,182 @@
+/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are four:
+
+    pose      f(q, out=None, threads=None)  entry(*leading, q, out) -> bool; an array of the shape ``numbers``
+    truth     f(q)                          entry(*leading, q) -> int; False or True for the two codes in ``numbers``
+    number    f(q)                          entry(*leading, q[None], scratch) -> bool; the first of as many as ``numbers`` says
+    search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, of as many as ``numbers`` says,
+                                            or None if there is no solution
+*/
+#include "bound.h"
+
+#include <string.h>
+
+/* ---- arrays and their slots ---- */
+
+static int is_numbers(PyObject *object, int dimensions, int writable) {
+    if (!PyArray_CheckExact(object)) return 0;
+    PyArrayObject *array = (PyArrayObject *)object;
+    return PyArray_NDIM(array) == dimensions && PyArray_TYPE(array) == NPY_DOUBLE &&
+           (writable ? PyArray_ISCARRAY(array) : PyArray_ISCARRAY_RO(array));
+}
+
+static int is_vector(PyObject *object, npy_intp n) {
+    return is_numbers(object, 1, 0) && PyArray_DIM((PyArrayObject *)object, 0) == n;
+}
+
+static int is_matrix(PyObject *object, npy_intp rows, npy_intp columns, int writable) {
+    return is_numbers(object, 2, writable) && PyArray_DIM((PyArrayObject *)object, 0) == rows &&
+           PyArray_DIM((PyArrayObject *)object, 1) == columns;
+}
+
+static int64_t *put_vector(int64_t *slots, const void *data, npy_intp n) {
+    slots[0] = (int64_t)(intptr_t)data;
+    slots[1] = n;
+    return slots + 2;
+}
+
+static int64_t *put_matrix(int64_t *slots, const void *data, npy_intp rows, npy_intp columns) {
+    slots[0] = (int64_t)(intptr_t)data;
+    slots[1] = rows;
+    slots[2] = columns;
+    return slots + 3;
+}
+
+static void *data_of(PyObject *array) { return PyArray_DATA((PyArrayObject *)array); }
+
+static PyObject *new_array(int dimensions, npy_intp rows, npy_intp columns) {
+    npy_intp shape[2] = {rows, columns};
+    return PyArray_SimpleNew(dimensions, shape, NPY_DOUBLE);
+}
+
+/* The slots of a call: those that are bound, and room for the rest, which ``bind`` has counted. Where the machine code keeps the
+   interpreter's lock they are the bound function's own, otherwise a copy, since another thread may call it at the same time. */
+static int64_t *slots_of(Bound *bound, int64_t *copy) {
+    if (!bound->entry->releases_lock) return bound->slots;
+    return memcpy(copy, bound->slots, bound->n_slots * sizeof *copy);
+}
+
+/* ---- the four ways ---- */
+
+PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out) {
+    int64_t copy[MOST_SLOTS], good;
+    npy_intp rows = bound->numbers[0], columns = bound->numbers[1];
+    if (!is_vector(q, bound->n)) return NULL;
+    if (!out) {
+        out = new_array(2, rows, columns);
+        if (!out) return NULL;
+    } else if (is_matrix(out, rows, columns, 1)) {
+        Py_INCREF(out);
+    } else {
+        return NULL;
+    }
+    int64_t *slots = slots_of(bound, copy);
+    put_matrix(put_vector(slots + bound->n_slots, data_of(q), bound->n), data_of(out), rows, columns);
+    if (!run_machine_code(bound->entry, bound->overload, slots, &good) && good) return out;
+    Py_DECREF(out);
+    return NULL;
+}
+
+PyObject *truth_of(Bound *bound, PyObject *q) {
+    int64_t copy[MOST_SLOTS], code;
+    if (!is_vector(q, bound->n)) return NULL;
+    int64_t *slots = slots_of(bound, copy);
+    put_vector(slots + bound->n_slots, data_of(q), bound->n);
+    if (run_machine_code(bound->entry, bound->overload, slots, &code)) return NULL;
+    if (code == bound->numbers[0]) Py_RETURN_FALSE;
+    if (code == bound->numbers[1]) Py_RETURN_TRUE;
+    return NULL;
+}
+
+PyObject *number_of(Bound *bound, PyObject *q) {
+    int64_t copy[MOST_SLOTS], good;
+    double scratch[MOST_SCRATCH];
+    if (!is_vector(q, bound->n)) return NULL;
+    int64_t *slots = slots_of(bound, copy);
+    put_matrix(put_matrix(slots + bound->n_slots, data_of(q), 1, bound->n), scratch, 1, bound->numbers[0]);
+    if (run_machine_code(bound->entry, bound->overload, slots, &good) || !good) return NULL;
+    return PyFloat_FromDouble(scratch[0]);
+}
+
+int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyObject **info) {
+    int64_t copy[MOST_SLOTS], good;
+    if (!is_matrix(target, 4, 4, 0) || !is_vector(seed, bound->n)) return -2;
+    *q = new_array(1, bound->n, 0);
+    *info = new_array(2, 1, bound->numbers[0]);
+    if (*q && *info) {
+        int64_t *slots = slots_of(bound, copy), *next = put_matrix(slots + bound->n_slots, data_of(target), 4, 4);
+        next = put_vector(next, data_of(seed), bound->n);
+        next = put_matrix(next, data_of(*q), 1, bound->n);
+        put_matrix(next, data_of(*info), 1, bound->numbers[0]);
+        int failed = run_machine_code(bound->entry, bound->overload, slots, &good);
+        if (!failed && good) return 1;
+    }
+    Py_CLEAR(*q);
+    Py_CLEAR(*info);
+    return PyErr_Occurred() ? -1 : 0;
+}
+
+/* ---- the same as functions that Python calls ---- */
+
+PyObject *call_with(PyObject *function, PyObject *first, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    Py_ssize_t n_names = names ? PyTuple_Size(names) : 0, shift = first ? 1 : 0;
+    PyObject *given = PyTuple_New(n + shift), *named = n_names ? PyDict_New() : NULL, *result = NULL;
+    if (!given || (n_names && !named)) goto end;
+    if (first) PyTuple_SetItem(given, 0, Py_NewRef(first));
+    for (Py_ssize_t k = 0; k < n; k++) PyTuple_SetItem(given, k + shift, Py_NewRef(arguments[k]));
+    for (Py_ssize_t k = 0; k < n_names; k++) {
+        if (PyDict_SetItem(named, PyTuple_GetItem(names, k), arguments[n + k])) goto end;
+    }
+    result = PyObject_Call(function, given, named);
+end:
+    Py_XDECREF(given);
+    Py_XDECREF(named);
+    return result;
+}
+
+static PyObject *or_in_python(PyObject *result, Bound *bound, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    if (result || PyErr_Occurred()) return result;
+    return call_with(bound->otherwise, NULL, arguments, n, names);
+}
+
+static PyObject *call_pose(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    Bound *bound = (Bound *)self;
+    PyObject *out = n > 1 && arguments[1] != Py_None ? arguments[1] : NULL;
+    PyObject *result = !names && n >= 1 && n <= 3 ? pose_of(bound, arguments[0], out) : NULL;
+    return or_in_python(result, bound, arguments, n, names);
+}
+
+static PyObject *call_truth(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    Bound *bound = (Bound *)self;
+    return or_in_python(!names && n == 1 ? truth_of(bound, arguments[0]) : NULL, bound, arguments, n, names);
+}
+
+static PyObject *call_number(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    Bound *bound = (Bound *)self;
+    return or_in_python(!names && n == 1 ? number_of(bound, arguments[0]) : NULL, bound, arguments, n, names);
+}
+
+static PyObject *call_search(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    Bound *bound = (Bound *)self;
+    PyObject *q, *info, *both;
+    int found = names || n != 2 ? -2 : search_of(bound, arguments[0], arguments[1], &q, &info);
+    if (found == -2) return call_with(bound->otherwise, NULL, arguments, n, names);
+    if (found < 0) return NULL;
+    if (!found) Py_RETURN_NONE;
+    both = PyTuple_Pack(2, q, info);
+    Py_DECREF(q);
+    Py_DECREF(info);
+    return both;
+}
+
+const Way POSE = {"pose", call_pose, "12", 'b', 2};
+const Way TRUTH = {"truth", call_truth, "1", 'i', 2};
+const Way NUMBER = {"number", call_number, "22", 'b', 1};
+const Way SEARCH = {"search", call_search, "2122", 'b', 1};
+
+const Way *way_of(const char *name) {
+    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &SEARCH};
+    for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
+        if (!strcmp(ways[k]->name, name)) return ways[k];
+    }
+    return NULL;
+}

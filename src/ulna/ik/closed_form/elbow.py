@@ -1,0 +1,159 @@
+"""Computes the branches of arms with a spherical shoulder and wrist at samples of the elbow's angle. Used by ``solutions``.
+
+The three axes at the shoulder S intersect, and the three at the wrist W; axis 4 is the elbow's. The redundancy is the angle by
+which the arm is turned about the line from S to W; it is 0 where the plane of the elbow holds the first axis.
+
+1. |S W| gives q_4, two of them (subproblem 3).
+2. The rotation of the shoulder brings S W to its place, the elbow turned about it by the angle: it is known.
+3. A rotation is three turns in two ways: h_a . R h_c gives the middle one (subproblem 4), the others follow (subproblem 1). So
+   there are two for the shoulder and two for the wrist.
+
+Source: Shimizu, Kakuya, Yoon, Kitagaki and Kosuge, Analytical inverse kinematic computation for 7-DOF redundant manipulators with
+joint limits and its application to redundancy resolution (2008).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.pose import inverse
+from ulna.drivers import entry
+from ulna.ik.closed_form.axes import Axes, axes_of, turning_order
+from ulna.kernels.chain.closed_form_layout import REACHED
+from ulna.kinematics.tree import Tree
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+ELBOW = "elbow"
+FAMILY = "spherical shoulder and wrist, at angles of the elbow"
+_N, _EXACT, _NEARLY, _STEPS = 7, 1e-12, 1e-9, 4
+
+
+@dataclass(frozen=True, eq=False)
+class Elbow:
+    """An arm of seven joints with a spherical shoulder and wrist.
+
+    Attributes:
+        axes: Its axes.
+        columns: The entries of q that they are.
+        shoulder: S in the zero configuration, shape (3,) [m].
+        wrist: W there, shape (3,) [m].
+    """
+
+    axes: Axes
+    columns: tuple[int, ...]
+    shoulder: Array
+    wrist: Array
+
+    def branches(self, targets: Array, n_samples: int) -> tuple[Array, Truths]:
+        """q (n, 8 n_samples, 7) for targets (n, 4, 4), and whether they reach them."""
+        h, n = self.axes.directions, len(targets)
+        G = targets @ inverse(self.axes.end)
+        R, p = G[:, None, :3, :3], G[:, :3, :3] @ self.wrist + G[:, :3, 3] - self.shoulder
+        upper, lower = self.axes.points[3] - self.shoulder, self.wrist - self.axes.points[3]
+        square = (p * p).sum(axis=-1)
+        q4, real = _to_plane(upper, lower, h[3], 0.5 * (square - upper @ upper - lower @ lower))
+        angles = (np.arange(n_samples) + 0.5) / n_samples * 2.0 * np.pi - np.pi
+        along = p / np.linalg.norm(p, axis=-1)[:, None]
+        about = rotations(along[:, None], np.broadcast_to(angles, (n, n_samples)))
+        found, good = [], []
+        for elbow in range(2):
+            R_4 = rotations(h[3], q4[elbow])
+            straight = upper + R_4 @ lower
+            R_123 = _onto(straight, np.cross(h[3], straight), p, h[0])
+            R_123 = about @ R_123[:, None]
+            R_567 = np.swapaxes(R_123 @ R_4[:, None], -1, -2) @ R
+            for first, is_first in _three_turns(h[:3], R_123):
+                for last, is_last in _three_turns(h[4:], R_567):
+                    middle = np.broadcast_to(q4[elbow][:, None, None], (n, n_samples, 1))
+                    found.append(np.concatenate([first, middle, last], axis=-1))
+                    good.append(is_first & is_last & real[:, None])
+        q = np.stack(found, axis=2).reshape(n, -1, _N)
+        return self._verified(targets, q, np.stack(good, axis=2).reshape(n, -1))
+
+    def _verified(self, targets: Array, q: Array, good: Truths) -> tuple[Array, Truths]:
+        order, branch = np.nonzero(good)
+        starts, errors = np.ascontiguousarray(q[order, branch]), np.full(len(order), _NEARLY)
+        scale = 1.0 / (self.axes.reach or 1.0)
+        entry("closed_form.polish_all")(self.axes.chain, targets[order], starts, scale, _STEPS, errors)
+        q[order, branch], good[order, branch] = starts, errors <= REACHED
+        return q, good
+
+
+def elbow_of(tree: Tree, link: str) -> Elbow | None:
+    """The arm of a link, if it is one of seven joints with a spherical shoulder and wrist."""
+    chain = tree.chain(link)
+    columns = turning_order(chain)
+    axes = axes_of(chain, columns, np.zeros(tree.n_dof)) if len(columns) == _N else None
+    if axes is None or axes.slides.any():
+        return None
+    (shoulder, far_1), (wrist, far_2) = (_common(axes, part) for part in (slice(0, 3), slice(4, 7)))
+    if max(far_1, far_2) > _EXACT * axes.reach:
+        return None
+    return Elbow(axes, columns, shoulder, wrist)
+
+
+def _common(axes: Axes, part: slice) -> tuple[Array, float]:
+    """The point nearest to three axes, and how far it is from them."""
+    h, c = axes.directions[part], axes.points[part]
+    across = np.eye(3) - h[:, :, None] * h[:, None, :]
+    if np.linalg.cond(across.sum(axis=0)) > 1e9:
+        return c[0], np.inf
+    point = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, c))
+    return point, float(np.linalg.norm(np.einsum("nij,nj->ni", across, point - c), axis=1).max())
+
+
+def rotations(k: Array, angle: Array) -> Array:
+    """Turns about unit vectors k (..., 3) by angles (...), shape (..., 3, 3)."""
+    k = np.broadcast_to(k, (*angle.shape, 3))
+    s, c = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
+    x, y, z = np.moveaxis(k, -1, 0)
+    zero = np.zeros_like(x)
+    K = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
+    return c * np.eye(3) + s * K + (1.0 - c) * k[..., :, None] * k[..., None, :]
+
+
+def _onto(a: Array, a_side: Array, b: Array, b_side: Array) -> Array:
+    """Rotations (n, 3, 3) that bring the directions a (n, 3) onto b, and the half-planes of a_side to those of b_side."""
+    return _frame(b, np.broadcast_to(b_side, b.shape)) @ np.swapaxes(_frame(a, a_side), -1, -2)
+
+
+def _frame(a: Array, side: Array) -> Array:
+    x = a / np.linalg.norm(a, axis=-1)[..., None]
+    z = np.cross(x, side)
+    weak = np.linalg.norm(z, axis=-1) < 1e-9 * np.linalg.norm(side, axis=-1)  # any side will do
+    z = np.where(weak[..., None], np.cross(x, np.eye(3)[np.abs(x).argmin(axis=-1)]), z)
+    z = z / np.linalg.norm(z, axis=-1)[..., None]
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _to_plane(h: Array, p: Array, k: Array, d: Array) -> tuple[tuple[Array, Array], Truths]:
+    """Subproblem 4: both angles for which h . rot(k, angle) p = d, and whether they are."""
+    still = (h @ k) * (k @ p)
+    a_s, a_c = h @ np.cross(k, p), h @ p - still
+    size = np.hypot(a_s, a_c)
+    share = (d - still) / np.where(size > 0.0, size, 1.0)
+    middle, half = np.arctan2(a_s, a_c), np.arccos(np.clip(share, -1.0, 1.0))
+    return (middle + half, middle - half), np.abs(share) <= 1.0 + _NEARLY
+
+
+def _three_turns(h: Array, R: Array) -> list[tuple[Array, Truths]]:
+    """Both ways to turn by R (..., 3, 3) about three axes (3, 3), the last first: angles (..., 3), and whether they do."""
+    axis = R @ h[2]
+    both, real = _to_plane(h[0], h[2], h[1], axis @ h[0])
+    found = []
+    for second in both:
+        bent = rotations(h[1], second) @ h[2]
+        first = _about(h[0], bent, axis)
+        left = np.swapaxes(rotations(h[0], first) @ rotations(h[1], second), -1, -2) @ R
+        side = np.cross(h[2], h[1])
+        third = _about(h[2], np.broadcast_to(side, axis.shape), left @ side)
+        found.append((np.stack([first, second, third], axis=-1), real))
+    return found
+
+
+def _about(k: Array, a: Array, b: Array) -> Array:
+    """Subproblem 1: the angle about k that brings a (..., 3) nearest to b."""
+    across_a, across_b = np.cross(k, a), np.cross(k, b)
+    return np.arctan2(np.cross(across_a, across_b) @ k, (across_a * across_b).sum(axis=-1))

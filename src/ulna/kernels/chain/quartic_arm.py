@@ -1,0 +1,110 @@
+"""Solves six revolute joints whose first equation is a quartic. Used by ``closed_form``.
+
+Two families, in the notation of ``three_parallel`` and ``spherical_wrist``. Each has two equations that are linear in the sines
+and cosines of q_1 and of one other angle, and so is a pair of circles (``two_circles``); what is left is as in those.
+
+1. Axes 2, 3 and 4 parallel, P_5 the way from axis 5 to axis 6: what lies behind axis 2 moves in planes normal to h_2, and turns
+   about h_2: h_2 . R_1' p - h_2 . (P_1 + .. + P_4) = h_2 . R_5 P_5, and h_2 . R_1' R h_6 = h_2 . R_5 h_6: q_1 and q_5.
+2. A spherical wrist behind any three axes: R_2 (P_2 + R_3 P_3) = R_1' p - P_1, whose length and whose part along h_2 do not
+   depend on q_2: q_1 and q_3 (Pieper 1968; subproblem 5 of Elias and Wen, IK-Geo, 2022).
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import any_lane, load
+from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, POINTS
+from ulna.kernels.chain.closed_form_rows import free_angle, put, tabled
+from ulna.kernels.chain.spherical_wrist import behind_arm, position_square, wrist
+from ulna.kernels.chain.subproblems import angle_onto, reversed_vector, turn, turn_back
+from ulna.kernels.chain.three_parallel import SINGULAR, bend_of, links, rotation_square, within_reach
+from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, pencil
+from ulna.kernels.spatial.arc_tangent import full_circle_angle
+from ulna.kernels.spatial.elementary import minimum
+from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate, rotate_inverse
+
+
+@kernel
+def parts(h, k, v):
+    """h . rot(k, angle) v as a number, and the factors of the cosine and of the sine."""
+    still = dot(h, k) * dot(k, v)
+    return still, dot(h, v) - still, dot(h, cross(k, v))
+
+
+@kernel
+def circles(first, second, left_1, left_2):
+    """u and the columns of B for first + (a_1, a_2) . x_1 = left . y in two rows; the parts of y are plain or lanes."""
+    det = left_1[1] * left_2[2] - left_1[2] * left_2[1]
+    r = 1.0 / det
+    i_11, i_12, i_21, i_22 = left_2[2] * r, -left_1[2] * r, -left_2[1] * r, left_1[1] * r
+    b_1, b_2 = first[0] - left_1[0], second[0] - left_2[0]
+    u = i_11 * b_1 + i_12 * b_2, i_21 * b_1 + i_22 * b_2
+    column_1 = -(i_11 * first[1] + i_12 * second[1]), -(i_21 * first[1] + i_22 * second[1])
+    column_2 = -(i_11 * first[2] + i_12 * second[2]), -(i_21 * first[2] + i_22 * second[2])
+    return u, column_1, column_2
+
+
+@kernel
+def offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
+    """Family 1: write all branches; the arguments are those of ``three_parallel``."""
+    h1, h2, h5, h6 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 4), tabled(table, AXES + 5)
+    p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
+    p4, p5 = tabled(table, POINTS + 4), tabled(table, POINTS + 5)
+    back, whole_axis = reversed_vector(h1), rotate(motion, h6)
+    ahead = parts(h2, back, p)
+    ahead = ahead[0] - dot(h2, plus(plus(p1, p2), plus(p3, p4))), ahead[1], ahead[2]
+    u, b_1, b_2 = circles(ahead, parts(h2, back, whole_axis), parts(h2, h5, p5), parts(h2, h5, h6))
+    axes, form, lines, size = pencil(u, b_1, b_2)
+    for i in range(n):
+        for j in range(n):
+            line, sign = load(sign_rows, i), load(sign_rows, n + j)
+            first, sure, apart = angle_of_pair(axes, form, lines, size, line, sign, free_angle(free_rows, 0))
+            fifth = other_of_pair(u, b_1, b_2, first)
+            v = minus(turn_back(h1, first, p), p1)
+            plane = rotate_inverse(motion, turn(h1, first, h2))
+            sixth, sure_6 = angle_onto(plane, turn_back(h5, fifth, h2), h6, free_angle(free_rows, 5))
+            bend, hand = bend_of(table, motion, first, fifth, sixth), plus(p4, turn(h5, fifth, p5))
+            singular = sure_6 <= SINGULAR
+            if any_lane(singular):
+                bend, sixth = within_reach(table, motion, v, hand, first, fifth, sixth, bend, singular)
+            missed = rotation_square(table, motion, first, turn_back(h1, first, whole_axis), bend, fifth, sixth)
+            rest, sure = minus(v, turn(h2, bend, hand)), minimum(sure, sure_6)
+            q_first, q_bend = full_circle_angle(first[0], first[1]), full_circle_angle(bend[0], bend[1])
+            q_fifth, q_sixth = full_circle_angle(fifth[0], fifth[1]), full_circle_angle(sixth[0], sixth[1])
+            for k in range(n):
+                branch = (i * n + j) * n + k
+                put(table, q_rows, branch, 0, q_first)
+                put(table, q_rows, branch, 4, q_fifth)
+                put(table, q_rows, branch, 5, q_sixth)
+                sign = load(sign_rows, 2 * n + k)
+                links(table, rest, q_bend, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart)
+
+
+@kernel
+def any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
+    """Family 2: write all branches; the arguments are those of ``spherical_wrist``."""
+    h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
+    p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
+    h6, n6, back = tabled(table, AXES + 5), tabled(table, NORMALS + 1), reversed_vector(h1)
+    whole_axis, whole_normal = rotate(motion, h6), rotate(motion, n6)
+    length, ahead = parts(p1, back, p), parts(h2, back, p)
+    half = 0.5 * (dot(p, p) + dot(p1, p1) - dot(p2, p2) - dot(p3, p3))
+    length = half - length[0], -length[1], -length[2]
+    ahead = ahead[0] - dot(h2, plus(p1, p2)), ahead[1], ahead[2]
+    u, b_1, b_2 = circles(length, ahead, parts(p2, h3, p3), parts(h2, h3, p3))
+    axes, form, lines, size = pencil(u, b_1, b_2)
+    for i in range(n):
+        for j in range(n):
+            line, sign = load(sign_rows, i), load(sign_rows, n + j)
+            first, sure, apart = angle_of_pair(axes, form, lines, size, line, sign, free_angle(free_rows, 0))
+            third = other_of_pair(u, b_1, b_2, first)
+            v, bent = minus(turn_back(h1, first, p), p1), plus(p2, turn(h3, third, p3))
+            second, sure_2 = angle_onto(bent, v, h2, free_angle(free_rows, 1))
+            missed, sure = position_square(table, p, first, second, third), minimum(sure, sure_2)
+            axis = behind_arm(table, first, second, third, whole_axis)
+            normal = behind_arm(table, first, second, third, whole_normal)
+            for k in range(n):
+                branch = (i * n + j) * n + k
+                put(table, q_rows, branch, 0, full_circle_angle(first[0], first[1]))
+                put(table, q_rows, branch, 1, full_circle_angle(second[0], second[1]))
+                put(table, q_rows, branch, 2, full_circle_angle(third[0], third[1]))
+                sign = load(sign_rows, 2 * n + k)
+                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart)

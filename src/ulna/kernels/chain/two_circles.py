@@ -1,0 +1,104 @@
+"""Finds two unit vectors of the plane with y = u - B x, of which there are up to four pairs. Used by ``quartic_arm``.
+
+It is subproblem 6 of Elias and Wen (IK-Geo, 2022, section 3): two equations linear in the sines and cosines of two angles. There
+it is a quartic; here, its geometry: the image of one circle, an ellipse, meets another circle. The angle of x is theta.
+
+1. |u - B x|^2 - 1 = k + a cos + b sin + d cos 2 theta, with d >= 0, for axes along which B'B is diagonal; divided by its size.
+2. To it lambda (cos^2 + sin^2 - 1) is added, which is 0. For a root lambda of a cubic what results is a product of two lines (the
+   resolvent of Ferrari's solution of the quartic). The cubic is >= 0 at -d and <= 0 at d: it has a root between them, and there
+   the lines are real: alpha cos -+ beta sin + (n_a +- n_b) = 0 with alpha^2 = lambda + d, beta^2 = d - lambda,
+   n_a = a / (2 alpha), n_b = b / (2 beta), n_a^2 - n_b^2 = k - lambda. Newton's method within the bracket finds it.
+3. Each line meets the circle in two points: subproblem 4. One sign chooses the line, one the point.
+4. Newton steps of step 1 give back the digits that are lost where a line is ill determined.
+"""
+
+from ulna.engine.decorators import kernel, routine
+from ulna.engine.lanes import sqrt, where
+from ulna.kernels.chain.subproblems import angle_of_two
+from ulna.kernels.spatial.elementary import maximum, minimum
+
+_STEPS, _NEWTON_STEPS = 40, 3
+_STRAIGHT = 1e-13  # of d: below it there is one line, and no other
+_FAR = 1e-2  # rad: a longer Newton step is none towards this root
+
+
+@kernel
+def pencil(u, b_1, b_2):
+    """Steps 1 and 2: the axes (cos and sin), (k, a, b, d), (alpha, beta, n_a, n_b), and the size; B = (b_1, b_2), its columns."""
+    g_11, g_12, g_22 = b_1[0] * b_1[0] + b_1[1] * b_1[1], b_1[0] * b_2[0] + b_1[1] * b_2[1], b_2[0] * b_2[0] + b_2[1] * b_2[1]
+    e = 0.5 * (g_11 - g_22)
+    d = sqrt(e * e + g_12 * g_12)
+    share = where(d > 0.0, e / where(d > 0.0, d, 1.0), 1.0)
+    larger = sqrt(0.5 + 0.5 * abs(share))
+    smaller = 0.5 * where(d > 0.0, g_12 / where(d > 0.0, d, 1.0), 0.0) / larger
+    cos = where(share >= 0.0, larger, abs(smaller))
+    sin = where(share >= 0.0, smaller, where(smaller >= 0.0, larger, -larger))
+    w_1, w_2 = u[0] * b_1[0] + u[1] * b_1[1], u[0] * b_2[0] + u[1] * b_2[1]
+    k = u[0] * u[0] + u[1] * u[1] - 1.0 + 0.5 * (g_11 + g_22)
+    a, b = -2.0 * (w_1 * cos + w_2 * sin), -2.0 * (w_2 * cos - w_1 * sin)
+    size = abs(k) + abs(a) + abs(b) + d
+    r = 1.0 / where(size > 0.0, size, 1.0)
+    k, a, b, d = k * r, a * r, b * r, d * r
+    return (cos, sin), (k, a, b, d), lines_of(k, a, b, d), size
+
+
+@routine
+def lines_of(k, a, b, d):
+    """Step 2."""
+    low, high = -d, d
+    quarter_a, quarter_b = 0.25 * a * a, 0.25 * b * b
+    x = 0.0 * d
+    for _ in range(_STEPS):
+        value = (x * x - d * d) * (k - x) - (x + d) * quarter_b - (x - d) * quarter_a
+        slope = 2.0 * x * (k - x) - (x * x - d * d) - quarter_b - quarter_a
+        low, high = where(value >= 0.0, x, low), where(value >= 0.0, high, x)
+        newton = x - value / where(abs(slope) > 0.0, slope, 1.0)
+        inside = (newton >= low) & (newton <= high) & (abs(slope) > 0.0)
+        x = where(inside, newton, 0.5 * (low + high))
+    alpha, beta = sqrt(maximum(d + x, 0.0)), sqrt(maximum(d - x, 0.0))
+    # Of n_a and n_b that of the larger factor first; the other by its quotient or from the first, by which fewer digits are lost.
+    small_alpha = alpha < beta
+    larger, smaller = where(small_alpha, beta, alpha), where(small_alpha, alpha, beta)
+    of_larger, of_smaller = where(small_alpha, b, a), where(small_alpha, a, b)
+    n_larger = of_larger / where(larger > 0.0, 2.0 * larger, 1.0)
+    root = sqrt(maximum(n_larger * n_larger + where(small_alpha, k - x, x - k), 0.0))
+    by_root = root > smaller
+    quotient = abs(of_smaller) / where(by_root | (smaller <= 0.0), 1.0, 2.0 * smaller)
+    smaller = where(by_root, 0.5 * abs(of_smaller) / where(by_root, root, 1.0), smaller)
+    n_smaller = where(by_root, root, quotient)
+    n_smaller = where(of_smaller >= 0.0, n_smaller, -n_smaller)
+    alpha, beta = where(small_alpha, smaller, larger), where(small_alpha, larger, smaller)
+    n_a, n_b = where(small_alpha, n_smaller, n_larger), where(small_alpha, n_larger, n_smaller)
+    return alpha, beta, n_a, n_b
+
+
+@kernel
+def angle_of_pair(axes, form, lines, size, line, sign, free):
+    """Steps 3 and 4: theta of the pair that two signs choose; how well it is determined; the square of its slope."""
+    (k, a, b, d), (alpha, beta, n_a, n_b) = form, lines
+    straight = d < _STRAIGHT
+    a_c, a_s = where(straight, a, alpha), where(straight, b, -line * beta)
+    at = where(straight, where(line > 0.0, -k, 3.0), -(n_a + line * n_b))
+    angle, sure, _ = angle_of_two(a_s, a_c, at, a_s * a_s + a_c * a_c - at * at, sign, free)
+    s, c = angle
+    slope = 0.0 * s
+    for _ in range(_NEWTON_STEPS):
+        value = k + a * c + b * s + d * (c * c - s * s)
+        slope = b * c - a * s - 4.0 * d * s * c
+        step = -value / where(abs(slope) > 0.0, slope, 1.0)
+        step = where(abs(step) <= _FAR, step, 0.0)
+        s, c = s + step * c, c - step * s
+        r = 1.5 - 0.5 * (s * s + c * c)
+        s, c = s * r, c * r
+    cos, sin = axes
+    return (s * cos + c * sin, c * cos - s * sin), minimum(sure, size * size * size * size), slope * slope
+
+
+@kernel
+def other_of_pair(u, b_1, b_2, angle):
+    """The angle of y, made a unit vector: its sine and cosine."""
+    s, c = angle
+    x, y = u[0] - b_1[0] * c - b_2[0] * s, u[1] - b_1[1] * c - b_2[1] * s
+    square = x * x + y * y
+    r = 1.0 / sqrt(where(square > 0.0, square, 1.0))
+    return y * r, x * r
