@@ -15,7 +15,7 @@ from functools import cache
 
 import ulna
 
-_NAMED_IN_ANNOTATIONS = ("ulna.description", "ulna.description", "ulna.kinematics", "ulna.collision", "ulna.ik", "ulna.viewer")
+_NAMED_IN_ANNOTATIONS = ("ulna.description", "ulna.kinematics", "ulna.collision", "ulna.ik", "ulna.robot", "ulna.viewer")
 
 
 def public_classes():

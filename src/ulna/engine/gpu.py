@@ -1,6 +1,6 @@
 """Compiles drivers for a GPU and runs them over batches, by numba-cuda. Used by ``drivers.gpu`` and ``robot.gpu_robot``.
 
-Importing it needs the extra ``cuda``, but neither a GPU nor a driver: these are needed where something is run. With
+The extra ``cuda``, a GPU and its driver are needed only where something is run. With
 ``NUMBA_ENABLE_CUDASIM=1`` and ``NUMBA_DISABLE_JIT=1`` threads are simulated in plain Python, for tests.
 """
 
@@ -12,13 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.errors import DeviceError, InputError, needs_extra
+from ulna.errors import DeviceError, InputError, MissingExtraError
 
-with needs_extra("a GPU", "cuda", "numba_cuda"):
+try:
     import numba.cuda  # of numba_cuda; the one that comes with Numba itself is older
     import numba_cuda  # noqa: F401 # pyright: ignore[reportMissingImports]
 
-cuda: Any = numba.cuda
+    cuda: Any = numba.cuda
+except ModuleNotFoundError as error:
+    if (error.name or "").partition(".")[0] not in {"numba_cuda", "numba"}:
+        raise
+    cuda = None
 THREADS = 128  # of a block
 PIECE = 1 << 17  # problems that are copied and computed together where arrays are on the host
 Rows = Any
@@ -30,7 +34,10 @@ def require_device() -> None:
 
     Raises:
         DeviceError: There is no GPU, or no driver for it.
+        MissingExtraError: The extra ``cuda`` is not installed.
     """
+    if cuda is None:
+        raise MissingExtraError("a GPU", "cuda")
     if not cuda.is_available():
         raise DeviceError("no NVIDIA GPU can be used here: there is none, or its driver is missing")
 

@@ -1,4 +1,4 @@
-"""Computes a robot's batches on an NVIDIA GPU. Used by ``Robot.on_gpu``. Importing it needs the extra ``cuda``."""
+"""Computes a robot's batches on an NVIDIA GPU. Used by ``Robot.on_gpu``."""
 
 from __future__ import annotations
 
