@@ -17,7 +17,7 @@ from command_fixtures import without_announcements
 from ulna.cli import plugins
 
 COMMANDS = [
-    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "dh", "compare", "inspect", "urdf"),
+    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "dh", "compare", "inspect", "urdf"),
     *("view", "record", "bench", "warmup"),
 ]
 OF_PLUGINS = ("demo", "ros1", "ros2")  # tests/demo
