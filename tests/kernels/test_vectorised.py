@@ -30,7 +30,7 @@ N, DOF, LINKS = 8, 7, 10
 CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
 Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), np.zeros(N_SETTINGS)
 TARGETS, INFO, ORDER, TRACE = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.arange(N), np.zeros((0, 4))
-CLOSED_FORM = np.zeros((N_ROWS, 3))
+CLOSED_FORM, PLAN = np.zeros((N_ROWS, 3)), np.zeros(16)
 PAIRS, NODES = np.zeros((3, 2), dtype=np.int64), np.zeros((0, 8))
 
 NO_VERTICES, SCRATCH_ARRAYS = np.zeros((0, 3)), tuple(np.zeros(shape) for shape in SCRATCH)
@@ -43,7 +43,7 @@ ENTRIES = {
     "overlap_batch": (overlap_batch, (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, 12, Q, np.zeros(N, dtype=np.bool_))),
     "search_jobs": (search_jobs, (CHAIN, TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0], SETTINGS, Q, INFO)),
     "follow_each": (follow_each, (0, CHAIN, TARGETS, Q, BOUNDS, SETTINGS, Q, INFO, TRACE)),
-    "all_branches": (all_branches, (CLOSED_FORM, CHAIN, TARGETS, Q[:, :6].copy(), 1e-3, 4, TARGETS, Q)),
+    "all_branches": (all_branches, (CLOSED_FORM, CHAIN, PLAN, TARGETS, Q[:, :6].copy(), TARGETS, Q, PLAN)),
     "two_bodies": (kernel_modes.compiled(kernel_probes.two_bodies), TWO_BODIES),
 }
 # Targets come and answers go lane by lane, a tree is searched and a depth worked out in plain numbers.

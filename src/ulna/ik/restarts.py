@@ -105,9 +105,10 @@ class Search:
             self.keep(piece, *run_starts(self.problem, piece, part), part)
 
     def run_from(self, order: NDArray[np.int64], origins: Array, steps: int) -> None:
-        """Search on for some open targets (m,) from configurations of their own (m, k, n_dof), and keep what solves them.
+        """Search on for some targets (m,) from configurations of their own (m, k, n_dof), and keep what solves them.
 
-        They are brought within the bounds first. A result has the number of its origin as that of its start.
+        They are brought within the bounds first. A result has the number of its origin as that of its start. One of a target
+        that is solved already is kept if its cost is less.
         """
         m, k, n_dof = origins.shape
         each = np.repeat(order, k)
@@ -120,25 +121,33 @@ class Search:
         q, info = (rows.reshape(m, k, -1) for rows in run_starts(problem, np.arange(m * k), part))
         info[:, :, layout.START] = np.arange(k)
         info[info[:, :, layout.STATUS] != layout.SOLVED, layout.MISSED] = np.inf
-        self.keep(order, q, info, part)
-        for row in np.flatnonzero(~self.open[order]):
+        for row in np.flatnonzero(self.keep(order, q, info, part)):
             self.origins[int(order[row])] = seeds[row * k + int(self.info[order[row], layout.START])]
 
-    def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart) -> None:
-        """Keep better results for some targets, and close those that are solved."""
+    def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart) -> NDArray[np.bool_]:
+        """Keep better results for some targets, and close those that are solved. Whether a target has a new solution."""
         solved = info[:, :, layout.STATUS] == layout.SOLVED
         costs = np.full(solved.shape, np.inf)
         costs[solved] = 0.0 if self.cost is None else self.cost(order[solved.nonzero()[0]], q[solved])
         self._note_rejected(order, q, info, solved & np.isinf(costs))
         chosen = np.where(np.isfinite(costs).any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
         row = np.arange(len(order))
-        q, info, accepted = q[row, chosen], info[row, chosen], np.isfinite(costs[row, chosen])
+        q, info, accepted = q[row, chosen], info[row, chosen], costs[row, chosen] < self._costs_now(order)
         info[~accepted & (info[:, layout.STATUS] == layout.SOLVED), layout.STATUS] = layout.NOT_FOUND
         info[:, layout.START] += part.first + (not part.from_seed)
-        better = accepted | ~(info[:, layout.MISSED] >= self.info[order, layout.MISSED])
+        was_solved = self.info[order, layout.STATUS] == layout.SOLVED
+        better = accepted | (~was_solved & ~(info[:, layout.MISSED] >= self.info[order, layout.MISSED]))
         self.q[order[better]], self.info[order[better]] = q[better], info[better]
         self.with_posture[order[better]] = part.with_posture
         self.open[order[accepted | (info[:, layout.STATUS] == layout.NOT_A_POSE)]] = False
+        return accepted
+
+    def _costs_now(self, order: NDArray[np.int64]) -> Array:
+        """The costs of the solutions that some targets have, infinite where there is none yet."""
+        costs, solved = np.full(len(order), np.inf), self.info[order, layout.STATUS] == layout.SOLVED
+        if solved.any():
+            costs[solved] = 0.0 if self.cost is None else self.cost(order[solved], self.q[order[solved]])
+        return costs
 
     def _note_rejected(self, order: NDArray[np.int64], q: Array, info: Array, refused: NDArray[np.bool_]) -> None:
         for row in np.flatnonzero(refused.any(axis=1)):
@@ -154,6 +163,20 @@ def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Arra
     return np.where(np.isnan(share), seeds, bounds[:, :, 2] + share * (bounds[:, :, 3] - bounds[:, :, 2]))
 
 
+def run_from_branches(search: Search, done: Restart) -> None:
+    """Start from branches of a closed form after the first round: for open targets, and for all where the best is asked for.
+
+    Not where the round has used up the budget.
+    """
+    ranked, options = search.problem.query.options.rank is not None, search.problem.query.options
+    wanted = search.info[:, layout.STATUS] != layout.NOT_A_POSE if ranked else search.open
+    if options.budget <= done.count * done.steps or not wanted.any():
+        return
+    order, starts = closed_form_starts(search.problem, np.flatnonzero(wanted), search.cost if ranked else None)
+    if len(order):
+        search.run_from(order, starts, steps=0)
+
+
 def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search], None], *, seed_alone: bool) -> bool:
     """All rounds until no target is open, the budget is spent or time is up; True if time was up.
 
@@ -166,10 +189,8 @@ def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search
         if number and time.monotonic() >= end:
             return bool(search.open.any())
         search.run(part)
-        if number == 0 and search.open.any():
-            order, starts = closed_form_starts(search.problem, np.flatnonzero(search.open))
-            if len(order):
-                search.run_from(order, starts, steps=0)
+        if number == 0:
+            run_from_branches(search, part)
         if number == 1 and search.open.any():
             give_up(search)
         if not search.open.any():
