@@ -306,7 +306,7 @@ def cut_corner(edges, path, ends, state):
     n, i, space = state[layout.POINTS], state[layout.AT] + 1, edges.space
     if i >= n - 1 or n + 1 > path.shape[0]:
         return False
-    share = 0.5 ** (state[layout.OTHER] + 1)
+    share = 0.5 / (1 << state[layout.OTHER])  # a power would call exp2, which is not in the wheel
     write_step(path[i], path[i - 1], share, space, ends[0])
     write_step(path[i], path[i + 1], share, space, ends[1])
     around = share * (distance(path[i - 1], path[i], space) + distance(path[i], path[i + 1], space))
