@@ -55,6 +55,16 @@ panda.inverse_kinematics(target, panda.home, posture="mid_range", trace=True)
 panda.inverse_kinematics(targets, batch, max_step=0.5, held=["panda_joint1"])
 panda.inverse_kinematics(target, world=mixed, rank="clearance"), panda.inverse_kinematics(target, task="pointing", rank="nearest")
 panda.inverse_kinematics_all(target)
+half = np.pi / 2
+rows = [(0, 0.09, half, 0), (-0.43, 0, 0, 0), (-0.39, 0, 0, 0), (0, 0.11, half, 0), (0, 0.09, -half, 0), (0, 0.08, 0, 0)]
+for n in (6, 5):
+    arm = ulna.Robot.from_dh(rows[:n], convention="standard")
+    some = arm.forward_kinematics(np.tile(arm.home + 0.3, (9, 1)))
+    for T in (some, some[0]):
+        arm.inverse_kinematics(T), arm.all_solutions(T)
+for robot, scene in ((panda, world), (held, mixed)):
+    plan = robot.plan(ready, ready + 0.2, scene)
+    plan.trajectory(acceleration=1.0)
 record_robot(make_form(Path(sys.argv[1]), 0.1, (64, 36)), panda, panda.home)
 declared = {entry.py_func.__name__: set(map(numba_types, calls.signatures)) for entry, calls in ENTRIES.items()}
 used = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}
