@@ -7,8 +7,6 @@ import threading
 import numpy as np
 import pytest
 
-from ulna.engine.cache import KernelCache
-from ulna.engine.compiler import compiled_entry
 from ulna.engine.interrupts import interrupts_deferred
 
 pytestmark = [pytest.mark.compiler, pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send to oneself")]
@@ -77,6 +75,9 @@ def test_an_ignored_signal_stays_ignored():
 
 @pytest.mark.usefixtures("python_handler")
 def test_an_entry_that_is_interrupted_while_it_is_compiled_is_compiled_to_the_end(monkeypatch):
+    from ulna.engine.cache import KernelCache
+    from ulna.engine.compiler import compiled_entry
+
     def half(values):
         return values[0] / 2
 
