@@ -89,6 +89,28 @@ def test_without_any_worker_left_it_says_so_and_waits_for_one(panda, panda_map, 
     assert files_of(path) == files_of(panda_map.path)
 
 
+def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(panda_map, cluster, monkeypatch):
+    """The workers are killed between the end of a task and the fetching of its outcome."""
+    warned = []
+
+    def start_another(text, *_, **__):
+        warned.append(text)
+        cluster.start_worker()
+
+    monkeypatch.setattr(workers, "warnings", SimpleNamespace(warn=start_another))
+    with client_of(cluster) as client:
+        tasks = workers.DaskWorkers(client)
+        tasks.submit(str(panda_map.path), (0,))
+        wait_for(tasks._ended.qsize, "a task that has ended", looks=None)
+        for worker in cluster.workers:
+            worker.kill()
+            worker.wait()
+        wait_for(lambda: not client.nthreads(), "a scheduler that has seen it", looks=None)
+        (outcome,) = tasks.next_done()
+    assert outcome.chunks == 1
+    assert len(warned) == 1
+
+
 def test_a_scheduler_that_goes_away_is_an_error_and_the_map_goes_on(panda, panda_map, many_chunks, cluster, tmp_path):
     path = tmp_path / "m.zarr"
     tell, killed = once_begun(cluster.scheduler.kill)

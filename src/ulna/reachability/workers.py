@@ -93,19 +93,38 @@ class DaskWorkers:
             future.add_done_callback(self._ended.put)
 
     def next_done(self) -> list[Outcome]:
-        """The outcomes of the tasks that have ended; their futures are released."""
+        """The outcomes of the tasks that have ended; their futures are released.
+
+        An outcome is lost with the worker that holds it. Dask then computes the task again, and this waits for it.
+        """
+        ended = [self._first_ended()]
+        while not self._ended.empty():
+            ended.append(self._ended.get())
+        outcomes = [self._outcome(future) for future in ended]
+        self._running.difference_update(ended)
+        return outcomes
+
+    def _first_ended(self) -> Any:
         while True:
             try:
-                ended = [self._ended.get(timeout=_LOOK_S)]
+                return self._ended.get(timeout=_LOOK_S)
             except Empty:
-                self._refuse_lost()
-                self._warn_of_no_workers()
-                continue
-            while not self._ended.empty():
-                ended.append(self._ended.get())
-            self._running.difference_update(ended)
-            with _clearly(self._distributed):
-                return self._client.gather(ended)
+                self._look()
+
+    def _outcome(self, future: Any) -> Outcome:
+        while True:
+            try:
+                with _clearly(self._distributed):
+                    return future.result(timeout=_LOOK_S)
+            except ClusterError as error:
+                if future.status == "error" or not isinstance(error.__cause__, TimeoutError | asyncio.TimeoutError):
+                    raise  # not of the waiting: of the task, or of the cluster
+                self._look()
+
+    def _look(self) -> None:
+        """See, while nothing comes, whether something still can."""
+        self._refuse_lost()
+        self._warn_of_no_workers()
 
     def cancel(self) -> None:
         """Take back what no worker has begun; what one has begun it ends: a few chunks, of the same bits."""
