@@ -52,7 +52,7 @@ static int read_numbers(Bound *bound, const Way *way, PyObject *numbers) {
     return 0;
 }
 
-PyObject *bind(PyObject *module, PyObject *arguments) {
+PyObject *bind_entry(PyObject *module, PyObject *arguments) {
     PyObject *entry, *leading, *numbers, *otherwise, *of_entry, *function = NULL;
     const char *name;
     Py_ssize_t n;

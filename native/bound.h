@@ -35,7 +35,7 @@ extern PyTypeObject *bound_type;
 extern const Way POSE, TRUTH, NUMBER, SEARCH;
 
 /* bind(entry, way, leading, n, numbers, otherwise): see bound.c. */
-PyObject *bind(PyObject *module, PyObject *arguments);
+PyObject *bind_entry(PyObject *module, PyObject *arguments);
 /* What a function that bind made is bound to, or NULL if it is another function, or of another way. */
 Bound *bound_of(PyObject *function, const Way *way);
 const Way *way_of(const char *name);

@@ -12,7 +12,7 @@ static PyObject *level_of_cpu(PyObject *module, PyObject *unused) {
 
 static PyMethodDef methods[] = {
     {"make_entry", make_entry, METH_VARARGS, "make_entry(name, ((address, signature), ...), result, releases_lock)"},
-    {"bind", bind, METH_VARARGS, "bind(entry, way, leading, n, numbers, otherwise): a function of one q, or of one target"},
+    {"bind", bind_entry, METH_VARARGS, "bind(entry, way, leading, n, numbers, otherwise): a function of one q, or of one target"},
     {"make_method", make_method, METH_VARARGS, "make_method(class, name, function, text): a method in C for a function of the class"},
     {"x86_level", level_of_cpu, METH_NOARGS, "The highest level of x86-64 that this processor has, 1 to 4; 0 for another processor."},
     {NULL, NULL, 0, NULL},

@@ -64,7 +64,7 @@ TYPES = {
     "chain": {
         **_each("first second third fourth fifth sixth bend angle angle_a angle_b bends free", ANGLE), "n": WHOLE,
         "motion": POSE, **_each("axis normal plane rest", VECTOR), "singular": TRUTH,
-        **_each("a_s a_c discriminant sign square missed sure apart q_bend", NUMBER), "branch": WHOLE,
+        **_each("a_s a_c discriminant sign square missed sure apart near least q_bend", NUMBER), "branch": WHOLE,
     },
     "chain.subproblems": {"k": VECTOR, **_each("b d", NUMBER)},
     "chain.closed_form_rows.put": {"angle": NUMBER},
@@ -74,6 +74,7 @@ TYPES = {
     "chain.three_parallel": {"hand": VECTOR},
     "chain.quartic_arm": {**_each("left_1 left_2", VECTOR)},
     "chain.quartic_arm.parts": {"k": VECTOR},
+    "chain.quartic_arm.kept_by_size": {**_each("b_1 b_2", ANGLE)},
     "chain.quartic_arm.circles": {**_each("first second", VECTOR)},
     "chain.two_circles": {
         **_each("u b_1 b_2 axes", ANGLE), **_each("form lines", SIZE), **_each("line k a b d size", NUMBER),

@@ -12,6 +12,7 @@ from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import (
     APART,
     COLUMNS,
+    COMPLEX,
     FORM,
     INVERSE_REACH,
     LEAST_ERROR,
@@ -37,7 +38,6 @@ from ulna.kernels.spatial.se3 import load_pose, rigidity_defect
 
 N_AXES = 6
 _FEW = 4  # targets that take no longer one by one
-_COMPLEX = -1e-8  # of a discriminant: rounding makes those of real branches no less
 N_OPTIONS = 2  # of a plan
 
 
@@ -77,7 +77,7 @@ def polish_branches(table, chain, rows, scratch):
     for k in range(q_rows.shape[0] // N_AXES):
         error = maximum(load(known_rows, N_KNOWN * k), least)
         if least == 0.0:  # a branch that is clearly complex has no solution: Newton steps would lead to that of another
-            complex_ = (load(known_rows, N_KNOWN * k + APART) < _COMPLEX) & (error > REACHED)
+            complex_ = (load(known_rows, N_KNOWN * k + APART) < COMPLEX) & (error > REACHED)
             error = where(complex_, maximum(error, 2.0 * most), error)
         store(known_rows, N_KNOWN * k, error)
         if any_lane((error > ENOUGH) & (error <= most)):

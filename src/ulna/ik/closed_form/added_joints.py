@@ -5,7 +5,8 @@ a pointing. Otherwise it is *at rest*: a solution of the six joints is one of th
 behind the arm's own joints, where they cost no branch and complete a family:
 
 1. One at rest intersects the last axis where that intersects the one before it (a wrist), or at the link's height on it.
-2. Two at rest intersect the last axis: these three are a wrist. Three are a wrist at the link's origin.
+2. Two at rest intersect the last axis: these three are a wrist. Three are a wrist at the link's origin, or anywhere on the link.
+   The wrist is not on an axis before it that turns, for then that axis would not move it: far from it instead.
 3. A wrist is singular where its first and last axes are parallel: their angles with the one between are made to differ, so that
    they never are. Where the three lie in a plane its two branches are one: at rest two added ones do not.
 """
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 Line = tuple[Array, Array]  # a point and a direction
 _POSITION = Task.position().slack
 _PARALLEL = 1e-12  # rad
+_NEAR = 0.03  # of the unit
 _LEAST = {0: 3, 1: 5, 3: 3}  # joints that an arm needs, by how many are free
 
 
@@ -52,14 +54,21 @@ def _completed(axes: Axes, n_free: int) -> list[Axes]:
     if n + 3 == N_AXES:
         across = _normal(last)
         third: Array = np.cross(across, last).astype(np.float64)
-        return [_with(axes, [(origin, across), (origin, last), (origin, third)])]
+        at = origin + across * (axes.unit if not n_free and _is_on(axes, -1, origin) else 0.0)
+        return [_with(axes, [(at, across), (at, last), (at, third)])]
     if n_free or axes.slides[-1]:
         return []
     at = axes.points[-1] + last * ((origin - axes.points[-1]) @ last)
     if n + 2 == N_AXES:
+        at = at + last * (axes.unit if _is_on(axes, -2, at) else 0.0)
         fifth = _normal(last)
         return [_with(axes, [(at, fifth), (at, (fifth + np.cross(last, fifth)) / np.sqrt(2.0))])]
     return [_with(axes, [(point, _leaning(last, axes.directions[-2]))]) for point in (_nearest_to_before(axes), at)]
+
+
+def _is_on(axes: Axes, j: int, point: Array) -> bool:
+    """Whether a point is on the axis of a joint that turns, or nearer to it than a share of the arm's length."""
+    return not axes.slides[j] and float(np.linalg.norm(np.cross(axes.directions[j], point - axes.points[j]))) < _NEAR * axes.unit
 
 
 def _orders(axes: Axes) -> list[Axes]:

@@ -10,6 +10,7 @@ from ulna.kinematics.tree import motion_along_z, row_pose
 
 Array = NDArray[np.float64]
 N_AXES = 6
+_LEAST, _LEAST_BESIDE_SLIDES = 1e-9, 1e-3  # m: a shorter reach is the rounding of offsets
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,11 @@ class Axes:
     end: Array
     chain: Array
     reach: float
+
+    @property
+    def unit(self) -> float:
+        """The length of which shares are taken [m]: the reach, or a metre where it is nothing or, beside slides, next to nothing."""
+        return self.reach if self.reach > (_LEAST_BESIDE_SLIDES if self.slides.any() else _LEAST) else 1.0
 
 
 def axes_of(chain: Array, columns: tuple[int, ...], q: Array) -> Axes | None:

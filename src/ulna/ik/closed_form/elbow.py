@@ -75,7 +75,7 @@ class Elbow:
     def _verified(self, targets: Array, q: Array, good: Truths) -> tuple[Array, Truths]:
         order, branch = np.nonzero(good)
         starts, errors = np.ascontiguousarray(q[order, branch]), np.full(len(order), _NEARLY)
-        scale = 1.0 / (self.axes.reach or 1.0)
+        scale = 1.0 / self.axes.unit
         entry("closed_form.polish_all")(self.axes.chain, targets[order], starts, scale, _STEPS, errors)
         q[order, branch], good[order, branch] = starts, errors <= REACHED
         return q, good

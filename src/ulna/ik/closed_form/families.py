@@ -29,7 +29,8 @@ NAMES = {
     layout.SLIDES_TURN: "spherical wrist, joints 1 and 2 sliding",
     layout.THREE_SLIDES: "spherical wrist, joints 1, 2 and 3 sliding",
 }
-_SKEW = 1e-3  # rad: nearer to parallel than this, axes that have to intersect are not well enough determined
+# rad: nearer to parallel than this, axes that have to intersect are not well enough determined; and axes of a quartic.
+_SKEW, _SKEW_OF_QUARTIC = 1e-3, 3e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +54,14 @@ class Family:
     signs: Array
 
 
-def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], reach: float) -> Family | None:
+def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], unit: float) -> Family | None:
     """The family with the least miss, of several that are as good the first; None where none comes near.
 
-    directions, points: Shape (6, 3); slides: which joints slide, shape (6,).
+    directions, points: Shape (6, 3); slides: which joints slide, shape (6,); unit: the length of which shares are taken [m].
     """
     found = [
-        *_families(directions, points, slides, reach, from_end=False),
-        *_families(-directions[::-1], points[::-1], slides[::-1], reach, from_end=True),
+        *_families(directions, points, slides, unit, from_end=False),
+        *_families(-directions[::-1], points[::-1], slides[::-1], unit, from_end=True),
     ]
     if not found:
         return None
@@ -77,8 +78,7 @@ _LEAST_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to interse
 NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
 
 
-def _families(h: Array, c: Array, slides: NDArray[np.bool_], reach: float, *, from_end: bool) -> Iterator[Family]:
-    scale = reach if reach > 0.0 else 1.0
+def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, from_end: bool) -> Iterator[Family]:
     for make in _MAKERS.get(tuple(slides.tolist()[:3]), ()) if not slides[3:].any() else ():
         directions, points, signs = h.copy(), c.copy(), np.ones(6)
         result = make(directions, points, signs)
@@ -121,14 +121,14 @@ def _intersecting_23(h: Array, c: Array, _: Array) -> Miss:
 
 def _offset_hand(h: Array, c: Array, signs: Array) -> Miss:
     angle = max(_made_parallel(h, signs, 1, 2), _made_parallel(h, signs, 1, 3))
-    if min(_skewness(h, 0, 1), _skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW:
+    if min(_skewness(h, 0, 1), _skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW_OF_QUARTIC:
         return None
     _made_near(h, c, 4, 5)
     return layout.OFFSET_HAND, angle, 0.0
 
 
 def _any_three_axes(h: Array, c: Array, _: Array) -> Miss:
-    if min(_skewness(h, 0, 1), _skewness(h, 1, 2)) < _SKEW:
+    if min(_skewness(h, 0, 1), _skewness(h, 1, 2)) < _SKEW_OF_QUARTIC:
         return None
     _made_near(h, c, 1, 2)
     return _with_wrist(layout.ANY_THREE_AXES, h, c, 0.0, 0.0)

@@ -2,7 +2,8 @@
 
 1. All branches of the six joints.
 2. Where joints were added that have to be at rest: a branch in which they nearly are is a start. Newton steps of the arm's own
-   joints follow, for at the end of a branch a rounded target turns the added joints by the square root of its rounding.
+   joints follow, for at the end of a branch a rounded target turns the added joints by the square root of its rounding, and
+   behind two ends by more: there a start that does not lead to a solution leaves in doubt whether there is one.
 3. A branch that differs from one before it only in added joints is left out.
 """
 
@@ -18,7 +19,7 @@ from ulna.kernels.chain import closed_form_layout as layout
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
-_NEARLY = 1e-3  # rad: beyond it an added joint is not at rest
+_NEARLY, _NEARLY_AT_END = 1e-3, 0.1  # rad: beyond it an added joint is not at rest; the same at the end of a branch
 _SAME = 1e-7  # rad, or share of the reach
 _STEPS = 8
 
@@ -34,11 +35,14 @@ def branches_of_fewer(six: SixJoints, targets: Array, seeds: Array, threads: int
     at_rest = q[..., n_own : N_AXES - six.n_free]
     own = np.ascontiguousarray(q[..., :n_own])
     if at_rest.shape[-1]:
-        real &= (np.abs(_turned(at_rest)) <= _NEARLY).all(axis=-1)
+        at_end = (known & layout.IS_COINCIDING) > 0
+        real &= np.abs(_turned(at_rest)).max(axis=-1) <= np.where(at_end, _NEARLY_AT_END, _NEARLY)
         order, branch = np.nonzero(real)
         starts, errors = own[order, branch], np.full(len(order), _NEARLY)
         entry("closed_form.polish_all")(six.own, targets[order], starts, share, _STEPS, errors)
         own[order, branch], real[order, branch] = starts, errors <= layout.REACHED
+        lost = order[errors > layout.REACHED], branch[errors > layout.REACHED]
+        known[lost] |= np.where(at_end[lost], layout.IS_HARDLY_DETERMINED, 0)
     real &= ~_repeated(np.where(six.slides, own * share, own), six.slides, real)
     return own, np.where(real, known | layout.IS_REAL, known & ~layout.IS_REAL)
 

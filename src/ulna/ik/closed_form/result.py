@@ -27,9 +27,10 @@ class IKSolutions:
     ========================================= ==========================================================================
     ``complete``                              The closed form gives every solution; a target without one is out of reach.
     ``complete but for coinciding branches``  The same, and some of them are one to within a millionth of a radian.
-    ``continuum``                             A joint may have any angle, or the arm has a joint more than it needs: they
-                                              are examples.
-    ``searched``                              They were found by a search, which may have missed some.
+    ``continuum``                             A joint may have any angle as far as rounding can tell, or the arm has a joint more
+                                              than it needs: they are examples.
+    ``searched``                              They were found by a search, or by the closed form where rounding leaves in doubt
+                                              whether it has all: some may be missing.
     ========================================= ==========================================================================
 
     Attributes:
@@ -50,6 +51,11 @@ class IKSolutions:
         self.q.flags.writeable = self.valid.flags.writeable = self.real.flags.writeable = False
         if isinstance(self.proof, np.ndarray):
             self.proof.flags.writeable = False
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Copies are read-only as well: arrays are copied, and read from a file, without that."""
+        self.__dict__.update(state)
+        self.__post_init__()
 
     def __str__(self) -> str:
         counts, proofs = np.atleast_1d(self.valid.sum(axis=-1)).ravel(), np.atleast_1d(self.proof)

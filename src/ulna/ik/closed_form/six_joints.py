@@ -89,7 +89,7 @@ def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int = 0
     if own is None:
         return None
     for axes in of_six(own, n_free):
-        family = family_of(axes.directions, axes.points, axes.slides, axes.reach)
+        family = family_of(axes.directions, axes.points, axes.slides, axes.unit)
         if family is not None:
             found.append(SixJoints(table_of(axes, family, n_free), axes.chain, own.chain, np.array(columns), n_free, family))
     return next((six for six in found if six.is_exact), min(found, key=lambda six: six.family.miss, default=None))

@@ -26,6 +26,7 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 _PROOFS = np.array(PROOFS)
 _ONE, _ONE_KNOWN = (1, N_BRANCHES, N_AXES), (1, N_BRANCHES)
+_SPREAD = 16  # solutions of a continuum that a search returns
 _SAME = 1e-3  # rad or m: nearer than this to a branch of the closed form, what a search finds is that branch
 
 
@@ -63,8 +64,8 @@ class AllSolutions:
         """
         if self._six is not None and not whole_turns:
             one = as_floats("T", T)
-            if one.shape == (4, 4):
-                return self._of_one(self._six, one)
+            if one.shape == (4, 4) and (alone := self._of_one(self._six, one)) is not None:
+                return alone
         targets = as_pose(as_floats("T", T))
         batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
         query, tree = self._query, self._query.tree
@@ -84,12 +85,14 @@ class AllSolutions:
             family=self._family,
         )
 
-    def _of_one(self, six: SixJoints, T: Array) -> IKSolutions:
-        """The solutions for one target (4, 4), by the kernel alone."""
+    def _of_one(self, six: SixJoints, T: Array) -> IKSolutions | None:
+        """The solutions for one target (4, 4), by the kernel alone; None if that proves nothing."""
         q, known, proof = np.empty(_ONE), np.empty(_ONE_KNOWN), np.empty(1)
         targets = T.reshape(1, 4, 4)
         if not entry("closed_form.all_branches")(six.table, six.chain, self._plan, targets, self._home, q, known, proof):
             as_pose(T)
+        if PROOFS[int(proof[0])] == Proof.SEARCHED:
+            return None
         bits = known[0].astype(np.int8)
         return IKSolutions(q[0], bits >= IS_WITHIN, (bits & IS_REAL) > 0, PROOFS[int(proof[0])], self._family)
 
@@ -107,7 +110,8 @@ def _of_elbow(query: Query, elbow: Elbow, targets: Array, n_samples: int) -> Bra
     q = np.broadcast_to(query.home, (*real.shape, query.tree.n_dof)).copy()
     q[..., list(elbow.columns)] = angles
     proof = np.where(real.any(axis=1), PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
-    return within_limits(query.tree.chain(query.link), query.tree, q, real, proof, query.home[None])
+    found = within_limits(query.tree.chain(query.link), query.tree, q, real, proof, query.home[None])
+    return _with_search(query, targets, found, ~real.any(axis=1))
 
 
 def _found(query: Query, form: ClosedForm | None, targets: Array, n_samples: int) -> Branches:
@@ -115,9 +119,32 @@ def _found(query: Query, form: ClosedForm | None, targets: Array, n_samples: int
     if form is None:
         return _searched(query, targets, None)
     if form.held_column is not None:
-        return sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, threads)
+        found = sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, threads)
+        return _with_search(query, targets, found, ~found.real.any(axis=1))
     found = all_branches(form, query.tree, of_task(query, targets), seeds, threads)
-    return found if form.is_exact else _searched(query, targets, found)
+    if form.is_exact:
+        return _with_search(query, targets, found, found.proof == PROOFS.index(Proof.SEARCHED))
+    return _searched(query, targets, found)
+
+
+def _with_search(query: Query, targets: Array, found: Branches, which: NDArray[np.bool_]) -> Branches:
+    """Branches, with what a search finds besides for some of the targets, shape (n,)."""
+    n, m, n_dof = found.q.shape
+    new = {int(i): _new(query, targets[i], found.q[i, found.valid[i]]) for i in np.flatnonzero(which)}
+    width = m + max(map(len, new.values()), default=0)
+    if width == m:
+        return found
+    q, real, valid = np.full((n, width, n_dof), np.nan), np.zeros((n, width), dtype=bool), np.zeros((n, width), dtype=bool)
+    q[:, :m], real[:, :m], valid[:, :m] = found.q, found.real, found.valid
+    for i, rows in new.items():
+        q[i, m : m + len(rows)], real[i, m : m + len(rows)], valid[i, m : m + len(rows)] = rows, True, True
+    return Branches(q, real, valid, found.proof)
+
+
+def _new(query: Query, T: Array, known: Array) -> Array:
+    """What a search finds for a target (4, 4) besides what is known, shape (n, n_dof)."""
+    more = all_solutions(query, T, None, _SPREAD)
+    return np.array([q for q in more if not (np.abs(known - q).max(axis=-1) < _SAME).any()]).reshape(-1, query.tree.n_dof)
 
 
 def _searched(query: Query, targets: Array, known: Branches | None) -> Branches:
@@ -125,9 +152,7 @@ def _searched(query: Query, targets: Array, known: Branches | None) -> Branches:
     rows = []
     for i, T in enumerate(targets):
         first = np.empty((0, query.tree.n_dof)) if known is None else known.q[i, known.valid[i]]
-        more = all_solutions(query, T, None, 16)
-        new = [q for q in more if not (np.abs(first - q).max(axis=-1) < _SAME).any()]
-        rows.append(np.vstack([first, *new]))
+        rows.append(np.vstack([first, _new(query, T, first)]))
     q, real = _padded(rows, query.tree.n_dof)
     return Branches(q, real, real.copy(), np.full(len(targets), PROOFS.index(Proof.SEARCHED)))
 

@@ -16,7 +16,7 @@ _NOTHING = 1e-14  # of a bend, which the rounding of right angles leaves
 def table_of(axes: Axes, family: Family, n_free: int) -> Array:
     """The table (``closed_form_layout``), shape (N_ROWS, 3), read-only; the last ``n_free`` joints are free."""
     table = np.zeros((layout.N_ROWS, 3))
-    h, reach = family.directions, axes.reach or 1.0
+    h, reach = family.directions, axes.unit
     c, back = family.points / reach, inverse(axes.end)
     table[layout.AXES : layout.AXES + 6] = h
     table[layout.POINTS], table[layout.POINTS + 1 : layout.POINTS + 6], table[layout.LAST] = c[0], np.diff(c, axis=0), c[5]

@@ -33,7 +33,7 @@ TURN_SLIDES, SLIDES_TURN, THREE_SLIDES = 9, 10, 11
 OFFSET_HAND, ANY_THREE_AXES = 12, 13
 N_BRANCHES = 8
 # What is known of a branch: its largest error as a share of the reach or in radians; how well its worst determined angle is
-# determined; how far its nearest pair of angles is apart, squared.
+# determined; how far its nearest pair of angles is apart, as a signed square (``accuracy``), below 0 where it is complex.
 RESIDUAL, DETERMINED, APART = 0, 1, 2
 N_KNOWN = 3
 # That in one number, a sum of these.
@@ -44,4 +44,5 @@ REACHED = 1e-9  # largest RESIDUAL of a branch
 # Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle is taken for any, and
 # below the second it is said that it may be: the rounding of other angles may have made it that large.
 UNDETERMINED, HARDLY_DETERMINED = 1e-44, 1e-36
-COINCIDING = 1e-12  # of APART, which is the square of the sine of half an angle
+# Of APART, which is the fourth power of the sine of half an angle: of one solution, and of a pair that is complex for certain.
+COINCIDING, COMPLEX = 1e-24, -1e-16

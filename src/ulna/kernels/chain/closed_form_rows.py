@@ -8,6 +8,7 @@ from ulna.kernels.chain.closed_form_layout import (
     COINCIDING,
     COLUMNS,
     COMPLETE,
+    COMPLEX,
     CONTINUUM,
     DETERMINED,
     HARDLY_DETERMINED,
@@ -53,9 +54,17 @@ def put_known(known_rows, branch, square, sure, apart):
 def known_in_one(known_rows, branch):
     """What is known of a branch, as a sum (``closed_form_layout``)."""
     row = N_KNOWN * branch
-    real = where(load(known_rows, row + RESIDUAL) <= REACHED, IS_REAL * 1.0, 0.0)
-    hardly = where(load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED, IS_HARDLY_DETERMINED * 1.0, 0.0)
-    return real + hardly + where(abs(load(known_rows, row + APART)) <= COINCIDING, IS_COINCIDING * 1.0, 0.0)
+    real = load(known_rows, row + RESIDUAL) <= REACHED
+    hardly = where(is_in_doubt(known_rows, row), IS_HARDLY_DETERMINED * 1.0, 0.0)
+    coincide = where(load(known_rows, row + APART) <= COINCIDING, IS_COINCIDING * 1.0, 0.0)
+    return where(real, IS_REAL * 1.0, 0.0) + hardly + coincide
+
+
+@kernel
+def is_in_doubt(known_rows, row):
+    """Whether the angles of a branch may be others: they are hardly determined, or rounding may have made a real pair complex."""
+    apart, missed = load(known_rows, row + APART), load(known_rows, row + RESIDUAL) > REACHED
+    return (load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED) | (missed & (apart < 0.0) & (apart >= COMPLEX))
 
 
 @kernel
@@ -69,9 +78,9 @@ def proof_of(known_rows):
     for branch in range(known_rows.shape[0] // N_KNOWN):
         row = N_KNOWN * branch
         real = load(known_rows, row + RESIDUAL) <= REACHED
-        hardly = load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED
+        hardly = is_in_doubt(known_rows, row)
         free_real = where(real & hardly, 1.0, free_real)
         free = where(hardly, 1.0, free)
-        coincide = where(real & (abs(load(known_rows, row + APART)) <= COINCIDING), 1.0, coincide)
+        coincide = where(real & (load(known_rows, row + APART) <= COINCIDING), 1.0, coincide)
     some = where(coincide > 0.0, COINCIDE * 1.0, COMPLETE * 1.0)
     return where(free_real > 0.0, CONTINUUM * 1.0, where(free > 0.0, UNPROVED * 1.0, some))

@@ -11,11 +11,12 @@ and cosines of q_1 and of one other angle, and so is a pair of circles (``two_ci
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load
-from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, POINTS
+from ulna.kernels.chain.accuracy import DOUBLE_OF_QUARTIC, accuracy, near_behind, sure_behind
+from ulna.kernels.chain.closed_form_layout import AXES, HARDLY_DETERMINED, NORMALS, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, put, tabled
 from ulna.kernels.chain.spherical_wrist import behind_arm, position_square, wrist
 from ulna.kernels.chain.subproblems import angle_onto, reversed_vector, turn, turn_back
-from ulna.kernels.chain.three_parallel import SINGULAR, bend_of, links, rotation_square, within_reach
+from ulna.kernels.chain.three_parallel import bend_of, links, rotation_square, within_reach
 from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, pencil
 from ulna.kernels.spatial.arc_tangent import full_circle_angle
 from ulna.kernels.spatial.elementary import minimum
@@ -43,6 +44,12 @@ def circles(first, second, left_1, left_2):
 
 
 @kernel
+def kept_by_size(b_1, b_2):
+    """``near`` behind y = u - B x (``accuracy``): what x is off, y is off by up to |B|, given by columns, more, and by the pencil."""
+    return 0.1 / (1.0 + b_1[0] * b_1[0] + b_1[1] * b_1[1] + b_2[0] * b_2[0] + b_2[1] * b_2[1])
+
+
+@kernel
 def offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
     """Family 1: write all branches; the arguments are those of ``three_parallel``."""
     h1, h2, h5, h6 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 4), tabled(table, AXES + 5)
@@ -52,7 +59,7 @@ def offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
     ahead = parts(h2, back, p)
     ahead = ahead[0] - dot(h2, plus(plus(p1, p2), plus(p3, p4))), ahead[1], ahead[2]
     u, b_1, b_2 = circles(ahead, parts(h2, back, whole_axis), parts(h2, h5, p5), parts(h2, h5, h6))
-    axes, form, lines, size = pencil(u, b_1, b_2)
+    near_0, (axes, form, lines, size) = kept_by_size(b_1, b_2), pencil(u, b_1, b_2)
     for i in range(n):
         for j in range(n):
             line, sign = load(sign_rows, i), load(sign_rows, n + j)
@@ -62,7 +69,9 @@ def offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
             plane = rotate_inverse(motion, turn(h1, first, h2))
             sixth, sure_6 = angle_onto(plane, turn_back(h5, fifth, h2), h6, free_angle(free_rows, 5))
             bend, hand = bend_of(table, motion, first, fifth, sixth), plus(p4, turn(h5, fifth, p5))
-            singular = sure_6 <= SINGULAR
+            near_1, sure, apart = accuracy(near_0, sure, apart, DOUBLE_OF_QUARTIC)
+            near, sure_6 = near_behind(near_1, sure_6), sure_behind(near_1, sure_6)
+            singular = sure_6 <= HARDLY_DETERMINED  # here the quartic has a double root
             if any_lane(singular):
                 bend, sixth = within_reach(table, motion, v, hand, first, fifth, sixth, bend, singular)
             missed = rotation_square(table, motion, first, turn_back(h1, first, whole_axis), bend, fifth, sixth)
@@ -75,7 +84,7 @@ def offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
                 put(table, q_rows, branch, 4, q_fifth)
                 put(table, q_rows, branch, 5, q_sixth)
                 sign = load(sign_rows, 2 * n + k)
-                links(table, rest, q_bend, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart)
+                links(table, rest, q_bend, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart)
 
 
 @kernel
@@ -90,7 +99,7 @@ def any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
     length = half - length[0], -length[1], -length[2]
     ahead = ahead[0] - dot(h2, plus(p1, p2)), ahead[1], ahead[2]
     u, b_1, b_2 = circles(length, ahead, parts(p2, h3, p3), parts(h2, h3, p3))
-    axes, form, lines, size = pencil(u, b_1, b_2)
+    near_0, (axes, form, lines, size) = kept_by_size(b_1, b_2), pencil(u, b_1, b_2)
     for i in range(n):
         for j in range(n):
             line, sign = load(sign_rows, i), load(sign_rows, n + j)
@@ -98,6 +107,8 @@ def any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
             third = other_of_pair(u, b_1, b_2, first)
             v, bent = minus(turn_back(h1, first, p), p1), plus(p2, turn(h3, third, p3))
             second, sure_2 = angle_onto(bent, v, h2, free_angle(free_rows, 1))
+            near_1, sure, apart = accuracy(near_0, sure, apart, DOUBLE_OF_QUARTIC)
+            near, sure_2 = near_behind(near_1, sure_2), sure_behind(near_1, sure_2)
             missed, sure = position_square(table, p, first, second, third), minimum(sure, sure_2)
             axis = behind_arm(table, first, second, third, whole_axis)
             normal = behind_arm(table, first, second, third, whole_normal)
@@ -107,4 +118,4 @@ def any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
                 put(table, q_rows, branch, 1, full_circle_angle(second[0], second[1]))
                 put(table, q_rows, branch, 2, full_circle_angle(third[0], third[1]))
                 sign = load(sign_rows, 2 * n + k)
-                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart)
+                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart)

@@ -14,6 +14,7 @@ Where an equation is linear the sign that chooses among its solutions has to be 
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, where
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     FAMILY,
@@ -46,7 +47,7 @@ def sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
     whole_axis, whole_normal = rotate(motion, h6), rotate(motion, n6)
     for i in range(n):
         for j in range(n):
-            joints, missed, sure, apart = first_joints(table, p, load(sign_rows, i), load(sign_rows, n + j), free_rows)
+            joints, missed, sure, apart, near = first_joints(table, p, load(sign_rows, i), load(sign_rows, n + j), free_rows)
             first, second, third = joints
             missed = missed + position_square(table, p, first, second, third)
             axis = behind_arm(table, first[:2], second[:2], third[:2], whole_axis)
@@ -57,7 +58,7 @@ def sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
                 put(table, q_rows, branch, 1, full_circle_angle(second[0], second[1]) + second[2])
                 put(table, q_rows, branch, 2, full_circle_angle(third[0], third[1]) + third[2])
                 sign = load(sign_rows, 2 * n + k)
-                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart)
+                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart)
 
 
 @kernel
@@ -112,7 +113,7 @@ def ways_in_plane(w, h, k):
 
 @kernel
 def first_joints(table, p, sign_1, sign_2, free_rows):
-    """Steps 1 to 4: three joints; what is missed where a sign chooses nothing; how well determined; how far apart."""
+    """Steps 1 to 4: three joints; what is missed where a sign chooses nothing; how well determined; how far apart; and ``near`` behind them."""
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     family, one = int(table[FORM, FAMILY]), 0.0 * p[0] + 1.0
@@ -125,8 +126,9 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
         if family == SLIDE_INTERSECTING_23:
             way, apart = way_to_sphere(u, reversed_vector(h1), dot(p3, p3), sign_1)
             missed, inner = 0.0 * one, INTERSECTING_23
-        second, third, sure, apart_2 = inner_angles(table, inner, p, along(h1, -way, u), sign_2, free_rows)
-        return (slid(way), turned(second, one), turned(third, one)), missed, sure, minimum(apart, apart_2)
+        near, _, apart = accuracy(one, one, apart, DOUBLE)
+        second, third, sure, apart_2, near = inner_angles(table, inner, p, along(h1, -way, u), near, sign_2, free_rows)
+        return (slid(way), turned(second, one), turned(third, one)), missed, sure, minimum(apart, apart_2), near
     if family in (INTERSECTING_12_SLIDE, PARALLEL_12_SLIDE):
         apart, missed = one, where(sign_1 > 0.0, 0.0, one)
         way = (dot(h1, p) - dot(h1, p123)) / dot(h1, h3)
@@ -134,20 +136,23 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
         if family == INTERSECTING_12_SLIDE:
             way, apart = way_to_sphere(p23, h3, dot(p, p), sign_1)
             missed, inner = 0.0 * one, INTERSECTING_12
-        second, first, sure, apart_2 = inner_angles(table, inner, p, along(h3, way, p23), sign_2, free_rows)
-        return (turned(first, one), turned(second, one), slid(way)), missed, sure, minimum(apart, apart_2)
+        near, _, apart = accuracy(one, one, apart, DOUBLE)
+        second, first, sure, apart_2, near = inner_angles(table, inner, p, along(h3, way, p23), near, sign_2, free_rows)
+        return (turned(first, one), turned(second, one), slid(way)), missed, sure, minimum(apart, apart_2), near
     missed = where(sign_2 > 0.0, 0.0, one)
     if family == TURN_SLIDES:
         n = cross(h2, h3)
         first, sure, apart = angle_to_plane(n, p, reversed_vector(h1), dot(n, p123), sign_1, free_angle(free_rows, 0))
         way_2, way_3 = ways_in_plane(minus(turn_back(h1, first, p), p123), h2, h3)
-        return (turned(first, one), slid(way_2), slid(way_3)), missed, sure, apart
+        near, sure, apart = accuracy(one, sure, apart, DOUBLE)
+        return (turned(first, one), slid(way_2), slid(way_3)), missed, sure, apart, near
     if family == SLIDES_TURN:
         n, w = cross(h1, h2), minus(minus(p, p1), p2)
         third, sure, apart = angle_to_plane(n, p3, h3, dot(n, w), sign_1, free_angle(free_rows, 2))
         way_1, way_2 = ways_in_plane(minus(w, turn(h3, third, p3)), h1, h2)
-        return (slid(way_1), slid(way_2), turned(third, one)), missed, sure, apart
+        near, sure, apart = accuracy(one, sure, apart, DOUBLE)
+        return (slid(way_1), slid(way_2), turned(third, one)), missed, sure, apart, near
     w, n = minus(p, p123), cross(h2, h3)
     r = 1.0 / dot(h1, n)
     ways = dot(w, n) * r, dot(h1, cross(w, h3)) * r, dot(h1, cross(h2, w)) * r
-    return (slid(ways[0]), slid(ways[1]), slid(ways[2])), missed + where(sign_1 > 0.0, 0.0, one), one, one
+    return (slid(ways[0]), slid(ways[1]), slid(ways[2])), missed + where(sign_1 > 0.0, 0.0, one), one, one, one

@@ -13,6 +13,7 @@ In vectors: p = R_1 (P_1 + R_2 (P_2 + R_3 P_3)), R_i = rot(h_i, q_i), with p fro
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     BENDS,
@@ -50,8 +51,9 @@ def spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_row
     for i in range(n):
         outer, v, sure_1, apart_1 = outer_angle(table, p, load(sign_rows, i), free_rows)
         q_outer = full_circle_angle(outer[0], outer[1])
+        near_1, sure_1, apart_1 = accuracy(1.0, sure_1, apart_1, DOUBLE)
         for j in range(n):
-            second, other, sure_2, apart_2 = inner_angles(table, family, p, v, load(sign_rows, n + j), free_rows)
+            second, other, sure_2, apart_2, near = inner_angles(table, family, p, v, near_1, load(sign_rows, n + j), free_rows)
             q_second, q_other = full_circle_angle(second[0], second[1]), full_circle_angle(other[0], other[1])
             first, third, q_first, q_third = other, outer, q_other, q_outer
             if outer_first:
@@ -66,11 +68,11 @@ def spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_row
                 put(table, q_rows, branch, 1, q_second)
                 put(table, q_rows, branch, 2, q_third)
                 sign = load(sign_rows, 2 * n + k)
-                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart)
+                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart)
 
 
 @kernel
-def wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart):
+def wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart):
     """Step 3: write the last three angles and what is known of the branch; axis and normal are R_4 R_5 R_6 h_6 and n_6."""
     h4, h5, h6, n6 = tabled(table, AXES + 3), tabled(table, AXES + 4), tabled(table, AXES + 5), tabled(table, NORMALS + 1)
     bends, free = (table[BENDS, 0], table[BENDS, 1]), table[BENDS, FREE_WRIST]
@@ -83,7 +85,8 @@ def wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, miss
     put(table, q_rows, branch, 5, full_circle_angle(sixth[0], sixth[1]))
     e = minus(turn(h4, fourth, bent), axis)
     f = minus(turn(h4, fourth, turn(h5, fifth, turn(h6, sixth, n6))), normal)
-    sure, apart = minimum(sure, maximum(minimum(sure_4, sure_5), free)), minimum(apart, maximum(apart_5, free))
+    _, sure_5, apart_5 = accuracy(near, sure_5, apart_5, DOUBLE)
+    sure, apart = minimum(sure, maximum(minimum(sure_behind(near, sure_4), sure_5), free)), minimum(apart, maximum(apart_5, free))
     put_known(known_rows, branch, missed + dot(e, e) + dot(f, f), sure, apart)
 
 
@@ -127,8 +130,8 @@ def outer_angle(table, p, sign, free_rows):
 
 
 @kernel
-def inner_angles(table, family, p, v, sign, free_rows):
-    """Step 2: q_2, and q_1 or q_3, from what step 1 returned; how well determined, and how far apart, they are."""
+def inner_angles(table, family, p, v, near, sign, free_rows):
+    """Step 2: q_2, and q_1 or q_3, from what step 1 returned; how well determined, how far apart; and ``near`` behind them."""
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     if family == PARALLEL_23:  # |v| = |P_2 + R_3 P_3|
@@ -143,4 +146,5 @@ def inner_angles(table, family, p, v, sign, free_rows):
     else:  # h_2 . v = h_2 . R_3 P_3
         other, sure, apart = angle_to_plane(h2, p3, h3, dot(h2, v), sign, free_angle(free_rows, 2))
         second, sure_2 = angle_onto(turn(h3, other, p3), v, h2, free_angle(free_rows, 1))
-    return second, other, minimum(sure, sure_2), apart
+    near, sure, apart = accuracy(near, sure, apart, DOUBLE)
+    return second, other, minimum(sure, sure_behind(near, sure_2)), apart, near_behind(near, sure_2)

@@ -12,6 +12,7 @@ Source: Elias and Wen, IK-Geo (2022), section 5; Ostermeier, Kuelz and Althoff, 
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load, sqrt
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import AXES, BENDS, NORMALS, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, put, put_known, tabled
 from ulna.kernels.chain.subproblems import (
@@ -30,7 +31,7 @@ from ulna.kernels.spatial.arc_tangent import full_circle_angle
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.vectors import dot, minus, plus, rotate, rotate_inverse
 
-SINGULAR = 1e-40  # of the fourth power of sin q_5
+SINGULAR = 1e-40  # of the fourth power of sin q_5, by ``sure_behind``
 
 
 @kernel
@@ -42,12 +43,14 @@ def three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
     whole_axis = rotate(motion, tabled(table, AXES + 5))
     for i in range(n):
         first, sure_1, apart_1 = angle_to_plane(h2, p, reversed_vector(h1), d, load(sign_rows, i), free_angle(free_rows, 0))
+        near_1, sure_1, apart_1 = accuracy(1.0, sure_1, apart_1, DOUBLE)
         q_first = full_circle_angle(first[0], first[1])
         v = minus(turn_back(h1, first, p), p1)
         axis = turn_back(h1, first, whole_axis)
         plane = rotate_inverse(motion, turn(h1, first, h2))
         for j in range(n):
-            bend, fifth, sixth, sure, apart = hand(table, motion, v, first, axis, plane, load(sign_rows, n + j), free_rows)
+            sign = load(sign_rows, n + j)
+            bend, fifth, sixth, sure, apart, near = hand(table, motion, v, first, axis, plane, near_1, sign, free_rows)
             q_fifth, q_sixth = full_circle_angle(fifth[0], fifth[1]), full_circle_angle(sixth[0], sixth[1])
             q_bend = full_circle_angle(bend[0], bend[1])
             missed = rotation_square(table, motion, first, axis, bend, fifth, sixth)
@@ -59,21 +62,25 @@ def three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
                 put(table, q_rows, branch, 4, q_fifth)
                 put(table, q_rows, branch, 5, q_sixth)
                 sign = load(sign_rows, 2 * n + k)
-                links(table, rest, q_bend, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart)
+                links(table, rest, q_bend, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart)
 
 
 @kernel
-def hand(table, motion, v, first, axis, plane, sign, free_rows):
-    """Steps 2 and 3: ``bend``, q_5 and q_6; how well they are determined, and how far apart the two are."""
+def hand(table, motion, v, first, axis, plane, near, sign, free_rows):
+    """Steps 2 and 3: ``bend``, q_5 and q_6; how well they are determined, how far apart the two are, and ``near`` behind them."""
     h2, h5, h6 = tabled(table, AXES + 1), tabled(table, AXES + 4), tabled(table, AXES + 5)
     bends = table[BENDS, 0], table[BENDS, 1]
     fifth, sure_5, apart = angle_to_direction(h2, h6, h5, axis, bends, sign, free_angle(free_rows, 4))
     sixth, sure_6 = angle_onto(plane, turn_back(h5, fifth, h2), h6, free_angle(free_rows, 5))
     bend = bend_of(table, motion, first, fifth, sixth)
+    near_5, sure_5, apart = accuracy(near, sure_5, apart, DOUBLE)
+    if bends[0] + bends[1] == 0.0:  # the discriminant of q_5 keeps all digits (``angle_to_direction``)
+        near_5 = near
+    near, sure_6 = near_behind(near_5, sure_6), sure_behind(near_5, sure_6)
     singular = sure_6 <= SINGULAR
     if any_lane(singular):
         bend, sixth = within_reach(table, motion, v, tabled(table, POINTS + 4), first, fifth, sixth, bend, singular)
-    return bend, fifth, sixth, minimum(sure_5, sure_6), apart
+    return bend, fifth, sixth, minimum(sure_5, sure_6), apart, near
 
 
 @kernel
@@ -119,7 +126,7 @@ def rotation_square(table, motion, first, axis, bend, fifth, sixth):
 
 
 @kernel
-def links(table, rest, q_bend, sign, free_rows, q_rows, known_rows, branch, missed, sure, apart):
+def links(table, rest, q_bend, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart):
     """Step 4: write q_2, q_3, q_4 and what is known of the branch; ``rest`` is R_2 (P_2 + R_3 P_3)."""
     h2, h3, p2, p3 = tabled(table, AXES + 1), tabled(table, AXES + 2), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     square = dot(rest, rest)
@@ -131,4 +138,6 @@ def links(table, rest, q_bend, sign, free_rows, q_rows, known_rows, branch, miss
     put(table, q_rows, branch, 2, q_third)
     put(table, q_rows, branch, 3, wrapped(q_bend - q_second - q_third))
     e = minus(rest, turn(h2, second, bent))
-    put_known(known_rows, branch, missed + dot(e, e), minimum(sure, minimum(sure_2, sure_3)), minimum(apart, apart_3))
+    near, sure_3, apart_3 = accuracy(near, sure_3, apart_3, DOUBLE)
+    sure = minimum(sure, minimum(sure_behind(near, sure_2), sure_3))
+    put_known(known_rows, branch, missed + dot(e, e), sure, minimum(apart, apart_3))
