@@ -37,7 +37,7 @@ class Axes:
 
     @property
     def unit(self) -> float:
-        """The length of which shares are taken [m]: the reach, or a metre where it is nothing or, beside slides, next to nothing."""
+        """The length of which shares are taken [m]: the reach, or a metre where that is nothing but rounding."""
         return self.reach if self.reach > (_LEAST_BESIDE_SLIDES if self.slides.any() else _LEAST) else 1.0
 
 

@@ -1,14 +1,14 @@
 """Says how much of their digits angles keep that are computed one from the other. Used by the closed forms of this folder.
 
-An equation for an angle has two roots. With ``sure``, a^4 for an amplitude a, and ``apart``, the share of a^2 that its discriminant
-is, what the equation is off by, delta, moves the angle by delta / (a sqrt(apart)): at a double root by sqrt(delta / a). The
-equations of the angles behind it are off by that much instead of a rounding.
+An equation for an angle has two roots. With ``sure``, a^4 for an amplitude a, and ``apart``, the share of a^2 that its
+discriminant is, what the equation is off by, delta, moves the angle by delta / (a sqrt(apart)): at a double root by
+sqrt(delta / a). The equations of the angles behind it are off by that much instead of a rounding.
 
 1. The product of a^2 apart over all angles before one is called near: its equation is off by eps / sqrt(near).
-2. sure, times (1e9 near)^2 if that is less than 1, is compared with HARDLY_DETERMINED: an amplitude counts as 0 if it is less than
-   about thirty times what it is off by.
-3. apart, as a signed square, times 1e4 near a^2, or 1e10 near a^2 below 0, if that is less than 1, is compared with COINCIDING and
-   COMPLEX. So two roots count as one, and a pair as neither real nor complex for certain, if they are nearer than about
+2. sure, times (1e9 near)^2 if that is less than 1, is compared with HARDLY_DETERMINED: an amplitude counts as 0 if it is
+   less than about thirty times what it is off by.
+3. apart, as a signed square, times 1e4 near a^2, or 1e10 near a^2 below 0, if that is less than 1, is compared with COINCIDING
+   and COMPLEX. So two roots count as one, and a pair as neither real nor complex for certain, if they are nearer than about
    ten, or a hundred, times what apart is off by.
 """
 

@@ -45,7 +45,7 @@ def circles(first, second, left_1, left_2):
 
 @kernel
 def kept_by_size(b_1, b_2):
-    """``near`` behind y = u - B x (``accuracy``): what x is off, y is off by up to |B|, given by columns, more, and by the pencil."""
+    """``near`` behind y = u - B x (``accuracy``): y is off by up to |B|, given by its columns, times what x is off by."""
     return 0.1 / (1.0 + b_1[0] * b_1[0] + b_1[1] * b_1[1] + b_2[0] * b_2[0] + b_2[1] * b_2[1])
 
 

@@ -113,7 +113,10 @@ def ways_in_plane(w, h, k):
 
 @kernel
 def first_joints(table, p, sign_1, sign_2, free_rows):
-    """Steps 1 to 4: three joints; what is missed where a sign chooses nothing; how well determined; how far apart; and ``near`` behind them."""
+    """Steps 1 to 4: three joints; what is missed where a sign chooses nothing; how well determined; how far apart.
+
+    And ``near`` behind them (``accuracy``).
+    """
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     family, one = int(table[FORM, FAMILY]), 0.0 * p[0] + 1.0
