@@ -13,7 +13,7 @@ its own tree and of the other. They are lower bounds of the cost to come and to 
 """
 
 from ulna.drivers.planned_edge import is_free
-from ulna.drivers.tree_nodes import add_node, next_tree, read_node, read_sample
+from ulna.drivers.tree_nodes import add_node, next_tree, pass_over, read_node, read_sample
 from ulna.engine.decorators import routine
 from ulna.engine.lanes import lane_of
 from ulna.engine.width import WIDTH
@@ -54,15 +54,15 @@ def cheaper_step(edges, rows, others, costs, tree, steps, state, share):
     least = from_roots(rows, tree, target, at, space, state)
     most = bound - from_roots(others, 1 - tree, target, at, space, state)
     node = nearest_below(rows, costs, tree, state, target, least + share * (most - least), space) if least < most else -1
-    if node < 0:
-        return -1, INF
-    read_node(rows, node, at)
-    way = distance(at, target, space)
-    if way == 0.0:
-        return -1, INF
-    write_step(at, target, min(1.0, edges.settings[layout.RANGE] / way), space, new)
-    cost = cost_of(costs, tree, node) + distance(at, new, space)
-    if cost + from_roots(others, 1 - tree, new, at, space, state) >= bound:
+    cost = INF
+    if node >= 0:
+        read_node(rows, node, at)
+        way = distance(at, target, space)
+        if way > 0.0:
+            write_step(at, target, min(1.0, edges.settings[layout.RANGE] / way), space, new)
+            cost = cost_of(costs, tree, node) + distance(at, new, space)
+    if cost == INF or cost + from_roots(others, 1 - tree, new, at, space, state) >= bound:
+        pass_over(state)
         return -1, INF
     read_node(rows, node, at)
     state[layout.ITERATIONS] += 1
@@ -99,11 +99,11 @@ def connect_below(edges, rows, parents, radii, costs, tree, steps, state, bound)
     if node < 0:
         return -1
     read_node(rows, node, at)
-    while True:
+    for _ in range(int(edges.settings[layout.ROOM]) - 2):
         way, cost = distance(at, goal, space), cost_of(costs, tree, node)
         if way == 0.0:
             return node if cost < bound else -1
-        if cost + way >= bound:
+        if cost + way >= bound or state[layout.CHECKS] >= state[layout.MOST]:
             return -1
         share = min(1.0, edges.settings[layout.RANGE] / way)
         write_step(at, goal, share, space, new)
@@ -116,6 +116,7 @@ def connect_below(edges, rows, parents, radii, costs, tree, steps, state, bound)
             return node
         for k in range(space.shape[1]):
             at[k] = new[k]
+    return -1
 
 
 @routine

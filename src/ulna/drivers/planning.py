@@ -23,7 +23,7 @@ import numpy as np
 from ulna.drivers.cheaper import iterate_cheaper
 from ulna.drivers.planned_edge import edges_of, is_free
 from ulna.drivers.shortening import shorten_path
-from ulna.drivers.tree_nodes import add_node, nearest_node, next_tree, read_node, read_sample
+from ulna.drivers.tree_nodes import add_node, nearest_node, next_tree, pass_over, read_node, read_sample
 from ulna.engine.decorators import entry, routine
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS
 from ulna.kernels.collision.scene import Scene
@@ -105,6 +105,7 @@ def iterate(edges, samples, start_rows, goal_rows, parents, radii, steps, state)
     read_node(rows, near, at)
     way = distance(at, target, space)
     if way > radii[own, near] or way == 0.0:
+        pass_over(state)
         return False
     state[layout.ITERATIONS] += 1
     write_step(at, target, min(1.0, settings[layout.RANGE] / way), space, new)
@@ -130,10 +131,12 @@ def connect(edges, rows, parents, radii, tree, steps, state):
     new, at, goal = steps[0], steps[1], steps[2]
     node = nearest_node(rows, state[tree], goal, space)
     read_node(rows, node, at)
-    while True:
+    for _ in range(int(settings[layout.ROOM]) - 2):
         way = distance(at, goal, space)
         if way == 0.0:
             return node
+        if state[layout.CHECKS] >= state[layout.MOST]:
+            return -1
         share = min(1.0, settings[layout.RANGE] / way)
         write_step(at, goal, share, space, new)
         state[layout.CHECKS] += 1
@@ -144,3 +147,4 @@ def connect(edges, rows, parents, radii, tree, steps, state):
             return node
         for k in range(space.shape[1]):
             at[k] = new[k]
+    return -1

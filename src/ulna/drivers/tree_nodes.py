@@ -30,6 +30,14 @@ def read_sample(samples, space, state, q):
 
 
 @routine
+def pass_over(state):
+    """Count a sample of which nothing comes; so many of them are one checked edge of the budget."""
+    state[layout.PASSED] += 1
+    if state[layout.PASSED] % layout.PASSED_A_CHECK == 0:
+        state[layout.CHECKS] += 1
+
+
+@routine
 def nearest_node(rows, n, q, space):
     """The node of a tree of n nodes that is nearest to q; of several the first."""
     least, block = nearest_in_lanes(rows, (n + WIDTH - 1) // WIDTH, q, space)

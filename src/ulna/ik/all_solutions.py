@@ -185,7 +185,7 @@ def _is_continuum(problem: Problem, found: Array) -> bool:
     asked = int((np.asarray(query.options.task.slack) == 0.0).sum())
     if len(moving) > asked or len(found) >= _MOST_BRANCHES:
         return True
-    if not len(found):
+    if not len(found) or not len(moving):
         return False
     J = _task_jacobian(problem, found)[..., moving]
     values = np.linalg.svd(J, compute_uv=False)

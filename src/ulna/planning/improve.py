@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ulna.errors import InputError
 from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import refuse_unless, refuse_unless_count
-from ulna.planning.search import SAMPLES_A_CHECK, Search, confirmed, shortened
+from ulna.planning.search import Search, confirmed, shortened
 
 if TYPE_CHECKING:
     from ulna.planning.plan import Plan
@@ -63,12 +63,12 @@ def improved(plan: Plan, searched: Searched | None, max_checks: int, time_limit:
     began, motion, effort = time.perf_counter(), searched.motion, plan.effort
     space = motion.space
     edges = edges_of(motion.checker, motion.world, space, motion.margin, certify=searched.certify)
-    outside = plan.path[:1] if plan.escape else plan.path[:0]  # the edge that leads out of a contact stays
+    outside = plan.path[:1] if plan.escaped else plan.path[:0]  # the edge that leads out of a contact stays
     path, goal, certified = plan.path[len(outside) :], plan.goal, plan.certified
     straight = space.lengths(space.shortest_way(searched.goals - searched.start)).min()
     most, n_searches = effort.checks + int(max_checks), searched.n_searches
-    budget, samples = _FIRST_CHECKS, 0
-    while effort.checks < most and samples < SAMPLES_A_CHECK * int(max_checks):
+    budget = _FIRST_CHECKS
+    while effort.checks < most:
         length, left = space.lengths(np.diff(path, axis=0)).sum(), None
         if time_limit is not None:
             left = time_limit - (time.perf_counter() - began)
@@ -76,7 +76,7 @@ def improved(plan: Plan, searched: Searched | None, max_checks: int, time_limit:
             break
         search = Search(edges, searched.start, searched.goals, (searched.seed, n_searches), length * (1.0 - _WORTH))
         found, n_searches = search.run(min(budget, most - effort.checks), left), n_searches + 1
-        effort, samples = effort.plus(search.effort), samples + search.n_samples
+        effort = effort.plus(search.effort)
         if found is None:
             budget *= 2  # not all at once: a small tree costs less, and other samples may do better
             continue

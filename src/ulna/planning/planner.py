@@ -10,14 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
-from ulna.errors import InputError
+from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names
-from ulna.ik.task import Task
+from ulna.ik.task import Task, as_task
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.planning.escape import escape_from
 from ulna.planning.goals import Goals, Question, as_goal, find_goals, held_for
 from ulna.planning.improve import Searched
+from ulna.planning.merged_scene import farthest
 from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
@@ -46,7 +47,9 @@ def plan_motion(
         UnknownNameError: There is no such link or joint.
         GeometryError: The robot has no collision shapes, or some that cannot be checked.
     """
-    tree, names = checker.tree, as_names(held)
+    tree, names, _ = checker.tree, as_names(held), as_task(task)
+    if link is not None and link not in tree.link_names:
+        raise UnknownNameError("link", str(link), tree.link_names)
     start, targets = _as_start(q_start, checker), as_goal(goal, tree)
     if world is not None and not isinstance(world, World):
         raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
@@ -69,13 +72,13 @@ def plan_motion(
     if not len(goals.q):
         return Plan(goals.status, nothing, certified=False, reason=goals.reason)
     plan = _search(question, first, goals, fixed, options)
-    if depth > 0.0 and plan:
-        return replace(plan, path=np.concatenate([start[None], plan.path]), escape=depth)
+    if first is not start and plan:
+        return replace(plan, path=np.concatenate([start[None], plan.path]), escaped=True, escape=depth)
     return plan
 
 
 def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
-    space = make_space(question.tree, np.vstack([start, goals.q]), fixed)
+    space = make_space(question.tree, np.vstack([start, goals.q]), fixed, farthest(question.world))
     edges = edges_of(question.checker, question.world, space, question.margin, certify=bool(options.certify))
     order = np.argsort(space.lengths(space.shortest_way(goals.q - start)), kind="stable")
     motion = Motion(space, question.checker, question.world, question.margin)

@@ -1,6 +1,5 @@
 """Runs the search for a path and its shortening, in slices of checked edges. Used by ``planner``."""
 
-import time
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
@@ -13,14 +12,13 @@ from ulna.engine.width import WIDTH
 from ulna.kernels.planning import planning_layout as layout
 from ulna.planning.effort import Effort
 from ulna.planning.merged_scene import MergedScene
+from ulna.planning.slices import Slices
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
-_FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges, and seconds, between which Ctrl-C and the time limit are looked at
 _FIRST_CAPACITY = 512  # nodes
 _BLOCK = 1024  # samples
 _NONE = 2**62
-SAMPLES_A_CHECK = 1024  # at most, of searches below a bound: few samples may be of any use
 _OWN_STREAM = 0x706C616E  # a caller who draws configurations with the same seed must not draw the same numbers
 
 
@@ -83,11 +81,12 @@ class Search:
     def run(self, max_checks: int, time_limit: float | None) -> Array | None:
         """Search on, up to so many checked edges in all or so many seconds; the path if one was found, shape (n, n_dof).
 
-        With a bound, it ends as well after SAMPLES_A_CHECK samples for each of these edges.
+        Of the samples of which nothing comes, 64 count as one edge.
         """
         merged, settings, space = self.edges
         grow, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit)
         no_path = np.empty((0, len(self.start)))
+        self.state[layout.MOST] = max_checks
         while slices.another(self.state):
             code = grow(
                 *merged.scene, merged.may_touch, settings, space.table, self._samples(),
@@ -97,8 +96,6 @@ class Search:
                 return self._path()
             if code == layout.FULL:
                 self._grow()
-            if self.state[layout.SAMPLE] > SAMPLES_A_CHECK * max_checks and len(self._costs):
-                break
         return None
 
     @property
@@ -106,11 +103,6 @@ class Search:
         """What it took so far."""
         checks, iterations = self.state[layout.CHECKS], self.state[layout.ITERATIONS]
         return Effort(int(checks), int(iterations), *self.state[:2].tolist())
-
-    @property
-    def n_samples(self) -> int:
-        """How many samples it took so far."""
-        return int(self.state[layout.SAMPLE])
 
     @property
     def goal(self) -> int:
@@ -152,30 +144,6 @@ class Search:
             node = int(self._parents[tree, node])
         at = np.array(nodes)
         return self._rows[tree].reshape(-1, n_dof, WIDTH)[at // WIDTH, :, at % WIDTH]
-
-
-class Slices:
-    """Divides a run into slices of checked edges, so that Ctrl-C and a time limit act soon.
-
-    What is computed does not depend on the slices.
-    """
-
-    def __init__(self, max_checks: int, time_limit: float | None) -> None:
-        self._most, self._slice = max_checks, _FIRST_SLICE
-        self._began = self._last = time.perf_counter()
-        self._end = np.inf if time_limit is None else self._began + time_limit
-
-    def another(self, state: NDArray[np.int64]) -> bool:
-        """Whether there is another slice; if so, state[UNTIL] is set."""
-        now = time.perf_counter()
-        if now >= self._end or state[layout.CHECKS] >= self._most:
-            return False
-        if state[layout.UNTIL] > 0:
-            too_long = now - self._last > _LONGEST_SLICE
-            self._slice = max(1, self._slice // 2) if too_long else 2 * self._slice
-        self._last = now
-        state[layout.UNTIL] = min(self._most, int(state[layout.CHECKS]) + self._slice)
-        return True
 
 
 def shortened(edges: Edges, path: Array) -> tuple[Array | None, int]:

@@ -38,6 +38,7 @@ from ulna.ik.differential import differential_ik
 from ulna.ik.following.result import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
+from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
@@ -989,6 +990,8 @@ class Robot(Quick):
             UnknownNameError: There is no such link or joint.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
+        if "held" in options:
+            options["held"] = as_names(options["held"])  # once: it may be an iterator
         plan = partial(self.plan, **options)
         return plan_many(plan, q_starts, goals, worlds, threads, progress)
 
