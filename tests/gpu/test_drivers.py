@@ -16,6 +16,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 
 from numba import types
 
+from ulna.drivers.gpu.closed_form import branches
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.drivers.gpu.search import searches_of
@@ -23,7 +24,8 @@ from ulna.drivers.gpu.search import searches_of
 JOINTS, BODIES = 11, 12  # the Panda
 A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
 FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C"), types.Array(types.int64, 2, "C")
-BOOLS = types.Array(types.boolean, 1, "C")
+BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
+COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 2, "C")
 SCENE = (A2, A2, A2, INDICES, A2, A2, A2, types.int64)
 BOXES = (A2, A2, types.none, INDICES, A2, types.none, A2, types.int64)
 # The driver, its arguments' types, and the most registers and bytes spilled (stores).
@@ -36,6 +38,7 @@ DRIVERS = {
     "distances of boxes": (distances_of(JOINTS, BODIES), (*BOXES, A3, A3, A3, A2, A1, FLAG), 255, 64),
     "distances of any shapes": (distances_of(JOINTS, BODIES), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
     "searches": (searches_of(7), (A2, A2, A2, A2, A1, A1, NEXT, A3, A2, A2, NEXT), 255, 64),
+    "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 64),
 }
 
 

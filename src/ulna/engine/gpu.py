@@ -49,7 +49,12 @@ def on_device(array: NDArray) -> Any:
 
 def is_on_device(array: object) -> bool:
     """Whether an array is on a device."""
-    return hasattr(array, "__cuda_array_interface__")
+    return getattr(array, "__cuda_ndarray__", False) or hasattr(array, "__cuda_array_interface__")
+
+
+def as_device_array(array: Any) -> Any:
+    """An array on the device as Numba's, not copied."""
+    return array if getattr(array, "__cuda_ndarray__", False) else cuda.as_cuda_array(array)
 
 
 def as_device_rows(name: str, array: Any, shape: tuple[int, ...]) -> Any:
@@ -58,7 +63,7 @@ def as_device_rows(name: str, array: Any, shape: tuple[int, ...]) -> Any:
     Raises:
         InputError: It is not float64, of another shape, or not C-contiguous.
     """
-    own = cuda.as_cuda_array(array)
+    own = as_device_array(array)
     tail = own.shape[len(own.shape) - len(shape) :] if len(own.shape) >= len(shape) else ()
     if own.dtype != np.float64 or tail != shape:
         raise InputError(
@@ -80,7 +85,14 @@ def _compiled(driver: Callable) -> Any:
 
 
 def run(
-    driver: Any, constants: Sequence[Any], batch: Rows, results: Sequence[Any], flag: Any, *, shares_scratch: bool = False
+    driver: Any,
+    constants: Sequence[Any],
+    batch: Rows,
+    results: Sequence[Any],
+    flag: Any,
+    *,
+    shares_scratch: bool = False,
+    threads_each: int = 1,
 ) -> None:
     """Run a driver, a problem a thread: ``driver(*constants, batch, *results, flag)``.
 
@@ -91,10 +103,11 @@ def run(
         results: Arrays with n rows each, where the batch is.
         flag: An int32 on the device, shape (1,), which problems set.
         shares_scratch: Whether scratch is among the constants: then one piece is computed at a time.
+        threads_each: How many threads a problem has, beside each other.
     """
     if is_on_device(batch):
         if len(batch):
-            driver[blocks(len(batch)), THREADS](*constants, batch, *results, flag)
+            driver[blocks(threads_each * len(batch)), THREADS](*constants, batch, *results, flag)
         return
     streams = [cuda.stream() for _ in range(1 if shares_scratch else 2)]
     with ExitStack() as stack:
@@ -104,7 +117,7 @@ def run(
             stream, part = streams[k % len(streams)], slice(start, start + PIECE)
             there = cuda.to_device(batch[part], stream=stream)
             own = [cuda.device_array(result[part].shape, result.dtype, stream=stream) for result in results]
-            driver[blocks(len(batch[part])), THREADS, stream](*constants, there, *own, flag)
+            driver[blocks(threads_each * len(there)), THREADS, stream](*constants, there, *own, flag)
             for result, on_gpu in zip(results, own, strict=True):
                 on_gpu.copy_to_host(result[part], stream=stream)
         for stream in streams:

@@ -15,6 +15,8 @@ from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.drivers.gpu.search import searches_of
 from ulna.engine import gpu
 from ulna.errors import InputError
+from ulna.ik.closed_form.result import IKSolutions
+from ulna.ik.closed_form.solutions import as_samples
 from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.options import Options
 from ulna.ik.query import Query, refuse_immovable
@@ -25,6 +27,7 @@ from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+from ulna.robot.gpu_solutions import all_solutions
 
 if TYPE_CHECKING:
     from ulna.robot.robot import Robot
@@ -152,7 +155,7 @@ class GpuRobot:
         robot, name = self.robot, self._link(link)
         query = Query(robot.tree, robot.home, robot._checker, name, options)  # noqa: SLF001 - a part of it
         device = gpu.is_on_device(T)
-        own = gpu.cuda.as_cuda_array(T) if device else as_floats("T", T)
+        own = gpu.as_device_array(T) if device else as_floats("T", T)
         if own.shape[-2:] != (4, 4):
             raise InputError("T", f"shape {own.shape}, but shape (..., 4, 4) is expected")
         batch = tuple(own.shape[:-2])
@@ -162,6 +165,32 @@ class GpuRobot:
         explanation = self._rest(query, targets, batch, None if q_seed is None else seeds, q, info)
         q_out = (gpu.on_device(q) if device else q).reshape(*batch, robot.n_dof)
         return IKResult(q_out, info, batch, options.tolerances, explanation)
+
+    def all_solutions(
+        self,
+        T: Any,
+        link: str | None = None,
+        *,
+        task: Task | str = "pose",
+        redundancy: str | None = None,
+        n_samples: int = 16,
+        whole_turns: bool = False,
+    ) -> IKSolutions:
+        """All joint positions that bring a link to poses, and what is proved of them; see ``Robot.all_solutions``.
+
+        The closed form is computed on the GPU, a branch a thread. What has none is searched by the CPU.
+
+        Returns:
+            An ``IKSolutions``. Where T is on the device, so are its q, valid and real; ``copy_to_host()`` copies all.
+
+        Raises:
+            InputError: T is not an array of poses, the robot has several tips and no link is named, ``redundancy`` is not a joint
+                of an arm of seven, or another argument cannot be taken.
+            UnknownNameError: There is no such link or joint.
+        """
+        robot, options = self.robot, Options(task=as_task(task))
+        query = Query(robot.tree, robot.home, robot._checker, self._link(link), options)  # noqa: SLF001 - a part of it
+        return all_solutions(query, T, redundancy, as_samples(n_samples), whole_turns=whole_turns)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
 
@@ -178,7 +207,7 @@ class GpuRobot:
     ) -> Any:
         """The results of a driver for q, shape (..., *shape), where q is; ``row_shape``: as the driver takes them."""
         rows = self._rows(q)
-        batch = tuple(np.shape(q)[:-1]) if not gpu.is_on_device(q) else tuple(gpu.cuda.as_cuda_array(q).shape[:-1])
+        batch = tuple(np.shape(q)[:-1]) if not gpu.is_on_device(q) else tuple(gpu.as_device_array(q).shape[:-1])
         flag = gpu.on_device(np.zeros(1, dtype=np.int32))
         out = gpu.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype)
         gpu.run(gpu.compiled(driver), constants, rows, (out,), flag, shares_scratch=shares_scratch)
