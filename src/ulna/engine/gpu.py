@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.engine import device_array
+from ulna.engine.device_array import is_on_device
 from ulna.errors import DeviceError, InputError, MissingExtraError
 
 try:
@@ -26,7 +28,7 @@ except ModuleNotFoundError as error:
 THREADS = 128  # of a block
 PIECE = 1 << 17  # problems that are copied and computed together where arrays are on the host
 Rows = Any
-"""An array whose first axis is the batch: NumPy's, or one on the device that has ``__cuda_array_interface__``."""
+"""An array whose first axis is the batch: NumPy's, or one on the device (``device_array``)."""
 
 
 def require_device() -> None:
@@ -44,26 +46,24 @@ def require_device() -> None:
 
 def on_device(array: NDArray) -> Any:
     """A copy of an array on the device."""
-    return cuda.to_device(np.ascontiguousarray(array))
+    return device_array.with_dlpack(cuda, cuda.to_device(np.ascontiguousarray(array)))
 
 
-def is_on_device(array: object) -> bool:
-    """Whether an array is on a device."""
-    return getattr(array, "__cuda_ndarray__", False) or hasattr(array, "__cuda_array_interface__")
+def as_own(name: str, array: Any) -> Any:
+    """An array on the device as Numba's, not copied; one on the host as it is.
+
+    Raises:
+        InputError: It is on a device that is neither an NVIDIA GPU nor the host.
+    """
+    return device_array.as_own(cuda, name, array)
 
 
-def as_device_array(array: Any) -> Any:
-    """An array on the device as Numba's, not copied."""
-    return array if getattr(array, "__cuda_ndarray__", False) else cuda.as_cuda_array(array)
-
-
-def as_device_rows(name: str, array: Any, shape: tuple[int, ...]) -> Any:
-    """A device array as rows of a shape, not copied: shape (n, *shape). Any leading axes count as one.
+def as_device_rows(name: str, own: Any, shape: tuple[int, ...]) -> Any:
+    """Numba's array on the device as rows of a shape, not copied: shape (n, *shape). Any leading axes count as one.
 
     Raises:
         InputError: It is not float64, of another shape, or not C-contiguous.
     """
-    own = as_device_array(array)
     tail = own.shape[len(own.shape) - len(shape) :] if len(own.shape) >= len(shape) else ()
     if own.dtype != np.float64 or tail != shape:
         raise InputError(
@@ -131,7 +131,9 @@ def blocks(n: int) -> int:
 
 def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
     """An uninitialised array of a shape where a batch is: on the device, or NumPy's."""
-    return cuda.device_array(shape, dtype) if is_on_device(batch) else np.empty(shape, dtype)
+    if not is_on_device(batch):
+        return np.empty(shape, dtype)
+    return device_array.with_dlpack(cuda, cuda.device_array(shape, dtype))
 
 
 def free_memory() -> float:

@@ -43,8 +43,8 @@ class GpuRobot:
     """A robot whose batches are computed on a GPU, by the kernels that the CPU runs: made by ``robot.on_gpu()``.
 
     Each method takes NumPy arrays and returns NumPy arrays. Or it takes arrays on the device (of CuPy, PyTorch, JAX or Numba:
-    what has ``__cuda_array_interface__``), float64 and C-contiguous, and returns Numba's arrays on the device, which the others
-    take without a copy. So a chain of calls need not leave the device.
+    what has ``__cuda_array_interface__`` or DLPack's ``__dlpack__``), float64 and C-contiguous, and returns Numba's arrays on
+    the device, which have both, so that the others take them without a copy. A chain of calls need not leave the device.
 
     Results differ from those of the CPU by rounding.
     """
@@ -108,6 +108,7 @@ class GpuRobot:
             GeometryError: As ``in_collision``.
         """
         scene, sizes = self._scene(world, self_collision)
+        q = gpu.as_own("q", q)
         threads = max(1, min(len(self._rows(q)), _MOST_DISTANCES))
         shapes = [(1, 1)] * len(SCRATCH)
         if scene[2] is not None:  # boxes alone need none
@@ -154,8 +155,9 @@ class GpuRobot:
         )
         robot, name = self.robot, self._link(link)
         query = Query(robot.tree, robot.home, robot._checker, name, options)  # noqa: SLF001 - a part of it
-        device = gpu.is_on_device(T)
-        own = gpu.as_device_array(T) if device else as_floats("T", T)
+        own = gpu.as_own("T", T)
+        device = gpu.is_on_device(own)
+        own = own if device else as_floats("T", own)
         if own.shape[-2:] != (4, 4):
             raise InputError("T", f"shape {own.shape}, but shape (..., 4, 4) is expected")
         batch = tuple(own.shape[:-2])
@@ -206,8 +208,9 @@ class GpuRobot:
         shares_scratch: bool = False,
     ) -> Any:
         """The results of a driver for q, shape (..., *shape), where q is; ``row_shape``: as the driver takes them."""
+        q = gpu.as_own("q", q)
         rows = self._rows(q)
-        batch = tuple(np.shape(q)[:-1]) if not gpu.is_on_device(q) else tuple(gpu.as_device_array(q).shape[:-1])
+        batch = tuple(np.shape(q)[:-1]) if not gpu.is_on_device(q) else tuple(q.shape[:-1])
         flag = gpu.on_device(np.zeros(1, dtype=np.int32))
         out = gpu.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype)
         gpu.run(gpu.compiled(driver), constants, rows, (out,), flag, shares_scratch=shares_scratch)

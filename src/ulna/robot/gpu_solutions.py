@@ -63,10 +63,11 @@ def all_solutions(query: Query, T: Any, redundancy: str | None, n_samples: int, 
         UnknownNameError: There is no such joint.
     """
     every = AllSolutions(query, redundancy, _branches)
+    T = gpu.as_own("T", T)
     if not gpu.is_on_device(T):
         return every.of(T, n_samples, whole_turns=whole_turns)
     targets = gpu.as_device_rows("T", T, (4, 4))
-    batch = tuple(gpu.as_device_array(T).shape[:-2])
+    batch = tuple(T.shape[:-2])
     form = None if whole_turns or redundancy is not None else _of_all_joints(query)
     if form is not None:
         return _staying(query, form, targets, batch)

@@ -12,16 +12,15 @@ import pytest
 
 pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its own: make test-cuda")
 
+from numba import cuda
+
 import ulna
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 7 if SIMULATED else 20_000
 HARD = 3 if SIMULATED else 1000
-if not SIMULATED:
-    from numba import cuda
-
-    if not cuda.is_available():
-        pytest.skip("there is no GPU: make test-cuda simulates one", allow_module_level=True)
+if not cuda.is_available():
+    pytest.skip("there is no GPU: make test-cuda simulates one", allow_module_level=True)
 
 
 @pytest.fixture(scope="module")
@@ -147,19 +146,36 @@ def test_what_cannot_be_taken_is_refused_by_name_as_on_the_cpu(panda, on_gpu, q)
         on_gpu.in_collision(q, touchable)
 
 
-@pytest.mark.skipif(SIMULATED, reason="the simulator's arrays are not those of a device")
 def test_arrays_on_the_device_stay_there(panda, on_gpu, q):
     there = cuda.to_device(q)
     T = on_gpu.forward_kinematics(there)
-    assert hasattr(T, "__cuda_array_interface__")
+    assert hasattr(T, "copy_to_host")
     np.testing.assert_allclose(T.copy_to_host(), panda.forward_kinematics(q), rtol=0, atol=1e-12)
     found = on_gpu.inverse_kinematics(T)
-    assert hasattr(found.q, "__cuda_array_interface__")
+    assert hasattr(found.q, "copy_to_host")
     np.testing.assert_allclose(panda.forward_kinematics(found.q.copy_to_host()), T.copy_to_host(), atol=1e-4)
     hits = on_gpu.in_collision(found.q, cell())
     assert same_verdicts(panda, found.q.copy_to_host(), cell(), hits.copy_to_host())
     with pytest.raises(ulna.InputError, match="float64"):
         on_gpu.forward_kinematics(cuda.to_device(q.astype(np.float32)))
+    with pytest.raises(ulna.InputError, match="C-contiguous"):
+        on_gpu.forward_kinematics(cuda.to_device(np.asfortranarray(q)))
+
+
+class OnlyDlpack:
+    """An array on the device that has DLPack alone, as those of JAX."""
+
+    def __init__(self, array):
+        self.__dlpack__, self.__dlpack_device__ = array.__dlpack__, array.__dlpack_device__
+
+
+@pytest.mark.skipif(SIMULATED, reason="the simulator's arrays are on the host; see test_device_arrays.py")
+def test_arrays_are_given_and_taken_by_dlpack(panda, on_gpu, q):
+    T = on_gpu.forward_kinematics(cuda.to_device(q))
+    assert T.__dlpack_device__()[0] == 2
+    found = on_gpu.inverse_kinematics(OnlyDlpack(T))
+    there = on_gpu.forward_kinematics(OnlyDlpack(found.q))
+    np.testing.assert_allclose(there.copy_to_host(), T.copy_to_host(), atol=1e-4)
 
 
 def test_a_robot_whose_batches_go_to_the_gpu_can_still_be_pickled(panda):
