@@ -20,6 +20,7 @@ from ulna.drivers.gpu.closed_form import branches
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.drivers.gpu.search import searches_of
+from ulna.engine.single import in_single
 
 JOINTS, BODIES = 11, 12  # the Panda
 A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
@@ -42,6 +43,16 @@ DRIVERS = {
 }
 
 
+# The same over float32.
+IN_FLOAT32 = {"poses": (52, 0), "jacobians": (54, 0), "frames": (42, 0), "overlaps of boxes": (62, 0)}
+# The sine and cosine of CUDA reduce angles beyond 105615 by a product over float64; nothing else is over float64.
+OF_LARGE_ANGLES = ("cvt.rn.f64.s64", "mul.f64", "cvt.rn.f32.f64", ".reg .f64")
+
+
+def over_float32(kind):
+    return types.Array(types.float32, kind.ndim, "C") if isinstance(kind, types.Array) and kind.dtype == types.float64 else kind
+
+
 def resources(ptx, folder):
     """Registers, bytes of stack, and bytes of spill stores, by ptxas for sm_90."""
     ptxas = Path(sysconfig.get_path("purelib")) / "nvidia" / "cuda_nvcc" / "bin" / "ptxas"
@@ -60,6 +71,22 @@ def test_a_driver_becomes_machine_code_within_its_registers(name, ptx_of_driver,
     text = ptx_of_driver(driver, signature)
     assert ".visible .entry" in text
     assert ".f32" not in text
+    registers, stack, spilled = resources(text, tmp_path)
+    record_property("registers, stack, spilled", (registers, stack, spilled))
+    assert registers <= most_registers
+    assert spilled <= most_spilled
+
+
+@pytest.mark.parametrize("name", IN_FLOAT32)
+def test_a_driver_over_float32_becomes_machine_code_without_float64(name, ptx_of_driver, tmp_path, record_property):
+    driver, signature, *_ = DRIVERS[name]
+    most_registers, most_spilled = IN_FLOAT32[name]
+    text = ptx_of_driver(in_single(driver), tuple(map(over_float32, signature)))
+    of_float64 = [line.strip() for line in text.splitlines() if ".f64" in line]
+    assert all(line.startswith(OF_LARGE_ANGLES) for line in of_float64)
+    products = [line for line in of_float64 if line.startswith("mul")]
+    assert all(line.endswith("0d3BF921FB54442D19;") for line in products), "pi / 2^65 alone"
+    assert len(products) <= 4
     registers, stack, spilled = resources(text, tmp_path)
     record_property("registers, stack, spilled", (registers, stack, spilled))
     assert registers <= most_registers

@@ -58,17 +58,16 @@ def as_own(name: str, array: Any) -> Any:
     return device_array.as_own(cuda, name, array)
 
 
-def as_device_rows(name: str, own: Any, shape: tuple[int, ...]) -> Any:
+def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
     """Numba's array on the device as rows of a shape, not copied: shape (n, *shape). Any leading axes count as one.
 
     Raises:
-        InputError: It is not float64, of another shape, or not C-contiguous.
+        InputError: It is of another dtype, of another shape, or not C-contiguous.
     """
     tail = own.shape[len(own.shape) - len(shape) :] if len(own.shape) >= len(shape) else ()
-    if own.dtype != np.float64 or tail != shape:
-        raise InputError(
-            name, f"{own.dtype} of shape {own.shape} on the device; float64 of shape (..., {_listed(shape)}) is expected"
-        )
+    if own.dtype != dtype or tail != shape:
+        expected = f"{np.dtype(dtype)} of shape (..., {_listed(shape)}) is expected"
+        raise InputError(name, f"{own.dtype} of shape {tuple(own.shape)} on the device; {expected}")
     if not own.is_c_contiguous():
         raise InputError(name, "an array on the device has to be C-contiguous")
     return own.reshape(int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape)

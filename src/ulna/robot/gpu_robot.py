@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
+from ulna.drivers.gpu.convert import converted
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.drivers.gpu.search import searches_of
 from ulna.engine import gpu
+from ulna.engine.single import in_single
 from ulna.errors import InputError
 from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.closed_form.solutions import as_samples
@@ -47,15 +49,22 @@ class GpuRobot:
     the device, which have both, so that the others take them without a copy. A chain of calls need not leave the device.
 
     Results differ from those of the CPU by rounding.
+
+    With ``float32`` the poses, Jacobians and collisions of boxes are computed in float32, for cards with few units for float64:
+    arrays on the device are float32 too (``docs/gpu.md`` says how exact that is). All else is computed in float64, from either,
+    and returns float64.
     """
 
     robot: Robot
     """The robot on the CPU."""
+    float32: bool
+    """Whether it computes in float32 where it can."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, *, float32: bool = False) -> None:
         refuse_immovable(robot.tree)
         gpu.require_device()
-        self.robot, self._tables = robot, {}
+        self.robot, self.float32, self._tables = robot, bool(float32), {}
+        self._number: Any = np.float32 if float32 else np.float64
 
     def forward_kinematics(self, q: Any, link: str | None = None) -> Any:
         """T_base_link, shape (..., 4, 4), for joint positions q [rad or m], shape (..., n_dof).
@@ -97,8 +106,9 @@ class GpuRobot:
                 ``touch_links``.
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
-        scene, sizes = self._scene(world, self_collision)
-        return self._over_q(overlaps_of(*sizes), scene, q, (), dtype=np.bool_)
+        scene, sizes, of_boxes = self._scene(world, self_collision, self._number)
+        number = self._number if of_boxes else np.float64
+        return self._over_q(overlaps_of(*sizes), scene, q, (), number, dtype=np.bool_)
 
     def signed_distance(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
         """The least signed distance [m], shape (...,); see ``Robot.signed_distance``.
@@ -107,16 +117,16 @@ class GpuRobot:
             InputError: As ``in_collision``.
             GeometryError: As ``in_collision``.
         """
-        scene, sizes = self._scene(world, self_collision)
+        scene, sizes, of_boxes = self._scene(world, self_collision, np.float64)
         q = gpu.as_own("q", q)
-        threads = max(1, min(len(self._rows(q)), _MOST_DISTANCES))
+        threads = max(1, min(prod(q.shape[:-1]) if gpu.is_on_device(q) else np.size(q) // self.robot.n_dof, _MOST_DISTANCES))
         shapes = [(1, 1)] * len(SCRATCH)
-        if scene[2] is not None:  # boxes alone need none
+        if not of_boxes:  # boxes need none
             each = _BYTES * sum(map(prod, SCRATCH))
             threads = max(1, int(min(threads, _MOST_SCRATCH * gpu.free_memory() / each)))
             shapes = list(SCRATCH)
         scratch = [gpu.cuda.device_array((threads, *shape), np.float64) for shape in shapes]
-        return self._over_q(distances_of(*sizes), (*scene, *scratch), q, (), shares_scratch=True)
+        return self._over_q(distances_of(*sizes), (*scene, *scratch), q, (), np.float64, shares_scratch=True)
 
     def inverse_kinematics(
         self,
@@ -161,7 +171,7 @@ class GpuRobot:
         if own.shape[-2:] != (4, 4):
             raise InputError("T", f"shape {own.shape}, but shape (..., 4, 4) is expected")
         batch = tuple(own.shape[:-2])
-        targets = gpu.as_device_rows("T", own, (4, 4)) if device else np.ascontiguousarray(own).reshape(-1, 4, 4)
+        targets = self._wide_rows("T", own, (4, 4)) if device else np.ascontiguousarray(own).reshape(-1, 4, 4)
         seeds = self._seeds(q_seed, batch)
         q, info = self._search(query, targets, seeds)
         explanation = self._rest(query, targets, batch, None if q_seed is None else seeds, q, info)
@@ -192,7 +202,8 @@ class GpuRobot:
         """
         robot, options = self.robot, Options(task=as_task(task))
         query = Query(robot.tree, robot.home, robot._checker, self._link(link), options)  # noqa: SLF001 - a part of it
-        return all_solutions(query, T, redundancy, as_samples(n_samples), whole_turns=whole_turns)
+        T = gpu.as_own("T", T)
+        return all_solutions(query, T, self._wide_rows, redundancy, as_samples(n_samples), whole_turns=whole_turns)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
 
@@ -202,26 +213,52 @@ class GpuRobot:
         constants: tuple,
         q: Any,
         shape: tuple[int, ...],
+        number: Any = None,
         *,
-        dtype: Any = np.float64,
+        dtype: Any = None,
         row_shape: tuple[int, ...] | None = None,
         shares_scratch: bool = False,
     ) -> Any:
-        """The results of a driver for q, shape (..., *shape), where q is; ``row_shape``: as the driver takes them."""
-        q = gpu.as_own("q", q)
-        rows = self._rows(q)
+        """The results of a driver for q, shape (..., *shape), where q is; ``row_shape``: as the driver takes them.
+
+        number: Over which the driver is to compute; ``dtype``: of its results, that number unless given.
+        """
+        q, number = gpu.as_own("q", q), number or self._number
+        rows = self._rows(q, number)
         batch = tuple(np.shape(q)[:-1]) if not gpu.is_on_device(q) else tuple(q.shape[:-1])
         flag = gpu.on_device(np.zeros(1, dtype=np.int32))
-        out = gpu.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype)
-        gpu.run(gpu.compiled(driver), constants, rows, (out,), flag, shares_scratch=shares_scratch)
+        out = gpu.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype or number)
+        gpu.run(
+            gpu.compiled(in_single(driver) if number is np.float32 else driver),
+            constants,
+            rows,
+            (out,),
+            flag,
+            shares_scratch=shares_scratch,
+        )
         if flag.copy_to_host()[0]:
             refuse_out_of_range(rows.copy_to_host() if gpu.is_on_device(rows) else rows)
         return out.reshape(*batch, *shape) if batch or shape else out[0]
 
-    def _rows(self, q: Any) -> Any:
-        if gpu.is_on_device(q):
-            return gpu.as_device_rows("q", q, self.robot.tree.q_shape)
-        return flat(as_positions(q, self.robot.tree))
+    def _rows(self, q: Any, number: Any) -> Any:
+        """Configurations (n, n_dof) where q is, as float32 or float64."""
+        if not gpu.is_on_device(q):
+            with np.errstate(over="ignore"):  # then it is infinite, and refused
+                return np.ascontiguousarray(flat(as_positions(q, self.robot.tree)), dtype=number)
+        if number is np.float32:
+            return gpu.as_device_rows("q", q, self.robot.tree.q_shape, number)
+        return self._wide_rows("q", q, self.robot.tree.q_shape)
+
+    def _wide_rows(self, name: str, own: Any, shape: tuple[int, ...]) -> Any:
+        """Rows of a shape on the device as float64: converted there if they are float32, which ``float32`` alone may be."""
+        if not self.float32 or own.dtype != np.float32:
+            return gpu.as_device_rows(name, own, shape)
+        rows = gpu.as_device_rows(name, own, shape, np.float32)
+        rows = rows.reshape(len(rows), prod(shape))
+        wide = gpu.results_for(rows, tuple(rows.shape))
+        if len(rows):
+            gpu.compiled(converted)[gpu.blocks(len(rows)), gpu.THREADS](rows, wide)
+        return wide.reshape(len(rows), *shape)
 
     def _link(self, link: str | None) -> str:
         return self.robot.tree.link_or_tip(link)
@@ -229,19 +266,24 @@ class GpuRobot:
     def _table(self, kind: str, key: Any, make: Any) -> Any:
         """A table on the device, copied there once."""
         if (kind, key) not in self._tables:
-            self._tables[kind, key] = gpu.on_device(make(key))
+            self._tables[kind, key] = gpu.on_device(make(key).astype(self._number))
         return self._tables[kind, key]
 
-    def _scene(self, world: World | None, self_collision: bool) -> tuple[tuple, tuple[int, int]]:
-        """The parts of a scene on the device, and the numbers of joints and bodies. Those of the last world are kept."""
+    def _scene(self, world: World | None, self_collision: bool, number: Any) -> tuple[tuple, tuple[int, int], bool]:
+        """The parts of a scene on the device, the numbers of joints and bodies, and whether all are boxes.
+
+        Its tables are over ``number`` if all are boxes, over float64 else. Those of the last world are kept.
+        """
         scene, others = self.robot._checker.scene_of(world, self_collision)  # noqa: SLF001 - a part of it
         if others:
             raise InputError("world", "has objects with touch_links, which are checked on the CPU alone")
-        last = self._tables.get("scene")
+        of_boxes = scene.vertices is None
+        number = number if of_boxes else np.float64
+        last = self._tables.get(("scene", number))
         if last is None or last[0] is not scene:
-            parts = tuple(None if part is None else gpu.on_device(part) for part in scene[:-1])
-            last = self._tables["scene"] = scene, (*parts, len(scene.objects))
-        return last[1], (len(scene.joints), len(scene.bodies))
+            parts = tuple(None if part is None else gpu.on_device(_over(number, part)) for part in scene[:-1])
+            last = self._tables["scene", number] = scene, (*parts, len(scene.objects))
+        return last[1], (len(scene.joints), len(scene.bodies)), of_boxes
 
     def _seeds(self, q_seed: ArrayLike | None, batch: tuple[int, ...]) -> Array:
         robot = self.robot
@@ -289,3 +331,8 @@ class GpuRobot:
         )  # fmt: skip
         q[rest], info[rest] = found.q, found.info
         return found.explanation.renumbered(rest)
+
+
+def _over(number: Any, part: NDArray) -> NDArray:
+    """A table over a number; one of whole numbers as it is."""
+    return part.astype(number) if part.dtype == np.float64 else part

@@ -55,18 +55,19 @@ class DeviceSolutions(IKSolutions):
         return str(self.copy_to_host())
 
 
-def all_solutions(query: Query, T: Any, redundancy: str | None, n_samples: int, *, whole_turns: bool) -> IKSolutions:
-    """See ``Robot.all_solutions``; T is NumPy's, or an array on the device, and so are the results.
+def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_samples: int, *, whole_turns: bool) -> IKSolutions:
+    """See ``Robot.all_solutions``; T is NumPy's, or Numba's on the device, and so are the results.
+
+    rows: Makes rows of an array on the device, as ``gpu.as_device_rows``.
 
     Raises:
         InputError: T is not an array of poses, or ``redundancy`` is not a joint of an arm of seven.
         UnknownNameError: There is no such joint.
     """
     every = AllSolutions(query, redundancy, _branches)
-    T = gpu.as_own("T", T)
     if not gpu.is_on_device(T):
         return every.of(T, n_samples, whole_turns=whole_turns)
-    targets = gpu.as_device_rows("T", T, (4, 4))
+    targets = rows("T", T, (4, 4))
     batch = tuple(T.shape[:-2])
     form = None if whole_turns or redundancy is not None else _of_all_joints(query)
     if form is not None:
