@@ -18,6 +18,7 @@ from numba import types
 
 from ulna.drivers.gpu.closed_form import branches
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
+from ulna.drivers.gpu.combine import converted, either, least
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.drivers.gpu.search import searches_of
 from ulna.engine.single import in_single
@@ -40,6 +41,8 @@ DRIVERS = {
     "distances of any shapes": (distances_of(JOINTS, BODIES), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
     "searches": (searches_of(7), (A2, A2, A2, A2, A1, A1, NEXT, A3, A2, A2, NEXT), 255, 64),
     "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 64),
+    "either": (either, (BOOLS, BOOLS), 20, 0),
+    "least": (least, (A1, A1), 20, 0),
 }
 
 
@@ -91,6 +94,12 @@ def test_a_driver_over_float32_becomes_machine_code_without_float64(name, ptx_of
     record_property("registers, stack, spilled", (registers, stack, spilled))
     assert registers <= most_registers
     assert spilled <= most_spilled
+
+
+def test_numbers_are_converted_on_the_device(ptx_of_driver, tmp_path):
+    text = ptx_of_driver(converted, (over_float32(A2), A2))
+    assert "cvt.f64.f32" in text
+    assert resources(text, tmp_path)[2] == 0
 
 
 def test_what_does_not_compile_is_seen(ptx_of_driver):

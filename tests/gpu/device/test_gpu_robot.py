@@ -15,6 +15,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 from numba import cuda
 
 import ulna
+from ulna.robot.gpu_search import Search
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 7 if SIMULATED else 20_000
@@ -108,6 +109,59 @@ def test_targets_without_a_solution_have_the_reasons_of_the_cpu(panda, on_gpu, q
     assert "m are missing" in one.reason
 
 
+def shelf():
+    """Boxes among which about half of the configurations that reach a place collide."""
+    world = ulna.World()
+    world.add("floor", ulna.Box((2.0, 2.0, 0.1)), ulna.pose((0.0, 0.0, -0.2)))
+    world.add("post", ulna.Box((0.1, 0.1, 1.2)), ulna.pose((0.1, 0.35, 0.5)))
+    world.add("board", ulna.Box((0.5, 0.5, 0.05)), ulna.pose((0.5, -0.4, 0.7)))
+    return world
+
+
+def clear_configurations(robot, world, n):
+    q = robot.random(40 * n, seed=8)
+    return q[~robot.in_collision(q, world)][:n]
+
+
+def test_solutions_are_clear_of_a_world(panda, on_gpu, monkeypatch):
+    left, by_cpu = [], Search._by_cpu
+    monkeypatch.setattr(Search, "_by_cpu", lambda *given: left.append(len(given[2])) or by_cpu(*given))
+    world = shelf()
+    T = panda.forward_kinematics(clear_configurations(panda, world, N))
+    colliding = panda.in_collision(on_gpu.inverse_kinematics(T).q, world)
+    assert colliding.any(), "without the world"
+    result = on_gpu.inverse_kinematics(T, world=world)
+    assert result.success.all()
+    assert sum(left) < colliding.sum(), "some are found in a later round, on the GPU"
+    assert result.starts.max() > 64
+    assert not panda.in_collision(result.q, world).any()
+    assert np.linalg.norm(panda.forward_kinematics(result.q)[:, :3, 3] - T[:, :3, 3], axis=1).max() <= 1e-5
+
+
+def test_what_collides_in_every_solution_has_the_reason_of_the_cpu(panda, on_gpu):
+    world = shelf()
+    T = panda.forward_kinematics(clear_configurations(panda, world, 2))
+    world.add("block", ulna.Box((0.3, 0.3, 0.3)), T[0])  # around the hand
+    result = on_gpu.inverse_kinematics(T[0], world=world)
+    assert result.status == panda.inverse_kinematics(T[0], world=world).status == "in collision"
+    assert "block" in result.reason
+
+
+def test_objects_that_some_links_may_touch_are_checked_as_on_the_cpu(panda, on_gpu, q):
+    world = cell()
+    world.add("table", ulna.Box((1.0, 1.0, 0.2)), ulna.pose((0.0, 0.0, -0.05)), touch_links=["panda_link0", "panda_link1"])
+    world.add("ball", ulna.Sphere(0.15), ulna.pose((0.5, 0.0, 0.4)), touch_links=["panda_hand"])
+    assert not panda.in_collision(q, world).all(), "although the base is always in the table"
+    for batch in (q, q[0], q[:0]):
+        hits, distances = on_gpu.in_collision(batch, world), on_gpu.signed_distance(batch, world)
+        expected = panda.signed_distance(batch, world)
+        np.testing.assert_allclose(distances, expected, rtol=0, atol=1e-9)
+        assert (hits == panda.in_collision(batch, world))[np.abs(expected) > 1e-9].all()
+    there = cuda.to_device(q)
+    assert (on_gpu.in_collision(there, world).copy_to_host() == on_gpu.in_collision(q, world)).all()
+    np.testing.assert_array_equal(on_gpu.signed_distance(there, world).copy_to_host(), on_gpu.signed_distance(q, world))
+
+
 def test_a_seed_and_a_task_are_taken(panda, on_gpu, q):
     T = panda.forward_kinematics(q[:HARD])
     result = on_gpu.inverse_kinematics(T, q[:HARD])
@@ -140,10 +194,10 @@ def test_what_cannot_be_taken_is_refused_by_name_as_on_the_cpu(panda, on_gpu, q)
         on_gpu.inverse_kinematics(np.zeros((2, 4, 4)))
     with pytest.raises(ulna.UnknownNameError):
         on_gpu.forward_kinematics(q, "hand of god")
-    touchable = ulna.World()
-    touchable.add("floor", ulna.HalfSpace(), touch_links=["panda_link0"])
-    with pytest.raises(ulna.InputError, match="touch_links"):
-        on_gpu.in_collision(q, touchable)
+    with pytest.raises(ulna.InputError, match="nothing to check"):
+        on_gpu.in_collision(q, self_collision=False)
+    with pytest.raises(ulna.InputError, match="World"):
+        on_gpu.inverse_kinematics(panda.forward_kinematics(q), world="a table")
 
 
 def test_arrays_on_the_device_stay_there(panda, on_gpu, q):
