@@ -5,7 +5,6 @@ The extra ``cuda``, a GPU and its driver are needed only where something is run.
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from functools import cache
 from typing import Any
 
@@ -104,23 +103,61 @@ def run(
         shares_scratch: Whether scratch is among the constants: then one piece is computed at a time.
         threads_each: How many threads a problem has, beside each other.
     """
-    if is_on_device(batch):
-        if len(batch):
-            driver[blocks(threads_each * len(batch)), THREADS](*constants, batch, *results, flag)
+    if not len(batch):
         return
-    streams = [cuda.stream() for _ in range(1 if shares_scratch else 2)]
-    with ExitStack() as stack:
-        for array in (batch, *results):
-            stack.enter_context(cuda.pinned(array))
-        for k, start in enumerate(range(0, len(batch), PIECE)):
-            stream, part = streams[k % len(streams)], slice(start, start + PIECE)
-            there = cuda.to_device(batch[part], stream=stream)
-            own = [cuda.device_array(result[part].shape, result.dtype, stream=stream) for result in results]
-            driver[blocks(threads_each * len(there)), THREADS, stream](*constants, there, *own, flag)
-            for result, on_gpu in zip(results, own, strict=True):
-                on_gpu.copy_to_host(result[part], stream=stream)
-        for stream in streams:
-            stream.synchronize()
+    if is_on_device(batch):
+        driver[blocks(threads_each * len(batch)), THREADS](*constants, batch, *results, flag)
+        return
+    n = len(batch)
+    places = [_Place((batch, *results)) for _ in range(1 if shares_scratch or n <= PIECE else 2)]
+    for k, start in enumerate(range(0, n, PIECE)):
+        place, part = places[k % len(places)], slice(start, min(start + PIECE, n))
+        place.finish()
+        there, *own = place.fill(part)
+        driver[blocks(threads_each * len(there)), THREADS, place.stream](*constants, there, *own, flag)
+        place.fetch()
+    for place in places:
+        place.finish()
+
+
+class _Place:
+    """A stream, and room on the device for a piece of a batch and of its results: used again for every other piece.
+
+    Where there are several pieces, a copy goes through memory that the device reads by itself (pinned): else it would wait for
+    the work before it. The caller's own arrays are not pinned: that takes as long as a copy, and read-only ones cannot be.
+    """
+
+    def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
+        self._arrays, self._part = arrays, slice(0, 0)
+        self.stream, rows = cuda.stream(), min(len(arrays[0]), PIECE)
+        shapes = [((rows, *each.shape[1:]), each.dtype) for each in arrays]
+        self._there = [cuda.device_array(*shape) for shape in shapes]
+        self._staged = [cuda.pinned_array(*shape) for shape in shapes] if len(arrays[0]) > PIECE else None
+
+    def fill(self, part: slice) -> list[Any]:
+        """Begin to copy a part of the batch to the device; the places there of it and of its results."""
+        self._part, n, source = part, part.stop - part.start, self._arrays[0][part]
+        if self._staged is not None:
+            np.copyto(self._staged[0][:n], source)
+            source = self._staged[0][:n]
+        there = [each[:n] for each in self._there]
+        there[0].copy_to_device(source, stream=self.stream)
+        return there
+
+    def fetch(self) -> None:
+        """Begin to copy the results back."""
+        n = self._part.stop - self._part.start
+        for k in range(1, len(self._arrays)):
+            target = self._arrays[k][self._part] if self._staged is None else self._staged[k][:n]
+            self._there[k][:n].copy_to_host(target, stream=self.stream)
+
+    def finish(self) -> None:
+        """Wait for the last part, and write its results to their arrays."""
+        self.stream.synchronize()
+        n = self._part.stop - self._part.start
+        for result, staged in zip(self._arrays[1:], (self._staged or ())[1:], strict=False):
+            result[self._part] = staged[:n]
+        self._part = slice(0, 0)
 
 
 def blocks(n: int) -> int:

@@ -67,7 +67,8 @@ def _on_device(scene: Scene, number: Any) -> DeviceScene:
 
 def _over(number: Any, part: NDArray[Any]) -> NDArray[Any]:
     """A table over a number; one of whole numbers as it is."""
-    return part.astype(number) if part.dtype == np.float64 else part
+    with np.errstate(over="ignore"):  # an empty child of the BVH has a box at 1e300
+        return part.astype(number) if part.dtype == np.float64 else part
 
 
 def distance_scratch(scene: DeviceScene, n: int) -> list[Any]:

@@ -182,6 +182,15 @@ def test_leading_axes_and_single_configurations_keep_their_shapes(panda, on_gpu,
     assert on_gpu.inverse_kinematics(np.empty((0, 4, 4))).q.shape == (0, 7)
 
 
+def test_arrays_of_several_pieces_are_put_together_in_their_order(panda, on_gpu, q, monkeypatch):
+    whole = on_gpu.forward_kinematics(q), on_gpu.in_collision(q, cell()), on_gpu.signed_distance(q, round_cell())
+    q.setflags(write=False)
+    monkeypatch.setattr("ulna.engine.gpu.PIECE", -(-len(q) // 3) - 1)  # the last piece is a short one, in a used place
+    pieces = on_gpu.forward_kinematics(q), on_gpu.in_collision(q, cell()), on_gpu.signed_distance(q, round_cell())
+    for one, other in zip(whole, pieces, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_what_cannot_be_taken_is_refused_by_name_as_on_the_cpu(panda, on_gpu, q):
     bad = q.copy()
     bad[2, 3] = np.nan
