@@ -18,7 +18,7 @@ from numba import types
 
 from ulna.drivers.gpu.closed_form import branches
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
-from ulna.drivers.gpu.combine import converted, either, least
+from ulna.drivers.gpu.combine import column, converted, either, least, put, taken
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.drivers.gpu.search import searches_of
 from ulna.engine.single import in_single
@@ -43,6 +43,9 @@ DRIVERS = {
     "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 64),
     "either": (either, (BOOLS, BOOLS), 20, 0),
     "least": (least, (A1, A1), 20, 0),
+    "taken": (taken, (A2, COLUMNS, A2), 40, 0),
+    "put": (put, (A2, COLUMNS, A2), 40, 0),
+    "column": (column, (A2, types.int64, A1), 20, 0),
 }
 
 

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
-from ulna.drivers.gpu.combine import converted
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.engine import gpu
 from ulna.engine.single import in_single
@@ -24,6 +23,8 @@ from ulna.ik.result import IKResult
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+from ulna.robot.gpu_result import DeviceResult
+from ulna.robot.gpu_rows import as_float64
 from ulna.robot.gpu_scene import DeviceScenes, any_of, distance_scratch, least_of
 from ulna.robot.gpu_search import Search
 from ulna.robot.gpu_solutions import all_solutions
@@ -144,7 +145,7 @@ class GpuRobot:
             rotation_tolerance: Largest angle that counts as reached [rad].
 
         Returns:
-            An ``IKResult``. Its ``q`` is on the device where T is; all else is NumPy's.
+            An ``IKResult``. Its ``q`` is on the device where T is; all else is NumPy's, and copied when it is first asked for.
 
         Raises:
             InputError: T is not an array of poses, or another argument cannot be taken.
@@ -167,11 +168,11 @@ class GpuRobot:
             self._scenes.of(world, True, np.float64)
         search = Search(
             robot, query, self._seeds(q_seed, batch), q_seed is not None, world,
-            lambda q: self._any_touch(q, world, True, np.float64),
+            lambda q: _on_host(self._any_touch(q, world, True, np.float64)),
         )  # fmt: skip
         q, info, explanation = search.of(targets, batch)
-        q_out = (gpu.on_device(q) if device else q).reshape(*batch, robot.n_dof)
-        return IKResult(q_out, info, batch, options.tolerances, explanation)
+        result = DeviceResult if device else IKResult
+        return result(q.reshape(*batch, robot.n_dof), info, batch, options.tolerances, explanation)
 
     def all_solutions(
         self,
@@ -258,12 +259,7 @@ class GpuRobot:
         """Rows of a shape on the device as float64: converted there if they are float32, which ``float32`` alone may be."""
         if not self.float32 or own.dtype != np.float32:
             return gpu.as_device_rows(name, own, shape)
-        rows = gpu.as_device_rows(name, own, shape, np.float32)
-        rows = rows.reshape(len(rows), prod(shape))
-        wide = gpu.results_for(rows, tuple(rows.shape))
-        if len(rows):
-            gpu.compiled(converted)[gpu.blocks(len(rows)), gpu.THREADS](rows, wide)
-        return wide.reshape(len(rows), *shape)
+        return as_float64(gpu.as_device_rows(name, own, shape, np.float32))
 
     def _link(self, link: str | None) -> str:
         return self.robot.tree.link_or_tip(link)
@@ -282,3 +278,7 @@ class GpuRobot:
         if seeds.shape[:-1] != batch:
             raise InputError("q_seed", f"shape {seeds.shape} does not go with T of shape {(*batch, 4, 4)}")
         return flat(seeds)
+
+
+def _on_host(hits: Any) -> NDArray[np.bool_]:
+    return hits.copy_to_host() if gpu.is_on_device(hits) else hits

@@ -147,6 +147,20 @@ def test_what_collides_in_every_solution_has_the_reason_of_the_cpu(panda, on_gpu
     assert "block" in result.reason
 
 
+def test_results_on_the_device_have_what_those_of_the_host_have(panda, on_gpu):
+    world = shelf()
+    T = panda.forward_kinematics(clear_configurations(panda, world, HARD))
+    T[0, :3, 3] = (5.0, 0.0, 0.0)
+    for options in ({}, {"world": world}):
+        on_host, there = on_gpu.inverse_kinematics(T, **options), on_gpu.inverse_kinematics(cuda.to_device(T), **options)
+        np.testing.assert_array_equal(there.q.copy_to_host(), on_host.q)
+        np.testing.assert_array_equal(there.info, on_host.info)
+        assert list(there.status) == list(on_host.status)
+        assert there.status[0] == "unreachable"
+        assert str(there) == str(on_host)
+        assert (pickle.loads(pickle.dumps(there)).q == on_host.q).all()  # noqa: S301 - our own bytes
+
+
 def test_objects_that_some_links_may_touch_are_checked_as_on_the_cpu(panda, on_gpu, q):
     world = cell()
     world.add("table", ulna.Box((1.0, 1.0, 0.2)), ulna.pose((0.0, 0.0, -0.05)), touch_links=["panda_link0", "panda_link1"])
