@@ -43,9 +43,9 @@ DRIVERS = {
     "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 64),
     "either": (either, (BOOLS, BOOLS), 20, 0),
     "least": (least, (A1, A1), 20, 0),
-    "taken": (taken, (A2, COLUMNS, A2), 40, 0),
-    "put": (put, (A2, COLUMNS, A2), 40, 0),
-    "column": (column, (A2, types.int64, A1), 20, 0),
+    "taken": (taken, (A2, COLUMNS, A2), 33, 0),
+    "put": (put, (A2, COLUMNS, A2), 35, 0),
+    "column": (column, (A2, types.int64, A1), 15, 0),
 }
 
 

@@ -15,7 +15,9 @@ from numba import cuda
 import robots
 import ulna
 from closed_form_arms import FAMILIES, arm_of
+from ulna.ik.closed_form.closed_form import closed_form_of, joints_at
 from ulna.ik.closed_form.families import NAMES
+from ulna.robot.gpu_solutions import _run
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 5 if SIMULATED else 10_000
@@ -51,6 +53,15 @@ def test_the_branches_of_every_family_are_those_of_the_cpu(family, from_end):
     assert_same(found, robot.all_solutions(T), 1e-6)
     reached = robot.forward_kinematics(found.q[found.real])
     assert np.abs(reached - np.repeat(T, found.real.sum(axis=1), axis=0)).max() < 1e-9
+
+
+def test_each_joint_has_its_own_entry_of_q():
+    robot, order = ur5(), np.array([3, 0, 5, 1, 4, 2])
+    T, form = targets_of(robot, N), closed_form_of(robot.tree, robot.tip)
+    six = joints_at(form, robot.home)
+    plan = six.plan(robot.lower, robot.upper)
+    found = _run(six, T, robot.home[None], plan, order)[0]
+    np.testing.assert_array_equal(found[..., order], _run(six, T, robot.home[None], plan, np.arange(6))[0])
 
 
 @pytest.mark.parametrize("limit", [1.5, np.pi, 2 * np.pi])
