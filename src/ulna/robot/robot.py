@@ -395,10 +395,13 @@ class Robot(Quick):
             jacobian = self._jacobian.of((link, expressed_in))
         return jacobian(q, out, threads)
 
-    def on_gpu(self) -> GpuRobot:
+    def on_gpu(self, *, float32: bool = False) -> GpuRobot:
         """The same robot, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
 
         Its methods have the names of these. They take NumPy arrays, or arrays on the device, and return the same kind.
+
+        Args:
+            float32: Whether poses, Jacobians and collisions of boxes are computed in float32: for cards with few float64 units.
 
         Raises:
             DeviceError: There is no GPU that can be used.
@@ -407,7 +410,7 @@ class Robot(Quick):
         """
         from ulna.robot.gpu_robot import GpuRobot  # noqa: PLC0415 - needs the extra
 
-        return GpuRobot(self)
+        return GpuRobot(self, float32=float32)
 
     def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
         """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, but faster.
