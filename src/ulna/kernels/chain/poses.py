@@ -48,25 +48,25 @@ def chain_pose(chain, q_rows):
 
 
 @kernel
-def joint_turns(table, q_rows, turn_rows):
+def joint_turns(chain, q_rows, turn_rows):
     """Write, for joint i, the sine and the cosine of its angle to rows 2 i and 2 i + 1; a length that it slides to row 2 i."""
-    for i in range(table.shape[0]):
-        kind = int(table[i, KIND])
+    for i in range(chain.shape[0]):
+        kind = int(chain[i, KIND])
         if kind == FIXED:
             continue
         if kind == PRISMATIC:
-            store(turn_rows, 2 * i, joint_value(table, i, q_rows))
+            store(turn_rows, 2 * i, joint_value(chain, i, q_rows))
         else:
-            s, c = sincos(joint_value(table, i, q_rows))
+            s, c = sincos(joint_value(chain, i, q_rows))
             store(turn_rows, 2 * i, s)
             store(turn_rows, 2 * i + 1, c)
 
 
 @kernel
-def turned_joint_pose(table, i, turn_rows):
+def turned_joint_pose(chain, i, turn_rows):
     """``joint_pose`` by what ``joint_turns`` wrote."""
-    kind = int(table[i, KIND])
-    origin = constant_pose(table, i, load(turn_rows, 0))
+    kind = int(chain[i, KIND])
+    origin = constant_pose(chain, i, load(turn_rows, 0))
     if kind == FIXED:
         return origin
     if kind == PRISMATIC:
