@@ -95,7 +95,7 @@ class ClusterError(UlnaError, RuntimeError):
 
 
 class DeviceError(UlnaError, RuntimeError):
-    """A GPU is asked for, and none can be used."""
+    """A GPU is needed, and there is none, or it cannot be used."""
 
 
 class GeometryError(UlnaError, ValueError):

@@ -5,6 +5,7 @@ import pytest
 
 import ulna
 from ulna.cli import record as record_file
+from ulna.cli.trajectory import read_motion
 
 
 def test_a_picture_of_any_robot(run, tmp_path, slider):
@@ -51,8 +52,38 @@ def test_a_bad_trajectory_file_is_refused_in_one_line(refusal, tmp_path, name, c
     assert not (tmp_path / "a.mp4").exists()
 
 
-def test_q_and_trajectory_together_are_refused(refusal, tmp_path):
-    assert refusal("record", tmp_path / "a.mp4", "--trajectory", "a.csv", "--q", "0").startswith("--q: does not go with")
+@pytest.mark.parametrize("two", [("--trajectory", "a.csv", "--q", "0"), ("--trajectory", "a.csv", "--plan", "a.csv")])
+def test_only_one_source_of_joint_positions_is_accepted(refusal, tmp_path, two):
+    assert refusal("record", tmp_path / "a.mp4", *two).startswith("--q, --trajectory, --plan: at most one")
+
+
+def test_a_motion_of_ulna_plan_is_recorded_in_its_time(run, tmp_path, panda):
+    world = ulna.World()
+    world.add("post", ulna.Box((0.1, 0.1, 0.9)), ulna.pose((0.45, 0.2, 0.45)))
+    goal = panda.home + 0.9 * np.eye(7)[0]
+    motion = panda.plan(panda.home, goal, world).trajectory(acceleration=5.0)
+    motion.to_csv(tmp_path / "motion.csv", period=0.01)
+    duration, rows = read_motion(tmp_path / "motion.csv", panda)
+    assert duration == motion.duration
+    even = motion.at(np.linspace(0, duration, len(rows))).q
+    assert np.allclose(rows, even, atol=1e-3)  # linear between lines 10 ms apart
+    result = run("record", tmp_path / "arm.mp4", "--plan", tmp_path / "motion.csv", "--size", "64x48", "--fps", "10")
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert f"{round(10 * duration)} pictures" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("0,0,0,0,0,0,0\n", "--plan: a.csv has shape (1, 7); rows of a time and 7 joint positions"),
+        ("0,0,0,0,0,0,0,0\n0,0,0,0,0,0,0,0\n", "--plan: a.csv: row 1 is not later than the row before"),
+        ("0,0,0,0,0,0,0,inf\n", "--plan: a.csv: row 0 is not finite"),
+    ],
+)
+def test_a_bad_motion_file_is_refused_in_one_line(refusal, tmp_path, content, message):
+    (tmp_path / "a.csv").write_text(content)
+    assert refusal("record", tmp_path / "a.mp4", "--plan", tmp_path / "a.csv").startswith(message)
+    assert not (tmp_path / "a.mp4").exists()
 
 
 @pytest.mark.parametrize(

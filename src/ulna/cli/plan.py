@@ -30,8 +30,8 @@ from ulna.cli.options import (
 from ulna.cli.output import Data, make_table, number, show
 from ulna.description.pose import pose
 from ulna.errors import InputError
+from ulna.planning.options import MAX_CHECKS
 from ulna.planning.plan import Plan
-from ulna.planning.planner import MAX_CHECKS
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 

@@ -14,25 +14,30 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ulna.cli.options import Degrees, PackageDirs, Positions, Scene, XacroArgs, as_options, load_robot, positions, world_of
 from ulna.cli.output import printable, warn
 from ulna.cli.plugins import FILMS, load_plugins
-from ulna.cli.trajectory import read_trajectory
+from ulna.cli.trajectory import read_motion, read_trajectory
 from ulna.errors import InputError, needs_extra
 
 Out = Annotated[Path, typer.Argument(metavar="OUT", help="The file: .mp4, .gif, or .png for a single picture.")]
-Seconds = Annotated[float | None, typer.Option(help="How long it is; 30, or 10 with --robot.")]
+Seconds = Annotated[float | None, typer.Option(help="How long it is; 30, or 10 with --robot, or as --plan.")]
 Size = Annotated[str | None, typer.Option(metavar="WxH", help="In pixels; 1280x720, or 640x360 of a .gif.")]
 Rate = Annotated[int | None, typer.Option(help="Pictures a second; 30, or 10 of a .gif.")]
 At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Which moment of the demo a .png shows.")]
 RecordedRobot = Annotated[
     str | None,
     typer.Option(
-        metavar="ROBOT", help="A robot, instead of the demo; without --scene and --trajectory the camera goes round it."
+        metavar="ROBOT", help="A robot, instead of the demo; without --scene, --trajectory and --plan the camera goes round it."
     ),
 ]
 Trajectory = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Rows of joint positions, .csv or .npy: the robot moves along them.")
 ]
+PlanFile = Annotated[
+    Path | None,
+    typer.Option("--plan", metavar="FILE", help="A motion that `ulna plan --csv` wrote, shown in its time."),
+]
 Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes that collisions of the arm are checked with.")]
 _OPTIONS = {"path": "OUT", "seconds": "--seconds", "size": "--size", "rate": "--fps", "at": "--at"}
+_SHORTEST = 0.1  # [s] of a motion that does not move
 _EXTRA = ("recording", "viewer", "trimesh", "av", "PIL")
 
 
@@ -55,6 +60,7 @@ def record(
     degrees: Degrees = False,
     scene: Scene = None,
     trajectory: Trajectory = None,
+    plan: PlanFile = None,
     boxes: Boxes = True,
     xacro_arg: XacroArgs = None,
     package_dir: PackageDirs = None,
@@ -62,16 +68,22 @@ def record(
     """Record the demo as a video, with no display: the box goes round the moving arm, and the light says what it touches.
 
     As in: ulna record out.mp4. A picture of any robot: ulna record arm.png --robot ur5 --q "0, -pi/3, pi/3, 0, pi/2, 0".
-    A robot among obstacles: ulna record arm.mp4 --robot panda --scene scene.json --trajectory rows.csv.
+    A robot among obstacles: ulna record arm.mp4 --robot panda --scene scene.json --trajectory rows.csv. A motion that is planned:
+    ulna plan panda --xyz "0.4,0.1,0.5" --csv motion.csv, and then ulna record arm.mp4 --robot panda --plan motion.csv.
     """
-    of_robot = not (robot is None and q is None and scene is None and trajectory is None)
-    if q is not None and trajectory is not None:
-        raise InputError("--q", "does not go with --trajectory, which has the joint positions")
+    of_robot = any(each is not None for each in (robot, q, scene, trajectory, plan))
+    if sum(each is not None for each in (q, trajectory, plan)) > 1:
+        raise InputError("--q, --trajectory, --plan", "at most one of them is expected: each has the joint positions")
     _refuse_what_does_not_go_together(out, (seconds, fps, at), of_robot=of_robot, of_files=bool(xacro_arg or package_dir))
     if degrees and q is None:
         raise InputError("--degrees", "goes with --q")
     recorder = _recorder()
     film = None if of_robot else _film()
+    arm = load_robot(robot or "panda", xacro_arg, package_dir) if of_robot else None
+    motion = None
+    if arm is not None and plan is not None:
+        duration, motion = read_motion(plan, arm)
+        seconds = seconds or max(duration, _SHORTEST)
     seconds = (10.0 if of_robot else 30.0) if seconds is None else seconds
     with as_options(_OPTIONS):
         form = recorder.make_form(out, seconds, None if size is None else _size(size), fps)
@@ -83,15 +95,14 @@ def record(
         def tell(done: int) -> None:
             progress.update(task, completed=done)
 
-        if film is None:
-            arm = load_robot(robot or "panda", xacro_arg, package_dir)
+        if arm is not None:
             still = positions("--q", q, arm, degrees=degrees)
-            if scene is None and trajectory is None:
+            if scene is None and trajectory is None and motion is None:
                 missing = recorder.record_robot(form, arm, still, boxes=boxes, tell=tell)
             else:
-                path = still[None] if trajectory is None else read_trajectory(trajectory, arm)
+                path = motion if motion is not None else still[None] if trajectory is None else read_trajectory(trajectory, arm)
                 missing = _moving().record_moving(form, arm, path, world_of(scene), boxes=boxes, tell=tell)
-        else:
+        elif film is not None:
             film(form, at, boxes=boxes, tell=tell)
     for mesh in missing:
         warn(f"not shown: {mesh}")

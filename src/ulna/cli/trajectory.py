@@ -1,4 +1,4 @@
-"""Reads rows of q, or poses, from a file: .csv, or .npy as NumPy saves them. Used by ``record`` and ``follow``."""
+"""Reads rows of q, motions, or poses from a file: .csv, or .npy as NumPy saves them. Used by ``record`` and ``follow``."""
 
 from pathlib import Path
 
@@ -9,7 +9,8 @@ from ulna.description.pose import as_pose, pose
 from ulna.errors import FileError, InputError
 from ulna.robot import Robot
 
-_OPTION, _PATH = "--trajectory", "--path"
+_OPTION, _PATH, _PLAN = "--trajectory", "--path", "--plan"
+_RATE = 200  # rows a second of a motion
 _LONGEST = 100_000_000  # bytes
 
 
@@ -25,6 +26,26 @@ def read_trajectory(path: Path, robot: Robot) -> NDArray[np.float64]:
         raise InputError(_OPTION, f"{path.name} has shape {rows.shape}; rows of {robot.n_dof} joint positions are expected")
     _refuse_infinite(_OPTION, path, rows)
     return rows
+
+
+def read_motion(path: Path, robot: Robot) -> tuple[float, NDArray[np.float64]]:
+    """The duration [s] of a motion as ``ulna plan --csv`` writes it, and rows of q at even times [rad or m], shape (n, n_dof).
+
+    Raises:
+        FileError: It cannot be read.
+        InputError: It does not hold rows of a time and positions, velocities and accelerations, each later than the one before.
+    """
+    rows, n = _read(_PLAN, path), robot.n_dof
+    if rows.ndim != 2 or rows.shape[1] not in {1 + n, 1 + 3 * n} or not len(rows):
+        expected = f"rows of a time and {n} joint positions, velocities and accelerations are expected"
+        raise InputError(_PLAN, f"{path.name} has shape {rows.shape}; {expected}, as `ulna plan --csv` writes them")
+    _refuse_infinite(_PLAN, path, rows)
+    times = rows[:, 0] - rows[0, 0]
+    if (np.diff(times) <= 0.0).any():
+        k = int(np.flatnonzero(np.diff(times) <= 0.0)[0])
+        raise InputError(_PLAN, f"{path.name}: row {k + 1} is not later than the row before")
+    even = np.linspace(0.0, times[-1], 1 + int(np.ceil(_RATE * times[-1])))
+    return float(times[-1]), np.column_stack([np.interp(even, times, column) for column in rows[:, 1 : 1 + n].T])
 
 
 def read_poses(path: Path) -> NDArray[np.float64]:

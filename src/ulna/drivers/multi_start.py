@@ -41,7 +41,7 @@ def search_jobs(chain, targets, order, seeds, bounds, samples, posture, settings
     q_out: (m n_starts, n_dof) and info: (m n_starts, N_INFO), a row a job. With FIRST_WINS ``order`` holds one target, and row 0
     the result, or the job that came nearest. ANY: the first job that is solved ends the search. NEAREST: the first job, that
     of the seed, ends it by its solution; once that job has failed, or others have solutions and it hardly advances, the
-    nearest of these to the seed is taken, or if there is none yet the next.
+    nearest of these to the seed is taken, or the next solution that is found, if there is none yet.
     """
     run_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q_out, info)
 

@@ -39,7 +39,7 @@ def require_device() -> None:
     if cuda is None:
         raise MissingExtraError("a GPU", "cuda")
     if not cuda.is_available():
-        raise DeviceError("no NVIDIA GPU can be used here: there is none, or its driver is missing")
+        raise DeviceError("no NVIDIA GPU was found, or its driver is not installed")
 
 
 def on_device(array: NDArray) -> Any:

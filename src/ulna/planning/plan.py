@@ -16,6 +16,7 @@ from ulna.ik.entry_names import entry_names
 from ulna.ik.result import IKResult
 from ulna.planning.blend import rounded_path
 from ulna.planning.effort import Effort
+from ulna.planning.improve import Searched, improved
 from ulna.planning.motion import Motion
 from ulna.planning.plan_status import PlanStatus
 from ulna.planning.trajectory import Trajectory, as_limits, make_trajectory, resting
@@ -56,7 +57,7 @@ class Plan:
     effort: Effort = field(default_factory=Effort)
     escape: float = 0.0
     goal: int = -1
-    _motion: Motion | None = field(default=None, repr=False)
+    _searched: Searched | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         self.path.setflags(write=False)
@@ -160,6 +161,37 @@ class Plan:
         rounding = float(blend) if jerks is None else 0.0
         pieces = rounded_path(self.path, np.diff(self._lengths), rounding, self._motion.is_free)
         return make_trajectory(pieces, limits, accelerations, names, certified=self.certified and not self.escape, jerk=jerks)
+
+    def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
+        """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).
+
+        The length goes towards the least one as ``max_checks`` grows. The same calls give the same bits.
+
+        Args:
+            max_checks: How many edges are checked at most, besides those of the plan. Shortening a path that was found may go on.
+            time_limit: The longest time of the searches [s]. Where it ends them, the result depends on the machine.
+
+        Returns:
+            A ``Plan`` with its checks added; with the same path if none was found that is shorter.
+
+        Raises:
+            InputError: There is no path, or an argument cannot be taken.
+
+        Example:
+            >>> import ulna
+            >>> panda, world = ulna.load("panda"), ulna.World()
+            >>> world.add("post", ulna.Box((0.1, 0.1, 1.2)), ulna.pose((0.5, 0.0, 0.6)))
+            >>> left, right = panda.home + 0.0, panda.home + 0.0
+            >>> left[0], right[0] = 0.8, -0.8
+            >>> plan = panda.plan(left, right, world)
+            >>> plan.improve(1000).length <= plan.length
+            True
+        """
+        return improved(self, self._searched, max_checks, time_limit)
+
+    @property
+    def _motion(self) -> Motion | None:
+        return None if self._searched is None else self._searched.motion
 
     def __getstate__(self) -> dict:
         return {name: value for name, value in self.__dict__.items() if name != "_lengths"}

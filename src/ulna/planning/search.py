@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 _FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges, and seconds, between which Ctrl-C and the time limit are looked at
 _FIRST_CAPACITY = 512  # nodes
 _BLOCK = 1024  # samples
+_NONE = 2**62
+SAMPLES_A_CHECK = 1024  # at most, of searches below a bound: few samples may be of any use
 _OWN_STREAM = 0x706C616E  # a caller who draws configurations with the same seed must not draw the same numbers
 
 
@@ -29,6 +31,12 @@ class Edges(NamedTuple):
     settings: Array
     space: Space
 
+    def below(self, bound: float, start: Array, goals: Array) -> "Edges":
+        """The same for paths shorter than a bound: samples are taken where such a path may pass."""
+        settings = self.settings.copy()
+        settings[layout.BOUND] = bound
+        return Edges(self.merged, settings, self.space.within(bound, start, goals))
+
 
 @dataclass(eq=False)
 class Search:
@@ -38,17 +46,20 @@ class Search:
         edges: The robot and the world.
         start: Shape (n_dof,).
         goals: Shape (n, n_dof), at least one.
-        seed: Chooses the samples.
+        stream: Chooses the samples: the seed, and the number of the search.
+        bound: The length that the path is to stay below; then it is the search of AORRTC.
     """
 
     edges: Edges
     start: Array
     goals: Array
-    seed: int
+    stream: tuple[int, ...]
+    bound: float = np.inf
     state: NDArray[np.int64] = field(init=False)
     _rows: list[Array] = field(init=False)
     _parents: NDArray[np.int64] = field(init=False)
     _radii: Array = field(init=False)
+    _costs: Array = field(init=False)
 
     def __post_init__(self) -> None:
         self.state = np.zeros(layout.N_STATE, dtype=np.int64)
@@ -60,22 +71,34 @@ class Search:
             for i, q in enumerate(roots):
                 self._rows[tree][i // WIDTH * n_dof : (i // WIDTH + 1) * n_dof, i % WIDTH] = q
             self.state[tree] = len(roots)
-        self.state[layout.ACTIVE] = 1
+        self.state[layout.ACTIVE], self.state[layout.GOAL_ROOTS] = 1, len(self.goals)
+        self._costs = np.empty((0, WIDTH))
+        if np.isfinite(self.bound):
+            self.state[layout.DIRECT] = _NONE  # no straight edges: they were tried
+            self._costs = np.full((2 * capacity // WIDTH, WIDTH), np.inf)
+            self._costs[0, 0] = 0.0
+            self._costs[capacity // WIDTH :].reshape(-1)[: len(self.goals)] = 0.0
+            self.edges = self.edges.below(self.bound, self.start, self.goals)
 
     def run(self, max_checks: int, time_limit: float | None) -> Array | None:
-        """Search on, up to so many checked edges in all or so many seconds; the path if one was found, shape (n, n_dof)."""
+        """Search on, up to so many checked edges in all or so many seconds; the path if one was found, shape (n, n_dof).
+
+        With a bound, it ends as well after SAMPLES_A_CHECK samples for each of these edges.
+        """
         merged, settings, space = self.edges
         grow, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit)
         no_path = np.empty((0, len(self.start)))
         while slices.another(self.state):
             code = grow(
                 *merged.scene, merged.may_touch, settings, space.table, self._samples(),
-                *self._rows, self._parents, self._radii, no_path, self.state,
+                *self._rows, self._parents, self._radii, self._costs, no_path, self.state,
             )  # fmt: skip
             if code == layout.SOLVED:
                 return self._path()
             if code == layout.FULL:
                 self._grow()
+            if self.state[layout.SAMPLE] > SAMPLES_A_CHECK * max_checks and len(self._costs):
+                break
         return None
 
     @property
@@ -83,6 +106,11 @@ class Search:
         """What it took so far."""
         checks, iterations = self.state[layout.CHECKS], self.state[layout.ITERATIONS]
         return Effort(int(checks), int(iterations), *self.state[:2].tolist())
+
+    @property
+    def n_samples(self) -> int:
+        """How many samples it took so far."""
+        return int(self.state[layout.SAMPLE])
 
     @property
     def goal(self) -> int:
@@ -95,7 +123,7 @@ class Search:
     def _samples(self) -> Array:
         block = int(self.state[layout.SAMPLE]) // _BLOCK
         self.state[layout.FIRST_SAMPLE] = block * _BLOCK
-        return samples(len(self.start), self.seed, block)
+        return samples(len(self.start) + (len(self._costs) > 0), self.stream, block)
 
     def _grow(self) -> None:
         more = 3 * self._parents.shape[1]
@@ -103,6 +131,9 @@ class Search:
         self._rows = [np.concatenate([rows, np.full((more // WIDTH * n_dof, WIDTH), np.inf)]) for rows in self._rows]
         self._parents = np.concatenate([self._parents, np.full((2, more), -1)], axis=1)
         self._radii = np.concatenate([self._radii, np.full((2, more), np.inf)], axis=1)
+        if len(self._costs):
+            infinite = np.full((more // WIDTH, WIDTH), np.inf)
+            self._costs = np.concatenate([part for half in np.split(self._costs, 2) for part in (half, infinite)])
 
     def _path(self) -> Array:
         """From the start to a goal; the second part turned by whole turns to where the first one ends."""
@@ -166,6 +197,7 @@ def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Ar
     points[:n], state[layout.POINTS], state[layout.PASS] = path, n, first_pass
     plan_slice, slices, straight = entry("planning.plan_slice"), Slices(2**62, None), edges.space.straight
     none, nodes, radii = np.empty((0, path.shape[1])), np.empty((2, 0), dtype=np.int64), np.empty((2, 0))
+    costs = np.empty((0, WIDTH))
     while slices.another(state):
         code = plan_slice(
             *edges.merged.scene,
@@ -177,6 +209,7 @@ def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Ar
             none,
             nodes,
             radii,
+            costs,
             points,
             state,
         )
@@ -187,6 +220,6 @@ def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Ar
 
 
 @lru_cache(maxsize=64)
-def samples(n_dof: int, seed: int, block: int) -> Array:
-    """The samples of a block, in [0, 1), shape (1024, n_dof): the same in every search with a seed."""
-    return np.random.default_rng([_OWN_STREAM, seed, block]).random((_BLOCK, n_dof))
+def samples(n: int, stream: tuple[int, ...], block: int) -> Array:
+    """The samples of a block, in [0, 1), shape (1024, n): the same in every search with that stream."""
+    return np.random.default_rng([_OWN_STREAM, *stream, block]).random((_BLOCK, n))

@@ -47,6 +47,20 @@ class Space:
         period = self.table[PERIOD]
         return np.where(period > 0, q - period * np.rint(q / np.where(period > 0, period, 1.0)), q)
 
+    def within(self, bound: float, start: Array, goals: Array) -> "Space":
+        """The space with limits that hold all paths from a start to one of the goals that are shorter than a bound.
+
+        Such a path lies in an ellipsoid with these two as its foci (Gammell, Srinivasa and Barfoot, Informed RRT*, IROS 2014);
+        the limits are those of its box. The joints that turn for ever keep theirs.
+        """
+        way = self.shortest_way(goals - start) * self.table[WEIGHT]
+        extent = 0.5 * np.sqrt(np.maximum(bound**2 - (way**2).sum(axis=1, keepdims=True) + way**2, 0.0))
+        centre, extent = start + 0.5 * way / self.table[WEIGHT], extent / self.table[WEIGHT]
+        table, turning = self.table.copy(), self.table[PERIOD] > 0
+        table[LOW] = np.where(turning, table[LOW], np.maximum(table[LOW], (centre - extent).min(axis=0)))
+        table[HIGH] = np.where(turning, table[HIGH], np.minimum(table[HIGH], (centre + extent).max(axis=0)))
+        return Space(table, self.moving)
+
     def lengths(self, differences: Array) -> Array:
         """The lengths of differences of configurations, shape (...,)."""
         return np.linalg.norm(differences * self.table[WEIGHT], axis=-1)

@@ -33,7 +33,7 @@ def write_figure(found: ReachabilityMap, path: str | Path) -> None:
     """Write that figure: .png, .svg or .pdf.
 
     Raises:
-        InputError: The ending is none that matplotlib can write.
+        InputError: matplotlib cannot write files with this ending.
         FileError: The file cannot be written.
     """
     try:

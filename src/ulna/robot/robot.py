@@ -46,8 +46,9 @@ from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytica
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
+from ulna.planning.options import MAX_CHECKS, PlanOptions
 from ulna.planning.plan import Plan
-from ulna.planning.planner import MAX_CHECKS, PlanOptions, plan_motion
+from ulna.planning.planner import plan_motion
 
 if TYPE_CHECKING:
     from ulna.robot.gpu_robot import GpuRobot

@@ -8,6 +8,7 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.errors import InputError, UlnaError
+from ulna.robot import Robot
 from ulna.viewer.session.session import Session
 
 COPY_SCRIPT = b"""<script>
@@ -35,8 +36,7 @@ class ConfigurationPanel:
 
     def __init__(self, gui: viser.GuiApi, session: Session, moved: Callable[[], None]) -> None:
         self._session, self._moved = session, moved
-        named = {name: q for name, q in session.robot.named_configurations.items() if np.shape(q) == (session.robot.n_dof,)}
-        self._known = {"home": session.robot.home, **named}
+        self._known = configurations_of(session.robot)
         self.names = gui.add_button_group("Go to", tuple(self._known))
         with gui.add_folder("Copy, save, load q", expand_by_default=False):
             self.text = gui.add_html("")
@@ -70,6 +70,12 @@ class ConfigurationPanel:
         except UlnaError as error:
             if event.client is not None:
                 event.client.add_notification("q was not loaded", str(error), color="red")
+
+
+def configurations_of(robot: Robot) -> dict[str, NDArray[np.float64]]:
+    """Home and the named configurations of all joints, by name, shape (n_dof,) each."""
+    named = {name: q for name, q in robot.named_configurations.items() if np.shape(q) == (robot.n_dof,)}
+    return {"home": robot.home, **named}
 
 
 def as_text(q: NDArray[np.float64]) -> str:

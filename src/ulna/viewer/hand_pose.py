@@ -1,24 +1,47 @@
 """Shows the hand's pose in fields that can be edited. Used by ``hand``."""
 
 from collections.abc import Callable
+from typing import Protocol
 
 import viser
+from numpy.typing import NDArray
 
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.errors import UlnaError
 from ulna.viewer.retyped import retyped, rounded
-from ulna.viewer.session.session import Session
+
+
+class Sent(Protocol):
+    """What is sent to a typed pose: the hand of a ``Session``, or the goal of a ``Planning``."""
+
+    @property
+    def target(self) -> NDArray | None:
+        """The pose to which it is pulled, shape (4, 4); None if it is not pulled."""
+        ...
+
+    @property
+    def hand_pose(self) -> NDArray:
+        """Where it is, shape (4, 4)."""
+        ...
+
+    def send(self, T_base_hand: NDArray) -> None:
+        """Send it to a pose, shape (4, 4)."""
+        ...
 
 
 class HandPose:
     """Two fields, position and angles. A typed pose sends the hand there. ``moved`` is called after something was typed."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session, moved: Callable[[], None]) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, session: Sent, moved: Callable[[], None], name: str = "Hand", *, visible: bool = True
+    ) -> None:
         self._session, self._moved = session, moved
         self._typed: dict[str, tuple[tuple[float, ...], viser.ClientHandle]] = {}
         zero = (0.0, 0.0, 0.0)
-        self.xyz = gui.add_vector3("Hand xyz [m]", zero, step=0.001, hint="Where the hand is in the base frame; type where to go")
-        self.rpy = gui.add_vector3("Hand rpy [rad]", zero, step=0.001, hint="Roll, pitch, yaw of the hand in the base frame")
+        where = "Where the hand is in the base frame; type where to go" if name == "Hand" else "Where the hand is to go"
+        turned = f"Roll, pitch, yaw of the {name.lower()} in the base frame"
+        self.xyz = gui.add_vector3(f"{name} xyz [m]", zero, step=0.001, hint=where, visible=visible)
+        self.rpy = gui.add_vector3(f"{name} rpy [rad]", zero, step=0.001, hint=turned, visible=visible)
         self.xyz.on_update(self._listener("xyz"))
         self.rpy.on_update(self._listener("rpy"))
 
@@ -45,6 +68,10 @@ class HandPose:
             if name not in self._typed:
                 x, y, z = rounded(values)
                 field.value = (x, y, z)
+
+    def show_fields(self, *, visible: bool) -> None:
+        """Show or hide the fields."""
+        self.xyz.visible = self.rpy.visible = visible
 
     def _listener(self, name: str) -> Callable:
         async def listen(event: viser.GuiEvent) -> None:

@@ -23,6 +23,7 @@ from ulna.viewer.loop import Loop
 from ulna.viewer.notice import Notice
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
+from ulna.viewer.plan_panel import PlanPanel
 from ulna.viewer.rehearsal import rehearsals
 from ulna.viewer.session.session import Session
 from ulna.viewer.stage import add_stage
@@ -56,7 +57,7 @@ class View:
         self.answer_time = 0.0
         self._event_time: float | None = None
         self._rehearsed = False
-        self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self.session.moving else IDLE_S, self._failed)
+        self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self._moving else IDLE_S, self._failed)
         self.compiler = Compiler(self._loop.wake)
         self.session = Session(robot, world, q, self.compiler.ask)
         self.page = Page(host, port, title=f"{robot.name} - Ulna", origins=origins)
@@ -93,6 +94,10 @@ class View:
                 hint=session.unchecked or None,
             )
             self.itself.on_update(lambda _: self._set_itself())
+        self.plans = None
+        if robot.n_dof:
+            with tabs.add_tab("Plan"):
+                self.plans = PlanPanel(server, session, extent.radius, self._happened)
         with tabs.add_tab("Look"):
             self.look = VisibilityPanel(server.gui, self.arm, solids=False)
         self._show()
@@ -190,7 +195,8 @@ class View:
                 self.hand.take()
             news = self.compiler.take_news()
             chosen = self.obstacles.take()
-            if session.frame() or chosen or news:
+            planned = self.plans is not None and self.plans.take()
+            if session.frame() or chosen or news or planned:
                 self._show()
             elif self.hand is not None:
                 self.hand.show()
@@ -213,6 +219,13 @@ class View:
         self.configuration.show(session.q)
         if self.hand is not None:
             self.hand.show()
+            self.hand.handles.show(visible=self.plans is None or not self.plans.planning.on)
+        if self.plans is not None:
+            self.plans.show()
+
+    @property
+    def _moving(self) -> bool:
+        return self.session.moving or (self.plans is not None and self.plans.moving)
 
     def _set_itself(self) -> None:
         self.session.itself = self.itself.value

@@ -67,8 +67,8 @@ class FollowedPath:
         max_step: The largest step that was allowed [rad or m].
         ends_at: The number of the first pose to which no path leads; None if all are reached.
         ending: Why none does; None if all are reached.
-        proof: ``complete``: every solution of every pose was compared, by the closed form, so the path is the best, and where
-            none leads on there is none with such steps. ``searched``: it is the best that was found.
+        proof: ``complete``: every solution of every pose was compared, by the closed form: no path with steps up to
+            ``max_step`` has a lower cost, and if none is found, none exists. ``searched``: it is the best that was found.
     """
 
     q: Array

@@ -124,6 +124,11 @@ class Session:
                 self._rest()
 
     @property
+    def held(self) -> tuple[str, ...]:
+        """The names of the joints that do not move while the hand is pulled: planar and floating ones."""
+        return () if self._hand is None else self._hand.held
+
+    @property
     def hand_pose(self) -> Array:
         """T_base_hand, shape (4, 4)."""
         return self.robot.forward_kinematics(self.q, self.link)

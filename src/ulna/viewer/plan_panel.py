@@ -1,0 +1,97 @@
+"""Shows a plan: handles of the goal, the hand's path as a line, the reason if there is none; plays it. Used by ``view``."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+import viser
+
+from ulna.viewer.configuration import configurations_of
+from ulna.viewer.hand_pose import HandPose
+from ulna.viewer.handles import Handles
+from ulna.viewer.html import marked, plain
+from ulna.viewer.palette import GREEN, INK, RED, UNKNOWN
+from ulna.viewer.session.planning import Planning
+from ulna.viewer.session.session import Session
+
+_HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"
+_PLAY, _PAUSE = "Play", "Pause"
+_LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
+
+
+class PlanPanel:
+    """The tab of plans. ``moved`` is called after each event; ``size`` is that of the robot [m]."""
+
+    def __init__(self, server: viser.ViserServer, session: Session, size: float, moved: Callable[[], None]) -> None:
+        self._session, self._moved, self.planning = session, moved, Planning(session)
+        self._known = configurations_of(session.robot)
+        self.handles = Handles(server.scene, "/goal", 0.25 * size, moved, visible=False)
+        self.mark = server.scene.add_icosphere("/goal/mark", 0.03 * size, UNKNOWN, visible=False, cast_shadow=False)
+        nothing = np.zeros((1, 2, 3))
+        self.line = server.scene.add_line_segments("/plan/line", nothing, INK, thickness=0.008 * size, visible=False)
+        gui = server.gui
+        refusal = session.unchecked
+        self.on = gui.add_checkbox("Plan a motion", initial_value=False, disabled=bool(refusal), hint=refusal or _HINT)
+        self.sentence = gui.add_html(plain(refusal) if refusal else "")
+        self.known = gui.add_button_group("Plan to", tuple(self._known), visible=False)
+        self.pose = HandPose(gui, self.planning, moved, "Goal", visible=False)
+        self.play = gui.add_button(_PLAY, hint="Move the arm along the plan", visible=False)
+        self.along = gui.add_slider("Along the plan", min=0.0, max=1.0, step=0.001, initial_value=0.0, visible=False)
+        self.here = gui.add_button("Start here", hint="Plan from where the arm is now", visible=False)
+        self._last, self._acted = time.perf_counter(), False
+        self.on.on_update(lambda _: self._do(lambda: self.planning.turn(on=self.on.value)))
+        self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))
+        self.play.on_click(lambda _: self._do(self.planning.play))
+        self.here.on_click(lambda _: self._do(self.planning.start_here))
+        self.along.on_update(self._scrub)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the arm moves along a plan."""
+        return self.planning.playing
+
+    def take(self) -> bool:
+        """Plan, and move the arm, as a person has asked. Returns whether the tab shows something else."""
+        planning = self.planning
+        now = time.perf_counter()
+        seconds, self._last = min(now - self._last, _LONGEST_FRAME), now
+        self.handles.take_release()
+        if planning.on:
+            self.pose.take()
+            if self.handles.take():
+                planning.send(self.handles.pose)
+        acted, self._acted = self._acted, False
+        return planning.frame(seconds) or acted
+
+    def show(self) -> None:
+        """Show the goal, the line, the sentence, and how far the arm is."""
+        planning, shown = self.planning, self.planning.shown
+        for element in (self.known, self.play, self.along, self.here, self.mark):
+            element.visible = planning.on
+        self.handles.show(visible=planning.on)
+        self.pose.show_fields(visible=planning.on)
+        motion = None if shown is None else shown.motion
+        self.play.disabled = self.along.disabled = motion is None
+        if planning.on:
+            self.handles.put(planning.hand_pose)
+            self.pose.show()
+            color = UNKNOWN if shown is None else GREEN if motion is not None else RED
+            self.mark.color = color
+            self.sentence.content = marked(planning.sentence, color, filled=shown is not None)
+        elif not self._session.unchecked:
+            self.sentence.content = ""
+        self.play.label = _PAUSE if planning.playing else _PLAY
+        self.along.value = round(planning.share, 3)
+        self.line.visible = motion is not None
+        if shown is not None and motion is not None:
+            self.line.points = np.stack([shown.line[:-1], shown.line[1:]], axis=1).astype(np.float32)
+
+    def _do(self, act: Callable[[], object]) -> None:
+        with self._session.lock:
+            act()
+            self._acted = True
+        self._moved()
+
+    async def _scrub(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:  # moved by a person, not by ``show``
+            self._do(lambda: self.planning.scrub(self.along.value))

@@ -1,0 +1,177 @@
+"""Plans the motion of a view's arm to a goal, and moves the arm along it. Used by the page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.report import Report
+from ulna.collision.world import World
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_one_pose
+from ulna.planning.plan import Plan
+from ulna.planning.trajectory import Trajectory
+from ulna.robot import Robot
+from ulna.viewer.session.session import Session
+
+NAME = "planning a motion"
+_LONGEST_SEARCH = 0.5  # [s] a page that is dragged cannot wait longer
+_ACCELERATION = 3.0  # [rad/s^2 or m/s^2] of every joint
+_VELOCITY = 1.0  # [rad/s or m/s] of joints whose description gives none
+_POINTS = 200  # of the line that is drawn
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A plan as it is shown.
+
+    Attributes:
+        plan: The plan.
+        motion: Its motion in time; None if there is no path.
+        line: The positions of the hand along the motion [m], shape (n, 3).
+    """
+
+    plan: Plan
+    motion: Trajectory | None
+    line: Array
+
+
+def planned(robot: Robot, start: Array, goal: Array, world: World, link: str, held: tuple[str, ...]) -> Planned:
+    """A motion from a configuration to a pose of a link, shape (4, 4), or to a configuration, shape (n_dof,)."""
+    plan = robot.plan(start, goal, world, link=link if goal.ndim == 2 else None, held=held, time_limit=_LONGEST_SEARCH)
+    if not plan:
+        return Planned(plan, None, np.empty((0, 3)))
+    limits = robot.velocity_limits
+    motion = plan.trajectory(velocity=np.where((limits > 0) & (limits < np.inf), limits, _VELOCITY), acceleration=_ACCELERATION)
+    q = motion.at(np.linspace(0.0, motion.duration, _POINTS)).q
+    return Planned(plan, motion, robot.forward_kinematics(q, link)[:, :3, 3])
+
+
+class Planning:
+    """A goal, the motion to it from where the arm stood, and how much of it is done. Hold the session's lock around its methods.
+
+    It plans anew when the goal or an obstacle was moved. When the arm was moved by other means, it plans from there.
+
+    Attributes:
+        on: Whether it plans.
+        shown: The plan; None without a goal, and while its kernels are compiled.
+        waiting: Whether its kernels are being compiled.
+        share: How much of the motion's time has passed, 0 to 1.
+        playing: Whether the arm moves along the motion.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.on = self.playing = self.waiting = False
+        self.share = 0.0
+        self.shown: Planned | None = None
+        self._goal: Array | None = None
+        self._start, self._placed = session.q, session.q
+        self._asked: tuple | None = None
+        self._link = session.link
+
+    @property
+    def target(self) -> None:
+        """Nothing pulls the goal; see ``Session.target``."""
+
+    @property
+    def hand_pose(self) -> Array:
+        """The goal of the hand, T_base_hand, shape (4, 4); where the hand is while there is no goal."""
+        session = self._session
+        if self._goal is None:
+            return session.hand_pose
+        return self._goal.copy() if self._goal.ndim == 2 else session.robot.forward_kinematics(self._goal, session.link)
+
+    def send(self, T_base_hand: ArrayLike) -> None:
+        """Choose a pose of the hand as the goal, shape (4, 4).
+
+        Raises:
+            InputError: It is not a pose.
+        """
+        self._goal = as_one_pose(T_base_hand, "T_base_hand")
+
+    def send_to(self, q: ArrayLike) -> None:
+        """Choose a configuration as the goal, shape (n_dof,)."""
+        self._goal = as_floats("q", q).copy()
+
+    def turn(self, *, on: bool) -> None:
+        """Begin to plan, from where the arm is and without a goal; or end it."""
+        self.on, self._goal = on, None
+        self._begin()
+
+    def start_here(self) -> None:
+        """Plan from where the arm is."""
+        self._begin()
+
+    def play(self) -> None:
+        """Move the arm along the motion, from its beginning if it is at the end; or stop it."""
+        if self.playing or self.shown is None or self.shown.motion is None:
+            self.playing = False
+            return
+        self.share, self.playing = (0.0 if self.share >= 1.0 else self.share), True
+
+    def scrub(self, share: float) -> None:
+        """Put the arm where it is when a share of the motion's time has passed, from 0 to 1."""
+        self.share, self.playing = min(max(float(share), 0.0), 1.0), False
+
+    def frame(self, seconds: float) -> bool:
+        """Plan if something has changed, and move the arm on by a time [s]. Returns whether the plan is another."""
+        if not self.on:
+            return False
+        if self._session.link != self._link or not np.array_equal(self._session.q, self._placed):
+            self._begin()
+        another = self._plan()
+        motion = None if self.shown is None else self.shown.motion
+        if motion is None:
+            self.playing = False
+            return another
+        if self.playing:
+            self.share = min(self.share + seconds / max(motion.duration, 1e-6), 1.0)
+            self.playing = self.share < 1.0
+        self._place(motion.at(self.share * motion.duration).q)
+        return another
+
+    @property
+    def sentence(self) -> str:
+        """What there is to say of the plan; empty if it does not plan."""
+        if not self.on:
+            return ""
+        if self.waiting:
+            return "the plan waits for the compiler"
+        if self.shown is None:
+            return "no goal yet: drag the handles of the goal"
+        plan, motion = self.shown.plan, self.shown.motion
+        if isinstance(plan.reason, Report):
+            hits = [pair for pair in plan.reason.pairs if pair.signed_distance <= 0.0]
+            return f"{plan.status}: {self._session.names.listed(hits)}"
+        if motion is None:
+            return str(plan)
+        how = "certified free" if motion.certified else "not certified"
+        return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked"
+
+    def _begin(self) -> None:
+        session = self._session
+        self._link, self._start, self._placed = session.link, session.q, session.q
+        self.playing, self.share, self.shown, self.waiting, self._asked = False, 0.0, None, False, None
+
+    def _plan(self) -> bool:
+        if self._goal is None:
+            return False
+        session = self._session
+        asked = (self._goal.tobytes(), session.world.objects())
+        if self._asked is not None and all(a is b or a == b for a, b in zip(asked, self._asked, strict=True)):
+            return False
+        if self.playing:
+            self._start, self.share = session.q, 0.0
+        found = session.ask(NAME, planned, session.robot, self._start, self._goal, session.world, session.link, session.held)
+        self.waiting = found is None
+        self.shown, self._asked = found, None if found is None else asked
+        return True
+
+    def _place(self, q: Array) -> None:
+        if not np.array_equal(q, self._session.q):
+            self._session.q = q
+        self._placed = self._session.q

@@ -1,0 +1,159 @@
+"""The plan of a page: what it plans anew, where the arm is along it, what it says."""
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna.viewer.session.planning import Planning
+from ulna.viewer.session.session import Session
+
+TICK = 0.05  # s
+
+
+@pytest.fixture
+def world():
+    world = ulna.World()
+    world.add("post", ulna.Box((0.1, 0.1, 0.9)), ulna.pose((0.45, 0.2, 0.45)))
+    return world
+
+
+@pytest.fixture
+def session(panda, world):
+    return Session(panda, world)
+
+
+@pytest.fixture
+def planning(session):
+    planning = Planning(session)
+    planning.turn(on=True)
+    return planning
+
+
+def beyond_the_post(planning):
+    T = planning.hand_pose
+    T[:3, 3] = [0.307, 0.45, 0.487]
+    planning.send(T)
+    return T
+
+
+def test_without_a_goal_there_is_nothing_to_show(planning, session, panda):
+    assert not planning.frame(TICK)
+    assert planning.shown is None
+    assert "no goal yet" in planning.sentence
+    assert np.array_equal(planning.hand_pose, session.hand_pose)
+
+
+def test_a_plan_is_made_once_and_again_when_the_goal_or_an_obstacle_is_moved(planning, world):
+    beyond_the_post(planning)
+    assert planning.frame(TICK)
+    first = planning.shown
+    assert first.plan.certified
+    assert planning.sentence.startswith("solved: ")
+    assert not planning.frame(TICK)
+    assert planning.shown is first
+    world.move("post", ulna.pose((0.45, 0.25, 0.45)))
+    assert planning.frame(TICK)
+    assert planning.shown is not first
+    second = planning.shown
+    planning.send_to(planning._session.robot.home + 0.1)
+    assert planning.frame(TICK)
+    assert planning.shown is not second
+
+
+def test_the_arm_is_played_along_the_plan_without_touching_and_ends_at_the_goal(planning, session, panda, world):
+    T = beyond_the_post(planning)
+    planning.frame(TICK)
+    planning.play()
+    passed = [session.q]
+    while planning.playing:
+        planning.frame(TICK)
+        passed.append(session.q)
+    assert len(passed) >= planning.shown.motion.duration / TICK
+    assert not panda.in_collision(np.array(passed), world).any()
+    assert np.allclose(session.hand_pose, T, atol=2e-5)
+    assert planning.share == 1.0
+    planning.play()  # from the beginning again
+    planning.frame(0.0)
+    assert np.allclose(session.q, panda.home)
+
+
+def test_the_line_is_the_way_of_the_hand(planning, session, panda):
+    T = beyond_the_post(planning)
+    planning.frame(TICK)
+    line = planning.shown.line
+    assert np.allclose(line[0], panda.forward_kinematics(panda.home, session.link)[:3, 3])
+    assert np.allclose(line[-1], T[:3, 3], atol=2e-5)
+    planning.scrub(0.4)
+    planning.frame(TICK)
+    assert np.linalg.norm(line - session.hand_pose[:3, 3], axis=1).min() < 0.01
+
+
+def test_an_arm_that_is_moved_by_other_means_begins_a_plan_from_there(planning, session, panda):
+    beyond_the_post(planning)
+    planning.frame(TICK)
+    session.q = panda.home + 0.05
+    planning.frame(TICK)
+    assert np.allclose(planning.shown.plan.path[0], panda.home + 0.05)
+    planning.scrub(0.5)
+    planning.frame(TICK)
+    assert np.allclose(planning.shown.plan.path[0], panda.home + 0.05)
+    planning.start_here()
+    planning.frame(TICK)
+    assert np.allclose(planning.shown.plan.path[0], session.q)
+
+
+def test_while_it_plays_a_moved_obstacle_makes_it_plan_from_where_it_is(planning, session, world):
+    beyond_the_post(planning)
+    planning.frame(TICK)
+    planning.play()
+    planning.frame(6 * TICK)
+    on_the_way = session.q
+    world.move("post", ulna.pose((0.45, 0.22, 0.45)))
+    planning.frame(0.0)
+    assert np.array_equal(planning.shown.plan.path[0], on_the_way)
+    assert planning.playing
+
+
+def test_another_hand_begins_a_plan_without_shown_remains(planning, session):
+    beyond_the_post(planning)
+    planning.frame(TICK)
+    session.link = "panda_link5"
+    planning._goal = None
+    planning.frame(TICK)
+    assert planning.shown is None
+
+
+@pytest.mark.parametrize(
+    ("xyz", "said"),
+    [((0.45, 0.2, 0.487), "goal in collision: panda_link7 (box 12) and post"), ((3.0, 0.0, 0.5), "goal unreachable: ")],
+)
+def test_without_a_path_it_says_why_and_the_arm_stays(planning, session, panda, xyz, said):
+    T = planning.hand_pose
+    T[:3, 3] = xyz
+    planning.send(T)
+    planning.frame(TICK)
+    planning.play()
+    assert not planning.playing
+    assert planning.sentence.startswith(said.partition(":")[0])
+    assert said.split(" and ")[-1] in planning.sentence
+    assert np.array_equal(session.q, panda.home)
+
+
+def test_while_its_kernels_are_compiled_it_says_so_and_plans_afterwards(panda, world):
+    session = Session(panda, world, ask=lambda *_: None)
+    planning = Planning(session)
+    planning.turn(on=True)
+    beyond_the_post(planning)
+    planning.frame(TICK)
+    assert "compiler" in planning.sentence
+    session.ask = lambda _, question, *arguments: question(*arguments)
+    assert planning.frame(TICK)
+    assert planning.sentence.startswith("solved")
+
+
+def test_turned_off_it_plans_nothing(planning, session, panda):
+    beyond_the_post(planning)
+    planning.turn(on=False)
+    assert not planning.frame(TICK)
+    assert planning.sentence == ""
+    assert np.array_equal(session.q, panda.home)

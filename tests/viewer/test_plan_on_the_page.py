@@ -1,0 +1,68 @@
+"""The tab of plans in a browser: a goal is typed and dragged, the plan is drawn and played, the reason is read."""
+
+import numpy as np
+import pytest
+
+import ulna
+from browser import arrow, drag, wait_to_see
+from processes import wait_for
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def view(panda):
+    world = ulna.World()
+    world.add("post", ulna.Box((0.1, 0.1, 0.9)), ulna.pose((0.45, 0.2, 0.45)))
+    with ulna.view(panda, world) as view:
+        yield view
+
+
+@pytest.fixture
+def page(view, open_page):
+    page = open_page(view.url)
+    page.get_by_role("tab", name="Plan").click()
+    page.get_by_label("Plan a motion").click()
+    wait_to_see(page, lambda: "no goal yet" in page.inner_text("body"), "the request for a goal")
+    return page
+
+
+def type_goal(view, page, x, y):
+    """Type two coordinates of the goal, and wait for its plan: what it needs may have to be compiled."""
+    for name, value in (("Goal xyz [m]", x), ("Goal xyz [m], y", y)):
+        field = page.get_by_label(name, exact=True)
+        field.fill(value)
+        field.press("Enter")
+    wait_for(lambda: view.plans.planning.shown is not None, "a plan", looks=None)
+
+
+def test_a_typed_goal_is_planned_to_drawn_and_played(view, page, panda):
+    type_goal(view, page, "0.307", "0.45")
+    wait_to_see(page, lambda: "solved: " in page.inner_text("body"), "a plan")
+    assert "certified free" in page.inner_text("body")
+    assert view.plans.line.visible
+    page.get_by_role("button", name="Play").click()
+    wait_to_see(page, lambda: view.plans.planning.share == 1.0 and not view.plans.moving, "the end of the motion")
+    assert np.allclose(panda.forward_kinematics(view.q)[1, 3], 0.45, atol=2e-5)
+    along = page.get_by_role("textbox", name="Along the plan")
+    along.fill("0")
+    along.press("Enter")
+    wait_to_see(page, lambda: np.allclose(view.q, panda.home), "the arm at its start")
+
+
+def test_a_goal_inside_an_obstacle_has_a_reason_and_no_line(view, page, panda):
+    type_goal(view, page, "0.45", "0.2")
+    wait_to_see(page, lambda: "goal in collision: " in page.inner_text("body"), "the reason")
+    assert "post" in page.inner_text("body")
+    assert not view.plans.line.visible
+    assert np.array_equal(view.q, panda.home)
+
+
+def test_a_dragged_goal_is_planned_to_and_the_arm_stays(view, page, panda):
+    camera = next(iter(view.page.server.get_clients().values())).camera
+    size, T = view.plans.handles.control.scale, panda.forward_kinematics(panda.home)
+    drag(page, view.plans.handles, arrow(camera, T, 2, size), (0, 60), "blue")
+    page.mouse.up()
+    wait_for(lambda: view.plans.planning.shown is not None, "a plan", looks=None)
+    assert np.array_equal(view.q, panda.home)
+    assert view.plans.planning.hand_pose[2, 3] < T[2, 3] - 0.01
