@@ -20,7 +20,7 @@ from ulna.ik.options import as_count
 from ulna.ik.problem import of_task
 from ulna.ik.query import Query
 from ulna.ik.turns import turning_columns
-from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES
+from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES, UNPROVED
 from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.tree import Tree
 
@@ -95,10 +95,11 @@ class AllSolutions:
         targets = T.reshape(1, 4, 4)
         if not entry("closed_form.all_branches")(six.table, six.chain, self._plan, targets, self._home, q, known, proof):
             as_pose(T)
-        if PROOFS[int(proof[0])] == Proof.SEARCHED:
+        proved = int(proof[0])
+        if proved == UNPROVED:
             return None
         bits = known[0].astype(np.int8)
-        return IKSolutions(q[0], bits >= IS_WITHIN, (bits & IS_REAL) > 0, PROOFS[int(proof[0])], self._family)
+        return IKSolutions(q[0], bits >= IS_WITHIN, (bits & IS_REAL) > 0, PROOFS[proved], self._family)
 
 
 def as_samples(n_samples: int) -> int:
