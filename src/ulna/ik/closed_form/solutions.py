@@ -145,7 +145,7 @@ def _found(query: Query, form: ClosedForm | None, targets: Array, n_samples: int
     return _searched(query, targets, found)
 
 
-def _with_search(query: Query, targets: Array, found: Branches, which: NDArray[np.bool_]) -> Branches:
+def _with_search(query: Query, targets: Array, found: Branches, which: ArrayLike) -> Branches:
     """Branches, with what a search finds besides for some of the targets, shape (n,)."""
     n, m, n_dof = found.q.shape
     new = {int(i): _new(query, targets[i], found.q[i, found.valid[i]]) for i in np.flatnonzero(which)}
