@@ -18,6 +18,7 @@ from ulna.ik.closed_form.result import Proof
 from ulna.ik.following.course import Course
 from ulna.ik.following.graph import Sweep, sweep
 from ulna.ik.following.lazy_edges import LazyEdges
+from ulna.ik.following.lifts import AT_LIMIT
 from ulna.ik.query import STEPS
 from ulna.ik.restarts import Restart, run_starts
 from ulna.kernels.ik import search_layout as layout
@@ -65,10 +66,11 @@ class Found:
 def along_branches(course: Course) -> Found:
     """The best chain of solutions, or the longest."""
     layers = make_layers(course)
-    nodes = [with_start(course, layers.nodes[0]), *layers.nodes[1:]]
+    nodes = at_both_limits(course, [with_start(course, layers.nodes[0]), *layers.nodes[1:]])
     edges, q, done = _best(course, nodes)
     following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
-    proved = bool(layers.proved[: len(q) + 1].all()) and not edges.removed and not course.lifts.is_cut
+    has_all_edges = not edges.removed and not course.lifts.is_cut and not course.lifts.leaves_out(course.max_step)
+    proved = bool(layers.proved[: len(q) + 1].all()) and has_all_edges
     return Found(q, _ends(course, done, nodes), following, proved=proved)
 
 
@@ -182,6 +184,16 @@ def with_start(course: Course, q: Array) -> Array:
     return _distinct(course, np.vstack([own, q]))
 
 
+def at_both_limits(course: Course, nodes: list[Array]) -> list[Array]:
+    """Nodes of layers, those with a joint at one of two limits that are whole turns apart once more for the other."""
+    if not course.lifts.closed.any():
+        return nodes
+    every = np.concatenate(nodes)
+    at_limit = (course.lifts.closed & (every <= course.lifts.lower + AT_LIMIT)).any(axis=1)
+    parts = np.split(at_limit, np.cumsum([len(q) for q in nodes])[:-1])
+    return [course.lifts.at_both_limits(q) if part.any() else q for q, part in zip(nodes, parts, strict=True)]
+
+
 def _costs(course: Course, nodes: list[Array]) -> list[Array]:
     every = course.costs(np.concatenate(nodes))
     return np.split(every, np.cumsum([len(q) for q in nodes])[:-1])
@@ -201,6 +213,7 @@ def _ends(course: Course, done: Sweep, nodes: list[Array]) -> Array:
     if not done.n_layers:
         return np.empty((0, len(course.start)))
     node, lift = np.nonzero(np.isfinite(done.costs[-1]))
-    return np.array(
-        [course.lifts.raised(nodes[done.n_layers - 1][i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)]
-    )
+    last = nodes[done.n_layers - 1]
+    q = np.array([course.lifts.raised(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
+    _, first = np.unique(np.rint(q / _SAME), axis=0, return_index=True)
+    return q[np.sort(first)]
