@@ -123,7 +123,7 @@ class Lifts:
         if code not in self._known:
             turns = np.where(self.lifted, code // np.maximum(self._places, 1) % _BASE - _MOST_TURNS, 0)
             source = self.table - turns
-            inside = ((source >= 0) & (source < self.counts)).all(axis=1)
+            inside = np.all((source >= 0) & (source < self.counts), axis=1)
             place = np.ravel_multi_index(tuple(np.where(inside[:, None], source, 0).T), tuple(self.counts))
             self._known[code] = np.where(inside, place, -1)
         return self._known[code]
@@ -135,7 +135,7 @@ class Lifts:
     @cached_property
     def counts(self) -> Counts:
         """How many turns of each entry are in the table, shape (n_dof,)."""
-        return self.table.max(axis=0) + 1
+        return np.max(self.table, axis=0) + 1
 
     @cached_property
     def _places(self) -> Counts:
