@@ -183,3 +183,23 @@ def test_no_path_is_refused_for_a_step_that_is_allowed():
     path = robot.follow(T, start, max_step=1.0)
     least = min(np.abs(nodes - start).max(axis=1).min() for nodes in nodes_of(robots.UR5, limits, T))
     assert path.ending.smallest_step == pytest.approx(least, abs=1e-9)
+
+
+def test_a_path_to_the_end_of_the_reach_is_followed_within_the_tolerance_and_not_proved():
+    robot = ur5([(-np.pi, np.pi)] * 6)
+    followed = 0
+    for seed in range(12):
+        q = np.random.default_rng(seed).uniform(-2, 2, 6)
+        q[4] = 0.8
+        known = np.tile(q, (12, 1))
+        known[:, 2] = np.linspace(0.25, 0.0, 12)  # the elbow becomes straight
+        T = robot.forward_kinematics(known)
+        weakest = np.linalg.svd(robot.jacobian(known[-1]))[0][:, -1]
+        T[-1, :3, 3] += 1e-8 * weakest[:3] / np.linalg.norm(weakest[:3])
+        path = robot.follow(T, known[0])
+        assert path.success, str(path)
+        assert_kept(robot, path, T, known[0])
+        real = robot.all_solutions(T[-1]).real.any()
+        followed += path.proof == "searched"
+        assert real or path.proof == "searched"
+    assert followed > 0
