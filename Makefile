@@ -61,7 +61,7 @@ test-all: lint
 test-cuda: $(CUDA_VENV)/.cuda
 	$(CUDA_VENV)/bin/python -m pytest -n auto tests/gpu --ignore=tests/gpu/device $(ARGS)
 	NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1 $(CUDA_VENV)/bin/python -m pytest -n auto tests/gpu/device --deselect \
-		tests/gpu/device/test_gpu_robot.py::test_arrays_on_the_device_stay_there
+		tests/gpu/device/test_gpu_robot.py::test_arrays_are_given_and_taken_by_dlpack
 
 # The drivers on a GPU, against the CPU.
 test-gpu: $(CUDA_VENV)/.cuda

@@ -1,98 +1,227 @@
 """Problems a second on a GPU, kept on the device, and each result checked against the CPU: ``make bench-gpu``, a few minutes.
 
-Every figure is the median of repeated launches between two synchronisations, the compilation before them. ``bytes`` is what a
-problem must at least read and write, for the share of the memory's speed; registers and local memory are the compiler's.
+Every figure is the median of repeated calls between two synchronisations, the compilation before them. ``bytes`` is what a
+problem must at least read and write, for the share of the memory's speed; registers and local memory are the compiler's; threads
+at once is how many a multiprocessor has room for. What bounds a method: the memory, where its share is near 1; else the units for
+float64 (or float32), or the latency of too few threads.
+
+ARGS="--n 65536 --repeats 3" asks for less. ``--out FILE`` writes the lines as JSON.
 """
 
 import argparse
 import json
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import ulna
+from ulna.drivers.gpu.closed_form import branches
+from ulna.drivers.gpu.collision import overlaps_of
+from ulna.drivers.gpu.forward import jacobians, poses
+from ulna.drivers.gpu.search import searches_of
+from ulna.engine import gpu
 from ulna.engine.gpu import cuda
+from ulna.engine.single import in_single
 
-_REPEATS = 11
 _SAMPLE = 2000  # results that the CPU computes again
+# Issue 19, on an H200: problems a second.
+GOALS = {
+    "poses": 1e9, "Jacobians": 5e8, "in_collision, 1 box": 2e8, "in_collision, 20 boxes": 5e7, "in_collision, 100 boxes": 1e7,
+    "inverse_kinematics, 1e-5": 1e7, "all_solutions, UR5": 5e8,
+}  # fmt: skip
+UR5 = [
+    (0, 0.089159, np.pi / 2, 0), (-0.425, 0, 0, 0), (-0.39225, 0, 0, 0),
+    (0, 0.10915, np.pi / 2, 0), (0, 0.09465, -np.pi / 2, 0), (0, 0.0823, 0, 0),
+]  # fmt: skip
+
+
+class Bench:
+    """Measures one robot, and keeps a line of each figure."""
+
+    def __init__(self, n: int, repeats: int) -> None:
+        self.n, self.repeats, self.lines = n, repeats, []
+        self.peak = _memory_peak()
+
+    def seconds(self, work: Callable[[], Any]) -> float:
+        """The median time of a call, whatever it launches included."""
+        work()
+        cuda.synchronize()
+        times = []
+        for _ in range(self.repeats):
+            start = time.perf_counter()
+            work()
+            cuda.synchronize()
+            times.append(time.perf_counter() - start)
+        return float(np.median(times))
+
+    def rate(
+        self, name: str, n: int, each_bytes: int, work: Callable[[], Any], check: Callable[[Any], float], driver: Any = None
+    ):
+        """A line: problems a second, the shares of the goal and of the memory's speed, the difference from the CPU."""
+        worst, took = check(work()), self.seconds(work)
+        line = {"what": name, "n": n, "per_second": n / took, "bytes_per_second": n * each_bytes / took, "off": worst}
+        if name in GOALS:
+            line["of_goal"] = n / took / GOALS[name]
+        if self.peak:
+            line["of_memory"] = n * each_bytes / took / self.peak
+        line.update(_resources(driver))
+        self.lines.append(line)
+        print(
+            " ".join(f"{key} {value:.4g}" if isinstance(value, float) else str(value) for key, value in line.items()), flush=True
+        )
+
+
+def _memory_peak() -> float | None:
+    """Bytes a second of the device's memory, by its clock and the width of its bus; None where it does not say."""
+    device = cuda.get_current_device()
+    clock, width = (getattr(device, name, 0) for name in ("MEMORY_CLOCK_RATE", "GLOBAL_MEMORY_BUS_WIDTH"))
+    return 2.0 * clock * 1000.0 * width / 8.0 or None
+
+
+def _resources(driver: Any) -> dict[str, int]:
+    """Registers, local memory and threads at once of a driver that has run."""
+    if driver is None or cuda.config.ENABLE_CUDASIM:
+        return {}
+    kernel = gpu.compiled(driver)
+    registers = max(kernel.get_regs_per_thread().values())
+    rounded = -(-registers // 8) * 8
+    return {
+        "registers": registers, "local_bytes": max(kernel.get_local_mem_per_thread().values()),
+        "threads_at_once": min(2048, 65536 // (rounded * gpu.THREADS) * gpu.THREADS),
+    }  # fmt: skip
 
 
 def boxes(n: int) -> ulna.World:
     """A world of n boxes within the Panda's reach."""
     rng, world = np.random.default_rng(n), ulna.World()
     for k in range(n):
-        world.add(f"box {k}", ulna.Box(rng.uniform(0.02, 0.15, 3)), ulna.pose(rng.uniform(-0.8, 0.8, 3), rng.uniform(-3, 3, 3)))
+        world.add(
+            f"box {k}", ulna.Box(tuple(rng.uniform(0.02, 0.15, 3))), ulna.pose(rng.uniform(-0.8, 0.8, 3), rng.uniform(-3, 3, 3))
+        )
     return world
 
 
-def seconds(work: Callable[[], Any]) -> float:
-    """The median time of a call, whatever it launches included."""
-    work()
-    cuda.synchronize()
-    times = []
-    for _ in range(_REPEATS):
-        start = time.perf_counter()
-        work()
-        cuda.synchronize()
-        times.append(time.perf_counter() - start)
-    return float(np.median(times))
+def host(array: Any) -> Any:
+    """The first results, on the host."""
+    return array[:_SAMPLE].copy_to_host()
 
 
-def rate(name: str, n: int, each_bytes: int, work: Callable[[], Any], check: Callable[[Any], float]) -> dict[str, Any]:
-    """A line of the table: problems a second, bytes a second, and the largest difference from the CPU."""
-    worst = check(work())
-    took = seconds(work)
-    line = {"what": name, "n": n, "per_second": n / took, "bytes_per_second": n * each_bytes / took, "off": worst}
-    print(f"{name:42} {n / took:12.4g} /s  {n * each_bytes / took / 1e9:8.1f} GB/s  off by {worst:.2g}", flush=True)
-    return line
+def off(expected: Any) -> Callable[[Any], float]:
+    """The largest difference from what the CPU has."""
+    return lambda found: float(np.abs(host(found) - expected).max())
 
 
-def main() -> None:
+def differs(robot: ulna.Robot, q: Any, world: ulna.World, hair: float) -> Callable[[Any], float]:
+    """How many verdicts differ from those of the CPU, further than a hair from contact."""
+    far = np.abs(robot.signed_distance(q, world)) > hair
+    return lambda found: float(np.count_nonzero((host(found) != robot.in_collision(q, world)) & far))
+
+
+def methods(bench: Bench, robot: ulna.Robot, q: Any, *, float32: bool) -> None:
+    """Poses, Jacobians and collisions, in float64 or float32."""
+    on_gpu, size = robot.on_gpu(float32=float32), 4 if float32 else 8
+    q = q.astype(np.float32 if float32 else np.float64)
+    there, some, name = cuda.to_device(q), q[:_SAMPLE].astype(np.float64), ", float32" if float32 else ""
+    of = in_single if float32 else (lambda driver: driver)
+    n, sizes = len(q), (len(robot.tree.joints), len(robot._checker.bodies.table))  # noqa: SLF001 - which driver it is
+    bench.rate(
+        f"poses{name}", n, size * 23, lambda: on_gpu.forward_kinematics(there), off(robot.forward_kinematics(some)), of(poses)
+    )
+    bench.rate(f"Jacobians{name}", n, size * 49, lambda: on_gpu.jacobian(there), off(robot.jacobian(some)), of(jacobians))
+    for count, word in ((1, "box"), (20, "boxes"), (100, "boxes")):
+        world = boxes(count)
+        bench.rate(
+            f"in_collision, {count} {word}{name}", n, size * 7 + 1, lambda w=world: on_gpu.in_collision(there, w),
+            differs(robot, some, world, 1e-3 if float32 else 1e-9), of(overlaps_of(*sizes)),
+        )  # fmt: skip
+
+
+def distances(bench: Bench, robot: ulna.Robot, q: Any) -> None:
+    """Distances of boxes, and of any shapes."""
+    on_gpu, there = robot.on_gpu(), cuda.to_device(q)
+    world = boxes(20)
+    bench.rate(
+        "signed_distance, 20 boxes", len(q), 64, lambda: on_gpu.signed_distance(there, world),
+        off(robot.signed_distance(q[:_SAMPLE], world)),
+    )  # fmt: skip
+    few = q[: 1 << 16]
+    mixed, some = boxes(20), cuda.to_device(few)
+    mixed.add("ball", ulna.Sphere(0.1), ulna.pose((0.4, 0.2, 0.5)))
+    bench.rate(
+        "signed_distance, 20 boxes and a ball", len(few), 64, lambda: on_gpu.signed_distance(some, mixed),
+        off(robot.signed_distance(few[:_SAMPLE], mixed)),
+    )  # fmt: skip
+
+
+def inverse(bench: Bench, robot: ulna.Robot, q: Any) -> None:
+    """Searches, with and without a world; the solutions are verified by the CPU's forward kinematics."""
+    on_gpu, world, n = robot.on_gpu(), boxes(1), len(q)
+    T = on_gpu.forward_kinematics(cuda.to_device(q))
+
+    def missed(found: Any) -> float:
+        print(f"{np.mean(found.success):.6%} of {n} solved", flush=True)
+        solved = found.success[:_SAMPLE]
+        return float(np.abs(robot.forward_kinematics(host(found.q)) - host(T))[solved].max())
+
+    each, driver = 8 * (16 + robot.n_dof + 13), searches_of(robot.n_dof)
+    bench.rate("inverse_kinematics, 1e-5", n, each, lambda: on_gpu.inverse_kinematics(T), missed, driver)
+    bench.rate(
+        "inverse_kinematics, 1e-5, clear of 1 box", n, each, lambda: on_gpu.inverse_kinematics(T, world=world), missed, driver
+    )
+
+
+def closed_forms(bench: Bench, panda: ulna.Robot, n: int) -> None:
+    """All branches of a UR5, which stay on the device; and of the Panda with a joint held, which the CPU prepares."""
+    ur5 = ulna.Robot.from_dh(UR5, convention="standard", limits=[(-np.pi, np.pi)] * 6)
+    for name, robot, count, samples in (("UR5", ur5, n, 1), ("Panda, 16 places", panda, min(n, 1 << 14), 16)):
+        on_gpu = robot.on_gpu()
+        T = on_gpu.forward_kinematics(cuda.to_device(robot.random(count, seed=3)))
+        expected = robot.all_solutions(host(T), n_samples=samples)
+
+        def same(found: Any, expected: Any = expected) -> float:
+            q, real = host(found.q), host(found.real)
+            return float("inf") if (real != expected.real).any() else float(np.nanmax(np.abs(q - expected.q)))
+
+        bench.rate(
+            f"all_solutions, {name}", count, 8 * 16 + 8 * samples * (8 * robot.n_dof + 3),
+            lambda g=on_gpu, t=T, s=samples: g.all_solutions(t, n_samples=s), same, branches,
+        )  # fmt: skip
+
+
+def copies(bench: Bench, robot: ulna.Robot, q: Any) -> None:
+    """The same from and to NumPy arrays: the copies decide."""
+    on_gpu = robot.on_gpu()
+    bench.rate(
+        "poses from and to NumPy arrays", len(q), 8 * 23, lambda: on_gpu.forward_kinematics(q),
+        lambda found: float(np.abs(found[:_SAMPLE] - robot.forward_kinematics(q[:_SAMPLE])).max()),
+    )  # fmt: skip
+
+
+def main(arguments: list[str] | None = None) -> None:
     """Measure all, and print JSON at the end."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--n", type=int, default=1 << 22)
-    n = parser.parse_args().n
-    panda = ulna.load("panda")
-    on_gpu = panda.on_gpu()
-    print(cuda.get_current_device().name, flush=True)
+    parser.add_argument("--repeats", type=int, default=11)
+    parser.add_argument("--out", type=Path)
+    options = parser.parse_args(arguments)
+    n, panda = options.n, ulna.load("panda")
+    bench = Bench(n, options.repeats)
+    print(getattr(cuda.get_current_device(), "name", "simulated"), flush=True)
     q = np.random.default_rng(0).uniform(panda.lower, panda.upper, (n, 7))
-    there, some = cuda.to_device(q), slice(0, _SAMPLE)
-
-    def off(expected: Any) -> Callable[[Any], float]:
-        return lambda found: float(np.abs(found[some].copy_to_host() - expected).max())
-
-    def differs(world: ulna.World) -> Callable[[Any], float]:
-        far = np.abs(panda.signed_distance(q[some], world)) > 1e-9
-        expected = panda.in_collision(q[some], world)
-        return lambda found: float(np.count_nonzero((found[some].copy_to_host() != expected) & far))
-
-    lines = [
-        rate("poses", n, 8 * (7 + 16), lambda: on_gpu.forward_kinematics(there), off(panda.forward_kinematics(q[some]))),
-        rate("Jacobians", n, 8 * (7 + 42), lambda: on_gpu.jacobian(there), off(panda.jacobian(q[some]))),
-    ]
-    for n_boxes in (1, 20, 100):
-        world = boxes(n_boxes)
-        lines.append(rate(f"in_collision, {n_boxes} boxes", n, 57, lambda w=world: on_gpu.in_collision(there, w), differs(world)))
-    part = there[: 1 << 20]
-    world = boxes(20)
-    expected = panda.signed_distance(q[some], world)
-    lines.append(rate("signed_distance, 20 boxes", len(part), 64, lambda: on_gpu.signed_distance(part, world), off(expected)))
-    T = on_gpu.forward_kinematics(part)
-    found = on_gpu.inverse_kinematics(T)
-    reached = panda.forward_kinematics(found.q[some].copy_to_host())
-    print(f"inverse kinematics: {found.success.mean():.6%} of {len(part)} solved", flush=True)
-    lines.append(
-        rate(
-            "inverse_kinematics, 1e-5", len(part), 8 * (16 + 7 + 13), lambda: on_gpu.inverse_kinematics(T),
-            lambda _: float(np.abs(reached - T[some].copy_to_host()).max()),
-        )
-    )  # fmt: skip
-    start = time.perf_counter()
-    on_gpu.forward_kinematics(q)
-    print(f"poses from and to NumPy arrays: {n / (time.perf_counter() - start):.4g} /s")
-    print(json.dumps(lines))
+    part = q[: 1 << 20]
+    methods(bench, panda, q, float32=False)
+    methods(bench, panda, q, float32=True)
+    distances(bench, panda, part)
+    inverse(bench, panda, part)
+    closed_forms(bench, panda, min(n, 1 << 21))
+    copies(bench, panda, q)
+    text = json.dumps(bench.lines)
+    print(text)
+    if options.out:
+        options.out.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -16,14 +16,18 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 
 from numba import types
 
+from ulna.drivers.gpu.closed_form import branches
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
+from ulna.drivers.gpu.combine import column, converted, either, least, put, taken
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.drivers.gpu.search import searches_of
+from ulna.engine.single import in_single
 
 JOINTS, BODIES = 11, 12  # the Panda
 A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
 FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C"), types.Array(types.int64, 2, "C")
-BOOLS = types.Array(types.boolean, 1, "C")
+BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
+COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 2, "C")
 SCENE = (A2, A2, A2, INDICES, A2, A2, A2, types.int64)
 BOXES = (A2, A2, types.none, INDICES, A2, types.none, A2, types.int64)
 # The driver, its arguments' types, and the most registers and bytes spilled (stores).
@@ -36,7 +40,23 @@ DRIVERS = {
     "distances of boxes": (distances_of(JOINTS, BODIES), (*BOXES, A3, A3, A3, A2, A1, FLAG), 255, 64),
     "distances of any shapes": (distances_of(JOINTS, BODIES), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
     "searches": (searches_of(7), (A2, A2, A2, A2, A1, A1, NEXT, A3, A2, A2, NEXT), 255, 64),
+    "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 64),
+    "either": (either, (BOOLS, BOOLS), 20, 0),
+    "least": (least, (A1, A1), 20, 0),
+    "taken": (taken, (A2, COLUMNS, A2), 33, 0),
+    "put": (put, (A2, COLUMNS, A2), 35, 0),
+    "column": (column, (A2, types.int64, A1), 15, 0),
 }
+
+
+# The same over float32.
+IN_FLOAT32 = {"poses": (52, 0), "jacobians": (54, 0), "frames": (42, 0), "overlaps of boxes": (62, 0)}
+# The sine and cosine of CUDA reduce angles beyond 105615 by a product over float64; nothing else is over float64.
+OF_LARGE_ANGLES = ("cvt.rn.f64.s64", "mul.f64", "cvt.rn.f32.f64", ".reg .f64")
+
+
+def over_float32(kind):
+    return types.Array(types.float32, kind.ndim, "C") if isinstance(kind, types.Array) and kind.dtype == types.float64 else kind
 
 
 def resources(ptx, folder):
@@ -61,6 +81,28 @@ def test_a_driver_becomes_machine_code_within_its_registers(name, ptx_of_driver,
     record_property("registers, stack, spilled", (registers, stack, spilled))
     assert registers <= most_registers
     assert spilled <= most_spilled
+
+
+@pytest.mark.parametrize("name", IN_FLOAT32)
+def test_a_driver_over_float32_becomes_machine_code_without_float64(name, ptx_of_driver, tmp_path, record_property):
+    driver, signature, *_ = DRIVERS[name]
+    most_registers, most_spilled = IN_FLOAT32[name]
+    text = ptx_of_driver(in_single(driver), tuple(map(over_float32, signature)))
+    of_float64 = [line.strip() for line in text.splitlines() if ".f64" in line]
+    assert all(line.startswith(OF_LARGE_ANGLES) for line in of_float64)
+    products = [line for line in of_float64 if line.startswith("mul")]
+    assert all(line.endswith("0d3BF921FB54442D19;") for line in products), "pi / 2^65 alone"
+    assert len(products) <= 4
+    registers, stack, spilled = resources(text, tmp_path)
+    record_property("registers, stack, spilled", (registers, stack, spilled))
+    assert registers <= most_registers
+    assert spilled <= most_spilled
+
+
+def test_numbers_are_converted_on_the_device(ptx_of_driver, tmp_path):
+    text = ptx_of_driver(converted, (over_float32(A2), A2))
+    assert "cvt.f64.f32" in text
+    assert resources(text, tmp_path)[2] == 0
 
 
 def test_what_does_not_compile_is_seen(ptx_of_driver):

@@ -11,5 +11,5 @@ import ulna
 
 @pytest.mark.skipif(cuda.is_available(), reason="there is a GPU")
 def test_without_a_gpu_there_is_one_clear_error():
-    with pytest.raises(ulna.DeviceError, match="no NVIDIA GPU can be used here"):
+    with pytest.raises(ulna.DeviceError, match="no NVIDIA GPU was found"):
         ulna.load("panda").on_gpu()

@@ -11,6 +11,7 @@ import pytest
 import ulna
 from ulna.errors import InputError, UnknownNameError
 from ulna.planning import search as of_search
+from ulna.planning import slices
 
 # A cube of 0.2 at the end of an arm of 0.5 that turns without end on a slide; what it holds turns the other way.
 TURNER = """<robot name="turner">
@@ -96,8 +97,8 @@ def test_the_same_call_gives_the_same_bits_in_threads_and_in_slices(panda, rng, 
     plan = panda.plan(start, goal, world, seed=3)
     with ThreadPoolExecutor(4) as pool:
         others = list(pool.map(lambda _: panda.plan(start, goal, world, seed=3), range(8)))
-    monkeypatch.setattr(of_search, "_FIRST_SLICE", 1)
-    monkeypatch.setattr(of_search, "_LONGEST_SLICE", -1.0)
+    monkeypatch.setattr(slices, "_FIRST_SLICE", 1)
+    monkeypatch.setattr(slices, "_LONGEST_SLICE", -1.0)
     monkeypatch.setattr(of_search, "_FIRST_CAPACITY", 8)
     others.append(panda.plan(start, goal, world, seed=3))
     for other in others:

@@ -30,8 +30,8 @@ from ulna.cli.options import (
 from ulna.cli.output import Data, make_table, number, show
 from ulna.description.pose import pose
 from ulna.errors import InputError
+from ulna.planning.options import MAX_CHECKS
 from ulna.planning.plan import Plan
-from ulna.planning.planner import MAX_CHECKS
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 
@@ -90,6 +90,8 @@ def plan(
     refuse_meshes(arm)
     if (to is None) == (xyz is None):
         raise InputError("--to, --xyz", "one of them is expected")
+    if to is not None and (link is not None or rpy is not None):
+        raise InputError("--link, --rpy", "go with --xyz; --to gives positions of all joints")
     begin = positions("--from", start, arm, degrees=degrees)
     if to is not None:
         goal, link = positions("--to", to, arm, degrees=degrees), None

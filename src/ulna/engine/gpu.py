@@ -5,13 +5,14 @@ The extra ``cuda``, a GPU and its driver are needed only where something is run.
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.engine import device_array
+from ulna.engine.device_array import is_on_device
 from ulna.errors import DeviceError, InputError, MissingExtraError
 
 try:
@@ -26,7 +27,7 @@ except ModuleNotFoundError as error:
 THREADS = 128  # of a block
 PIECE = 1 << 17  # problems that are copied and computed together where arrays are on the host
 Rows = Any
-"""An array whose first axis is the batch: NumPy's, or one on the device that has ``__cuda_array_interface__``."""
+"""An array whose first axis is the batch: NumPy's, or one on the device (``device_array``)."""
 
 
 def require_device() -> None:
@@ -44,26 +45,28 @@ def require_device() -> None:
 
 def on_device(array: NDArray) -> Any:
     """A copy of an array on the device."""
-    return cuda.to_device(np.ascontiguousarray(array))
+    return device_array.with_dlpack(cuda, cuda.to_device(np.ascontiguousarray(array)))
 
 
-def is_on_device(array: object) -> bool:
-    """Whether an array is on a device."""
-    return hasattr(array, "__cuda_array_interface__")
-
-
-def as_device_rows(name: str, array: Any, shape: tuple[int, ...]) -> Any:
-    """A device array as rows of a shape, not copied: shape (n, *shape). Any leading axes count as one.
+def as_own(name: str, array: Any) -> Any:
+    """An array on the device as Numba's, not copied; one on the host as it is.
 
     Raises:
-        InputError: It is not float64, of another shape, or not C-contiguous.
+        InputError: It is on a device that is neither an NVIDIA GPU nor the host.
     """
-    own = cuda.as_cuda_array(array)
+    return device_array.as_own(cuda, name, array)
+
+
+def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
+    """Numba's array on the device as rows of a shape, not copied: shape (n, *shape). Any leading axes count as one.
+
+    Raises:
+        InputError: It is of another dtype, of another shape, or not C-contiguous.
+    """
     tail = own.shape[len(own.shape) - len(shape) :] if len(own.shape) >= len(shape) else ()
-    if own.dtype != np.float64 or tail != shape:
-        raise InputError(
-            name, f"{own.dtype} of shape {own.shape} on the device; float64 of shape (..., {_listed(shape)}) is expected"
-        )
+    if own.dtype != dtype or tail != shape:
+        expected = f"{np.dtype(dtype)} of shape (..., {_listed(shape)}) is expected"
+        raise InputError(name, f"{own.dtype} of shape {tuple(own.shape)} on the device; {expected}")
     if not own.is_c_contiguous():
         raise InputError(name, "an array on the device has to be C-contiguous")
     return own.reshape(int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape)
@@ -80,7 +83,14 @@ def _compiled(driver: Callable) -> Any:
 
 
 def run(
-    driver: Any, constants: Sequence[Any], batch: Rows, results: Sequence[Any], flag: Any, *, shares_scratch: bool = False
+    driver: Any,
+    constants: Sequence[Any],
+    batch: Rows,
+    results: Sequence[Any],
+    flag: Any,
+    *,
+    shares_scratch: bool = False,
+    threads_each: int = 1,
 ) -> None:
     """Run a driver, a problem a thread: ``driver(*constants, batch, *results, flag)``.
 
@@ -91,24 +101,63 @@ def run(
         results: Arrays with n rows each, where the batch is.
         flag: An int32 on the device, shape (1,), which problems set.
         shares_scratch: Whether scratch is among the constants: then one piece is computed at a time.
+        threads_each: How many threads a problem has, beside each other.
     """
-    if is_on_device(batch):
-        if len(batch):
-            driver[blocks(len(batch)), THREADS](*constants, batch, *results, flag)
+    if not len(batch):
         return
-    streams = [cuda.stream() for _ in range(1 if shares_scratch else 2)]
-    with ExitStack() as stack:
-        for array in (batch, *results):
-            stack.enter_context(cuda.pinned(array))
-        for k, start in enumerate(range(0, len(batch), PIECE)):
-            stream, part = streams[k % len(streams)], slice(start, start + PIECE)
-            there = cuda.to_device(batch[part], stream=stream)
-            own = [cuda.device_array(result[part].shape, result.dtype, stream=stream) for result in results]
-            driver[blocks(len(batch[part])), THREADS, stream](*constants, there, *own, flag)
-            for result, on_gpu in zip(results, own, strict=True):
-                on_gpu.copy_to_host(result[part], stream=stream)
-        for stream in streams:
-            stream.synchronize()
+    if is_on_device(batch):
+        driver[blocks(threads_each * len(batch)), THREADS](*constants, batch, *results, flag)
+        return
+    n = len(batch)
+    places = [_Place((batch, *results)) for _ in range(1 if shares_scratch or n <= PIECE else 2)]
+    for k, start in enumerate(range(0, n, PIECE)):
+        place, part = places[k % len(places)], slice(start, min(start + PIECE, n))
+        place.finish()
+        there, *own = place.fill(part)
+        driver[blocks(threads_each * len(there)), THREADS, place.stream](*constants, there, *own, flag)
+        place.fetch()
+    for place in places:
+        place.finish()
+
+
+class _Place:
+    """A stream, and room on the device for a piece of a batch and of its results: used again for every other piece.
+
+    Where there are several pieces, a copy goes through memory that the device reads by itself (pinned): else it would wait for
+    the work before it. The caller's own arrays are not pinned: that takes as long as a copy, and read-only ones cannot be.
+    """
+
+    def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
+        self._arrays, self._part = arrays, slice(0, 0)
+        self.stream, rows = cuda.stream(), min(len(arrays[0]), PIECE)
+        shapes = [((rows, *each.shape[1:]), each.dtype) for each in arrays]
+        self._there = [cuda.device_array(*shape) for shape in shapes]
+        self._staged = [cuda.pinned_array(*shape) for shape in shapes] if len(arrays[0]) > PIECE else None
+
+    def fill(self, part: slice) -> list[Any]:
+        """Begin to copy a part of the batch to the device; the places there of it and of its results."""
+        self._part, n, source = part, part.stop - part.start, self._arrays[0][part]
+        if self._staged is not None:
+            np.copyto(self._staged[0][:n], source)
+            source = self._staged[0][:n]
+        there = [each[:n] for each in self._there]
+        there[0].copy_to_device(source, stream=self.stream)
+        return there
+
+    def fetch(self) -> None:
+        """Begin to copy the results back."""
+        n = self._part.stop - self._part.start
+        for k in range(1, len(self._arrays)):
+            target = self._arrays[k][self._part] if self._staged is None else self._staged[k][:n]
+            self._there[k][:n].copy_to_host(target, stream=self.stream)
+
+    def finish(self) -> None:
+        """Wait for the last part, and write its results to their arrays."""
+        self.stream.synchronize()
+        n = self._part.stop - self._part.start
+        for result, staged in zip(self._arrays[1:], (self._staged or ())[1:], strict=False):
+            result[self._part] = staged[:n]
+        self._part = slice(0, 0)
 
 
 def blocks(n: int) -> int:
@@ -118,7 +167,9 @@ def blocks(n: int) -> int:
 
 def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
     """An uninitialised array of a shape where a batch is: on the device, or NumPy's."""
-    return cuda.device_array(shape, dtype) if is_on_device(batch) else np.empty(shape, dtype)
+    if not is_on_device(batch):
+        return np.empty(shape, dtype)
+    return device_array.with_dlpack(cuda, cuda.device_array(shape, dtype))
 
 
 def free_memory() -> float:

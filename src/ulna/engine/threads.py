@@ -51,8 +51,10 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
     return _in_threads(run, deque(slice(start, min(start + step, n)) for start in range(0, n, step)), threads)
 
 
-def _in_threads(run: Callable[[slice], bool], waiting: deque[slice], threads: int) -> bool:
-    """Run parts in threads, this one too."""
+def _in_threads(
+    run: Callable[[slice], bool], waiting: deque[slice], threads: int, stop: Callable[[], object] | None = None
+) -> bool:
+    """Run parts in threads, this one too. ``stop`` is called when one has failed, before the others are waited for."""
     from concurrent.futures import wait  # noqa: PLC0415 - keeps `import ulna` fast
 
     helpers: list[Future[bool]] = []
@@ -60,13 +62,19 @@ def _in_threads(run: Callable[[slice], bool], waiting: deque[slice], threads: in
         helpers.extend(_pool().submit(_run_waiting, run, waiting) for _ in range(min(threads, _pool_size()) - 1))
         good = _run_waiting(run, waiting)
         return all([good, *(helper.result() for helper in helpers if not helper.cancel())])
+    except BaseException:
+        if stop is not None:
+            stop()
+        raise
     finally:  # afterwards no thread writes to the caller's array
         waiting.clear()
         wait([helper for helper in helpers if not helper.cancel()])
 
 
-def in_rows(run: Callable[[int], bool], n: int, threads: int | None = None) -> bool:
+def in_rows(run: Callable[[int], bool], n: int, threads: int | None = None, stop: Callable[[], object] | None = None) -> bool:
     """Call a function for each row from 0 to n, of which each takes long; the rest as ``in_parts``.
+
+    ``stop`` is called when a row fails, or at Ctrl-C: it ends the rows that run in other threads, which are waited for.
 
     Raises:
         InputError: ``threads``, or the environment variable ``ULNA_THREADS``, is not a number of threads.
@@ -74,7 +82,7 @@ def in_rows(run: Callable[[int], bool], n: int, threads: int | None = None) -> b
     threads = default_threads() if threads is None else as_threads(threads)
     if n < 2 or threads < 2:
         return all(map(run, range(n)))
-    return _in_threads(lambda part: run(part.start), deque(slice(i, i + 1) for i in range(n)), threads)
+    return _in_threads(lambda part: run(part.start), deque(slice(i, i + 1) for i in range(n)), threads, stop)
 
 
 def _run_waiting(run: Callable[[slice], bool], waiting: deque[slice]) -> bool:

@@ -94,7 +94,7 @@ def _of_closed_form(problem: Problem) -> Array:
     form = closed_form_of(query.tree, query.link, task=query.options.task)
     if form is None or not form.is_exact or form.held is not None:
         return empty
-    branches = all_branches(form, query.tree, problem.targets, problem.seeds, threads=1)
+    branches = all_branches(form, query.tree, problem.targets, problem.seeds, 1)
     if PROOFS[branches.proof[0]] not in {Proof.COMPLETE, Proof.COINCIDING}:
         return empty
     return _nearest_first(problem, _merge(problem, empty, branches.q[0, branches.valid[0]]))
@@ -185,7 +185,7 @@ def _is_continuum(problem: Problem, found: Array) -> bool:
     asked = int((np.asarray(query.options.task.slack) == 0.0).sum())
     if len(moving) > asked or len(found) >= _MOST_BRANCHES:
         return True
-    if not len(found):
+    if not len(found) or not len(moving):
         return False
     J = _task_jacobian(problem, found)[..., moving]
     values = np.linalg.svd(J, compute_uv=False)

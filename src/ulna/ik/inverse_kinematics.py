@@ -9,16 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
-from ulna.errors import InputError
 from ulna.ik.all_solutions import all_solutions
 from ulna.ik.closed_form.result import IKSolutions
-from ulna.ik.closed_form.solutions import AllSolutions
+from ulna.ik.closed_form.solutions import AllSolutions, as_samples
 from ulna.ik.closed_form.solver import ClosedFormSolver
 from ulna.ik.explanation import NOTHING_TO_EXPLAIN
 from ulna.ik.following.follow import follow
 from ulna.ik.following.result import FollowedPath
 from ulna.ik.numeric import NumericSolver
-from ulna.ik.options import Options, as_count
+from ulna.ik.options import Options
 from ulna.ik.problem import as_names
 from ulna.ik.query import Query
 from ulna.ik.result import IKResult
@@ -108,10 +107,7 @@ class InverseKinematics:
             InputError: An argument that cannot be taken.
             UnknownNameError: There is no such link or joint.
         """
-        if type(n_samples) is not int or n_samples < 1:
-            n_samples = as_count("n_samples", n_samples)
-            if not n_samples:
-                raise InputError("n_samples", "0; at least 1 is expected")
+        n_samples = as_samples(n_samples)
         try:
             every = self._all_of(link, redundancy, task, threads)
         except TypeError:  # an argument that has no hash

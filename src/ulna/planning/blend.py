@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 CHORDS = 4  # along which a parabola is certified
 _HALVINGS = 3  # how often a rounding that is not free is halved; then the motion stops at the corner
+_MOST = 0.49995  # of an edge: what is left between two roundings is not so short that rounding errors matter in its times
 _STRAIGHT = 1e-12  # of the directions of two edges: no corner
 IsFree = Callable[[Array, Array], bool]
 
@@ -47,15 +48,15 @@ def rounded_path(path: Array, lengths: Array, blend: float, is_free: IsFree) -> 
     cuts = np.zeros(len(path))
     for k in range(1, len(path) - 1):
         if np.abs(directions[k] - directions[k - 1]).max() > _STRAIGHT and blend > 0.0:
-            cuts[k] = _cut(path[k], directions[k - 1], directions[k], min(blend, lengths[k - 1] / 2, lengths[k] / 2), is_free)
+            most = min(blend, _MOST * lengths[k - 1], _MOST * lengths[k])
+            cuts[k] = _cut(path[k], directions[k - 1], directions[k], most, is_free)
     rows: list[tuple[Array, Array, Array, float, bool]] = []
     zero = np.zeros(path.shape[1])
     for k, (direction, length) in enumerate(zip(directions, lengths, strict=True)):
         left = length - cuts[k] - cuts[k + 1]
         last = k == len(directions) - 1
         corner = not last and np.abs(directions[k + 1] - direction).max() > _STRAIGHT
-        if left > 1e-12 * length:
-            rows.append((path[k] + cuts[k] * direction, direction, zero, left, last or (corner and not cuts[k + 1])))
+        rows.append((path[k] + cuts[k] * direction, direction, zero, left, last or (corner and not cuts[k + 1])))
         if cuts[k + 1]:
             bend = (directions[k + 1] - direction) / (2 * cuts[k + 1])
             rows.append((path[k + 1] - cuts[k + 1] * direction, direction, bend, 2 * cuts[k + 1], False))

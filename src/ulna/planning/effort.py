@@ -18,3 +18,8 @@ class Effort:
     iterations: int = 0
     start_nodes: int = 0
     goal_nodes: int = 0
+
+    def plus(self, other: "Effort") -> "Effort":
+        """The sum of two searches; the nodes are those of the larger trees."""
+        nodes = max(self.start_nodes, other.start_nodes), max(self.goal_nodes, other.goal_nodes)
+        return Effort(self.checks + other.checks, self.iterations + other.iterations, *nodes)

@@ -103,6 +103,8 @@ def as_goal(goal: ArrayLike, tree: Tree) -> Array:
         InputError: It is neither; or a configuration lies outside the limits; or a pose is not a rigid motion.
     """
     given = as_floats("goal", goal)
+    if not given.size:
+        raise InputError("goal", f"shape {given.shape}; at least one is expected")
     if is_pose(given, tree.n_dof):
         poses = given.reshape(-1, 4, 4)
         for T in poses:

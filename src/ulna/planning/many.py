@@ -1,5 +1,6 @@
 """Plans many motions in several threads. Used by ``Robot.plan_many``."""
 
+import threading
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -11,6 +12,7 @@ from ulna.description.arrays import as_floats
 from ulna.engine.threads import in_rows
 from ulna.errors import InputError
 from ulna.planning.plan import Plan
+from ulna.planning.slices import stopping
 
 
 def plan_many(
@@ -37,13 +39,15 @@ def plan_many(
         n_starts = len(starts) if starts.ndim == 2 else 1
         raise InputError("goals", f"{len(targets)} goals, {n_starts} starts and {len(many)} worlds do not go together")
     plans: list[Any] = [None] * len(targets)
+    stopped = threading.Event()
     done = 0
 
     def run(i: int) -> bool:
         nonlocal done
         start, world = starts if starts.ndim == 1 else starts[i], many[0] if len(many) == 1 else many[i]
         try:
-            plans[i] = plan(np.array(start), np.array(targets[i]), world)
+            with stopping(stopped):
+                plans[i] = plan(np.array(start), np.array(targets[i]), world)
         except InputError as error:
             raise InputError(f"row {i}: {error.argument}", error.message) from None
         done += 1
@@ -51,5 +55,5 @@ def plan_many(
             progress(done, len(plans))
         return True
 
-    in_rows(run, len(plans), threads)
+    in_rows(run, len(plans), threads, stopped.set)
     return tuple(plans)

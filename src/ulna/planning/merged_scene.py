@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.objects import Objects
 from ulna.collision.touchable import scene_of
+from ulna.collision.world import World
 from ulna.description.robot_description import frozen
 from ulna.kernels.collision.scene import Scene
-from ulna.kernels.layout import BODY_WIDTH, FIRST_VERTEX
+from ulna.kernels.layout import BODY_WIDTH, FIRST_VERTEX, HALF_SPACE, REACH, SHAPE
 
 Array = NDArray[np.float64]
 
@@ -54,3 +55,14 @@ def merged_scene(checker: Checker, objects: Objects) -> MergedScene:
 
 def _starts(vertices: list[Array]) -> list[int]:
     return np.cumsum([0, *map(len, vertices)])[:-1].tolist()
+
+
+def farthest(world: World | None) -> float:
+    """How far from the base's origin the objects of a world reach, half-spaces aside [m]; 0 if there are none."""
+    if world is None:
+        return 0.0
+    objects = world.objects()
+    tables = [objects.table, *(each.table for _, each in objects.touchable)]
+    far = [np.linalg.norm(table[:, 3:12:4], axis=1) + table[:, REACH] for table in tables]
+    bounded = [table[:, SHAPE] != HALF_SPACE for table in tables]
+    return float(max((np.max(x[keep], initial=0.0) for x, keep in zip(far, bounded, strict=True)), default=0.0))

@@ -17,7 +17,8 @@ RANGE = 1.0  # the longest edge of a tree [rad]
 RESOLUTION = 1e-4  # [m]
 SAMPLES_APART = 1 / 32  # [rad]: of an edge that is not certified
 MOST_BLOCKS = 64  # of eight intervals of an edge: then it is given up
-_DOMAIN, _LEAST_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times RANGE, and the rate
+_DOMAIN, _LEAST_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times RANGE, for up to seven joints; and the rate
+_MOST_STEPS = 4096  # of one iteration
 
 
 class Motion(NamedTuple):
@@ -53,7 +54,8 @@ def edges_of(checker: Checker, world: World | None, space: Space, margin: float,
     settings = np.zeros(layout.N_SETTINGS)
     settings[layout.RANGE], settings[layout.RESOLUTION], settings[layout.MARGIN] = RANGE, RESOLUTION, margin
     settings[layout.SAMPLED] = 0.0 if certify else SAMPLES_APART
-    settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN] = _DOMAIN * RANGE, _LEAST_DOMAIN * RANGE
+    wide = RANGE * np.sqrt(max(1.0, np.count_nonzero(space.moving) / 7))  # as the distances of samples grow
+    settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN] = _DOMAIN * wide, _LEAST_DOMAIN * wide
     settings[layout.ADAPTATION], settings[layout.MOST_BLOCKS] = _ADAPTATION, MOST_BLOCKS
-    settings[layout.ROOM] = 4 + np.ceil(space.diameter / RANGE)
+    settings[layout.ROOM] = min(4 + np.ceil(space.diameter / RANGE), _MOST_STEPS)
     return Edges(merged_scene(checker, objects), settings, space)

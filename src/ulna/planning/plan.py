@@ -16,6 +16,7 @@ from ulna.ik.entry_names import entry_names
 from ulna.ik.result import IKResult
 from ulna.planning.blend import rounded_path
 from ulna.planning.effort import Effort
+from ulna.planning.improve import Searched, improved
 from ulna.planning.motion import Motion
 from ulna.planning.plan_status import PlanStatus
 from ulna.planning.trajectory import Trajectory, as_limits, make_trajectory, resting
@@ -39,13 +40,15 @@ class Plan:
 
     Attributes:
         status: How the search ended.
-        path: The configurations [rad or m], shape (n, n_dof), the first the start and the last a goal; n = 0 if there is none.
+        path: The configurations [rad or m], shape (n, n_dof), the first the start and the last a goal, but for whole turns of
+            joints without limits; n = 0 if there is none.
         certified: Whether every edge of the path is certified, as by ``Robot.edge_in_collision``: free at all of its
-            configurations. Else they were checked at samples.
+            configurations; all but the first if ``escaped``. Else they were checked at samples.
         reason: Why there is no path: a ``Report``, an ``IKResult`` or a sentence; None if there is one.
         effort: What it took.
-        escape: How deep the start touched something, where it was left for all that [m]; else 0. The first edge leads out of
-            it, and is not checked.
+        escaped: Whether the start touched something, and was left for all that: the first edge leads out of it. It is not
+            certified; at samples it touches only what the start touches.
+        escape: How deep the start touched something then [m]; else 0.
         goal: Which goal is reached, of those given; -1 if none.
     """
 
@@ -54,9 +57,10 @@ class Plan:
     certified: bool
     reason: Report | IKResult | str | None = None
     effort: Effort = field(default_factory=Effort)
+    escaped: bool = False
     escape: float = 0.0
     goal: int = -1
-    _motion: Motion | None = field(default=None, repr=False)
+    _searched: Searched | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         self.path.setflags(write=False)
@@ -151,7 +155,7 @@ class Plan:
         if isinstance(blend, bool) or not isinstance(blend, Real) or not 0.0 <= blend < np.inf:
             raise InputError("blend", f"{blend!r}; a length of at least 0 is expected")
         tree = self._motion.checker.tree
-        limits = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, tree.n_dof)
+        limits = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, tree.n_dof, may_be_infinite=True)
         names = tuple(entry_names(tree))
         accelerations = as_limits("acceleration", acceleration, tree.n_dof)
         if len(self.path) == 1:
@@ -159,7 +163,38 @@ class Plan:
         jerks = None if jerk is None else as_limits("jerk", jerk, tree.n_dof)
         rounding = float(blend) if jerks is None else 0.0
         pieces = rounded_path(self.path, np.diff(self._lengths), rounding, self._motion.is_free)
-        return make_trajectory(pieces, limits, accelerations, names, certified=self.certified and not self.escape, jerk=jerks)
+        return make_trajectory(pieces, limits, accelerations, names, certified=self.certified and not self.escaped, jerk=jerks)
+
+    def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
+        """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).
+
+        The length goes towards the least one as ``max_checks`` grows. The same calls give the same bits.
+
+        Args:
+            max_checks: How many edges are checked at most, besides those of the plan. Shortening a path that was found may go on.
+            time_limit: The longest time of the searches [s]. Where it ends them, the result depends on the machine.
+
+        Returns:
+            A ``Plan`` with its checks added; with the same path if none was found that is shorter.
+
+        Raises:
+            InputError: There is no path, or an argument cannot be taken.
+
+        Example:
+            >>> import ulna
+            >>> panda, world = ulna.load("panda"), ulna.World()
+            >>> world.add("post", ulna.Box((0.1, 0.1, 1.2)), ulna.pose((0.5, 0.0, 0.6)))
+            >>> left, right = panda.home + 0.0, panda.home + 0.0
+            >>> left[0], right[0] = 0.8, -0.8
+            >>> plan = panda.plan(left, right, world)
+            >>> plan.improve(1000).length <= plan.length
+            True
+        """
+        return improved(self, self._searched, max_checks, time_limit)
+
+    @property
+    def _motion(self) -> Motion | None:
+        return None if self._searched is None else self._searched.motion
 
     def __getstate__(self) -> dict:
         return {name: value for name, value in self.__dict__.items() if name != "_lengths"}
@@ -172,7 +207,8 @@ class Plan:
         if self:
             how = "certified free" if self.certified else "free at samples"
             n = len(self.path)
-            left = f"; the start touches by {self.escape * 1e3:.2g} mm, and the first edge leads out of it" if self.escape else ""
+            out = f"; the start touches by {self.escape * 1e3:.2g} mm, and the first edge leads out of it"
+            left = out if self.escaped else ""
             points = f"{n} configuration{'s' * (n != 1)}, length {self.length:.3g}"
             return f"solved: {points}, {how}, after {self.checks} checked edges{left}"
         return f"{self.status}: {_sentence(self)}"

@@ -3,66 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from numbers import Real
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
-from ulna.errors import InputError
+from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names
-from ulna.ik.task import Task
+from ulna.ik.task import Task, as_task
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.planning.escape import escape_from
 from ulna.planning.goals import Goals, Question, as_goal, find_goals, held_for
+from ulna.planning.improve import Searched
+from ulna.planning.merged_scene import farthest
 from ulna.planning.motion import Motion, edges_of
+from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
 from ulna.planning.plan_status import PlanStatus
 from ulna.planning.search import Search, confirmed, shortened
 from ulna.planning.space import held_columns, make_space
 
 Array = NDArray[np.float64]
-MAX_CHECKS = 100_000
-
-
-@dataclass(frozen=True)
-class PlanOptions:
-    """How a plan is searched for, checked.
-
-    Attributes:
-        certify: Whether edges are certified, or checked at samples.
-        clearance: How near an object may be [m].
-        seed: Chooses the samples.
-        max_checks: How many edges are checked at most.
-        shorten: Whether the path is shortened.
-        escape: Whether a start that touches a little is left.
-        time_limit: How long the search may take [s].
-
-    Raises:
-        InputError: One of them cannot be taken; its name is in the message.
-    """
-
-    certify: bool = True
-    clearance: float = 0.0
-    seed: int = 0
-    max_checks: int = MAX_CHECKS
-    shorten: bool = True
-    escape: bool = False
-    time_limit: float | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("certify", "shorten", "escape"):
-            if not isinstance(getattr(self, name), bool | np.bool_):
-                raise InputError(name, f"{getattr(self, name)!r}; True or False is expected")
-        _refuse_unless("clearance", self.clearance, 0.0, "a distance [m] of at least 0")
-        _refuse_unless_count("seed", self.seed, 0)
-        _refuse_unless_count("max_checks", self.max_checks, 1)
-        if self.time_limit is not None:
-            _refuse_unless("time_limit", self.time_limit, 0.0, "a time [s] above 0", above=True)
 
 
 def plan_motion(
@@ -83,7 +47,9 @@ def plan_motion(
         UnknownNameError: There is no such link or joint.
         GeometryError: The robot has no collision shapes, or some that cannot be checked.
     """
-    tree, names = checker.tree, as_names(held)
+    tree, names, _ = checker.tree, as_names(held), as_task(task)
+    if link is not None and link not in tree.link_names:
+        raise UnknownNameError("link", str(link), tree.link_names)
     start, targets = _as_start(q_start, checker), as_goal(goal, tree)
     if world is not None and not isinstance(world, World):
         raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
@@ -106,16 +72,18 @@ def plan_motion(
     if not len(goals.q):
         return Plan(goals.status, nothing, certified=False, reason=goals.reason)
     plan = _search(question, first, goals, fixed, options)
-    if depth > 0.0 and plan:
-        return replace(plan, path=np.concatenate([start[None], plan.path]), escape=depth)
+    if first is not start and plan:
+        return replace(plan, path=np.concatenate([start[None], plan.path]), escaped=True, escape=depth)
     return plan
 
 
 def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
-    space = make_space(question.tree, np.vstack([start, goals.q]), fixed)
+    space = make_space(question.tree, np.vstack([start, goals.q]), fixed, farthest(question.world))
     edges = edges_of(question.checker, question.world, space, question.margin, certify=bool(options.certify))
     order = np.argsort(space.lengths(space.shortest_way(goals.q - start)), kind="stable")
-    search = Search(edges, start, goals.q[order], int(options.seed))
+    motion = Motion(space, question.checker, question.world, question.margin)
+    searched = Searched(motion, start, goals.q[order], goals.of[order], bool(options.certify), int(options.seed))
+    search = Search(edges, start, searched.goals, (searched.seed,))
     path = search.run(int(options.max_checks), options.time_limit)
     if path is None:
         nothing = np.empty((0, question.tree.n_dof))
@@ -134,8 +102,8 @@ def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bo
         _without_repeats(path),
         certified,
         effort=effort,
-        goal=int(goals.of[order[search.goal]]),
-        _motion=Motion(space, question.checker, question.world, question.margin),
+        goal=int(searched.of[search.goal]),
+        _searched=searched,
     )
 
 
@@ -159,19 +127,3 @@ def _without_repeats(path: Array) -> Array:
     """The path without configurations that are the same as the one before."""
     new = np.concatenate([[True], (np.diff(path, axis=0) != 0).any(axis=1)])
     return path[new]
-
-
-def _refuse_unless(name: str, value: Any, least: float, expected: str, *, above: bool = False) -> None:
-    good = (
-        isinstance(value, Real)
-        and not isinstance(value, bool)
-        and least <= float(value) < np.inf
-        and not (above and value == least)
-    )
-    if not good:
-        raise InputError(name, f"{value!r}; {expected} is expected")
-
-
-def _refuse_unless_count(name: str, value: Any, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value < 2**62:
-        raise InputError(name, f"{value!r}; a whole number of at least {least} is expected")

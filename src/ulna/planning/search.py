@@ -1,6 +1,5 @@
 """Runs the search for a path and its shortening, in slices of checked edges. Used by ``planner``."""
 
-import time
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
@@ -13,12 +12,13 @@ from ulna.engine.width import WIDTH
 from ulna.kernels.planning import planning_layout as layout
 from ulna.planning.effort import Effort
 from ulna.planning.merged_scene import MergedScene
+from ulna.planning.slices import Slices
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
-_FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges, and seconds, between which Ctrl-C and the time limit are looked at
 _FIRST_CAPACITY = 512  # nodes
 _BLOCK = 1024  # samples
+_NONE = 2**62
 _OWN_STREAM = 0x706C616E  # a caller who draws configurations with the same seed must not draw the same numbers
 
 
@@ -29,6 +29,12 @@ class Edges(NamedTuple):
     settings: Array
     space: Space
 
+    def below(self, bound: float, start: Array, goals: Array) -> "Edges":
+        """The same for paths shorter than a bound: samples are taken where such a path may pass."""
+        settings = self.settings.copy()
+        settings[layout.BOUND] = bound
+        return Edges(self.merged, settings, self.space.within(bound, start, goals))
+
 
 @dataclass(eq=False)
 class Search:
@@ -38,17 +44,20 @@ class Search:
         edges: The robot and the world.
         start: Shape (n_dof,).
         goals: Shape (n, n_dof), at least one.
-        seed: Chooses the samples.
+        stream: Chooses the samples: the seed, and the number of the search.
+        bound: The length that the path is to stay below; then it is the search of AORRTC.
     """
 
     edges: Edges
     start: Array
     goals: Array
-    seed: int
+    stream: tuple[int, ...]
+    bound: float = np.inf
     state: NDArray[np.int64] = field(init=False)
     _rows: list[Array] = field(init=False)
     _parents: NDArray[np.int64] = field(init=False)
     _radii: Array = field(init=False)
+    _costs: Array = field(init=False)
 
     def __post_init__(self) -> None:
         self.state = np.zeros(layout.N_STATE, dtype=np.int64)
@@ -60,17 +69,28 @@ class Search:
             for i, q in enumerate(roots):
                 self._rows[tree][i // WIDTH * n_dof : (i // WIDTH + 1) * n_dof, i % WIDTH] = q
             self.state[tree] = len(roots)
-        self.state[layout.ACTIVE] = 1
+        self.state[layout.ACTIVE], self.state[layout.GOAL_ROOTS] = 1, len(self.goals)
+        self._costs = np.empty((0, WIDTH))
+        if np.isfinite(self.bound):
+            self.state[layout.DIRECT] = _NONE  # no straight edges: they were tried
+            self._costs = np.full((2 * capacity // WIDTH, WIDTH), np.inf)
+            self._costs[0, 0] = 0.0
+            self._costs[capacity // WIDTH :].reshape(-1)[: len(self.goals)] = 0.0
+            self.edges = self.edges.below(self.bound, self.start, self.goals)
 
     def run(self, max_checks: int, time_limit: float | None) -> Array | None:
-        """Search on, up to so many checked edges in all or so many seconds; the path if one was found, shape (n, n_dof)."""
+        """Search on, up to so many checked edges in all or so many seconds; the path if one was found, shape (n, n_dof).
+
+        Of the samples of which nothing comes, 64 count as one edge.
+        """
         merged, settings, space = self.edges
         grow, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit)
         no_path = np.empty((0, len(self.start)))
+        self.state[layout.MOST] = max_checks
         while slices.another(self.state):
             code = grow(
                 *merged.scene, merged.may_touch, settings, space.table, self._samples(),
-                *self._rows, self._parents, self._radii, no_path, self.state,
+                *self._rows, self._parents, self._radii, self._costs, no_path, self.state,
             )  # fmt: skip
             if code == layout.SOLVED:
                 return self._path()
@@ -95,7 +115,7 @@ class Search:
     def _samples(self) -> Array:
         block = int(self.state[layout.SAMPLE]) // _BLOCK
         self.state[layout.FIRST_SAMPLE] = block * _BLOCK
-        return samples(len(self.start), self.seed, block)
+        return samples(len(self.start) + (len(self._costs) > 0), self.stream, block)
 
     def _grow(self) -> None:
         more = 3 * self._parents.shape[1]
@@ -103,6 +123,9 @@ class Search:
         self._rows = [np.concatenate([rows, np.full((more // WIDTH * n_dof, WIDTH), np.inf)]) for rows in self._rows]
         self._parents = np.concatenate([self._parents, np.full((2, more), -1)], axis=1)
         self._radii = np.concatenate([self._radii, np.full((2, more), np.inf)], axis=1)
+        if len(self._costs):
+            infinite = np.full((more // WIDTH, WIDTH), np.inf)
+            self._costs = np.concatenate([part for half in np.split(self._costs, 2) for part in (half, infinite)])
 
     def _path(self) -> Array:
         """From the start to a goal; the second part turned by whole turns to where the first one ends."""
@@ -121,30 +144,6 @@ class Search:
             node = int(self._parents[tree, node])
         at = np.array(nodes)
         return self._rows[tree].reshape(-1, n_dof, WIDTH)[at // WIDTH, :, at % WIDTH]
-
-
-class Slices:
-    """Divides a run into slices of checked edges, so that Ctrl-C and a time limit act soon.
-
-    What is computed does not depend on the slices.
-    """
-
-    def __init__(self, max_checks: int, time_limit: float | None) -> None:
-        self._most, self._slice = max_checks, _FIRST_SLICE
-        self._began = self._last = time.perf_counter()
-        self._end = np.inf if time_limit is None else self._began + time_limit
-
-    def another(self, state: NDArray[np.int64]) -> bool:
-        """Whether there is another slice; if so, state[UNTIL] is set."""
-        now = time.perf_counter()
-        if now >= self._end or state[layout.CHECKS] >= self._most:
-            return False
-        if state[layout.UNTIL] > 0:
-            too_long = now - self._last > _LONGEST_SLICE
-            self._slice = max(1, self._slice // 2) if too_long else 2 * self._slice
-        self._last = now
-        state[layout.UNTIL] = min(self._most, int(state[layout.CHECKS]) + self._slice)
-        return True
 
 
 def shortened(edges: Edges, path: Array) -> tuple[Array | None, int]:
@@ -166,6 +165,7 @@ def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Ar
     points[:n], state[layout.POINTS], state[layout.PASS] = path, n, first_pass
     plan_slice, slices, straight = entry("planning.plan_slice"), Slices(2**62, None), edges.space.straight
     none, nodes, radii = np.empty((0, path.shape[1])), np.empty((2, 0), dtype=np.int64), np.empty((2, 0))
+    costs = np.empty((0, WIDTH))
     while slices.another(state):
         code = plan_slice(
             *edges.merged.scene,
@@ -177,6 +177,7 @@ def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Ar
             none,
             nodes,
             radii,
+            costs,
             points,
             state,
         )
@@ -187,6 +188,6 @@ def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Ar
 
 
 @lru_cache(maxsize=64)
-def samples(n_dof: int, seed: int, block: int) -> Array:
-    """The samples of a block, in [0, 1), shape (1024, n_dof): the same in every search with a seed."""
-    return np.random.default_rng([_OWN_STREAM, seed, block]).random((_BLOCK, n_dof))
+def samples(n: int, stream: tuple[int, ...], block: int) -> Array:
+    """The samples of a block, in [0, 1), shape (1024, n): the same in every search with that stream."""
+    return np.random.default_rng([_OWN_STREAM, *stream, block]).random((_BLOCK, n))

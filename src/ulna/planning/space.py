@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.errors import UnknownNameError
 from ulna.ik.turns import TURN, turning_columns
-from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC
+from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST, PRISMATIC
 from ulna.kernels.planning.planning_layout import HIGH, LOW, N_SPACE, PERIOD, WEIGHT
 from ulna.kinematics.sample import length_of_robot, random_range
 from ulna.kinematics.tree import Tree
@@ -47,18 +47,38 @@ class Space:
         period = self.table[PERIOD]
         return np.where(period > 0, q - period * np.rint(q / np.where(period > 0, period, 1.0)), q)
 
+    def within(self, bound: float, start: Array, goals: Array) -> "Space":
+        """The space with limits that hold all paths from a start to one of the goals that are shorter than a bound.
+
+        Such a path lies in an ellipsoid with these two as its foci (Gammell, Srinivasa and Barfoot, Informed RRT*, IROS 2014);
+        the limits are those of its box. The joints that turn for ever keep theirs.
+        """
+        way = self.shortest_way(goals - start) * self.table[WEIGHT]
+        extent = 0.5 * np.sqrt(np.maximum(bound**2 - (way**2).sum(axis=1, keepdims=True) + way**2, 0.0))
+        centre, extent = start + 0.5 * way / self.table[WEIGHT], extent / self.table[WEIGHT]
+        table, turning = self.table.copy(), self.table[PERIOD] > 0
+        table[LOW] = np.where(turning, table[LOW], np.maximum(table[LOW], (centre - extent).min(axis=0)))
+        table[HIGH] = np.where(turning, table[HIGH], np.minimum(table[HIGH], (centre + extent).max(axis=0)))
+        return Space(table, self.moving)
+
     def lengths(self, differences: Array) -> Array:
         """The lengths of differences of configurations, shape (...,)."""
         return np.linalg.norm(differences * self.table[WEIGHT], axis=-1)
 
 
-def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_]) -> Space:
+def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_], far: float = 0.0) -> Space:
     """The space of a robot; samples are taken from the limits, and as far as start and goals, shape (n, n_dof), lie.
+
+    Of a slide without a limit they are taken from beside them, as far as the robot is long and the objects reach, ``far`` [m].
 
     An angle has weight 1; a slide the inverse of the robot's length, so that it moves a robot about as far.
     """
     table = _whole_space(tree).copy()
     turning = table[PERIOD] > 0
+    beside = length_of_robot(tree) + far
+    below, above = (_slides(tree) & (np.abs(limits) > LARGEST) for limits in (tree.lower, tree.upper))
+    table[LOW] = np.where(below, np.maximum(tree.lower, corners.min(axis=0) - beside), table[LOW])
+    table[HIGH] = np.where(above, np.minimum(tree.upper, corners.max(axis=0) + beside), table[HIGH])
     table[LOW] = np.where(turning, table[LOW], np.minimum(table[LOW], corners.min(axis=0)))
     table[HIGH] = np.where(turning, table[HIGH], np.maximum(table[HIGH], corners.max(axis=0)))
     table[LOW, held] = table[HIGH, held] = corners[0, held]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from ulna.planning.blend import Pieces
 from ulna.planning.double_s import N_PHASES, double_s
 
 Array = NDArray[np.float64]
+LARGEST = 1e9  # of a limit [1/s^n]: above, the times are rounding
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
 LEAST_INTERVALS = 8
 _NO_LIMIT = 1e300
@@ -81,7 +83,9 @@ class Trajectory:
         t = as_floats("t", t)
         if not np.isfinite(t).all():
             raise InputError("t", "finite times [s] are expected")
-        return _moment(self._grid, self._profile, np.clip(t, 0.0, self.duration))
+        moment = _moment(self._grid, self._profile, np.clip(t, 0.0, self.duration))
+        rests = ((t < 0.0) | (t > self.duration))[..., None]
+        return Moment(moment.q, np.where(rests, 0.0, moment.qd), np.where(rests, 0.0, moment.qdd))
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
@@ -96,7 +100,7 @@ class Trajectory:
         """
         t = self.times
         if period is not None:
-            if not 0 < period < np.inf:
+            if isinstance(period, bool) or not isinstance(period, Real) or not 0 < period < np.inf:
                 raise InputError("period", f"{period!r}; a time [s] above 0 is expected")
             t = np.append(np.arange(0.0, self.duration, period), self.duration)
         moment = self.at(t)
@@ -125,6 +129,10 @@ class Trajectory:
         figure.axes[0].legend(fontsize="small", ncols=2)
         figure.axes[-1].set_xlabel("time [s]")
         return figure
+
+    def __setstate__(self, state: dict) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()
 
     def __str__(self) -> str:
         how = "certified free" if self.certified else "not certified"
@@ -186,7 +194,7 @@ def jerk_limited(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Arr
     rows = []
     for start, slope, length in zip(pieces.starts, pieces.slopes, pieces.lengths, strict=True):
         with np.errstate(divide="ignore"):
-            limits = (float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
+            limits = tuple(float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
         durations, jerks = double_s(length, *limits)
         s = speed = rate = 0.0
         for t, j in zip(durations, jerks, strict=True):
@@ -238,13 +246,15 @@ def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool) -> Traje
     return Trajectory(zero.copy(), *rest, certified, 0, joint_names, grid, Profile(np.zeros(2), zero, zero, zero))
 
 
-def as_limits(name: str, given: ArrayLike, n_dof: int) -> Array:
+def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool = False) -> Array:
     """Limits as n_dof numbers above 0.
 
     Raises:
-        InputError: They are neither one such number nor n_dof.
+        InputError: They are neither one such number nor n_dof, or above 1e9; a velocity may be infinite.
     """
     limits = as_floats(name, given)
     if limits.shape not in {(), (n_dof,)} or not (limits > 0).all():
         raise InputError(name, f"{given!r}; a number above 0, or {n_dof} of them, is expected")
+    if not ((limits <= LARGEST) | (may_be_infinite & np.isinf(limits))).all():
+        raise InputError(name, f"{given!r}; at most {LARGEST:g} is expected{', or inf' if may_be_infinite else ''}")
     return np.broadcast_to(limits, (n_dof,)).copy()

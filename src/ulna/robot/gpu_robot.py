@@ -12,47 +12,54 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
-from ulna.drivers.gpu.search import searches_of
 from ulna.engine import gpu
+from ulna.engine.single import in_single
 from ulna.errors import InputError
-from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
+from ulna.ik.closed_form.result import IKSolutions
+from ulna.ik.closed_form.solutions import as_samples
 from ulna.ik.options import Options
 from ulna.ik.query import Query, refuse_immovable
 from ulna.ik.result import IKResult
 from ulna.ik.task import Task, as_task
-from ulna.ik.unit_samples import seed_sample, unit_samples
-from ulna.kernels.distance.epa import SCRATCH
-from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+from ulna.robot.gpu_result import DeviceResult
+from ulna.robot.gpu_rows import as_float64
+from ulna.robot.gpu_scene import DeviceScenes, any_of, distance_scratch, least_of
+from ulna.robot.gpu_search import Search
+from ulna.robot.gpu_solutions import all_solutions
 
 if TYPE_CHECKING:
     from ulna.robot.robot import Robot
 
 Array = NDArray[np.float64]
-_STARTS = 64  # of a target; those that need more are left to the CPU
-_SEARCHES = 1 << 16  # threads that search
-_MOST_SCRATCH, _MOST_DISTANCES = 0.25, 1 << 15  # of the free memory; threads that measure distances
-_BYTES = 8
 
 
 class GpuRobot:
     """A robot whose batches are computed on a GPU, by the kernels that the CPU runs: made by ``robot.on_gpu()``.
 
     Each method takes NumPy arrays and returns NumPy arrays. Or it takes arrays on the device (of CuPy, PyTorch, JAX or Numba:
-    what has ``__cuda_array_interface__``), float64 and C-contiguous, and returns Numba's arrays on the device, which the others
-    take without a copy. So a chain of calls need not leave the device.
+    what has ``__cuda_array_interface__`` or DLPack's ``__dlpack__``), float64 and C-contiguous, and returns Numba's arrays on
+    the device, which have both, so that the others take them without a copy. A chain of calls need not leave the device.
 
     Results differ from those of the CPU by rounding.
+
+    With ``float32`` the poses, Jacobians and collisions of boxes are computed in float32, for cards with few units for float64:
+    arrays on the device are float32 too (``docs/gpu.md`` says how exact that is). All else is computed in float64, from either,
+    and returns float64.
     """
 
     robot: Robot
     """The robot on the CPU."""
+    float32: bool
+    """Whether it computes in float32 where it can."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, *, float32: bool = False) -> None:
         refuse_immovable(robot.tree)
         gpu.require_device()
-        self.robot, self._tables = robot, {}
+        self.robot, self.float32, self._tables = robot, bool(float32), {}
+        self._scenes = DeviceScenes(robot._checker)  # noqa: SLF001 - a part of it
+        self._number: Any = np.float32 if float32 else np.float64
 
     def forward_kinematics(self, q: Any, link: str | None = None) -> Any:
         """T_base_link, shape (..., 4, 4), for joint positions q [rad or m], shape (..., n_dof).
@@ -90,12 +97,10 @@ class GpuRobot:
         """Whether the robot touches itself or the world, bools of shape (...,); see ``Robot.in_collision``.
 
         Raises:
-            InputError: q has another shape or an entry out of range, there is nothing to check, or the world has objects with
-                ``touch_links``.
+            InputError: q has another shape or an entry out of range, or there is nothing to check.
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
-        scene, sizes = self._scene(world, self_collision)
-        return self._over_q(overlaps_of(*sizes), scene, q, (), dtype=np.bool_)
+        return self._any_touch(q, world, self_collision, self._number)
 
     def signed_distance(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
         """The least signed distance [m], shape (...,); see ``Robot.signed_distance``.
@@ -104,15 +109,13 @@ class GpuRobot:
             InputError: As ``in_collision``.
             GeometryError: As ``in_collision``.
         """
-        scene, sizes = self._scene(world, self_collision)
-        threads = max(1, min(len(self._rows(q)), _MOST_DISTANCES))
-        shapes = [(1, 1)] * len(SCRATCH)
-        if scene[2] is not None:  # boxes alone need none
-            each = _BYTES * sum(map(prod, SCRATCH))
-            threads = max(1, int(min(threads, _MOST_SCRATCH * gpu.free_memory() / each)))
-            shapes = list(SCRATCH)
-        scratch = [gpu.cuda.device_array((threads, *shape), np.float64) for shape in shapes]
-        return self._over_q(distances_of(*sizes), (*scene, *scratch), q, (), shares_scratch=True)
+        q = gpu.as_own("q", q)
+        n = prod(q.shape[:-1]) if gpu.is_on_device(q) else np.size(q) // self.robot.n_dof
+        found = []
+        for scene in self._scenes.of(world, self_collision, np.float64):
+            constants = *scene.parts, *distance_scratch(scene, n)
+            found.append(self._over_q(distances_of(*scene.sizes), constants, q, (), np.float64, shares_scratch=True))
+        return least_of(found)
 
     def inverse_kinematics(
         self,
@@ -120,6 +123,7 @@ class GpuRobot:
         q_seed: ArrayLike | None = None,
         link: str | None = None,
         *,
+        world: World | None = None,
         seed: int = 0,
         task: Task | str = "pose",
         position_tolerance: float = 1e-5,
@@ -128,40 +132,74 @@ class GpuRobot:
         """Joint positions that bring a link to poses; see ``Robot.inverse_kinematics``.
 
         Each thread searches for a target from the seed and from random starts. Targets that are not solved so are left to the
-        CPU, which finds a solution, or the reason.
+        CPU, which finds a solution, or the reason. The search is in float64.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
             q_seed: Where to start [rad or m], shape (n_dof,), or (..., n_dof), a NumPy array; ``home`` unless given.
             link: The link's name; the tip unless given.
+            world: Configurations that collide with it, or with the robot itself, are rejected, and the search continues.
             seed: Chooses the random starts.
             task: How much of a pose must be reached.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
 
         Returns:
-            An ``IKResult``. Its ``q`` is on the device where T is; all else is NumPy's.
+            An ``IKResult``. Its ``q`` is on the device where T is; all else is NumPy's, and copied when it is first asked for.
 
         Raises:
             InputError: T is not an array of poses, or another argument cannot be taken.
             UnknownNameError: There is no such link.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
         options = Options(
             seed=seed, task=as_task(task), position_tolerance=position_tolerance, rotation_tolerance=rotation_tolerance
         )
         robot, name = self.robot, self._link(link)
         query = Query(robot.tree, robot.home, robot._checker, name, options)  # noqa: SLF001 - a part of it
-        device = gpu.is_on_device(T)
-        own = gpu.cuda.as_cuda_array(T) if device else as_floats("T", T)
+        own = gpu.as_own("T", T)
+        device = gpu.is_on_device(own)
+        own = own if device else as_floats("T", own)
         if own.shape[-2:] != (4, 4):
             raise InputError("T", f"shape {own.shape}, but shape (..., 4, 4) is expected")
         batch = tuple(own.shape[:-2])
-        targets = gpu.as_device_rows("T", own, (4, 4)) if device else np.ascontiguousarray(own).reshape(-1, 4, 4)
-        seeds = self._seeds(q_seed, batch)
-        q, info = self._search(query, targets, seeds)
-        explanation = self._rest(query, targets, batch, None if q_seed is None else seeds, q, info)
-        q_out = (gpu.on_device(q) if device else q).reshape(*batch, robot.n_dof)
-        return IKResult(q_out, info, batch, options.tolerances, explanation)
+        targets = self._wide_rows("T", own, (4, 4)) if device else np.ascontiguousarray(own).reshape(-1, 4, 4)
+        if world is not None:
+            self._scenes.of(world, True, np.float64)
+        search = Search(
+            robot, query, self._seeds(q_seed, batch), q_seed is not None, world,
+            lambda q: _on_host(self._any_touch(q, world, True, np.float64)),
+        )  # fmt: skip
+        q, info, explanation = search.of(targets, batch)
+        result = DeviceResult if device else IKResult
+        return result(q.reshape(*batch, robot.n_dof), info, batch, options.tolerances, explanation)
+
+    def all_solutions(
+        self,
+        T: Any,
+        link: str | None = None,
+        *,
+        task: Task | str = "pose",
+        redundancy: str | None = None,
+        n_samples: int = 16,
+        whole_turns: bool = False,
+    ) -> IKSolutions:
+        """All joint positions that bring a link to poses, and what is proved of them; see ``Robot.all_solutions``.
+
+        The closed form is computed on the GPU, a branch a thread. What has none is searched by the CPU.
+
+        Returns:
+            An ``IKSolutions``. Where T is on the device, so are its q, valid and real; ``copy_to_host()`` copies all.
+
+        Raises:
+            InputError: T is not an array of poses, the robot has several tips and no link is named, ``redundancy`` is not a joint
+                of an arm of seven, or another argument cannot be taken.
+            UnknownNameError: There is no such link or joint.
+        """
+        robot, options = self.robot, Options(task=as_task(task))
+        query = Query(robot.tree, robot.home, robot._checker, self._link(link), options)  # noqa: SLF001 - a part of it
+        T = gpu.as_own("T", T)
+        return all_solutions(query, T, self._wide_rows, redundancy, as_samples(n_samples), whole_turns=whole_turns)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
 
@@ -171,25 +209,57 @@ class GpuRobot:
         constants: tuple,
         q: Any,
         shape: tuple[int, ...],
+        number: Any = None,
         *,
-        dtype: Any = np.float64,
+        dtype: Any = None,
         row_shape: tuple[int, ...] | None = None,
         shares_scratch: bool = False,
     ) -> Any:
-        """The results of a driver for q, shape (..., *shape), where q is; ``row_shape``: as the driver takes them."""
-        rows = self._rows(q)
-        batch = tuple(np.shape(q)[:-1]) if not gpu.is_on_device(q) else tuple(gpu.cuda.as_cuda_array(q).shape[:-1])
+        """The results of a driver for q, shape (..., *shape), where q is; ``row_shape``: as the driver takes them.
+
+        number: Over which the driver is to compute; ``dtype``: of its results, that number unless given.
+        """
+        q, number = gpu.as_own("q", q), number or self._number
+        rows = self._rows(q, number)
+        batch = tuple(np.shape(q)[:-1]) if not gpu.is_on_device(q) else tuple(q.shape[:-1])
         flag = gpu.on_device(np.zeros(1, dtype=np.int32))
-        out = gpu.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype)
-        gpu.run(gpu.compiled(driver), constants, rows, (out,), flag, shares_scratch=shares_scratch)
+        out = gpu.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype or number)
+        gpu.run(
+            gpu.compiled(in_single(driver) if number is np.float32 else driver),
+            constants,
+            rows,
+            (out,),
+            flag,
+            shares_scratch=shares_scratch,
+        )
         if flag.copy_to_host()[0]:
             refuse_out_of_range(rows.copy_to_host() if gpu.is_on_device(rows) else rows)
         return out.reshape(*batch, *shape) if batch or shape else out[0]
 
-    def _rows(self, q: Any) -> Any:
-        if gpu.is_on_device(q):
-            return gpu.as_device_rows("q", q, self.robot.tree.q_shape)
-        return flat(as_positions(q, self.robot.tree))
+    def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any) -> Any:
+        """Whether anything touches; boxes are checked over ``number``."""
+        q = gpu.as_own("q", q)
+        return any_of(
+            [
+                self._over_q(overlaps_of(*scene.sizes), scene.parts, q, (), scene.number, dtype=np.bool_)
+                for scene in self._scenes.of(world, self_collision, number)
+            ]
+        )
+
+    def _rows(self, q: Any, number: Any) -> Any:
+        """Configurations (n, n_dof) where q is, as float32 or float64."""
+        if not gpu.is_on_device(q):
+            with np.errstate(over="ignore"):  # then it is infinite, and refused
+                return np.ascontiguousarray(flat(as_positions(q, self.robot.tree)), dtype=number)
+        if number is np.float32:
+            return gpu.as_device_rows("q", q, self.robot.tree.q_shape, number)
+        return self._wide_rows("q", q, self.robot.tree.q_shape)
+
+    def _wide_rows(self, name: str, own: Any, shape: tuple[int, ...]) -> Any:
+        """Rows of a shape on the device as float64: converted there if they are float32, which ``float32`` alone may be."""
+        if not self.float32 or own.dtype != np.float32:
+            return gpu.as_device_rows(name, own, shape)
+        return as_float64(gpu.as_device_rows(name, own, shape, np.float32))
 
     def _link(self, link: str | None) -> str:
         return self.robot.tree.link_or_tip(link)
@@ -197,19 +267,8 @@ class GpuRobot:
     def _table(self, kind: str, key: Any, make: Any) -> Any:
         """A table on the device, copied there once."""
         if (kind, key) not in self._tables:
-            self._tables[kind, key] = gpu.on_device(make(key))
+            self._tables[kind, key] = gpu.on_device(make(key).astype(self._number))
         return self._tables[kind, key]
-
-    def _scene(self, world: World | None, self_collision: bool) -> tuple[tuple, tuple[int, int]]:
-        """The parts of a scene on the device, and the numbers of joints and bodies. Those of the last world are kept."""
-        scene, others = self.robot._checker.scene_of(world, self_collision)  # noqa: SLF001 - a part of it
-        if others:
-            raise InputError("world", "has objects with touch_links, which are checked on the CPU alone")
-        last = self._tables.get("scene")
-        if last is None or last[0] is not scene:
-            parts = tuple(None if part is None else gpu.on_device(part) for part in scene[:-1])
-            last = self._tables["scene"] = scene, (*parts, len(scene.objects))
-        return last[1], (len(scene.joints), len(scene.bodies))
 
     def _seeds(self, q_seed: ArrayLike | None, batch: tuple[int, ...]) -> Array:
         robot = self.robot
@@ -220,40 +279,6 @@ class GpuRobot:
             raise InputError("q_seed", f"shape {seeds.shape} does not go with T of shape {(*batch, 4, 4)}")
         return flat(seeds)
 
-    def _search(self, query: Query, targets: Any, seeds: Array) -> tuple[Array, Array]:
-        """q (n, n_dof) and info (n, N_INFO) of a search for each target, on the host."""
-        n, n_dof = len(targets), self.robot.n_dof
-        q, info = np.zeros((n, n_dof)), np.zeros((n, layout.N_INFO))
-        info[:, layout.STATUS] = layout.NOT_FOUND
-        if query.unit != 1.0 or not n:
-            return q, info  # of arms of an unusual size the search is in a unit of its own: all is left to the CPU
-        samples = np.concatenate([
-            seed_sample(n_dof), unit_samples(query.tree, query.link, query.options.seed, 0, _STARTS - 1)
-        ])  # fmt: skip
-        shared = [query.chain, seeds, query.limits[0], samples, query.home, query.settings]
-        constants = [gpu.on_device(array) for array in shared]
-        there, q_there, info_there = (
-            targets if gpu.is_on_device(targets) else gpu.on_device(targets),
-            *map(gpu.on_device, (q, info)),
-        )
-        following = gpu.on_device(np.zeros(1, dtype=np.int64))
-        driver = gpu.compiled(searches_of(n_dof))
-        driver[gpu.blocks(min(n, _SEARCHES)), gpu.THREADS](*constants, following, there, q_there, info_there, following)
-        return q_there.copy_to_host(), info_there.copy_to_host()
 
-    def _rest(
-        self, query: Query, targets: Any, batch: tuple[int, ...], seeds: Array | None, q: Array, info: Array
-    ) -> Explanation:
-        """Write the results of the CPU for targets that are not solved; what is known of them. seeds: None unless given."""
-        rest = np.flatnonzero(info[:, layout.STATUS] != layout.SOLVED)
-        if not len(rest):
-            return NOTHING_TO_EXPLAIN
-        there = (targets.copy_to_host() if gpu.is_on_device(targets) else targets)[rest]
-        start = seeds if seeds is None else seeds[rest] if len(seeds) > 1 else seeds[0]
-        options = query.options
-        found = self.robot.inverse_kinematics(
-            there if batch else there[0], start, query.link, seed=options.seed, task=options.task,
-            position_tolerance=options.position_tolerance, rotation_tolerance=options.rotation_tolerance,
-        )  # fmt: skip
-        q[rest], info[rest] = found.q, found.info
-        return found.explanation.renumbered(rest)
+def _on_host(hits: Any) -> NDArray[np.bool_]:
+    return hits.copy_to_host() if gpu.is_on_device(hits) else hits

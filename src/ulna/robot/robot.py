@@ -38,6 +38,7 @@ from ulna.ik.differential import differential_ik
 from ulna.ik.following.result import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
+from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
@@ -46,8 +47,9 @@ from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytica
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
+from ulna.planning.options import MAX_CHECKS, PlanOptions
 from ulna.planning.plan import Plan
-from ulna.planning.planner import MAX_CHECKS, PlanOptions, plan_motion
+from ulna.planning.planner import plan_motion
 
 if TYPE_CHECKING:
     from ulna.robot.gpu_robot import GpuRobot
@@ -393,10 +395,13 @@ class Robot(Quick):
             jacobian = self._jacobian.of((link, expressed_in))
         return jacobian(q, out, threads)
 
-    def on_gpu(self) -> GpuRobot:
+    def on_gpu(self, *, float32: bool = False) -> GpuRobot:
         """The same robot, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
 
         Its methods have the names of these. They take NumPy arrays, or arrays on the device, and return the same kind.
+
+        Args:
+            float32: Whether poses, Jacobians and collisions of boxes are computed in float32: for cards with few float64 units.
 
         Raises:
             DeviceError: There is no GPU that can be used.
@@ -405,7 +410,7 @@ class Robot(Quick):
         """
         from ulna.robot.gpu_robot import GpuRobot  # noqa: PLC0415 - needs the extra
 
-        return GpuRobot(self)
+        return GpuRobot(self, float32=float32)
 
     def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
         """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, but faster.
@@ -988,6 +993,8 @@ class Robot(Quick):
             UnknownNameError: There is no such link or joint.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
+        if "held" in options:
+            options["held"] = as_names(options["held"])  # once: it may be an iterator
         plan = partial(self.plan, **options)
         return plan_many(plan, q_starts, goals, worlds, threads, progress)
 

@@ -12,16 +12,16 @@ import pytest
 
 pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its own: make test-cuda")
 
+from numba import cuda
+
 import ulna
+from ulna.robot.gpu_search import Search
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 7 if SIMULATED else 20_000
 HARD = 3 if SIMULATED else 1000
-if not SIMULATED:
-    from numba import cuda
-
-    if not cuda.is_available():
-        pytest.skip("there is no GPU: make test-cuda simulates one", allow_module_level=True)
+if not cuda.is_available():
+    pytest.skip("there is no GPU: make test-cuda simulates one", allow_module_level=True)
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +109,73 @@ def test_targets_without_a_solution_have_the_reasons_of_the_cpu(panda, on_gpu, q
     assert "m are missing" in one.reason
 
 
+def shelf():
+    """Boxes among which about half of the configurations that reach a place collide."""
+    world = ulna.World()
+    world.add("floor", ulna.Box((2.0, 2.0, 0.1)), ulna.pose((0.0, 0.0, -0.2)))
+    world.add("post", ulna.Box((0.1, 0.1, 1.2)), ulna.pose((0.1, 0.35, 0.5)))
+    world.add("board", ulna.Box((0.5, 0.5, 0.05)), ulna.pose((0.5, -0.4, 0.7)))
+    return world
+
+
+def clear_configurations(robot, world, n):
+    q = robot.random(40 * n, seed=8)
+    return q[~robot.in_collision(q, world)][:n]
+
+
+def test_solutions_are_clear_of_a_world(panda, on_gpu, monkeypatch):
+    left, by_cpu = [], Search._by_cpu
+    monkeypatch.setattr(Search, "_by_cpu", lambda *given: left.append(len(given[2])) or by_cpu(*given))
+    world = shelf()
+    T = panda.forward_kinematics(clear_configurations(panda, world, N))
+    colliding = panda.in_collision(on_gpu.inverse_kinematics(T).q, world)
+    assert colliding.any(), "without the world"
+    result = on_gpu.inverse_kinematics(T, world=world)
+    assert result.success.all()
+    assert sum(left) < colliding.sum(), "some are found in a later round, on the GPU"
+    assert result.starts.max() > 64
+    assert not panda.in_collision(result.q, world).any()
+    assert np.linalg.norm(panda.forward_kinematics(result.q)[:, :3, 3] - T[:, :3, 3], axis=1).max() <= 1e-5
+
+
+def test_what_collides_in_every_solution_has_the_reason_of_the_cpu(panda, on_gpu):
+    world = shelf()
+    T = panda.forward_kinematics(clear_configurations(panda, world, 2))
+    world.add("block", ulna.Box((0.3, 0.3, 0.3)), T[0])  # around the hand
+    result = on_gpu.inverse_kinematics(T[0], world=world)
+    assert result.status == panda.inverse_kinematics(T[0], world=world).status == "in collision"
+    assert "block" in result.reason
+
+
+def test_results_on_the_device_have_what_those_of_the_host_have(panda, on_gpu):
+    world = shelf()
+    T = panda.forward_kinematics(clear_configurations(panda, world, HARD))
+    T[0, :3, 3] = (5.0, 0.0, 0.0)
+    for options in ({}, {"world": world}):
+        on_host, there = on_gpu.inverse_kinematics(T, **options), on_gpu.inverse_kinematics(cuda.to_device(T), **options)
+        np.testing.assert_array_equal(there.q.copy_to_host(), on_host.q)
+        np.testing.assert_array_equal(there.info, on_host.info)
+        assert list(there.status) == list(on_host.status)
+        assert there.status[0] == "unreachable"
+        assert str(there) == str(on_host)
+        assert (pickle.loads(pickle.dumps(there)).q == on_host.q).all()  # noqa: S301 - our own bytes
+
+
+def test_objects_that_some_links_may_touch_are_checked_as_on_the_cpu(panda, on_gpu, q):
+    world = cell()
+    world.add("table", ulna.Box((1.0, 1.0, 0.2)), ulna.pose((0.0, 0.0, -0.05)), touch_links=["panda_link0", "panda_link1"])
+    world.add("ball", ulna.Sphere(0.15), ulna.pose((0.5, 0.0, 0.4)), touch_links=["panda_hand"])
+    assert not panda.in_collision(q, world).all(), "although the base is always in the table"
+    for batch in (q, q[0], q[:0]):
+        hits, distances = on_gpu.in_collision(batch, world), on_gpu.signed_distance(batch, world)
+        expected = panda.signed_distance(batch, world)
+        np.testing.assert_allclose(distances, expected, rtol=0, atol=1e-9)
+        assert (hits == panda.in_collision(batch, world))[np.abs(expected) > 1e-9].all()
+    there = cuda.to_device(q)
+    assert (on_gpu.in_collision(there, world).copy_to_host() == on_gpu.in_collision(q, world)).all()
+    np.testing.assert_array_equal(on_gpu.signed_distance(there, world).copy_to_host(), on_gpu.signed_distance(q, world))
+
+
 def test_a_seed_and_a_task_are_taken(panda, on_gpu, q):
     T = panda.forward_kinematics(q[:HARD])
     result = on_gpu.inverse_kinematics(T, q[:HARD])
@@ -129,6 +196,15 @@ def test_leading_axes_and_single_configurations_keep_their_shapes(panda, on_gpu,
     assert on_gpu.inverse_kinematics(np.empty((0, 4, 4))).q.shape == (0, 7)
 
 
+def test_arrays_of_several_pieces_are_put_together_in_their_order(panda, on_gpu, q, monkeypatch):
+    whole = on_gpu.forward_kinematics(q), on_gpu.in_collision(q, cell()), on_gpu.signed_distance(q, round_cell())
+    q.setflags(write=False)
+    monkeypatch.setattr("ulna.engine.gpu.PIECE", -(-len(q) // 3) - 1)  # the last piece is a short one, in a used place
+    pieces = on_gpu.forward_kinematics(q), on_gpu.in_collision(q, cell()), on_gpu.signed_distance(q, round_cell())
+    for one, other in zip(whole, pieces, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_what_cannot_be_taken_is_refused_by_name_as_on_the_cpu(panda, on_gpu, q):
     bad = q.copy()
     bad[2, 3] = np.nan
@@ -141,25 +217,42 @@ def test_what_cannot_be_taken_is_refused_by_name_as_on_the_cpu(panda, on_gpu, q)
         on_gpu.inverse_kinematics(np.zeros((2, 4, 4)))
     with pytest.raises(ulna.UnknownNameError):
         on_gpu.forward_kinematics(q, "hand of god")
-    touchable = ulna.World()
-    touchable.add("floor", ulna.HalfSpace(), touch_links=["panda_link0"])
-    with pytest.raises(ulna.InputError, match="touch_links"):
-        on_gpu.in_collision(q, touchable)
+    with pytest.raises(ulna.InputError, match="nothing to check"):
+        on_gpu.in_collision(q, self_collision=False)
+    with pytest.raises(ulna.InputError, match="World"):
+        on_gpu.inverse_kinematics(panda.forward_kinematics(q), world="a table")
 
 
-@pytest.mark.skipif(SIMULATED, reason="the simulator's arrays are not those of a device")
 def test_arrays_on_the_device_stay_there(panda, on_gpu, q):
     there = cuda.to_device(q)
     T = on_gpu.forward_kinematics(there)
-    assert hasattr(T, "__cuda_array_interface__")
+    assert hasattr(T, "copy_to_host")
     np.testing.assert_allclose(T.copy_to_host(), panda.forward_kinematics(q), rtol=0, atol=1e-12)
     found = on_gpu.inverse_kinematics(T)
-    assert hasattr(found.q, "__cuda_array_interface__")
+    assert hasattr(found.q, "copy_to_host")
     np.testing.assert_allclose(panda.forward_kinematics(found.q.copy_to_host()), T.copy_to_host(), atol=1e-4)
     hits = on_gpu.in_collision(found.q, cell())
     assert same_verdicts(panda, found.q.copy_to_host(), cell(), hits.copy_to_host())
     with pytest.raises(ulna.InputError, match="float64"):
         on_gpu.forward_kinematics(cuda.to_device(q.astype(np.float32)))
+    with pytest.raises(ulna.InputError, match="C-contiguous"):
+        on_gpu.forward_kinematics(cuda.to_device(np.asfortranarray(q)))
+
+
+class OnlyDlpack:
+    """An array on the device that has DLPack alone, as those of JAX."""
+
+    def __init__(self, array):
+        self.__dlpack__, self.__dlpack_device__ = array.__dlpack__, array.__dlpack_device__
+
+
+@pytest.mark.skipif(SIMULATED, reason="the simulator's arrays are on the host; see test_device_arrays.py")
+def test_arrays_are_given_and_taken_by_dlpack(panda, on_gpu, q):
+    T = on_gpu.forward_kinematics(cuda.to_device(q))
+    assert T.__dlpack_device__()[0] == 2
+    found = on_gpu.inverse_kinematics(OnlyDlpack(T))
+    there = on_gpu.forward_kinematics(OnlyDlpack(found.q))
+    np.testing.assert_allclose(there.copy_to_host(), T.copy_to_host(), atol=1e-4)
 
 
 def test_a_robot_whose_batches_go_to_the_gpu_can_still_be_pickled(panda):

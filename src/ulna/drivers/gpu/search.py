@@ -8,7 +8,7 @@ from ulna.drivers.lane_state import reset_state, write_bounds, write_result, wri
 from ulna.engine.gpu import cuda
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, N_STATE, P2, R2, RUNNING, advance
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
-from ulna.kernels.ik.search_layout import NOT_A_POSE, STATUS, STEPS, WITH_POSTURE
+from ulna.kernels.ik.search_layout import NOT_A_POSE, NOT_FOUND, STATUS, STEPS, WITH_POSTURE
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
@@ -41,7 +41,7 @@ def searches_of(n_dof: int):
                 continue
             if is_new:
                 if start == 0:
-                    best = np.inf
+                    best, info[i, STATUS] = np.inf, NOT_FOUND
                 write_target(matrix_pose(targets[i]), target, 0)
                 write_bounds(box, bound, 0)
                 write_start(box, seed, samples, start, q, 0)

@@ -10,6 +10,7 @@ from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
 from ulna.ik.closed_form.fewer_joints import branches_of_fewer
 from ulna.ik.closed_form.held_joint import targets_with_held_at_zero
 from ulna.ik.closed_form.result import Proof
+from ulna.ik.closed_form.six_joints import Workers
 from ulna.ik.turns import nearest_turns, turning_columns
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kinematics.tree import Tree
@@ -38,7 +39,7 @@ class Branches:
     proof: NDArray[np.int64]
 
 
-def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None = None) -> Branches:
+def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers = None) -> Branches:
     """The eight branches of an arm of at most six joints.
 
     Args:
@@ -46,18 +47,18 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, thr
         tree: The robot.
         targets: Rigid motions, shape (n, 4, 4).
         seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
-        threads: How many threads to use at most.
+        workers: How many threads to use at most, or what computes in their place.
     """
     if form.n_joints == N_AXES == tree.n_dof:
-        return _of_kernel(form, tree, targets, seeds, threads)
-    return within_limits(form.chain, tree, *_raw(form, tree, targets, seeds, threads), seeds)
+        return _of_kernel(form, tree, targets, seeds, workers)
+    return within_limits(form.chain, tree, *_raw(form, tree, targets, seeds, workers), seeds)
 
 
-def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Branches:
+def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Branches:
     """The branches of an arm whose joints are all of q: the kernel turns them within the limits, and knows the proof."""
     six = joints_at(form, seeds[0])
     by_entry = np.ascontiguousarray(seeds[:, six.columns])
-    angles, known, proof = six.branches(targets, by_entry, threads, six.plan(tree.lower, tree.upper))
+    angles, known, proof = six.branches(targets, by_entry, workers, six.plan(tree.lower, tree.upper))
     q, known = angles, known.astype(np.int8)
     if form.columns != tuple(range(N_AXES)):
         q = np.empty_like(angles)
@@ -66,32 +67,32 @@ def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threa
     return Branches(q, (known & layout.IS_REAL) > 0, (known & layout.IS_WITHIN) > 0, proved)
 
 
-def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Found:
+def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Found:
     """q, real and proof, whatever the limits."""
     six = joints_at(form, seeds[0])
     if form.n_joints < N_AXES:
-        angles, known = branches_of_fewer(six, targets, seeds, threads)
+        angles, known = branches_of_fewer(six, targets, seeds, workers)
     else:
-        angles, known, _ = six.branches(targets, np.ascontiguousarray(seeds[:, six.columns]), threads)
+        angles, known, _ = six.branches(targets, np.ascontiguousarray(seeds[:, six.columns]), workers)
     known = known.astype(np.int8)
     real = (known & layout.IS_REAL) > 0
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
     q[..., six.columns] = angles
-    proof = _proofs(known, real, form.n_at_rest) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
+    proof = proofs_of(known, real, form.n_at_rest) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
     return q, real, proof
 
 
-def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, threads: int | None) -> Branches:
+def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers) -> Branches:
     """The branches of an arm of seven joints at each of ``n_samples`` places of the held joint, shape (n, 8 n_samples, ...)."""
     if form.held_column is None:
         raise AssertionError("an arm of six joints has no joint to hold")
     n, (low, high) = len(targets), held_range(tree, form.held_column)
     places = low + (np.arange(n_samples) + 0.5) / n_samples * (high - low)
     seeds, places = np.broadcast_to(seeds, (n, tree.n_dof)), np.broadcast_to(places, (n, n_samples))
-    return at_places(form, tree, targets, seeds, places, threads)
+    return at_places(form, tree, targets, seeds, places, workers)
 
 
-def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, threads: int | None) -> Branches:
+def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, workers: Workers) -> Branches:
     """The branches of an arm of seven joints at places of the held joint of each target.
 
     A held joint at either end moves the target instead of the axes: then all places are targets of one form.
@@ -102,7 +103,7 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
         targets: Shape (n, 4, 4).
         seeds: Shape (n, n_dof).
         places: Shape (n, k).
-        threads: How many threads to use at most.
+        workers: How many threads to use at most, or what computes in their place.
 
     Returns:
         The branches, shape (n, 8 k, ...).
@@ -114,25 +115,25 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
     moved = targets_with_held_at_zero(form.chain, column, np.repeat(targets, k, axis=0), places.ravel())
     if moved is not None:
         here[:, column] = 0.0
-        q, real, proof = _raw(form, tree, moved, here, threads)
+        q, real, proof = _raw(form, tree, moved, here, workers)
         q[..., column], here[:, column] = places.reshape(-1, 1), places.ravel()
     else:
         here[:, column] = places.ravel()
-        q, real, proof = _raw_of_each(form, tree, np.repeat(targets, k, axis=0), here, threads)
+        q, real, proof = _raw_of_each(form, tree, np.repeat(targets, k, axis=0), here, workers)
     found = within_limits(form.chain, tree, q, real, proof, here)
     real, valid = found.real.reshape(n, -1), found.valid.reshape(n, -1)
     proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
     return Branches(found.q.reshape(n, -1, tree.n_dof), real, valid, proof)
 
 
-def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, threads: int | None) -> Found:
+def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Found:
     """As ``_raw`` for seeds that hold the joint at different places: those of one place together."""
     places = seeds[:, form.held_column]
     q, real = np.empty((len(seeds), layout.N_BRANCHES, tree.n_dof)), np.empty((len(seeds), layout.N_BRANCHES), dtype=bool)
     proof = np.empty(len(seeds), dtype=np.int64)
     for place in np.unique(places):
         of_it = np.flatnonzero(places == place)
-        q[of_it], real[of_it], proof[of_it] = _raw(form, tree, targets[of_it], seeds[of_it], threads)
+        q[of_it], real[of_it], proof[of_it] = _raw(form, tree, targets[of_it], seeds[of_it], workers)
     return q, real, proof
 
 
@@ -146,7 +147,7 @@ def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArr
     return Branches(q, real, valid, proof)
 
 
-def _proofs(known: NDArray[np.int8], real: Truths, n_at_rest: int) -> NDArray[np.int64]:
+def proofs_of(known: NDArray[np.int8], real: Truths, n_at_rest: int) -> NDArray[np.int64]:
     """What is proved of targets by all that is known of their branches, shape (n,).
 
     Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then; nor

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.ik.closed_form.axes import N_AXES
-from ulna.ik.closed_form.six_joints import SixJoints
+from ulna.ik.closed_form.six_joints import SixJoints, Workers
 from ulna.kernels.chain import closed_form_layout as layout
 
 Array = NDArray[np.float64]
@@ -23,12 +23,12 @@ _SAME = 1e-7  # rad, or share of the reach
 _STEPS = 8
 
 
-def branches_of_fewer(six: SixJoints, targets: Array, seeds: Array, threads: int | None) -> tuple[Array, NDArray[np.int64]]:
+def branches_of_fewer(six: SixJoints, targets: Array, seeds: Array, workers: Workers) -> tuple[Array, NDArray[np.int64]]:
     """All branches of targets (n, 4, 4): q (n, 8, n_own), and what is known of them (n, 8); as ``SixJoints.branches``."""
     n_own, share = len(six.columns), six.table[layout.FORM, layout.INVERSE_REACH]
     padded = np.zeros((len(seeds), N_AXES))
     padded[:, :n_own] = seeds[:, six.columns]
-    q, known, _ = six.branches(targets, padded, threads)
+    q, known, _ = six.branches(targets, padded, workers)
     known = known.astype(np.int64)
     real = (known & layout.IS_REAL) > 0
     at_rest = q[..., n_own : N_AXES - six.n_free]

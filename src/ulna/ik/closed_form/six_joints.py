@@ -3,7 +3,9 @@
 Of an arm of fewer joints some are added (``added_joints``).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,9 @@ from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import KIND, PRISMATIC
 
 Array = NDArray[np.float64]
-Found = tuple[Array, Array, Array]
+Found = tuple[Array, NDArray[Any], NDArray[Any]]
+Workers = int | None | Callable[["SixJoints", Array, Array, Array], Found]
+"""How many threads to use at most; or what computes the branches in their place: of a form, targets, seeds and a plan."""
 _LEAST_TARGETS = 512  # of a part
 _NO_BOUNDS = np.zeros(2)
 _MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
@@ -60,13 +64,15 @@ class SixJoints:
         turns = np.where(self.slides, _MORE_THAN_ANY, TURN)
         return np.concatenate([tolerances, lower[self.columns], upper[self.columns], turns, 1.0 / turns])
 
-    def branches(self, targets: Array, seeds: Array, threads: int | None = None, plan: Array = _NO_BOUNDS) -> Found:
+    def branches(self, targets: Array, seeds: Array, workers: Workers = None, plan: Array = _NO_BOUNDS) -> Found:
         """All branches of targets (n, 4, 4), which are rigid motions: q (n, 8, 6), known (n, 8) and proof (n,).
 
         ``known`` is the sum of what is known of a branch, and ``proof`` what they prove (``closed_form_layout``). Joints that may
         have any angle get that of seeds (n or 1, 6). The entries of q are the arm's own joints from the base on, then the added
         ones. With the bounds of a plan branches are turned towards the seeds within them, and NaN where they are not real.
         """
+        if callable(workers):
+            return workers(self, targets, seeds, plan)
         n = len(targets)
         q, known, proof = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES)), np.empty(n)
         all_branches = entry("closed_form.all_branches")
@@ -75,7 +81,7 @@ class SixJoints:
             own = seeds[part] if len(seeds) > 1 else seeds
             return all_branches(self.table, self.chain, plan, targets[part], own, q[part], known[part], proof[part])
 
-        in_parts(run, n, _LEAST_TARGETS, threads)
+        in_parts(run, n, _LEAST_TARGETS, workers)
         return q, known, proof
 
 

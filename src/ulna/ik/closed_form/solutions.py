@@ -13,9 +13,10 @@ from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
 from ulna.ik.closed_form.result import IKSolutions, Proof
-from ulna.ik.closed_form.six_joints import SixJoints
+from ulna.ik.closed_form.six_joints import SixJoints, Workers
 from ulna.ik.closed_form.whole_turns import every_turn
 from ulna.ik.entry_names import entry_names
+from ulna.ik.options import as_count
 from ulna.ik.problem import of_task
 from ulna.ik.query import Query
 from ulna.ik.turns import turning_columns
@@ -35,24 +36,27 @@ class AllSolutions:
     Args:
         query: The link and the options.
         redundancy: The joint of seven that is held, or ``"elbow"``.
+        workers: What computes the branches; the threads of the options unless given.
 
     Raises:
         InputError: ``redundancy`` is not a joint of an arm of seven, or the arm has no elbow.
         UnknownNameError: There is no such joint.
     """
 
-    __slots__ = ("_elbow", "_family", "_form", "_home", "_plan", "_query", "_six")
+    __slots__ = ("_elbow", "_family", "_form", "_home", "_plan", "_query", "_six", "_workers")
 
-    def __init__(self, query: Query, redundancy: str | None) -> None:
+    def __init__(self, query: Query, redundancy: str | None, workers: Workers = None) -> None:
         self._query, tree = query, query.tree
+        self._workers = query.options.threads if workers is None else workers
         by_elbow = redundancy == ELBOW and ELBOW not in entry_names(tree)
         self._elbow = _elbow(query) if by_elbow else None
         self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)
         self._family = FAMILY if self._elbow else "" if form is None else form.family
         self._home = query.home[None].copy()
         self._six = None
-        if form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES:
-            self._six = joints_at(form, query.home) if query.task_axes is None else None
+        in_order = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
+        if form is not None and in_order and query.task_axes is None and not callable(workers):
+            self._six = joints_at(form, query.home)
         self._plan = None if self._six is None else self._six.plan(tree.lower, tree.upper)
 
     def of(self, T: ArrayLike, n_samples: int, *, whole_turns: bool) -> IKSolutions:
@@ -71,7 +75,7 @@ class AllSolutions:
         if self._elbow is not None:
             found = _of_elbow(query, self._elbow, targets, n_samples)
         else:
-            found = _found(query, self._form, targets, n_samples)
+            found = _found(query, self._form, targets, n_samples, self._workers)
         if whole_turns:
             found = _with_turns(tree, query.link, found)
         proof = _PROOFS[found.proof].reshape(batch)
@@ -94,6 +98,19 @@ class AllSolutions:
         return IKSolutions(q[0], bits >= IS_WITHIN, (bits & IS_REAL) > 0, PROOFS[int(proof[0])], self._family)
 
 
+def as_samples(n_samples: int) -> int:
+    """A number of samples.
+
+    Raises:
+        InputError: It is no whole number from 1 on.
+    """
+    if type(n_samples) is not int or n_samples < 1:
+        n_samples = as_count("n_samples", n_samples)
+        if not n_samples:
+            raise InputError("n_samples", "0; at least 1 is expected")
+    return n_samples
+
+
 def _elbow(query: Query) -> Elbow:
     elbow = elbow_of(query.tree, query.link) if query.options.task.kind == WHOLE_POSE and query.task_axes is None else None
     if elbow is None:
@@ -110,13 +127,13 @@ def _of_elbow(query: Query, elbow: Elbow, targets: Array, n_samples: int) -> Bra
     return within_limits(query.tree.chain(query.link), query.tree, q, real, proof, query.home[None])
 
 
-def _found(query: Query, form: ClosedForm | None, targets: Array, n_samples: int) -> Branches:
-    seeds, threads = query.home[None].copy(), query.options.threads
+def _found(query: Query, form: ClosedForm | None, targets: Array, n_samples: int, workers: Workers) -> Branches:
+    seeds = query.home[None].copy()
     if form is None:
         return _searched(query, targets, None)
     if form.held_column is not None:
-        return sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, threads)
-    found = all_branches(form, query.tree, of_task(query, targets), seeds, threads)
+        return sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, workers)
+    found = all_branches(form, query.tree, of_task(query, targets), seeds, workers)
     return found if form.is_exact else _searched(query, targets, found)
 
 

@@ -9,7 +9,8 @@ An interval has one of three outcomes, each from one distance at its middle, d, 
 Balls first: the ball that holds all bodies of a joint is compared with the box that holds an object, the balls of two joints
 with each other. Only where these are near are bodies placed and compared, by their own bounding balls first. For a sphere and a
 sphere, capsule, box or half-space that is their distance. For other shapes a lower bound of the distance is computed
-(``posed_pair.rows_gap``). So "clear" is certain; "touches" is certain but for the resolution of that bound.
+(``posed_pair.rows_gap``), only as far as it takes to know that it is not above ``reach``; where it says "touches" it is computed
+once more, as far as it takes for that. So "clear" is certain; "touches" is certain but for the resolution of that bound.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -64,7 +65,8 @@ def world_outcome(scene, carried, half, margin, of_world, finest, stack, found, 
                     continue
                 if not has_exact_ball(int(bodies[k, SHAPE]), int(scene.objects[o, SHAPE])):
                     a = frame_pose(bodies, k, carried.joint_rows, like)
-                    distance = posed_gap(bodies, scene.vertices, k, a, scene.objects, scene.points, o, b, way, slack - margin)
+                    ours, theirs = (bodies, scene.vertices, k, a), (scene.objects, scene.points, o, b)
+                    distance = gap_or_contact(ours, theirs, way, margin, slack - margin)
                 if any_lane(distance <= margin):
                     return True, clear
                 clear = where(distance > way, clear, 0.0)
@@ -128,11 +130,24 @@ def self_outcome(scene, carried, half, clear, like):
                 if not any_lane((distance <= way) & (clear > 0.0)):
                     continue
                 a = frame_pose(bodies, i, carried.joint_rows, like)
-                distance = posed_gap(bodies, scene.vertices, i, a, bodies, scene.vertices, j, b, way, slack)
+                distance = gap_or_contact((bodies, scene.vertices, i, a), (bodies, scene.vertices, j, b), way, 0.0, slack)
             if any_lane(distance <= 0.0):
                 return True, clear
             clear = where(distance > way, clear, 0.0)
     return False, clear
+
+
+@kernel
+def gap_or_contact(first, second, reach, margin, rounding):
+    """A lower bound of the distance of two bodies, exact enough to know whether it is above ``reach``, and above a margin.
+
+    Each body: its table, the vertices, its row and its pose.
+    """
+    distance = posed_gap(*first, *second, reach, rounding)
+    if any_lane(distance <= margin):
+        again = posed_gap(*first, *second, splat(margin, reach), rounding)
+        distance = where(distance <= margin, again, distance)
+    return distance
 
 
 @routine

@@ -6,9 +6,10 @@ RESOLUTION = 1  # of a certificate [m]
 MARGIN = 2  # how near an object of the world may be [m]
 SAMPLED = 3  # 0: edges are certified; else the spacing of the samples of an edge, in the metric
 DOMAIN, LEAST_DOMAIN, ADAPTATION = 4, 5, 6  # the radius of a node that could not be extended, its least value, its rate of change
-ROOM = 7  # how many nodes one iteration may add
+ROOM = 7  # how many nodes one iteration may add, and two more
 MOST_BLOCKS = 8  # of eight intervals of an edge: then it is given up
-N_SETTINGS = 9
+BOUND = 9  # of the cost of a path that is to be cheaper
+N_SETTINGS = 10
 # Rows of the space, shape (N_SPACE, n_dof): where samples are taken from, the weight of each entry of q in the metric, and the
 # whole turn of an entry that may turn for ever, else 0.
 LOW, HIGH, WEIGHT, PERIOD = 0, 1, 2, 3
@@ -16,7 +17,10 @@ N_SPACE = 4
 # State of a search.
 STARTS, GOALS = 0, 1  # the numbers of nodes of the two trees
 SAMPLE, CHECKS, UNTIL, DIRECT, ACTIVE, JOINED_START, JOINED_GOAL, ITERATIONS, FIRST_SAMPLE = 2, 3, 4, 5, 6, 7, 8, 9, 10
-N_STATE = 11
+GOAL_ROOTS = 11  # how many of the nodes of the second tree are goals: the first ones
+PASSED, MOST = 12, 13  # how many samples were passed over; how many edges the whole search may check
+N_STATE = 14
+PASSED_A_CHECK = 64  # samples that were passed over count as one checked edge: they take about as long
 # How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left.
 SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE = 0, 1, 2, 3, 4
 # State of shortening, besides CHECKS and UNTIL: how many points, the pass, and where in it. The last pass confirms every edge.

@@ -1,4 +1,4 @@
-"""Measures distances of configurations, and steps from one towards another. Used by ``drivers.planning``.
+"""Measures distances of configurations, and steps from one towards another. Used by the drivers of plans.
 
 The metric is Euclidean, with a weight for each entry of q. Of an entry that may turn for ever, the difference is taken the short
 way round. A tree is rows of eight nodes: row ``block * n_dof + k`` holds entry k of the nodes 8 block to 8 block + 7, infinite
@@ -8,6 +8,8 @@ where there is none.
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, rint, splat, sqrt, where
 from ulna.kernels.planning.planning_layout import PERIOD, WEIGHT
+
+INF = float("inf")
 
 
 @kernel
@@ -40,6 +42,22 @@ def nearest_in_lanes(tree_rows, n_blocks, q, space):
     for block in range(1, n_blocks):
         square = square_distance(tree_rows, block, q, space)
         nearer = square < least
+        least, at = where(nearer, square, least), where(nearer, splat(float(block), least), at)
+    return least, at
+
+
+@kernel
+def nearest_below_in_lanes(tree_rows, costs, first, n_blocks, q, bound, space):
+    """The same, of the nodes from which q costs at most ``bound``: their cost, and the distance. Infinite where there is none.
+
+    costs: the costs of the nodes, from row ``first`` on.
+    """
+    least = splat(INF, load(costs, first))
+    at = splat(0.0, least)
+    for block in range(n_blocks):
+        left = splat(bound, least) - load(costs, first + block)
+        square = square_distance(tree_rows, block, q, space)
+        nearer = (left >= 0.0) & (square <= left * left) & (square < least)
         least, at = where(nearer, square, least), where(nearer, splat(float(block), least), at)
     return least, at
 

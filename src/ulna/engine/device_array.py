@@ -1,0 +1,98 @@
+"""Takes arrays on a GPU from any library, and gives them to any. Used by ``gpu``.
+
+Two protocols do that without a copy: ``__cuda_array_interface__`` (CuPy, PyTorch, Numba) and DLPack (these and JAX). numba-cuda
+has the first; the second is that of cuda.core, on which numba-cuda depends. Both are imported where they are used: a robot
+without a GPU needs neither.
+"""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ulna.errors import InputError
+
+_HOST, _CUDA, _CUDA_HOST, _CUDA_MANAGED = 1, 2, 3, 13  # kinds of devices of DLPack (dlpack.h)
+_LEGACY, _PER_THREAD, _NO_ORDER = 1, 2, -1  # streams, as DLPack numbers them
+
+
+def is_on_device(array: object) -> bool:
+    """Whether an array is on an NVIDIA GPU."""
+    if getattr(array, "__cuda_ndarray__", False) or hasattr(array, "__cuda_array_interface__"):
+        return True
+    return _kind(array) in {_CUDA, _CUDA_MANAGED}
+
+
+def as_own(cuda: Any, name: str, array: Any) -> Any:
+    """An array on the device as Numba's, not copied; one on the host as it is.
+
+    Work on it comes after what its library has begun.
+
+    Args:
+        cuda: numba-cuda.
+        name: The argument's name.
+        array: On the device it has ``__cuda_array_interface__`` or ``__dlpack__``.
+
+    Raises:
+        InputError: It is on a device that is neither an NVIDIA GPU nor the host.
+    """
+    if getattr(array, "__cuda_ndarray__", False):
+        return array
+    if hasattr(array, "__cuda_array_interface__"):
+        return cuda.as_cuda_array(array)
+    kind = _kind(array)
+    if kind not in {_HOST, _CUDA, _CUDA_HOST, _CUDA_MANAGED}:
+        raise InputError(name, f"on a device of kind {kind} of DLPack; one on the host or on an NVIDIA GPU is expected")
+    if kind not in {_CUDA, _CUDA_MANAGED}:
+        return array
+    from cuda.core.utils import StridedMemoryView  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
+
+    stream = _PER_THREAD if cuda.config.CUDA_PER_THREAD_DEFAULT_STREAM else _LEGACY  # on which Numba works
+    view = StridedMemoryView.from_dlpack(array, stream_ptr=stream)
+    return cuda.from_cuda_array_interface(description(view), owner=view)
+
+
+def _kind(array: object) -> int:
+    """The kind of device an array is on, by DLPack; the host where it does not say."""
+    place = getattr(array, "__dlpack_device__", None)
+    return _HOST if place is None or isinstance(array, np.ndarray) else int(place()[0])
+
+
+def description(view: Any) -> dict[str, Any]:
+    """What ``__cuda_array_interface__`` would be of a view of cuda.core."""
+    dtype = np.dtype(view.dtype)
+    strides = view.strides and tuple(stride * dtype.itemsize for stride in view.strides)
+    return {
+        "shape": tuple(view.shape), "strides": strides, "typestr": dtype.str, "data": (view.ptr, view.readonly), "version": 3,
+    }  # fmt: skip
+
+
+def with_dlpack(cuda: Any, array: Any) -> Any:
+    """An array of Numba on the device that has ``__dlpack__`` too; the simulator's as it is."""
+    if cuda.config.ENABLE_CUDASIM:
+        return array
+    return _class_with_dlpack()(shape=array.shape, strides=array.strides, dtype=array.dtype, gpu_data=array.gpu_data)
+
+
+@cache
+def _class_with_dlpack() -> Any:
+    from cuda.core.utils import StridedMemoryView  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
+    from numba import cuda  # noqa: PLC0415
+    from numba.cuda.cudadrv.devicearray import DeviceNDArray  # noqa: PLC0415
+
+    class DeviceArray(DeviceNDArray):
+        """Numba's array on the device, which other libraries take by ``__cuda_array_interface__`` or by DLPack."""
+
+        def __dlpack__(self, *, stream: int | None = None, **asked: Any) -> Any:
+            """A capsule of DLPack, made by cuda.core, after the work that writes the array unless ``stream`` is -1."""
+            if stream != _NO_ORDER:
+                cuda.default_stream().synchronize()
+            return self._view().__dlpack__(**asked)
+
+        def __dlpack_device__(self) -> tuple[int, int]:
+            return self._view().__dlpack_device__()
+
+        def _view(self) -> Any:
+            return StridedMemoryView.from_cuda_array_interface(self, stream_ptr=_NO_ORDER)
+
+    return DeviceArray

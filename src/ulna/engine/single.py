@@ -1,0 +1,139 @@
+"""Makes of a kernel over float64 the same kernel over float32. Used by ``robot.gpu_robot``, for ``on_gpu(float32=True)``.
+
+A kernel is a formula over a number, but its constants are float64, and in Numba a float32 times a float64 is a float64. So
+``in_single`` copies a function with the constants of its code and of its module as float32, and so every function of Ulna that it
+calls. Where float64 is asked for by name (the scratch of a driver), the copy gets float32. What is left to exchange:
+
+- the primitives of ``lanes``, for one plain number;
+- sine and cosine, whose reduction depends on the digits of a float64;
+- the thresholds that stand for the rounding of a float64 (``THRESHOLDS``).
+"""
+
+import math
+from collections.abc import Callable
+from functools import cache
+from types import CellType, CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+from ulna.engine import compiler
+
+# By module and name: what the rounding of a float32, 2^29 times that of a float64, makes of a threshold.
+THRESHOLDS = {
+    ("ulna.kernels.layout", "CONTACT"): 1e-6,
+    ("ulna.kernels.distance.box_sat", "_PARALLEL"): 1e-7,
+    ("ulna.kernels.distance.box_sat", "_ROUNDING"): 1e-6,
+    ("ulna.kernels.collision.posed_pair", "BALLS"): 1.0 + 4e-6,
+}
+
+
+@cache
+def in_single(function: Callable) -> Any:
+    """A function over float32: a driver, or a kernel; compiled if the function itself is.
+
+    Raises:
+        LookupError: It calls a primitive that has no form over float32 here.
+    """
+    plain: Any = getattr(function, "py_func", function)
+    if (plain.__module__, plain.__name__) == _SINCOS:
+        return _primitive("sincos")
+    known = plain.__globals__
+    names = {name: _value(plain, name, known[name]) for name in plain.__code__.co_names if name in known}
+    if "float" not in names:
+        names["float"] = np.float32
+    cells = tuple(CellType(_value(plain, "", cell.cell_contents)) for cell in plain.__closure__ or ())
+    twin = FunctionType(_code(plain.__code__), names, plain.__name__, plain.__defaults__, cells)
+    twin.__module__ = f"{plain.__module__}.single"
+    return _as_compiled(twin, function)
+
+
+def _as_compiled(twin: Callable, function: Any) -> Any:
+    options = getattr(function, "targetoptions", None)
+    if options is None or compiler.is_disabled():
+        return twin
+    return compiler.compiled(twin, {key: value for key, value in options.items() if key != "nopython"})
+
+
+def _code(code: CodeType) -> CodeType:
+    return code.replace(co_consts=tuple(_number(constant) for constant in code.co_consts))
+
+
+def _number(value: Any) -> Any:
+    """A float64, or a tuple of such, as float32; others as they are."""
+    if isinstance(value, float):
+        with np.errstate(over="ignore"):
+            return np.float32(value)
+    return tuple(map(_number, value)) if type(value) is tuple else value
+
+
+def _value(function: Any, name: str, value: Any) -> Any:
+    """What a name of a function's module is in its copy."""
+    if isinstance(value, float):
+        home = next((home for home, known in THRESHOLDS if known == name and home in {function.__module__, _LAYOUT}), None)
+        return _number(value if home is None else THRESHOLDS[home, name])
+    if isinstance(value, ModuleType) and value.__name__ in _MODULES:
+        return _MODULES[value.__name__]
+    module = getattr(value, "__module__", None) or ""
+    if module == "ulna.engine.lanes":
+        return _primitive(value.__name__)
+    if module.startswith("ulna.") and not isinstance(value, type) and callable(value):
+        return in_single(value)
+    return _number(value)
+
+
+@cache
+def _primitive(name: str) -> Any:
+    if name not in _PRIMITIVES:
+        raise LookupError(f"lanes.{name} has no form over float32")
+    function = _PRIMITIVES[name]
+    return function if compiler.is_disabled() else compiler.compiled(function, {})
+
+
+def _module(name: str, **constants: Any) -> ModuleType:
+    module = ModuleType(name)
+    module.__dict__.update(constants)
+    return module
+
+
+def _sqrt(x):
+    return np.sqrt(x)
+
+
+def _sincos(x):
+    return np.sin(x), np.cos(x)
+
+
+def _where(mask, x, y):
+    return x if mask else y
+
+
+def _logical_not(mask):
+    return not mask
+
+
+def _any_lane(mask):
+    return mask
+
+
+def _splat(x, like):  # noqa: ARG001 - a primitive's arguments
+    return np.float32(x)
+
+
+def _load(rows, i):
+    return rows[i]
+
+
+def _store(rows, i, x):
+    rows[i] = x
+
+
+_LAYOUT, _SINCOS = "ulna.kernels.layout", ("ulna.kernels.spatial.elementary", "sincos")
+_MODULES = {
+    "numpy": _module("single_numpy", inf=np.float32(np.inf), nan=np.float32(np.nan), pi=np.float32(np.pi), float64=np.float32),
+    "math": _module("single_math", pi=np.float32(math.pi)),
+}
+_PRIMITIVES: dict[str, Callable] = {
+    "sqrt": _sqrt, "sincos": _sincos, "where": _where, "logical_not": _logical_not, "any_lane": _any_lane, "splat": _splat,
+    "load": _load, "store": _store,
+}  # fmt: skip

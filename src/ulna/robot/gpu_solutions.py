@@ -1,0 +1,123 @@
+"""Finds all solutions of targets on a GPU, and holds those that stay there. Used by ``robot.gpu_robot``.
+
+Where an arm has an exact closed form of its six joints, arrays on the device stay there. For other arms the CPU prepares the
+targets (seven joints: one at each place of the held joint) and turns the branches within the limits, so arrays are copied; what
+has no closed form, or one that is nearly right, is searched by the CPU. So the results are those of the CPU.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.pose import as_pose
+from ulna.drivers.gpu.closed_form import branches
+from ulna.engine import gpu
+from ulna.ik.closed_form.axes import N_AXES
+from ulna.ik.closed_form.branches import PROOFS, proofs_of
+from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
+from ulna.ik.closed_form.result import IKSolutions, Proof
+from ulna.ik.closed_form.six_joints import Found, SixJoints
+from ulna.ik.closed_form.solutions import AllSolutions
+from ulna.ik.query import Query
+from ulna.kernels.chain.closed_form_layout import IS_REAL, N_BRANCHES
+
+Array = NDArray[np.float64]
+_PROOFS = np.array(PROOFS)
+
+
+class DeviceSolutions(IKSolutions):
+    """``IKSolutions`` whose q, valid and real are on the device; ``proof`` is found on the host when it is first asked for."""
+
+    q: Any
+    valid: Any
+    real: Any
+    _proofs: Callable[[], Any]
+
+    def __init__(self, q: Any, valid: Any, real: Any, family: str, proofs: Callable[[], Any]) -> None:
+        self.__dict__.update(q=q, valid=valid, real=real, family=family, _proofs=proofs)
+
+    @cached_property
+    def proof(self) -> Proof | NDArray[Any]:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
+        """What is proved, shape (...): for one target a ``Proof``."""
+        return self._proofs()
+
+    def copy_to_host(self) -> IKSolutions:
+        """The same with NumPy arrays."""
+        q, valid, real = (array.copy_to_host() for array in (self.q, self.valid, self.real))
+        return IKSolutions(q, valid, real, self.proof, self.family)
+
+    def __str__(self) -> str:
+        return str(self.copy_to_host())
+
+
+def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_samples: int, *, whole_turns: bool) -> IKSolutions:
+    """See ``Robot.all_solutions``; T is NumPy's, or Numba's on the device, and so are the results.
+
+    rows: Makes rows of an array on the device, as ``gpu.as_device_rows``.
+
+    Raises:
+        InputError: T is not an array of poses, or ``redundancy`` is not a joint of an arm of seven.
+        UnknownNameError: There is no such joint.
+    """
+    every = AllSolutions(query, redundancy, _branches)
+    if not gpu.is_on_device(T):
+        return every.of(T, n_samples, whole_turns=whole_turns)
+    targets = rows("T", T, (4, 4))
+    batch = tuple(T.shape[:-2])
+    form = None if whole_turns or redundancy is not None else _of_all_joints(query)
+    if form is not None:
+        return _staying(query, form, targets, batch)
+    found = every.of(targets.copy_to_host().reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
+    q, valid, real = (gpu.on_device(array) for array in (found.q, found.valid, found.real))
+    return DeviceSolutions(q, valid, real, found.family, lambda: found.proof)
+
+
+def _of_all_joints(query: Query) -> ClosedForm | None:
+    """The exact form of an arm whose six joints are all of q, for whole poses of the link; None for others."""
+    form = closed_form_of(query.tree, query.link, task=query.options.task)
+    if form is None or not form.is_exact or query.task_axes is not None:
+        return None
+    return form if form.n_joints == N_AXES == query.tree.n_dof else None
+
+
+def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...]) -> DeviceSolutions:
+    """The branches of targets (n, 4, 4) on the device, left there."""
+    six = joints_at(form, query.home)
+    q, known, real, valid = _run(
+        six, targets, query.home[six.columns][None], six.plan(query.tree.lower, query.tree.upper), six.columns
+    )
+
+    def proofs() -> Proof | NDArray[Any]:
+        bits = known.copy_to_host()
+        proof = _PROOFS[proofs_of(bits, (bits & IS_REAL) > 0, 0)].reshape(batch)
+        return proof if batch else Proof(str(proof))
+
+    shape = *batch, N_BRANCHES
+    return DeviceSolutions(q.reshape(*shape, N_AXES), valid.reshape(*shape), real.reshape(*shape), form.family, proofs)
+
+
+def _branches(six: SixJoints, targets: Array, seeds: Array, plan: Array) -> Found:
+    """``SixJoints.branches``, by the GPU."""
+    q, known, _, _ = _run(six, targets, seeds, plan, np.arange(N_AXES))
+    return q, known, proofs_of(known, (known & IS_REAL) > 0, 0)
+
+
+def _run(six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArray[np.int64]) -> tuple[Any, ...]:
+    """q (n, 8, 6), what is known of each branch, real and valid, (n, 8), where the targets are.
+
+    Raises:
+        InputError: A target is no rigid motion.
+    """
+    n, flag = len(targets), gpu.on_device(np.zeros(1, dtype=np.int32))
+    kinds = ((N_BRANCHES, N_AXES), np.float64), ((N_BRANCHES,), np.int8), ((N_BRANCHES,), np.bool_), ((N_BRANCHES,), np.bool_)
+    results = tuple(gpu.results_for(targets, (n, *shape), dtype) for shape, dtype in kinds)
+    constants = [gpu.on_device(array) for array in (six.table, six.chain, plan, columns, seeds)]
+    gpu.run(gpu.compiled(branches), constants, targets, results, flag, threads_each=N_BRANCHES)
+    if flag.copy_to_host()[0]:
+        as_pose(targets.copy_to_host() if gpu.is_on_device(targets) else targets)
+    return results
