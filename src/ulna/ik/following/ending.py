@@ -37,7 +37,7 @@ _SAME = {
 }
 
 
-def why_it_ends(course: Course, k: int, ends: Array, solutions: Array) -> Ending:
+def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> Ending:
     """Why no path leads to pose k.
 
     Args:
@@ -45,8 +45,9 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array) -> Ending
         k: The first pose without a path.
         ends: Configurations of the pose before in which paths end, shape (m, n_dof); for the first pose the start, if given.
         solutions: Solutions of pose k within the limits and clear of the world, as far as they are known, shape (j, n_dof).
+        are_all: Whether these are proved to be all, so that no other step counts.
     """
-    facts = _Facts(course, k, ends, solutions)
+    facts = _Facts(course, k, ends, solutions, are_all=are_all)
     for rule in (_unsolved, _collision, _limits, _singularity):
         ending = rule(facts)
         if ending is not None:
@@ -58,7 +59,7 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array) -> Ending
 class _Facts:
     """What is known about the pose: the ends of paths, continued to it with the limits and without, and other solutions."""
 
-    def __init__(self, course: Course, k: int, ends: Array, solutions: Array) -> None:
+    def __init__(self, course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> None:
         self.course, self.k, self.all_ends = course, k, ends
         self.ends = ends[:: max(1, len(ends) // _MOST_ENDS)]
         order = np.full(len(self.ends), k)
@@ -69,7 +70,7 @@ class _Facts:
         self.near_beyond = free & self._is_short(self.beyond - self.ends)
         self.reached = good
         solved = self.within[good & ~self.hits]
-        self.solutions = np.vstack([solutions, solved])
+        self.solutions = solutions if are_all and len(solutions) else np.vstack([solutions, solved])
 
     def _is_short(self, steps: Array) -> NDArray[np.bool_]:
         return np.abs(steps).max(axis=-1, initial=0.0) <= self.course.max_step

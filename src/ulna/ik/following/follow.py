@@ -59,7 +59,7 @@ def _result(course: Course, found: Found) -> FollowedPath:
     q = np.full((n, len(course.start)), np.nan)
     q[:k] = found.q
     ends = found.ends if k else course.start[None] if course.started else found.ends
-    ending = None if k == n else why_it_ends(course, k, ends, found.next_nodes)
+    ending = None if k == n else why_it_ends(course, k, ends, found.next_nodes, are_all=found.proved)
     is_contradicted = ending is not None and ending.smallest_step <= course.max_step  # the search is less exact than the nodes
     return FollowedPath(
         q=q,
