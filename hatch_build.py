@@ -1,6 +1,6 @@
 """Builds the wheel that needs no compiler at its user's, where ``ULNA_AHEAD=1`` asks for it (``make wheel``).
 
-``ULNA_AHEAD=here`` builds one for tests on this machine: for the lowest level of CPU and the highest that this one has.
+``ULNA_AHEAD=lowest`` builds one for tests, in a third of the time: for the lowest level of CPU alone.
 
 Without it, as for an editable install or from a source distribution, the wheel is of Python alone: Numba compiles its code when
 it is first called, and no C compiler is needed. docs/ahead.md explains the steps.
@@ -14,7 +14,6 @@ import subprocess
 import sys
 import sysconfig
 from concurrent.futures import ThreadPoolExecutor
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +50,7 @@ class MachineCode(BuildHookInterface):
             return
         build = Path(self.root, "build", "ahead")
         extension = _extension(Path(self.root), build)
-        libraries = _libraries(Path(self.root), build, _levels(extension))
+        libraries = _libraries(Path(self.root), build, _levels())
         for file in libraries:
             build_data["force_include"][str(file)] = f"ulna/engine/machine_code/{file.name}"
         build_data["force_include"][str(extension)] = f"ulna/engine/{extension.name}"
@@ -59,18 +58,13 @@ class MachineCode(BuildHookInterface):
         build_data["tag"] = f"{ABI}-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
 
 
-def _levels(extension: Path) -> dict[str, int]:
+def _levels() -> dict[str, int]:
     """The levels of CPU to compile for, lowest first, with what each needs."""
     machine = platform.machine().lower()
     if machine not in {"x86_64", "amd64"}:
         return {f"{machine}-baseline": 0}
-    if AHEAD != "here":
-        return X86_LEVELS
-    spec: Any = spec_from_file_location("ulna.engine._calls", extension)
-    calls = module_from_spec(spec)
-    spec.loader.exec_module(calls)
-    possible = [name for name, needed in X86_LEVELS.items() if needed <= calls.x86_level()]
-    return {name: X86_LEVELS[name] for name in dict.fromkeys((min(X86_LEVELS), *possible[-1:]))}
+    lowest = min(X86_LEVELS)
+    return {lowest: X86_LEVELS[lowest]} if AHEAD == "lowest" else X86_LEVELS
 
 
 def _libraries(root: Path, build: Path, levels: dict[str, int]) -> list[Path]:

@@ -1,6 +1,6 @@
 /* Classes that Python's own inherit:
 
-    Quick    of a robot: has room for the two bound functions that are called most.
+    Quick    of a robot: has room for what the two functions that are called most are bound to.
     Called   of a function of q: ``in_c``, a bound function or None; a call of the object is a call of it, or of ``self._validated``.
 */
 #include "bases.h"

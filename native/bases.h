@@ -3,10 +3,10 @@
 #define ULNA_BASES_H
 #include "bound.h"
 
-/* Of a robot: the bound functions of the tip, NULL until the methods have found them (method.c). */
+/* Of a robot: what the functions of the tip are bound to, NULL until the methods have found it (method.c). */
 typedef struct {
     PyObject_HEAD
-    PyObject *forward, *jacobian;
+    Bound *forward, *jacobian;
 } Quick;
 
 extern PyType_Spec quick_spec, called_spec;

@@ -55,16 +55,19 @@ static PyObject *entry_of(PyObject *table, PyObject *key) {
     return Py_XNewRef(found);
 }
 
-/* The bound function of a link, a new reference, or NULL without an exception. That of the tip is kept at ``place``. */
-static PyObject *of_link(PyObject *self, PyObject **place, PyObject *table, PyObject *link) {
-    if (link == Py_None && *place) return Py_NewRef(*place);
+/* What the function of a link is bound to, a new reference, or NULL without an exception. That of the tip is kept at ``place``. */
+static Bound *of_link(PyObject *self, Bound **place, PyObject *table, PyObject *link) {
+    if (link == Py_None && *place) return (Bound *)Py_NewRef((PyObject *)*place);
     PyObject *function = entry_of(kept(self, table), link);
-    if (function && link == Py_None && bound_of(function, &POSE)) *place = Py_NewRef(function);
-    return function;
+    Bound *bound = function ? bound_of(function, &POSE) : NULL;
+    Py_XINCREF((PyObject *)bound);
+    Py_XDECREF(function);
+    if (bound && link == Py_None) *place = (Bound *)Py_NewRef((PyObject *)bound);
+    return bound;
 }
 
 static PyObject *by_link(
-    int which, PyObject **place, PyObject *table, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names
+    int which, Bound **place, PyObject *table, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names
 ) {
     PyObject *link = n > 1 ? arguments[1] : Py_None, *out = Py_None, *result = NULL;
     Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
@@ -75,10 +78,9 @@ static PyObject *by_link(
         else if (name == LINK && n == 1) link = arguments[n + k];
         else plain = 0;
     }
-    PyObject *function = plain ? of_link(self, place, table, link) : NULL;
-    Bound *bound = function ? bound_of(function, &POSE) : NULL;
+    Bound *bound = plain ? of_link(self, place, table, link) : NULL;
     if (bound) result = pose_of(bound, arguments[0], out == Py_None ? NULL : out);
-    Py_XDECREF(function);
+    Py_XDECREF((PyObject *)bound);
     if (result || PyErr_Occurred()) return result;
     return call_with(in_python[which], self, arguments, n, names);
 }

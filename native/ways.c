@@ -45,7 +45,8 @@ static void *data_of(PyObject *array) { return PyArray_DATA((PyArrayObject *)arr
 
 static PyObject *new_array(int dimensions, npy_intp rows, npy_intp columns) {
     npy_intp shape[2] = {rows, columns};
-    return PyArray_SimpleNew(dimensions, shape, NPY_DOUBLE);
+    PyArray_Descr *numbers = PyArray_DescrFromType(NPY_DOUBLE);
+    return PyArray_NewFromDescr(&PyArray_Type, numbers, dimensions, shape, NULL, NULL, 0, NULL); /* SimpleNew asks for more first */
 }
 
 /* The slots of a call: those that are bound, and room for the rest, which ``bind`` has counted. Where the machine code keeps the

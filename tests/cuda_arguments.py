@@ -55,6 +55,7 @@ TYPES = {
         "method": WHOLE,
     },
     "spatial": {"rows": NUMBERS, **_each("defect fault r00 r01 r02 r10 r11 r12 r20 r21 r22", NUMBER)},
+    "spatial.se3.turned_about_z": {**_each("s c", NUMBER)},
     "spatial.vectors": {**_each("a b", VECTOR)},
     **{
         f"spatial.vectors.{name}": {"a": POSE}

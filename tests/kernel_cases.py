@@ -57,6 +57,7 @@ def cases():
         "turn and slide": (probes.turn_and_slide, np.vstack([poses[:12], angles]), 24, ()),
         "constant": (probes.constant, plain[:1], 12, (CHAIN,)),
         "end of a chain": (probes.end_of_chain, q, 12, (CHAIN,)),
+        "end of a chain by turns": (probes.end_of_chain_by_turns, q, 12 + 2 * len(CHAIN), (CHAIN,)),
         "frames of a tree": (probes.frames_of_tree, q, 12 * (N_JOINTS + N_LINKS), (TREE.joints, TREE.link_frames)),
         "jacobian": (probes.jacobian_of_chain, q, 6 * N_DOF + 12 + 6 * len(CHAIN), (CHAIN, 1, N_DOF)),
         "damped system": (probes.damped_system, system, 27, (N_DOF,)),

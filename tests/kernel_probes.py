@@ -5,7 +5,7 @@ import numpy as np
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_count, lane_of, load, logical_not, rint, splat, sqrt, store, where, with_lane
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.chain.poses import chain_pose, frame_pose, tree_poses
+from ulna.kernels.chain.poses import chain_pose, frame_pose, joint_turns, tree_poses, turned_chain_pose
 from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, solve_damped
@@ -114,6 +114,12 @@ def constant(table, x, out):
 
 def end_of_chain(chain, q, out):
     store_pose(out, 0, chain_pose(chain, q))
+
+
+def end_of_chain_by_turns(chain, q, out):
+    """The same; behind it two rows a joint."""
+    joint_turns(chain, q, out[12:])
+    store_pose(out, 0, turned_chain_pose(chain, out[12:]))
 
 
 def frames_of_tree(joints, frames, q, out):

@@ -43,6 +43,7 @@ print(json.dumps(sorted(file for file in passed if not file.startswith("engine/"
 OFF_THE_WAY = "collision/world.py", "description/", "robot/load.py", "kinematics/tree.py", "kinematics/bound.py"
 
 
+@pytest.mark.compiler  # in a wheel the methods are in C, and pass one file more where Python runs the kernels
 @pytest.mark.parametrize(("call", "most"), [("forward_kinematics", 8), ("in_collision", 11), ("ulna fk", 20)])
 def test_few_files_lie_between_a_method_and_its_arithmetic(call, most):
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}

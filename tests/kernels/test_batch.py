@@ -3,21 +3,55 @@
 import numpy as np
 import pytest
 
-from ulna.drivers.batch import gather, scatter_matrix
+import kernel_modes
+from ulna.drivers.batch import gather, scatter_matrices, scatter_matrix
+from ulna.engine.lanes import load_run, store_run, transposed
 from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
 
+BLOCKS = [(1, 0), (7, 0), (8, 0), (9, 0), (9, 8), (16, 8), (17, 8), (20, 8), (20, 16)]
 
-@pytest.mark.parametrize(("n", "start"), [(1, 0), (7, 0), (8, 0), (9, 8), (20, 8), (20, 16)])
-def test_a_block_is_filled_up_with_the_last_problem(rng, n, start):
-    batch, rows = rng.normal(size=(n, 3)), np.empty((3, 8))
+
+@pytest.mark.parametrize(("n", "start"), BLOCKS)
+@pytest.mark.parametrize("columns", [1, 3, 6, 7, 8, 9, 16, 23])
+def test_a_block_is_filled_up_with_the_last_problem(rng, n, start, columns):
+    batch, rows = rng.normal(size=(n, columns)), np.full((columns + 1, 8), np.nan)
     gather(batch, start, rows)
-    assert np.array_equal(rows.T, [batch[min(start + lane, n - 1)] for lane in range(8)])
+    assert np.array_equal(rows[:-1].T, [batch[min(start + lane, n - 1)] for lane in range(8)])
+    assert np.isnan(rows[-1]).all()
+
+
+@pytest.mark.parametrize(("n", "start"), BLOCKS)
+def test_poses_are_written_as_the_matrices_of_their_block_and_nowhere_else(rng, n, start):
+    rows, around = rng.normal(size=(12, 8)), np.full((n + 2, 4, 4), np.nan)
+    out = around[1:-1]
+    scatter_matrices(rows, out, start)
+    written = range(start, min(start + 8, n))
+    for k in written:
+        assert np.array_equal(out[k], [*rows[:, k - start].reshape(3, 4), [0, 0, 0, 1]])
+    assert np.isnan(np.delete(around, [k + 1 for k in written], axis=0)).all()
 
 
 def test_a_lane_of_poses_is_written_as_a_matrix(rng):
     rows, out = rng.normal(size=(36, 8)), np.full((4, 4), np.nan)
     scatter_matrix(rows, 2, 5, out)
     assert np.array_equal(out, [*rows[24:, 5].reshape(3, 4), [0, 0, 0, 1]])
+
+
+def exchanged(batch, k, out):
+    numbers = transposed(
+        load_run(batch, 0, k), load_run(batch, 1, k), load_run(batch, 2, k), load_run(batch, 3, k),
+        load_run(batch, 4, k), load_run(batch, 5, k), load_run(batch, 6, k), load_run(batch, 7, k),
+    )  # fmt: skip
+    for lane in range(8):
+        store_run(out, lane, k, numbers[lane])
+
+
+@pytest.mark.parametrize("shape", [(8, 8), (9, 13), (8, 3, 5)])
+def test_lanes_and_numbers_are_exchanged_in_place(rng, shape):
+    batch, out = rng.normal(size=shape), np.full(shape, np.nan)
+    kernel_modes.compiled(exchanged)(batch, 0, out)
+    assert np.array_equal(out.reshape(shape[0], -1)[:8, :8].T, batch.reshape(shape[0], -1)[:8, :8])
+    assert np.isnan(out).sum() == out.size - 64
 
 
 def test_the_settings_and_the_information_have_a_place_for_each_name():

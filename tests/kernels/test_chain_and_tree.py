@@ -59,6 +59,12 @@ def test_the_end_of_every_chain_is_where_the_products_put_it(run, description, t
         assert_close(found, expected[:, k], atol=2e-14)
 
 
+def test_sines_first_and_poses_after_them_give_the_same_end(run, tree, q):
+    chain = tree.chain(tree.link_names[-1])
+    found = run(probes.end_of_chain_by_turns, rows_of(q), 12 + 2 * len(chain), chain)
+    assert_close(found[:12], run(probes.end_of_chain, rows_of(q), 12, chain), atol=1e-14)
+
+
 def test_the_entries_write_whole_matrices(description, tree, q):
     T, chain = np.full((N, 4, 4), np.nan), tree.chain(tree.link_names[0])
     poses = np.full((N, len(tree.link_names), 4, 4), np.nan)

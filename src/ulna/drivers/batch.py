@@ -7,16 +7,52 @@ same path whatever the batch's length and its own place, so its result is the sa
 """
 
 from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, load_run, splat, store, store_run, transposed
 from ulna.engine.width import WIDTH
 
 
 @kernel
 def gather(batch, start, rows):
-    """Rows of the eight problems batch[start], batch[start + 1], ..."""
-    for lane in range(WIDTH):
-        i = min(start + lane, batch.shape[0] - 1)
-        for k in range(batch.shape[1]):
-            rows[k, lane] = batch[i, k]
+    """Rows of the eight problems batch[start], batch[start + 1], ...
+
+    Eight columns at a time are loaded as they lie and transposed. Where this would read past the end of the batch, as in its
+    last block, they are copied number by number.
+    """
+    n, columns = batch.shape
+    for k in range(0, columns, WIDTH):
+        if start + WIDTH <= n and (start + WIDTH - 1) * columns + k + WIDTH <= batch.size:
+            numbers = transposed(
+                load_run(batch, start, k), load_run(batch, start + 1, k), load_run(batch, start + 2, k),
+                load_run(batch, start + 3, k), load_run(batch, start + 4, k), load_run(batch, start + 5, k),
+                load_run(batch, start + 6, k), load_run(batch, start + 7, k),
+            )  # fmt: skip
+            for j in range(WIDTH):
+                if k + j < columns:
+                    store(rows, k + j, numbers[j])
+        else:
+            for j in range(k, min(k + WIDTH, columns)):
+                for lane in range(WIDTH):
+                    rows[j, lane] = batch[min(start + lane, n - 1), j]
+
+
+@kernel
+def scatter_matrices(pose_rows, out, start):
+    """Write a pose of rows to out[start], out[start + 1], ... as homogeneous 4x4 matrices, half of a matrix at a time."""
+    if start + WIDTH <= out.shape[0]:
+        zero, one = splat(0.0, load(pose_rows, 0)), splat(1.0, load(pose_rows, 0))
+        upper = transposed(
+            load(pose_rows, 0), load(pose_rows, 1), load(pose_rows, 2), load(pose_rows, 3),
+            load(pose_rows, 4), load(pose_rows, 5), load(pose_rows, 6), load(pose_rows, 7),
+        )  # fmt: skip
+        lower = transposed(
+            load(pose_rows, 8), load(pose_rows, 9), load(pose_rows, 10), load(pose_rows, 11), zero, zero, zero, one,
+        )  # fmt: skip
+        for lane in range(WIDTH):
+            store_run(out, start + lane, 0, upper[lane])
+            store_run(out, start + lane, WIDTH, lower[lane])
+    else:
+        for lane in range(out.shape[0] - start):
+            scatter_matrix(pose_rows, 0, lane, out[start + lane])
 
 
 @kernel

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ulna.drivers.batch import gather, scatter_matrix, share_no_memory, write_matrix
+from ulna.drivers.batch import gather, scatter_matrices, scatter_matrix, share_no_memory, write_matrix
 from ulna.engine.decorators import entry, low_latency_entry
 from ulna.engine.lanes import load
 from ulna.engine.signatures import BLOCKS, MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
-from ulna.kernels.chain.poses import chain_pose, frame_pose, tree_poses
+from ulna.kernels.chain.poses import chain_pose, frame_pose, joint_turns, tree_poses, turned_chain_pose
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import store_pose
 
@@ -28,13 +28,14 @@ def forward_one(chain, n_dof, q, out):
 def forward_batch(chain, q, out):
     """The same for q of shape (n, n_dof), out of shape (n, 4, 4): eight rows at a time."""
     q_rows, pose_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((12, WIDTH))
+    turn_rows = np.zeros((2 * chain.shape[0], WIDTH))
     good = True
     for start in range(0, q.shape[0], WIDTH):
         gather(q, start, q_rows)
         good &= all_in_range(q_rows)
-        store_pose(pose_rows, 0, chain_pose(chain, q_rows))
-        for lane in range(WIDTH):
-            scatter_matrix(pose_rows, 0, lane, out[min(start + lane, q.shape[0] - 1)])
+        joint_turns(chain, q_rows, turn_rows)
+        store_pose(pose_rows, 0, turned_chain_pose(chain, turn_rows))
+        scatter_matrices(pose_rows, out, start)
     return good
 
 

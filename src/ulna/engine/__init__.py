@@ -11,7 +11,8 @@
 ``interrupts``             Ctrl-C waits until the compiler is done
 ``lane_types``             the lanes for the compiler: the type ``f64x8``,
 ``lane_lowering``          its operations,
-``lane_operators``         and its operators
+``lane_operators``         its operators,
+``lane_runs``              and how it is loaded from rows of a batch
 ``cache, sources``         machine code on disk, found by a hash of the sources that it was compiled from
 ``plain``                  a plain C interface for compiled entries,
 ``emit``                   which are written to object files for a wheel,

@@ -10,7 +10,8 @@ from numba import njit, types
 from numba.core import config
 
 import ulna.engine.lane_lowering
-import ulna.engine.lane_operators  # noqa: F401 - both for their effect: Numba knows the number that is eight numbers
+import ulna.engine.lane_operators
+import ulna.engine.lane_runs  # noqa: F401 - for their effect: Numba knows the number that is eight numbers
 from ulna.engine.cache import KernelCache, cache_folder
 from ulna.engine.interrupts import interrupts_deferred
 from ulna.engine.signatures import Array, Group, Kind, Signature

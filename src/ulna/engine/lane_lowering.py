@@ -30,7 +30,7 @@ from ulna.engine.width import WIDTH
 _I8 = ir.IntType(8)
 
 
-def _primitive(function, typing, emit):
+def primitive(function, typing, emit):
     """Register ``function`` with a typing rule over argument types and one lowering for every signature it allows."""
 
     @infer_global(function)  # pyright: ignore[reportOptionalCall]
@@ -158,16 +158,16 @@ def _mask_type(*masks):
     return masks[0] if all(m == masks[0] and isinstance(m, (LaneMask, types.Boolean)) for m in masks) else None
 
 
-_primitive(sqrt, number_type, _llvm_unary("sqrt"))
-_primitive(rint, number_type, _emit_rint)
-_primitive(where, _where_type, _emit_where)
-_primitive(logical_not, _mask_type, lambda context, builder, sig, args: builder.not_(args[0]))
-_primitive(any_lane, lambda mask: types.boolean if _mask_type(mask) else None, _emit_any_lane)
-_primitive(lane_bits, lambda mask: types.intp if _mask_type(mask) else None, _emit_lane_bits)
-_primitive(lowest_bit, lambda bits: types.intp if bits == types.intp else None, _emit_lowest_bit)
-_primitive(splat, lambda x, like: number_type(like) if isinstance(x, types.Number) else None, _emit_splat)
-_primitive(lane_count, lambda x: types.intp if number_type(x) is not None else None, _emit_lane_count)
-_primitive(lane_of, _lane_type, _emit_lane_of)
-_primitive(with_lane, _lane_type, _emit_with_lane)
-_primitive(load, _load_type, _emit_load)
-_primitive(store, _store_type, _emit_store)
+primitive(sqrt, number_type, _llvm_unary("sqrt"))
+primitive(rint, number_type, _emit_rint)
+primitive(where, _where_type, _emit_where)
+primitive(logical_not, _mask_type, lambda context, builder, sig, args: builder.not_(args[0]))
+primitive(any_lane, lambda mask: types.boolean if _mask_type(mask) else None, _emit_any_lane)
+primitive(lane_bits, lambda mask: types.intp if _mask_type(mask) else None, _emit_lane_bits)
+primitive(lowest_bit, lambda bits: types.intp if bits == types.intp else None, _emit_lowest_bit)
+primitive(splat, lambda x, like: number_type(like) if isinstance(x, types.Number) else None, _emit_splat)
+primitive(lane_count, lambda x: types.intp if number_type(x) is not None else None, _emit_lane_count)
+primitive(lane_of, _lane_type, _emit_lane_of)
+primitive(with_lane, _lane_type, _emit_with_lane)
+primitive(load, _load_type, _emit_load)
+primitive(store, _store_type, _emit_store)

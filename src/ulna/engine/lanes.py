@@ -7,6 +7,8 @@ which refuses arrays. Besides these a number has ``+ - * /``, ``abs`` and compar
 
 import numpy as np
 
+from ulna.engine.width import WIDTH
+
 
 def sqrt(x):
     """Square root of a number."""
@@ -73,3 +75,23 @@ def with_lane(x, lane, y):
     values = np.array(x, dtype=np.float64)
     values.ravel()[lane] = y
     return values[()]
+
+
+def load_run(array, i, k):
+    """Eight numbers that lie one after the other, from place k of row i of an array on: the lanes of one number.
+
+    The array has two or more axes, and a row is all that follows the first. A run may go on into the next row.
+    """
+    first = i * (array.size // array.shape[0]) + k
+    return array.reshape(-1)[first : first + WIDTH].copy()
+
+
+def store_run(array, i, k, x):
+    """Write the eight lanes of x one after the other, from place k of row i of an array on."""
+    first = i * (array.size // array.shape[0]) + k
+    array.reshape(-1)[first : first + WIDTH] = x
+
+
+def transposed(x0, x1, x2, x3, x4, x5, x6, x7):
+    """Eight numbers of eight lanes with lanes and numbers exchanged: lane j of number i becomes lane i of number j."""
+    return tuple(np.array([x0, x1, x2, x3, x4, x5, x6, x7]).T.copy())

@@ -1,9 +1,29 @@
-"""Computes the pose of a joint, of a chain's end and of all joints of a tree. Used by drivers, ``posed_pair``, ``jacobian``."""
+"""Computes the pose of a joint, of a chain's end and of all joints of a tree. Used by drivers, ``posed_pair``, ``jacobian``.
+
+A joint turns by an angle, whose sine and cosine are needed, or slides by a length. For eight configurations of a chain these are
+computed for all joints first, and then the poses. A sine is a long chain of operations, each of which waits for the one before; a
+processor begins the next joint's meanwhile if they are next to each other, with no products of poses between them.
+"""
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import load
+from ulna.engine.lanes import load, store
 from ulna.kernels.layout import AT_JOINT, COLUMN, FIXED, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO
-from ulna.kernels.spatial.se3 import compose, constant_pose, load_pose, slide_along_z, store_pose, turn_about_z
+from ulna.kernels.spatial.elementary import sincos
+from ulna.kernels.spatial.se3 import (
+    compose,
+    constant_pose,
+    load_pose,
+    slide_along_z,
+    store_pose,
+    turn_about_z,
+    turned_about_z,
+)
+
+
+@kernel
+def joint_value(table, i, q_rows):
+    """By how much joint i turns or slides at the configuration q."""
+    return load(q_rows, int(table[i, COLUMN])) * table[i, RATIO] + table[i, OFFSET]
 
 
 @kernel
@@ -13,10 +33,9 @@ def joint_pose(table, i, q_rows):
     origin = constant_pose(table, i, load(q_rows, 0))
     if kind == FIXED:
         return origin
-    x = load(q_rows, int(table[i, COLUMN])) * table[i, RATIO] + table[i, OFFSET]
     if kind == PRISMATIC:
-        return slide_along_z(origin, x)
-    return turn_about_z(origin, x)
+        return slide_along_z(origin, joint_value(table, i, q_rows))
+    return turn_about_z(origin, joint_value(table, i, q_rows))
 
 
 @kernel
@@ -25,6 +44,42 @@ def chain_pose(chain, q_rows):
     pose = joint_pose(chain, 0, q_rows)
     for i in range(1, chain.shape[0]):
         pose = compose(pose, joint_pose(chain, i, q_rows))
+    return pose
+
+
+@kernel
+def joint_turns(chain, q_rows, turn_rows):
+    """Write, for joint i, the sine and the cosine of its angle to rows 2 i and 2 i + 1; a length that it slides to row 2 i."""
+    for i in range(chain.shape[0]):
+        kind = int(chain[i, KIND])
+        if kind == FIXED:
+            continue
+        if kind == PRISMATIC:
+            store(turn_rows, 2 * i, joint_value(chain, i, q_rows))
+        else:
+            s, c = sincos(joint_value(chain, i, q_rows))
+            store(turn_rows, 2 * i, s)
+            store(turn_rows, 2 * i + 1, c)
+
+
+@kernel
+def turned_joint_pose(chain, i, turn_rows):
+    """``joint_pose`` by what ``joint_turns`` wrote."""
+    kind = int(chain[i, KIND])
+    origin = constant_pose(chain, i, load(turn_rows, 0))
+    if kind == FIXED:
+        return origin
+    if kind == PRISMATIC:
+        return slide_along_z(origin, load(turn_rows, 2 * i))
+    return turned_about_z(origin, load(turn_rows, 2 * i), load(turn_rows, 2 * i + 1))
+
+
+@kernel
+def turned_chain_pose(chain, turn_rows):
+    """``chain_pose`` by what ``joint_turns`` wrote."""
+    pose = turned_joint_pose(chain, 0, turn_rows)
+    for i in range(1, chain.shape[0]):
+        pose = compose(pose, turned_joint_pose(chain, i, turn_rows))
     return pose
 
 

@@ -41,6 +41,12 @@ def compose(a, b):
 def turn_about_z(a, theta):
     """The pose a followed by a rotation by theta about its own z axis: a @ Rz(theta)."""
     s, c = sincos(theta)
+    return turned_about_z(a, s, c)
+
+
+@kernel
+def turned_about_z(a, s, c):
+    """The same by the sine and the cosine of the angle."""
     return (
         a[0] * c + a[1] * s, a[1] * c - a[0] * s, a[2], a[3],
         a[4] * c + a[5] * s, a[5] * c - a[4] * s, a[6], a[7],
