@@ -21,7 +21,7 @@ import ulna.drivers
 import ulna.robot
 import ulna.viewer.film.painter
 import ulna.viewer.film.record as film
-from ulna.planning import search
+from ulna.planning import slices
 
 N = 1000
 CALLERS = "ulna.collision", "ulna.ik", "ulna.kinematics", "ulna.planning", "ulna.viewer", "ulna.dh"
@@ -113,11 +113,11 @@ def ask_for_plans(robots_and_worlds):
         for goal in free[1:5]:
             plan = robot.plan(free[0], goal, world, max_checks=2000)
             if plan:
-                plan.trajectory(acceleration=5.0)
+                plan.improve(200).trajectory(acceleration=5.0)
 
 
 def main(file):
-    find, search._LONGEST_SLICE = ulna.drivers.entry, float("inf")  # so that the slices of a plan do not depend on the clock
+    find, slices._LONGEST_SLICE = ulna.drivers.entry, float("inf")  # so that the slices of a plan do not depend on the clock
     recorded = cache(lambda name: recording(name, find(name)))
     for name, module in list(sys.modules.items()):
         if name.startswith("ulna.") and getattr(module, "entry", None) is find:

@@ -127,7 +127,8 @@ def _least_excess(form: ClosedForm, problem: Problem, q: Array) -> Array:
     """How far beyond the limits that solution of some (k, n_dof) is, each turned towards them, that is the least so."""
     tree = problem.query.tree
     turning = turning_columns(form.chain, tree.n_dof)
-    middle = np.where(np.isfinite(tree.lower) & np.isfinite(tree.upper), (tree.lower + tree.upper) / 2, q)
+    with np.errstate(invalid="ignore"):  # of joints without limits
+        middle = np.where(np.isfinite(tree.lower) & np.isfinite(tree.upper), (tree.lower + tree.upper) / 2, q)
     q = nearest_turns(q, middle, np.full_like(tree.lower, -np.inf), np.full_like(tree.upper, np.inf), turning)
     excess = np.maximum(np.maximum(tree.lower - q, q - tree.upper), 0.0)
     return excess[excess.max(axis=1).argmin()]

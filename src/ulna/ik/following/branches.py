@@ -18,6 +18,7 @@ from ulna.ik.closed_form.result import Proof
 from ulna.ik.following.course import Course
 from ulna.ik.following.graph import Sweep, sweep
 from ulna.ik.following.lazy_edges import LazyEdges
+from ulna.ik.following.lifts import AT_LIMIT
 from ulna.ik.query import STEPS
 from ulna.ik.restarts import Restart, run_starts
 from ulna.kernels.ik import search_layout as layout
@@ -28,6 +29,7 @@ _PROVED = tuple(PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDI
 _MOST_KNOTS, _STARTS, _MOST_BRANCHES = 64, 256, 16
 _SAME = 1e-6  # rad or m
 _MOST_ROUNDS = 200
+_MOST_ADDED = 50  # times that solutions of the search are added where no path leads on
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,25 +67,52 @@ class Found:
 def along_branches(course: Course) -> Found:
     """The best chain of solutions, or the longest."""
     layers = make_layers(course)
-    nodes = [with_start(course, layers.nodes[0]), *layers.nodes[1:]]
-    edges, q, done = _best(course, nodes)
-    following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
-    proved = bool(layers.proved[: len(q) + 1].all()) and not edges.removed and not course.lifts.is_cut
-    return Found(q, _ends(course, done, nodes), following, proved=proved)
-
-
-def _best(course: Course, nodes: list[Array]) -> tuple[LazyEdges, Array, Sweep]:
-    """The cheapest path none of whose edges collides, after those that do have been left out."""
+    nodes = at_both_limits(course, [with_start(course, layers.nodes[0]), *layers.nodes[1:]])
     each = np.ones(len(nodes))
     edges = LazyEdges(course.lifts, nodes, course.max_step * each, course.weight * each)
     costs = _costs(course, nodes)
     done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
+    q, done = _best(course, nodes, costs, edges, done)
+    for _ in range(_MOST_ADDED):
+        k = len(q)
+        added = _leading_on(course, k, _ends(course, done, nodes), nodes)
+        if not len(added) or done.n_layers > k:
+            break
+        nodes[k], costs[k] = np.vstack([nodes[k], added]), np.r_[costs[k], course.costs(added)]
+        layers.proved[k], done = False, done.first(k)
+        edges.renew(k)
+        q, done = _best(course, nodes, costs, edges, done)
+    following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
+    has_all_edges = not edges.removed and not course.lifts.is_cut and not course.lifts.leaves_out(course.max_step)
+    proved = bool(layers.proved[: len(q) + 1].all()) and has_all_edges
+    return Found(q, _ends(course, done, nodes), following, proved=proved)
+
+
+def _leading_on(course: Course, k: int, ends: Array, nodes: list[Array]) -> Array:
+    """What the search continues the ends to within a step, in its first turn, where pose k has no such node, shape (m, n_dof).
+
+    At the end of the arm's reach a pose may have a solution within the tolerance of the search, and no exact one.
+    """
+    if not 0 < k < len(nodes) or not len(ends):
+        return ends[:0]
+    ends = ends[:: max(1, len(ends) // _MOST_BRANCHES)]
+    q, found = course.near(np.full(len(ends), k), ends)
+    steps = course.steps_within(ends, q)
+    found &= np.abs(steps).max(axis=1, initial=0.0) <= course.max_step
+    found &= ~course.collide(q) & ~course.edges_collide(ends, ends + steps)
+    q = _distinct(course, course.lifts.first_turn(q[found]))
+    is_new = np.abs(course.lifts.steps(nodes[k], q[:, None])[0]).max(axis=2).min(axis=1, initial=np.inf) > _SAME
+    return at_both_limits(course, [q[is_new]])[0]
+
+
+def _best(course: Course, nodes: list[Array], costs: list[Array], edges: LazyEdges, done: Sweep) -> tuple[Array, Sweep]:
+    """The cheapest path none of whose edges collides, after those that do have been left out."""
     for left in reversed(range(_MOST_ROUNDS)):
         done = sweep(course.lifts, nodes, costs, edges.of, done)
         q, chain = path_of(course, done, nodes)
         hit = np.flatnonzero(course.edges_collide(q[:-1], q[1:]))
         if not len(hit) or not left:
-            return edges, q[: hit[0] + 1] if len(hit) else q, done
+            return q[: hit[0] + 1] if len(hit) else q, done
         for k in hit:
             edges.remove(int(k), int(chain[k, 0]), int(chain[k + 1, 0]))
         done = done.first(int(hit[0]) + 1)
@@ -182,6 +211,16 @@ def with_start(course: Course, q: Array) -> Array:
     return _distinct(course, np.vstack([own, q]))
 
 
+def at_both_limits(course: Course, nodes: list[Array]) -> list[Array]:
+    """Nodes of layers, those with a joint at one of two limits that are whole turns apart once more for the other."""
+    if not course.lifts.closed.any():
+        return nodes
+    every = np.concatenate(nodes)
+    at_limit = (course.lifts.closed & (every <= course.lifts.lower + AT_LIMIT)).any(axis=1)
+    parts = np.split(at_limit, np.cumsum([len(q) for q in nodes])[:-1])
+    return [course.lifts.at_both_limits(q) if part.any() else q for q, part in zip(nodes, parts, strict=True)]
+
+
 def _costs(course: Course, nodes: list[Array]) -> list[Array]:
     every = course.costs(np.concatenate(nodes))
     return np.split(every, np.cumsum([len(q) for q in nodes])[:-1])
@@ -201,6 +240,7 @@ def _ends(course: Course, done: Sweep, nodes: list[Array]) -> Array:
     if not done.n_layers:
         return np.empty((0, len(course.start)))
     node, lift = np.nonzero(np.isfinite(done.costs[-1]))
-    return np.array(
-        [course.lifts.raised(nodes[done.n_layers - 1][i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)]
-    )
+    last = nodes[done.n_layers - 1]
+    q = np.array([course.lifts.raised(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
+    _, first = np.unique(np.rint(q / _SAME), axis=0, return_index=True)
+    return q[np.sort(first)]

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.collision_filter import CollisionFilter
-from ulna.ik.following.lifts import Lifts
+from ulna.ik.following.lifts import AT_LIMIT, Lifts
 from ulna.ik.problem import Problem, make_problem
 from ulna.ik.query import SEEDED_STEPS, Query
 from ulna.ik.ranking import cost_of
 from ulna.ik.restarts import Restart, run_starts
 from ulna.ik.result import IKResult
-from ulna.ik.turns import TURN, turning_columns
+from ulna.ik.turns import TURN, nearest_turns, turning_columns
 from ulna.kernels.ik import search_layout as layout
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ class Course:
         max_step: The largest step of any joint from one pose to the next [rad or m].
         world: What the arm must be clear of; None if nothing is checked.
         solve: Inverse kinematics of one pose from a seed, clear of the world.
+        one_sided: Whether the turns of joints with one finite limit are counted from it; else they turn as if they had none.
     """
 
     query: Query
@@ -51,6 +52,7 @@ class Course:
     max_step: float
     world: World | None
     solve: Solve
+    one_sided: bool = False
 
     @cached_property
     def problem(self) -> Problem:
@@ -61,7 +63,12 @@ class Course:
     def lifts(self) -> Lifts:
         """The whole turns that the limits allow."""
         tree = self.query.tree
-        return Lifts.of(tree.lower, tree.upper, turning_columns(self.query.chain, tree.n_dof), self.start)
+        return Lifts.of(tree.lower, tree.upper, self.turning, self.start, one_sided=self.one_sided)
+
+    @cached_property
+    def turning(self) -> Truths:
+        """The entries of q of which a whole turn changes no pose, shape (n_dof,)."""
+        return turning_columns(self.query.chain, self.query.tree.n_dof)
 
     @cached_property
     def form(self) -> ClosedForm | None:
@@ -97,11 +104,29 @@ class Course:
         return np.where(allowed, _TIE * (away**2).sum(axis=-1), np.inf)
 
     def on_from_start(self, q: Array) -> Array:
-        """A path (n, n_dof) without steps of half a turn or more, begun as near to the start as whole turns bring it."""
+        """A path (n, n_dof) whose free joints take no step above half a turn, begun as near to the start as whole turns bring it.
+
+        If the caller gives no start, whole turns bring it within a limit on one side.
+        """
         if not len(q):
             return q
+        free, lower, upper = self.lifts.free, self.query.tree.lower, self.query.tree.upper
         q = self.lifts.unwrapped(q)
-        return np.where(self.lifts.free, q - TURN * np.rint((q[0] - self.start) / TURN), q)
+        q = np.where(free, q - TURN * np.rint((q[0] - self.start) / TURN), q)
+        if not self.started:
+            q = np.where(free, q + TURN * np.ceil(np.maximum(lower - AT_LIMIT - q.min(axis=0), 0.0) / TURN), q)
+            q = np.where(free, q - TURN * np.ceil(np.maximum(q.max(axis=0) - upper - AT_LIMIT, 0.0) / TURN), q)
+        return np.where(self.excess(q) <= AT_LIMIT, np.clip(q, lower, upper), q)
+
+    def steps_within(self, a: Array, b: Array) -> Array:
+        """The steps from a to b by entry, b in those of its whole turns within the limits that are nearest to a."""
+        tree = self.query.tree
+        return nearest_turns(b, a, tree.lower - AT_LIMIT, tree.upper + AT_LIMIT, self.turning) - a
+
+    def excess(self, q: Array) -> Array:
+        """How far each entry of q (..., n_dof) is beyond its limits [rad or m]."""
+        lower, upper = self.query.tree.lower, self.query.tree.upper
+        return np.maximum(np.maximum(lower - q, q - upper), 0.0)
 
     def near(self, order: NDArray[np.int64], guesses: Array, *, beyond_limits: bool = False) -> tuple[Array, Truths]:
         """Solutions of some poses (m,) that a search from each guess (m, n_dof) converges to, and whether it does."""

@@ -2,9 +2,12 @@
 
 1. Continue the ends of all paths to the pose: within the limits, and without them.
 2. What continues within a step but collides: the collision is the reason. What continues beyond the limits: the limits.
-3. Nothing continues within a step: if the pose has no solution at all, inverse kinematics says why. If the arm is singular, or
-   nearly so and the step would not be too long without its part along the weakest direction, a singularity is the reason.
+3. Nothing continues within a step: if the pose has no solution at all, inverse kinematics says why. If the arm is singular or
+   nearly so, and the step along the branch is too long but would not be without its part along the weakest direction, a
+   singularity is the reason.
 4. Else the solutions are on other branches, or further away than a step.
+
+Steps are measured between the limits: to be a whole turn away is to be far away, if the joint has to make that turn.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from numpy.typing import NDArray
 from ulna.description.pose import inverse
 from ulna.ik.entry_names import entry_names
 from ulna.ik.following.course import Course
+from ulna.ik.following.lifts import AT_LIMIT
 from ulna.ik.following.result import Ending, PathStatus
 from ulna.ik.result import Status
 from ulna.kinematics.forward import frame_poses
@@ -22,7 +26,7 @@ from ulna.kinematics.jacobian import geometric_jacobian
 
 Array = NDArray[np.float64]
 _MOST_ENDS = 64
-_SINGULAR, _WEAK = 1e-2, 5e-2  # smallest singular values, of the largest
+_WEAK = 5e-2  # smallest singular value, of the largest
 _SAME = {
     Status.UNREACHABLE: PathStatus.UNREACHABLE,
     Status.JOINT_LIMITS: PathStatus.LIMITS,
@@ -33,7 +37,7 @@ _SAME = {
 }
 
 
-def why_it_ends(course: Course, k: int, ends: Array, solutions: Array) -> Ending:
+def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> Ending:
     """Why no path leads to pose k.
 
     Args:
@@ -41,8 +45,9 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array) -> Ending
         k: The first pose without a path.
         ends: Configurations of the pose before in which paths end, shape (m, n_dof); for the first pose the start, if given.
         solutions: Solutions of pose k within the limits and clear of the world, as far as they are known, shape (j, n_dof).
+        are_all: Whether these are proved to be all, so that no other step counts.
     """
-    facts = _Facts(course, k, ends, solutions)
+    facts = _Facts(course, k, ends, solutions, are_all=are_all)
     for rule in (_unsolved, _collision, _limits, _singularity):
         ending = rule(facts)
         if ending is not None:
@@ -54,26 +59,28 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array) -> Ending
 class _Facts:
     """What is known about the pose: the ends of paths, continued to it with the limits and without, and other solutions."""
 
-    def __init__(self, course: Course, k: int, ends: Array, solutions: Array) -> None:
-        self.course, self.k, self.all_ends = course, k, len(ends)
+    def __init__(self, course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> None:
+        self.course, self.k, self.all_ends = course, k, ends
         self.ends = ends[:: max(1, len(ends) // _MOST_ENDS)]
         order = np.full(len(self.ends), k)
         (self.within, good), (self.beyond, free) = (course.near(order, self.ends, beyond_limits=wide) for wide in (False, True))
         self.hits = course.collide(self.within)
-        self.near_within, self.near_beyond = good & self._is_near(self.within), free & self._is_near(self.beyond)
+        self.beyond = self.ends + course.lifts.steps(self.ends, self.beyond)[0]
+        self.near_within = good & self._is_short(course.steps_within(self.ends, self.within))
+        self.near_beyond = free & self._is_short(self.beyond - self.ends)
         self.reached = good
         solved = self.within[good & ~self.hits]
-        self.solutions = np.vstack([solutions, solved])
+        self.solutions = solutions if are_all and len(solutions) else np.vstack([solutions, solved])
 
-    def _is_near(self, q: Array) -> NDArray[np.bool_]:
-        return np.abs(self.course.lifts.steps(self.ends, q)[0]).max(axis=-1, initial=0.0) <= self.course.max_step
+    def _is_short(self, steps: Array) -> NDArray[np.bool_]:
+        return np.abs(steps).max(axis=-1, initial=0.0) <= self.course.max_step
 
     @property
     def smallest_step(self) -> float:
-        """From any end to any solution, whole turns aside."""
+        """From any end to any solution, with the whole turns that the limits allow."""
         if not len(self.ends) or not len(self.solutions):
             return float("inf")
-        steps = self.course.lifts.steps(self.ends[:, None], self.solutions[None])[0]
+        steps = self.course.steps_within(self.all_ends[:, None], self.solutions[None])
         return float(np.abs(steps).max(axis=-1, initial=0.0).min())
 
     def step_in_words(self) -> str:
@@ -84,7 +91,7 @@ class _Facts:
     def step_of(self, i: int) -> Array:
         """The step from an end to what it continues to, of the joints that move the link."""
         query = self.course.query
-        return self.course.lifts.steps(self.ends[i], self.within[i])[0][query.tree.moving_columns(query.link)]
+        return self.course.steps_within(self.ends[i], self.within[i])[query.tree.moving_columns(query.link)]
 
     def jacobian(self, i: int) -> Array:
         """The Jacobian at an end, of the joints that move the link, lengths in the unit of the arm."""
@@ -100,7 +107,7 @@ class _Facts:
         return Ending(
             status=status,
             reason=reason,
-            alive=self.all_ends,
+            alive=len(self.all_ends),
             smallest_step=self.smallest_step,
             manipulability=float(np.prod(best)),
             least_singular_value=float(best[-1] / best[0]) if best[0] else 0.0,
@@ -138,27 +145,33 @@ def _collision(facts: _Facts) -> Ending | None:
 
 def _limits(facts: _Facts) -> Ending | None:
     tree, near = facts.course.query.tree, facts.beyond[facts.near_beyond]
-    excess = np.maximum(np.maximum(tree.lower - near, near - tree.upper), 0.0)
-    excess = excess[(excess > 0.0).any(axis=1)]
+    excess = facts.course.excess(near)
+    excess = excess[(excess > AT_LIMIT).any(axis=1)]
     if not len(excess):
         return None
     least = excess[excess.max(axis=1).argmin()]
-    names = [f"{name} by {x:.3g}" for name, x in zip(entry_names(tree), least, strict=True) if x > 0]
+    names = [f"{name} by {x:.3g}" for name, x in zip(entry_names(tree), least, strict=True) if x > AT_LIMIT]
     words = f"leads on only beyond the limits of {', '.join(names)}; else {facts.step_in_words()}"
     return facts.ending(PathStatus.LIMITS, words, least)
 
 
 def _singularity(facts: _Facts) -> Ending | None:
-    """Whether the step would be short enough without its part along the arm's weakest direction, and that is weak."""
+    """Whether only the part of the step along the arm's weakest direction makes it too long, and that direction is weak."""
+    longest = facts.course.max_step
     for i in range(len(facts.ends)):
         _, values, Vt = np.linalg.svd(facts.jacobian(i), full_matrices=False)
         share = values[-1] / values[0]
-        step = _first_order_step(facts, i) if not facts.reached[i] else facts.step_of(i)
-        without = np.abs(step - (step @ Vt[-1]) * Vt[-1]).max(initial=0.0)
-        if share < _SINGULAR or (share < _WEAK and without <= facts.course.max_step):
+        steps = [_first_order_step(facts, i)] + [facts.step_of(i)] * bool(facts.reached[i])
+        without = [step - (step @ Vt[-1]) * Vt[-1] for step in steps]
+        by_it = [_largest(step) > longest >= _largest(rest) for step, rest in zip(steps, without, strict=True)]
+        if share < _WEAK and any(by_it):
             words = f"the smallest singular value is {share:.2g} of the largest; {facts.step_in_words()}"
             return facts.ending(PathStatus.SINGULAR, f"{words}, and {facts.course.max_step:.3g} is allowed")
     return None
+
+
+def _largest(step: Array) -> float:
+    return float(np.abs(step).max(initial=0.0))
 
 
 def _first_order_step(facts: _Facts, i: int) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,8 +42,16 @@ def follow(
         query, _targets(T_path), _start(query, q_start), q_start is not None, positive("max_step", max_step), world, solve
     )
     refuse_clearance_of_nothing(query.options.rank, world)
-    found = along_self_motions(course) if course.is_redundant else along_branches(course)
+    found = _found(course)
+    if course.excess(found.q).any():
+        course = replace(course, one_sided=True)
+        found = _found(course)
     return _result(course, found)
+
+
+def _found(course: Course) -> Found:
+    """The path. It may be beyond a limit on one side unless ``one_sided``: then none within the limits has a lower cost."""
+    return along_self_motions(course) if course.is_redundant else along_branches(course)
 
 
 def _result(course: Course, found: Found) -> FollowedPath:
@@ -50,12 +59,14 @@ def _result(course: Course, found: Found) -> FollowedPath:
     q = np.full((n, len(course.start)), np.nan)
     q[:k] = found.q
     ends = found.ends if k else course.start[None] if course.started else found.ends
+    ending = None if k == n else why_it_ends(course, k, ends, found.next_nodes, are_all=found.proved)
+    is_contradicted = ending is not None and ending.smallest_step <= course.max_step  # the search is less exact than the nodes
     return FollowedPath(
         q=q,
         max_step=course.max_step,
         ends_at=None if k == n else k,
-        ending=None if k == n else why_it_ends(course, k, ends, found.next_nodes),
-        proof=Proof.COMPLETE if found.proved else Proof.SEARCHED,
+        ending=ending,
+        proof=Proof.COMPLETE if found.proved and not is_contradicted else Proof.SEARCHED,
         joint_names=entry_names(course.query.tree),
     )
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.following.lifts import Lifts
+from ulna.ik.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -44,11 +45,33 @@ class Edges:
 
 def edges_between(lifts: Lifts, a: Array, b: Array, longest: float, weight: float) -> Edges:
     """The edges between nodes a (m, n_dof) and b (k, n_dof) whose largest joint step is at most ``longest``."""
+    begin, end, steps, turns = _short_steps(lifts, a, b, longest) if longest < TURN / 2 else _all_steps(lifts, a, b, longest)
+    codes, shift = np.unique(lifts.code(turns), return_inverse=True)
+    sources = np.array([lifts.sources(int(code)) for code in codes], dtype=np.int64).reshape(len(codes), len(lifts.table))
+    return Edges(begin, end, weight * (steps**2).sum(axis=-1), shift, sources)
+
+
+def _short_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts, Counts, Array, Counts]:
+    """Begin, end, joint steps and turns of each edge, none as long as half a turn: no two nodes are joined twice."""
     steps, turns = lifts.steps(a[None, :], b[:, None])
     end, begin = np.nonzero(np.abs(steps).max(axis=-1, initial=0.0) <= longest)
-    codes, shift = np.unique(lifts.code(turns[end, begin]), return_inverse=True)
-    sources = np.array([lifts.sources(int(code)) for code in codes], dtype=np.int64).reshape(len(codes), len(lifts.table))
-    return Edges(begin, end, weight * (steps[end, begin] ** 2).sum(axis=-1), shift, sources)
+    return begin, end, steps[end, begin], turns[end, begin]
+
+
+def _all_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts, Counts, Array, Counts]:
+    """The same for steps of any length: two nodes are joined once for every shift of the lifts that is short enough."""
+    steps, turns = lifts.steps(a[None, :], b[:, None])
+    end, begin = np.nonzero(np.where(lifts.lifted, 0.0, np.abs(steps)).max(axis=-1, initial=0.0) <= longest)
+    steps, turns = steps[end, begin], turns[end, begin]
+    longest = np.nextafter(TURN, 0.0) if lifts.leaves_out(longest) else longest
+    for j in np.flatnonzero(lifts.lifted):
+        more = np.arange(-lifts.counts[j], lifts.counts[j] + 1)
+        short = np.abs(steps[:, j, None] + TURN * more) <= longest
+        row, which = np.nonzero(short & (np.abs(turns[:, j, None] + more) < lifts.counts[j]))
+        begin, end, steps, turns = begin[row], end[row], steps[row], turns[row]
+        steps[:, j] += TURN * more[which]
+        turns[:, j] += more[which]
+    return begin, end, steps, turns
 
 
 @dataclass(frozen=True, eq=False)

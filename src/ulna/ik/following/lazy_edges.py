@@ -28,8 +28,16 @@ class LazyEdges:
         """Those from layer k to the next."""
         if k not in self._known:
             nodes, following = self._nodes[k], self._nodes[k + 1]
-            self._known[k] = edges_between(self._lifts, nodes, following, self._longest[k], self._weights[k])
+            edges = edges_between(self._lifts, nodes, following, self._longest[k], self._weights[k])
+            for _, begin, end in filter(lambda key: key[0] == k, self.removed):
+                edges = edges.without(begin, end)
+            self._known[k] = edges
         return self._known[k]
+
+    def renew(self, k: int) -> None:
+        """Make the edges to and from layer k again: nodes were added behind its others."""
+        self._known.pop(k - 1, None)
+        self._known.pop(k, None)
 
     def remove(self, k: int, begin: int, end: int) -> None:
         """Leave out an edge from layer k."""

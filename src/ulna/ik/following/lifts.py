@@ -2,7 +2,7 @@
 
 A solution is kept once: each joint that can make whole turns is in the first turn from its lower limit on. A *lift* adds
 turns. Two solutions less than half a turn apart differ by one shift of the lifts, so a graph of solutions is searched once for
-all lifts.
+all lifts. Where the limits are whole turns apart, a joint at one limit may be at the other: such a solution is kept twice.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from ulna.ik.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-_AT_LIMIT = 1e-9  # rad
+AT_LIMIT = 1e-9  # rad
 _MOST_TURNS = 3  # of a joint with wide limits: those about the start
 _BASE = 2 * _MOST_TURNS + 1
+_MOST_SHIFTS = 300_000  # shifts of the lifts by any number of turns, times lifts
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,7 @@ class Lifts:
         upper: The upper limits, shape (n_dof,).
         lifted: The entries that can make whole turns between two limits, shape (n_dof,).
         free: Those that can make any number, shape (n_dof,).
+        closed: The lifted entries whose limits are whole turns apart, shape (n_dof,).
         table: The turns of each lift, shape (n_lifts, n_dof).
         is_cut: Whether the limits allow more turns than these.
     """
@@ -40,33 +42,53 @@ class Lifts:
     upper: Array
     lifted: NDArray[np.bool_]
     free: NDArray[np.bool_]
+    closed: NDArray[np.bool_]
     table: Counts
     is_cut: bool
     _known: dict[int, Counts] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def of(cls, lower: Array, upper: Array, turning: NDArray[np.bool_], start: Array) -> Lifts:
-        """The lifts of joints with these limits, of which some turn; start: shape (n_dof,)."""
-        bounded = np.isfinite(lower) & np.isfinite(upper)
+    def of(cls, lower: Array, upper: Array, turning: NDArray[np.bool_], start: Array, *, one_sided: bool) -> Lifts:
+        """The lifts of joints with these limits, of which some turn.
+
+        Args:
+            lower: The lower limits, shape (n_dof,).
+            upper: The upper limits.
+            turning: Which entries can make whole turns.
+            start: Of many turns those about these positions are in the table, shape (n_dof,).
+            one_sided: Whether joints with one finite limit are lifted; else they are free, as if they had none.
+        """
+        finite = np.isfinite(lower).astype(int) + np.isfinite(upper)
+        free = turning & (finite < (1 if one_sided else 2))
         with np.errstate(invalid="ignore"):
-            lifted = turning & bounded & (upper - lower >= TURN - _AT_LIMIT)
-            counts = np.where(lifted, np.ceil((upper - lower) / TURN - _AT_LIMIT), 1.0)
-            low = np.where(counts > _MOST_TURNS, np.maximum(lower, start - TURN * _MOST_TURNS / 2), lower)
+            lifted = turning & ~free & (upper - lower >= TURN - AT_LIMIT)
+            counts = np.where(lifted, np.ceil((upper - lower - AT_LIMIT) / TURN), 1.0)
+            about = np.minimum(start - TURN * _MOST_TURNS / 2, upper - TURN * _MOST_TURNS)
+            low = np.where(counts > _MOST_TURNS, np.maximum(lower, about), lower)
+            whole = np.abs(upper - low - TURN * np.rint((upper - low) / TURN)) <= AT_LIMIT
         is_cut = bool((counts > _MOST_TURNS).any())
         counts = np.minimum(counts, _MOST_TURNS).astype(np.int64)
         table = np.array(list(product(*map(range, counts))), dtype=np.int64)
-        return cls(low, upper, lifted, turning & ~bounded, table.reshape(-1, len(lower)), is_cut)
+        return cls(low, upper, lifted, free, lifted & whole, table.reshape(-1, len(lower)), is_cut)
 
     def first_turn(self, q: Array) -> Array:
         """q (..., n_dof) with each entry that can make whole turns in its first turn."""
         with np.errstate(invalid="ignore"):
-            turned = self.lower + np.mod(q - self.lower, TURN)
-            turned = np.where(q == self.upper, self.upper - TURN * self.table.max(axis=0), turned)
-        return np.where(self.lifted, turned, q)
+            turned = np.mod(q - self.lower + AT_LIMIT, TURN) - AT_LIMIT
+        return np.where(self.lifted, self.lower + np.maximum(turned, 0.0), q)
+
+    def at_both_limits(self, q: Array) -> Array:
+        """Rows of q (m, n_dof), in their first turn, and those at a limit once more for the other limit, shape (k, n_dof)."""
+        last = self.upper - TURN * (self.counts - 1)  # the upper limit, in the first turn
+        for j in np.flatnonzero(self.closed):
+            again = q[q[:, j] <= self.lower[j] + AT_LIMIT]
+            again[:, j] = np.minimum(again[:, j] + TURN, last[j])
+            q = np.vstack([q, again])
+        return q
 
     def allowed(self, q: Array) -> NDArray[np.bool_]:
         """Which lifts of q (m, n_dof), in its first turn, are within the limits, shape (m, n_lifts)."""
-        most = np.where(self.lifted, np.floor((self.upper + _AT_LIMIT - q) / TURN), np.inf)
+        most = np.where(self.lifted, np.floor((self.upper + AT_LIMIT - q) / TURN), np.inf)
         return np.all(self.table <= most[:, None], axis=-1)
 
     def raised(self, q: Array, lift: int) -> Array:
@@ -83,7 +105,7 @@ class Lifts:
     def nearest(self, q: Array, goal: Array) -> Array:
         """q (..., n_dof) with the turns within the limits that bring it nearest to a goal (n_dof,)."""
         near = q - TURN * np.rint((q - goal) / TURN)
-        inside = (near >= self.lower - _AT_LIMIT) & (near <= self.upper + _AT_LIMIT)
+        inside = (near >= self.lower - AT_LIMIT) & (near <= self.upper + AT_LIMIT)
         return np.where(self.free | (self.lifted & inside), near, q)
 
     def unwrapped(self, q: Array) -> Array:
@@ -100,11 +122,20 @@ class Lifts:
         """For the shift of a code: the lift that each lift comes from, or -1, shape (n_lifts,)."""
         if code not in self._known:
             turns = np.where(self.lifted, code // np.maximum(self._places, 1) % _BASE - _MOST_TURNS, 0)
-            source, counts = self.table - turns, self.table.max(axis=0) + 1
-            inside = ((source >= 0) & (source < counts)).all(axis=1)
-            place = np.ravel_multi_index(tuple(np.where(inside[:, None], source, 0).T), tuple(counts))
+            source = self.table - turns
+            inside = np.all((source >= 0) & (source < self.counts), axis=1)
+            place = np.ravel_multi_index(tuple(np.where(inside[:, None], source, 0).T), tuple(self.counts))
             self._known[code] = np.where(inside, place, -1)
         return self._known[code]
+
+    def leaves_out(self, longest: float) -> bool:
+        """Whether steps of a whole turn and more, up to a longest one, are left out because there are too many."""
+        return longest >= TURN and int(np.prod((2 * self.counts - 1) * self.counts)) > _MOST_SHIFTS
+
+    @cached_property
+    def counts(self) -> Counts:
+        """How many turns of each entry are in the table, shape (n_dof,)."""
+        return np.max(self.table, axis=0) + 1
 
     @cached_property
     def _places(self) -> Counts:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.closed_form.branches import sampled_branches
-from ulna.ik.following.branches import Found, path_of, with_start
+from ulna.ik.following.branches import Found, at_both_limits, path_of, with_start
 from ulna.ik.following.continuation import continued
 from ulna.ik.following.course import Course
 from ulna.ik.following.graph import Sweep, sweep
@@ -91,7 +91,8 @@ def _nodes(course: Course, knots: Counts, density: _Density) -> list[Array]:
     rows = [_thinned(course.lifts.first_turn(np.concatenate(parts)), density.apart) for parts in zip(*sources, strict=True)]
     rows[0] = with_start(course, rows[0])
     every, parts = np.concatenate(rows), np.cumsum([len(row) for row in rows])[:-1]
-    return [q[~bad] for q, bad in zip(np.split(every, parts), np.split(course.collide(every), parts), strict=True)]
+    hits = np.split(course.collide(every), parts)
+    return at_both_limits(course, [q[~bad] for q, bad in zip(np.split(every, parts), hits, strict=True)])
 
 
 def _searched(course: Course, knots: Counts, n_starts: int) -> list[Array]:

@@ -30,8 +30,8 @@ class Ending:
         status: The reason.
         reason: The same as a sentence, with numbers.
         alive: How many configurations are known in which a path to the pose before ends.
-        smallest_step: The smallest joint step to a solution of the pose within the limits and clear of the world [rad or m];
-            infinite if none is known.
+        smallest_step: The smallest joint step from these to a solution of the pose within the limits and clear of the world
+            [rad or m], with the whole turns that the limits allow; infinite if none is known.
         manipulability: At the end of the path, where a pose before the first is meant by the start.
         least_singular_value: Of the Jacobian there, the smallest, as a share of the largest.
         limit_excess: How far beyond its limit each joint would go [rad or m], shape (n_dof,); 0 unless limits are the reason.
@@ -58,7 +58,8 @@ class FollowedPath:
     ``joint limits``         A path leads on, beyond the limits; ``ending.limit_excess`` holds by how much. Or the pose
                              has solutions, all beyond the limits.
     ``in collision``         A path leads on, in collision; ``ending.collisions`` names the pairs.
-    ``singular``             The path leads into a singularity; beyond it a joint would have to move faster.
+    ``singular``             The arm is nearly singular, and only the part of the step along its weakest direction makes it
+                             too long.
     ``no continuous branch`` None of these: solutions of the pose are all more than a step away.
     ======================== =========================================================================================
 
