@@ -76,7 +76,7 @@ def test_near_the_singularity_of_an_offset_wrist_nothing_is_missing_from_what_is
     T = robot.forward_kinematics(q)
     found = robot.all_solutions(T)
     sure = claims_all(found)
-    assert found.real.any(axis=1)[sure].all()
+    assert found.real[sure].any(axis=1).all()
     assert distance(found, q)[sure].max(initial=0.0) < 0.1
     off_by = np.abs(robot.forward_kinematics(found.q[found.real]) - np.repeat(T, found.real.sum(axis=1), axis=0)).max(axis=(1, 2))
     assert off_by.max() < 3e-5  # the tolerance of a search
