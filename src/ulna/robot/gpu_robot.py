@@ -186,7 +186,8 @@ class GpuRobot:
     ) -> IKSolutions:
         """All joint positions that bring a link to poses, and what is proved of them; see ``Robot.all_solutions``.
 
-        The closed form is computed on the GPU, a branch a thread. What has none is searched by the CPU.
+        The closed form is computed on the GPU, a branch a thread. What has none is searched by the CPU. For an arm of six joints
+        and T on the device nothing is searched: where the proof is ``searched``, they are the branches of the closed form alone.
 
         Returns:
             An ``IKSolutions``. Where T is on the device, so are its q, valid and real; ``copy_to_host()`` copies all.
