@@ -36,6 +36,19 @@ def cluster(tmp_path):
         yield cluster
 
 
+@pytest.fixture
+def warned(cluster, monkeypatch):
+    """What it warns of; at each warning another worker is started."""
+    texts = []
+
+    def start_another(text, *_, **__):
+        texts.append(text)
+        cluster.start_worker()
+
+    monkeypatch.setattr(workers, "warnings", SimpleNamespace(warn=start_another))
+    return texts
+
+
 def once_begun(kill):
     """A ``progress`` that kills when some poses, and not all, are computed."""
     killed = []
@@ -66,7 +79,7 @@ def test_a_worker_that_is_killed_loses_nothing(panda, panda_map, many_chunks, cl
     assert files_of(path) == files_of(panda_map.path)
 
 
-def test_without_any_worker_left_it_says_so_and_waits_for_one(panda, panda_map, many_chunks, cluster, tmp_path, monkeypatch):
+def test_without_any_worker_left_it_says_so_and_waits_for_one(panda, panda_map, many_chunks, cluster, tmp_path, warned):
     path = tmp_path / "m.zarr"
 
     def kill_all():
@@ -74,13 +87,6 @@ def test_without_any_worker_left_it_says_so_and_waits_for_one(panda, panda_map, 
             worker.kill()
 
     tell, killed = once_begun(kill_all)
-    warned = []
-
-    def start_another(text, *_, **__):
-        warned.append(text)
-        cluster.start_worker()
-
-    monkeypatch.setattr(workers, "warnings", SimpleNamespace(warn=start_another))
     with client_of(cluster) as client:
         ulna.reachability_map(panda, path, client=client, progress=tell, **WHOLE)
     assert killed
@@ -89,15 +95,8 @@ def test_without_any_worker_left_it_says_so_and_waits_for_one(panda, panda_map, 
     assert files_of(path) == files_of(panda_map.path)
 
 
-def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(panda_map, cluster, monkeypatch):
+def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(panda_map, cluster, warned):
     """The workers are killed between the end of a task and the fetching of its outcome."""
-    warned = []
-
-    def start_another(text, *_, **__):
-        warned.append(text)
-        cluster.start_worker()
-
-    monkeypatch.setattr(workers, "warnings", SimpleNamespace(warn=start_another))
     with client_of(cluster) as client:
         tasks = workers.DaskWorkers(client)
         tasks.submit(str(panda_map.path), (0,))
