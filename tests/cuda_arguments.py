@@ -20,6 +20,7 @@ TRUTH = types.boolean
 ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
 TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))
 BODY = types.Tuple((WHOLE, POSE, SIZE, TABLE))  # kind, pose, half extents and radius, vertices
+ROW = types.Tuple((TABLE, TABLE, WHOLE, POSE))  # a table of bodies, the vertices, a row of the table, its pose
 CORES = types.Tuple((WHOLE, VECTOR, TABLE, WHOLE, VECTOR, TABLE, THREE_VECTORS, VECTOR))  # two bodies of EPA; the second's pose
 DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points and normal
 CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
@@ -118,6 +119,7 @@ TYPES = {
     },
     "collision.interval.has_exact_ball": {**_each("kind other", WHOLE)},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR},
+    "collision.interval.gap_or_contact": {**_each("first second", ROW)},
     "collision.continuous": {**_each("q_a q_b", NUMBERS)},
     "collision.continuous.pair_speed": {**_each("a b", WHOLE)},
     # Here one configuration is a column, chosen by its lane, of rows of several.
