@@ -27,7 +27,7 @@ from ulna.robot.gpu_result import DeviceResult
 from ulna.robot.gpu_rows import as_float64
 from ulna.robot.gpu_scene import DeviceScenes, any_of, distance_scratch, least_of
 from ulna.robot.gpu_search import Search
-from ulna.robot.gpu_solutions import all_solutions
+from ulna.robot.gpu_solutions import DeviceSolutions, all_solutions
 
 if TYPE_CHECKING:
     from ulna.robot.robot import Robot
@@ -183,14 +183,14 @@ class GpuRobot:
         redundancy: str | None = None,
         n_samples: int = 16,
         whole_turns: bool = False,
-    ) -> IKSolutions:
+    ) -> IKSolutions | DeviceSolutions:
         """All joint positions that bring a link to poses, and what is proved of them; see ``Robot.all_solutions``.
 
         The closed form is computed on the GPU, a branch a thread. What has none is searched by the CPU. For an arm of six joints
         and T on the device nothing is searched: where the proof is ``searched``, they are the branches of the closed form alone.
 
         Returns:
-            An ``IKSolutions``. Where T is on the device, so are its q, valid and real; ``copy_to_host()`` copies all.
+            An ``IKSolutions``; where T is on the device, a ``DeviceSolutions``, whose q, valid and real are there too.
 
         Raises:
             InputError: T is not an array of poses, the robot has several tips and no link is named, ``redundancy`` is not a joint
