@@ -163,14 +163,11 @@ def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Arra
     return np.where(np.isnan(share), seeds, bounds[:, :, 2] + share * (bounds[:, :, 3] - bounds[:, :, 2]))
 
 
-def run_from_branches(search: Search, done: Restart) -> None:
-    """Start from branches of a closed form after the first round: for open targets, and for all where the best is asked for.
-
-    Not where the round has used up the budget.
-    """
-    ranked, options = search.problem.query.options.rank is not None, search.problem.query.options
+def run_from_branches(search: Search) -> None:
+    """Start from branches of a closed form: for open targets, and for all where the best is asked for."""
+    ranked = search.problem.query.options.rank is not None
     wanted = search.info[:, layout.STATUS] != layout.NOT_A_POSE if ranked else search.open
-    if options.budget <= done.count * done.steps or not wanted.any():
+    if not wanted.any():
         return
     order, starts = closed_form_starts(search.problem, np.flatnonzero(wanted), search.cost if ranked else None)
     if len(order):
@@ -180,19 +177,22 @@ def run_from_branches(search: Search, done: Restart) -> None:
 def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search], None], *, seed_alone: bool) -> bool:
     """All rounds until no target is open, the budget is spent or time is up; True if time was up.
 
-    After the first round a closed form closes the targets for which it has solutions. The first random round has ``n_first``
-    starts for every target; after it ``give_up`` closes targets that are out of reach.
+    The first random round has ``n_first`` starts for every target; after it ``give_up`` closes targets that are out of reach. A
+    closed form closes the targets for which it has solutions, while there is a budget left: after the first round if there is a
+    seed or a rank, whose best it has to find; else after two random rounds, which take less time.
     """
-    limit = search.problem.query.options.time_limit
-    end = np.inf if limit is None else time.monotonic() + limit
+    options = search.problem.query.options
+    of_branches = 0 if search.problem.seeded or options.rank is not None else 2
+    end, used = np.inf if options.time_limit is None else time.monotonic() + options.time_limit, 0
     for number, part in enumerate(restarts_of(search.problem, n_first, seed_alone=seed_alone)):
         if number and time.monotonic() >= end:
             return bool(search.open.any())
         search.run(part)
-        if number == 0:
-            run_from_branches(search, part)
+        used += part.count * part.steps
         if number == 1 and search.open.any():
             give_up(search)
+        if number == of_branches and used < options.budget:
+            run_from_branches(search)
         if not search.open.any():
             break
     return False
