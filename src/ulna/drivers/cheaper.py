@@ -5,7 +5,7 @@ Hauser and Zhou, Asymptotically optimal planning by feasible kinodynamic plannin
 a cost, the length of its way from the root of its tree; g and h are the distances of a configuration from the nearest root of
 its own tree and of the other. They are lower bounds of the cost to come and to go.
 
-1. A sample with g + h not below the bound is passed over. Its own bound of the cost is drawn between g and the bound less h.
+1. A sample with g + h not below the bound is skipped. Its own bound of the cost is drawn between g and the bound less h.
 2. Of the nodes from which the sample costs no more than that, the nearest takes a step towards it. If the end of the step costs
    with its h less than the bound, and the edge is free, it is a new node.
 3. Its parent is drawn again, with a lower bound of its cost, as long as that makes it cheaper.

@@ -18,9 +18,9 @@ N_SPACE = 4
 STARTS, GOALS = 0, 1  # the numbers of nodes of the two trees
 SAMPLE, CHECKS, UNTIL, DIRECT, ACTIVE, JOINED_START, JOINED_GOAL, ITERATIONS, FIRST_SAMPLE = 2, 3, 4, 5, 6, 7, 8, 9, 10
 GOAL_ROOTS = 11  # how many of the nodes of the second tree are goals: the first ones
-PASSED, MOST = 12, 13  # how many samples were passed over; how many edges the whole search may check
+PASSED, MOST = 12, 13  # how many samples were skipped; how many edges the whole search may check
 N_STATE = 14
-PASSED_A_CHECK = 64  # samples that were passed over count as one checked edge: they take about as long
+PASSED_A_CHECK = 64  # samples that were skipped count as one checked edge: they take about as long
 # How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left.
 SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE = 0, 1, 2, 3, 4
 # State of shortening, besides CHECKS and UNTIL: how many points, the pass, and where in it. The last pass confirms every edge.
