@@ -5,7 +5,6 @@ machine; alone, and among two boxes. "Inside" is the share of the workers' time 
 """
 
 import argparse
-import resource
 import subprocess
 import sys
 import tempfile
@@ -80,10 +79,19 @@ def measured(robot: ulna.Robot, poses: float, world: ulna.World | None, n: int, 
     shares = [100 * summary.statuses.get(name, 0) / summary.poses for name in ("solved", "in collision", "unreachable")]
     shares[0] = 100 * summary.reached / summary.poses
     inside = kept["ran"].seconds_inside / n / kept["seconds"]
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    memory = largest_memory()
     how = f"{n} Dask workers" if client is not None else f"{n} thread{'s' * (n > 1)}"
     world_name = "-" if world is None else "two boxes"
     return robot.name, world_name, how, summary.poses, shares, kept["seconds"], summary.poses / kept["seconds"], inside, memory
+
+
+def largest_memory() -> float:
+    """The most memory that this process has had [MB]; NaN on Windows, which has no ``resource``."""
+    try:
+        import resource  # noqa: PLC0415 -- Windows lacks it
+    except ImportError:
+        return float("nan")
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
 
 
 def show(row: tuple) -> None:
