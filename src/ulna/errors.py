@@ -95,7 +95,7 @@ class ClusterError(UlnaError, RuntimeError):
 
 
 class DeviceError(UlnaError, RuntimeError):
-    """A GPU is needed, and there is none, or it cannot be used."""
+    """A GPU is needed, but none was found, or the one found cannot be used."""
 
 
 class GeometryError(UlnaError, ValueError):

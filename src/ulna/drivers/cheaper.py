@@ -131,7 +131,7 @@ def from_roots(rows, tree, q, at, space, state):
 
 @routine
 def nearest_below(rows, costs, tree, state, q, bound, space):
-    """The nearest node of a tree to q from which q costs at most a bound; of several the first; -1 if there is none."""
+    """Of the nodes of a tree from which q costs at most a bound, the nearest to q (the first of several); -1 without any."""
     first, n_blocks = tree * (costs.shape[0] // 2), (state[tree] + WIDTH - 1) // WIDTH
     least, block = nearest_below_in_lanes(rows, costs, first, n_blocks, q, bound, space)
     best, node = INF, -1

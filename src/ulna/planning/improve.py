@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ulna.errors import InputError
 from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import refuse_unless, refuse_unless_count
-from ulna.planning.search import Search, confirmed, shortened
+from ulna.planning.search import Search, finished
 
 if TYPE_CHECKING:
     from ulna.planning.plan import Plan
@@ -80,12 +80,10 @@ def improved(plan: Plan, searched: Searched | None, max_checks: int, time_limit:
         if found is None:
             budget *= 2  # not all at once: a small tree costs less, and other samples may do better
             continue
-        for attempt in (shortened, confirmed):
-            candidate, checks = attempt(edges, found)
-            effort = replace(effort, checks=effort.checks + checks)
-            if candidate is not None and space.lengths(np.diff(candidate, axis=0)).sum() < length:
-                path, goal, certified = candidate, int(searched.of[search.goal]), searched.certify
-                break
+        candidate, checks = finished(edges, found, shorten=True)
+        effort = replace(effort, checks=effort.checks + checks)
+        if candidate is not None and space.lengths(np.diff(candidate, axis=0)).sum() < length:
+            path, goal, certified = candidate, int(searched.of[search.goal]), searched.certify
     return replace(
         plan,
         path=np.concatenate([outside, path]),

@@ -23,7 +23,7 @@ from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
 from ulna.planning.plan_status import PlanStatus
-from ulna.planning.search import Search, confirmed, shortened
+from ulna.planning.search import Search, finished, without_repeats
 from ulna.planning.space import held_columns, make_space
 
 Array = NDArray[np.float64]
@@ -89,18 +89,12 @@ def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bo
         nothing = np.empty((0, question.tree.n_dof))
         return Plan(PlanStatus.BUDGET_SPENT, nothing, certified=False, effort=search.effort)
     certified, effort = bool(options.certify), search.effort
-    for attempt in (shortened, confirmed) if options.shorten else (confirmed,):
-        found, checks = attempt(edges, path)
-        effort = replace(effort, checks=effort.checks + checks)
-        if found is not None:
-            path = found
-            break
-    else:
-        certified = False
+    found, checks = finished(edges, path, shorten=bool(options.shorten))
+    effort = replace(effort, checks=effort.checks + checks)
     return Plan(
         PlanStatus.SOLVED,
-        _without_repeats(path),
-        certified,
+        without_repeats(path) if found is None else found,
+        certified and found is not None,
         effort=effort,
         goal=int(searched.of[search.goal]),
         _searched=searched,
@@ -121,9 +115,3 @@ def _beyond(checker: Checker, start: Array) -> str:
     tree, excess = checker.tree, np.maximum(checker.tree.lower - start, start - checker.tree.upper)
     names = [name for name, part in zip(tree.joint_names, tree.joint_slices, strict=True) for _ in range(part.start, part.stop)]
     return ", ".join(f"{name} by {x:.3g}" for name, x in zip(names, excess, strict=True) if x > 0)
-
-
-def _without_repeats(path: Array) -> Array:
-    """The path without configurations that are the same as the one before."""
-    new = np.concatenate([[True], (np.diff(path, axis=0) != 0).any(axis=1)])
-    return path[new]

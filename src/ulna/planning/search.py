@@ -159,6 +159,23 @@ def confirmed(edges: Edges, path: Array, spreads: Array | None = None) -> tuple[
     return _run(edges, path, np.empty((0, path.shape[1])) if spreads is None else spreads, layout.CONFIRM)
 
 
+def finished(edges: Edges, path: Array, *, shorten: bool) -> tuple[Array | None, int]:
+    """A path that was found, confirmed edge by edge: shortened, or as it is where that fails; None if both do; and the checks."""
+    n_checks = 0
+    for attempt in (shortened, confirmed) if shorten else (confirmed,):
+        found, checks = attempt(edges, path)
+        n_checks += checks
+        if found is not None:
+            return without_repeats(found), n_checks
+    return None, n_checks
+
+
+def without_repeats(path: Array) -> Array:
+    """The path without configurations that are the same as the one before."""
+    new = np.concatenate([[True], (np.diff(path, axis=0) != 0).any(axis=1)])
+    return path[new]
+
+
 def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Array | None, int]:
     n, state = len(path), np.zeros(layout.N_STATE, dtype=np.int64)
     points = np.zeros((2 * n + 128, path.shape[1]))
