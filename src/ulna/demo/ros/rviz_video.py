@@ -1,7 +1,7 @@
 """Records RViz on a virtual screen while the mouse drags the box by its arrows. Used by ``ulna ros1 record``.
 
 The video is made frame by frame: the arm advances by a tenth of a second, the pointer by a step, and the frame is taken when RViz
-has drawn both. So the video has the right speed, however slowly this machine draws.
+has drawn both, with the light of that moment. So the video has the right speed, however slowly this machine draws.
 """
 
 # pyright: reportMissingImports=false
@@ -25,16 +25,19 @@ from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, node
 from ulna.demo.ros.ros1_demo import Beside, have_master
 from ulna.demo.ros.rviz_view import CONFIG, View, scene_is_seen
 from ulna.demo.ros.virtual_screen import SIZE, VirtualScreen, virtual_screen
-from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, RATE_HZ, Demo
+from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, RATE_HZ, Demo, light_color
 from ulna.errors import InputError, UlnaError
 from ulna.viewer.film.files import write_film
 from ulna.viewer.film.film import Film
+from ulna.viewer.palette import RED
 
 # The programs, and Debian's packages that have them.
 _NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xdotool": "xdotool"}
 _APPEARS_WITHIN_S, _DRAWS_WITHIN_S = 120.0, 2.0
 _LOOK_S = 0.05  # interval between screenshots
 LEAST_SECONDS = 3.0  # a few pictures for each drag
+_GRIPS = 10  # presses on an arrow before the recording fails
+_LIGHT_PIXELS = 200  # of its colour, if it is seen
 MISSED = 0.05  # [m] the largest distance from its start at which the box may end
 Tell = Callable[[int], object]
 
@@ -103,14 +106,15 @@ class Screencast:
         """
         view, before = self._wait_for_scene()
         for k, step in enumerate(steps(self._n, self._place_of_box, view.project)):
-            if self._ended():
-                raise KeyboardInterrupt
             self._arm.player.advance(1.0 / RATE_HZ)
             if step is not None:
                 self._screen.move_mouse(step.place)
-            before = self._drawn(before)
-            if step is not None and step.press is not None:
-                self._screen.press(down=step.press)
+            before = self._drawn(view, before)
+            if step is not None and step.press is True:
+                self._grip(step.place)
+            elif step is not None and step.press is False:
+                self._screen.press(down=False)
+                self._wait_until(lambda: not self._box.is_held, _APPEARS_WITHIN_S)  # RViz has followed the pointer to its end
             self._tell(k + 1)
             yield before
         if np.abs(self._place_of_box() - BOX_START).max() > MISSED:
@@ -128,22 +132,59 @@ class Screencast:
             image = self._screen.pixels()
             if scene_is_seen(image):
                 view = View(image)
-                red, green, blue = np.moveaxis(view.around(image, LIGHT_POSITION, 12).astype(int), -1, 0)
-                if np.count_nonzero(green - np.maximum(red, blue) > 60) > 200:
+                if self._light_is_seen(view, image):
                     return view, image
             time.sleep(1.0 / RATE_HZ)
         raise RVizError(f"RViz did not show the light within {_APPEARS_WITHIN_S:g} s; rviz -d {CONFIG} may say why")
 
-    def _drawn(self, before: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """The screen, once it has changed and two screenshots are equal, or after _DRAWS_WITHIN_S."""
-        end, changed, last = time.monotonic() + _DRAWS_WITHIN_S, False, before
-        while True:
-            time.sleep(_LOOK_S)
+    def _drawn(self, view: View, before: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The screen, once two screenshots are equal that show the light, after a change or _DRAWS_WITHIN_S."""
+        start, changed, last = time.monotonic(), False, before
+        while (waited := time.monotonic() - start) < _APPEARS_WITHIN_S:
+            self._pause()
             image = self._screen.pixels()
             same = np.array_equal(image, last)
-            if (changed and same) or time.monotonic() > end:
+            if same and (changed or waited > _DRAWS_WITHIN_S) and self._light_is_seen(view, image):
                 return image
             changed, last = changed or not same, image
+        raise RVizError(f"RViz did not draw the light of this moment within {_APPEARS_WITHIN_S:g} s")
+
+    def _grip(self, place: NDArray[np.float64]) -> None:
+        """Press the button over an arrow of the box, until RViz says that it is held.
+
+        RViz looks what lies under the pointer only when it moves, and once a frame: while it draws slowly, a press may be taken
+        for the view's. That does nothing if the pointer has not moved meanwhile.
+        """
+        for _ in range(_GRIPS):
+            self._screen.press(down=True)
+            if self._wait_until(lambda: self._box.is_held, _DRAWS_WITHIN_S):
+                return
+            self._screen.press(down=False)
+            for aside in (1.0, 0.0):
+                self._screen.move_mouse(place + aside)
+                time.sleep(1.0 / RATE_HZ)
+        raise RVizError(f"RViz does not hold the box after {_GRIPS} presses on an arrow of it at pixel {place.round()}")
+
+    def _wait_until(self, is_so: Callable[[], bool], limit: float) -> bool:
+        """Wait until it is so, at most for a limit [s]; return whether it is."""
+        end = time.monotonic() + limit
+        while not is_so() and time.monotonic() < end:
+            self._pause()
+        return is_so()
+
+    def _pause(self) -> None:
+        """Send the arm again, since RViz removes markers that are old, and wait a moment."""
+        if self._ended():
+            raise KeyboardInterrupt
+        self._arm.player.advance(0.0)
+        time.sleep(_LOOK_S)
+
+    def _light_is_seen(self, view: View, image: NDArray[np.uint8]) -> bool:
+        """Whether a picture of the screen shows the light, red or green as the last report has it."""
+        red, green, blue = np.moveaxis(view.around(image, LIGHT_POSITION, 12).astype(int), -1, 0)
+        is_red = light_color(self._arm.player.report) == RED
+        clear = red - np.maximum(green, blue) if is_red else green - np.maximum(red, blue)
+        return int(np.count_nonzero(clear > 60)) > _LIGHT_PIXELS
 
 
 def _refuse_missing() -> None:

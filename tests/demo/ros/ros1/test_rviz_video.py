@@ -1,7 +1,12 @@
 """``ulna ros1 record``: a video of real RViz, in which the pointer drags the box and the light turns red and green again."""
 
+import contextlib
+import os
+import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,14 +22,35 @@ pytestmark = pytest.mark.filterwarnings(
 )  # rospy's
 
 
-def record(environment, path, *words):
+def record(environment, path, *words, meanwhile=lambda _: None):
     command = [sys.executable, "-m", "ulna", "ros1", "record", str(path), *words]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        meanwhile(process)
+        return process, process.communicate()[1]
 
 
-def test_the_light_in_the_video_turns_red_and_green_again(another, tmp_path):
-    done = record(another, tmp_path / "out.mp4", "--seconds", "4")
-    assert done.returncode == 0, done.stderr
+def children(parent, name):
+    """The numbers of the processes of that name that a process has started."""
+    listed = Path(f"/proc/{parent}/task/{parent}/children")
+    numbers = listed.read_text().split() if listed.exists() else []
+    return [int(number) for number in numbers if Path(f"/proc/{number}/comm").read_text().strip() == name]
+
+
+def stall_rviz(process):
+    """Stop RViz for two seconds of four, until the process ends: as on a machine that is busy with other programs."""
+    while process.poll() is None:
+        for number in children(process.pid, "rviz"):
+            with contextlib.suppress(ProcessLookupError):  # it has just ended
+                os.kill(number, signal.SIGSTOP)
+                time.sleep(2.0)
+                os.kill(number, signal.SIGCONT)
+        time.sleep(2.0)
+
+
+@pytest.mark.parametrize("meanwhile", [lambda _: None, stall_rviz], ids=["idle", "stalled"])
+def test_the_light_in_the_video_turns_red_and_green_again(another, tmp_path, meanwhile):
+    process, errors = record(another, tmp_path / "out.mp4", "--seconds", "4", meanwhile=meanwhile)
+    assert process.returncode == 0, errors
     frames, codec, _, rate, _ = decoded(tmp_path / "out.mp4")
     assert (codec, rate, len(frames), frames[0].shape) == ("h264", 10.0, 40, (800, 1280, 3))
     view = View(exact(frames[0]))
@@ -56,7 +82,7 @@ def is_box(pixels):
 def test_missing_programs_are_named_with_their_packages(another, tmp_path):
     nothing = tmp_path / "bin"
     nothing.mkdir()
-    done = record(another | {"PATH": str(nothing)}, tmp_path / "out.mp4")
-    assert done.returncode == 2
-    assert "apt-get install python3-rosmaster rviz xvfb xdotool" in done.stderr
+    process, errors = record(another | {"PATH": str(nothing)}, tmp_path / "out.mp4")
+    assert process.returncode == 2
+    assert "apt-get install python3-rosmaster rviz xvfb xdotool" in errors
     assert not list(tmp_path.glob("*.mp4"))
