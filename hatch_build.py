@@ -107,7 +107,8 @@ def _link(root: Path, build: Path, out: Path, level: str, entries: list[dict[str
     compiler = new_compiler()
     customize_compiler(compiler)
     unix = compiler.compiler_type == "unix"
-    objects = [str(build / level / overload["object"]) for entry in entries for overload in entry["overloads"]]
+    names = {name for entry in entries for overload in entry["overloads"] for name in overload["objects"]}
+    objects = [str(build / level / name) for name in sorted(names)]
     source = os.path.relpath(root / "native" / "runtime.c")
     objects += compiler.compile([source], str(build / level), extra_postargs=["-O2", "-fvisibility=hidden"] if unix else [])
     file = out / f"{level}{'.dll' if os.name == 'nt' else '.so'}"

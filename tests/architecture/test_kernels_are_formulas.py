@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 KERNELS = Path(__file__).parents[2] / "src" / "ulna" / "kernels"
-DECORATORS = {"kernel", "exact_kernel", "routine"}
+DECORATORS = {"kernel", "exact_kernel", "routine", "shared_routine"}
 IMPORTS, IMPORTS_FROM = {"math", "numpy"}, {"ulna.engine.decorators", "ulna.engine.lanes", "ulna.engine.width"}
 NAMES_ONLY = {"collision/scene.py"}  # a NamedTuple, and no formula
 BUILTINS = {"abs", "float", "int", "max", "min", "range"}

@@ -13,13 +13,11 @@ from pathlib import Path
 
 import pytest
 
-import ulna
-from command_fixtures import without_announcements
+from fresh_process import PACKAGE, run_fresh
 from ulna.engine import cache
 
 pytestmark = pytest.mark.compiler
 
-PACKAGE = Path(ulna.__file__).parent
 PLACE = """
 import sys, numba, ulna
 print(*ulna.load("panda").forward_kinematics([0.0] * 7)[:3, 3].round(9).tolist())
@@ -33,16 +31,8 @@ print(cache_folder())
 AT_ZERO = "0.088 -0.0 0.8226"
 
 
-def run(source=PLACE, *, src=PACKAGE.parent, **variables):
-    """The lines that a fresh process prints, with only the variables given about where the cache is."""
-    kept = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "NUMBA_DISABLE_JIT")}
-    environment = {**kept, "PYTHONPATH": str(src), "PYTHONDONTWRITEBYTECODE": "1", **{k: str(v) for k, v in variables.items()}}
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", source], env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert without_announcements(done.stderr) == ""
-    return done.stdout.splitlines()
+def run(source=PLACE, **options):
+    return run_fresh(source, **options)
 
 
 @pytest.fixture

@@ -132,8 +132,8 @@ class _Files(IndexDataCacheFile):
         return self._data_name_pattern.replace("{number:d}", hashlib.sha256(repr(key).encode()).hexdigest()[:16])
 
 
-class KernelCache(FunctionCache):
-    """Numba's cache of one entry, in our folder."""
+class RoutineCache(FunctionCache):
+    """Numba's cache of one shared routine, in our folder."""
 
     _impl_class = _CacheImpl
 
@@ -142,11 +142,24 @@ class KernelCache(FunctionCache):
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, None)
 
     def load_overload(self, sig, target_context):
+        """The machine code of a signature from the cache, or None: then Numba compiles it."""
+        with contextlib.suppress(Exception):  # after a damaged file it is compiled again, and the file replaced
+            return super().load_overload(sig, target_context)
+        return None
+
+    def save_overload(self, sig, data):
+        """Save the machine code of a signature that was just compiled; where none was made yet, it is made now."""
+        data.library.get_pointer_to_function(data.fndesc.llvm_func_name)
+        with contextlib.suppress(OSError):  # on a full disk the code is used, but not saved
+            super().save_overload(sig, data)
+
+
+class KernelCache(RoutineCache):
+    """The same of one entry, whose compilation is announced."""
+
+    def load_overload(self, sig, target_context):
         """The machine code of a signature from the cache, or None: then Numba compiles it, which is announced."""
-        try:
-            loaded = super().load_overload(sig, target_context)
-        except Exception:  # noqa: BLE001 - after a damaged file it is compiled again, and the file replaced
-            loaded = None
+        loaded = super().load_overload(sig, target_context)
         if loaded is None:
             compilation_begins(self._py_func.__name__)
         return loaded
@@ -154,5 +167,4 @@ class KernelCache(FunctionCache):
     def save_overload(self, sig, data):
         """Save the machine code of a signature that was just compiled."""
         compilation_ended()
-        with contextlib.suppress(OSError):  # on a full disk the code is used, but not saved
-            super().save_overload(sig, data)
+        super().save_overload(sig, data)

@@ -12,10 +12,13 @@ from numba.core import config
 import ulna.engine.lane_lowering
 import ulna.engine.lane_operators
 import ulna.engine.lane_runs  # noqa: F401 - for their effect: Numba knows the number that is eight numbers
-from ulna.engine.cache import KernelCache, cache_folder
+from ulna.engine.cache import KernelCache, RoutineCache, cache_folder
 from ulna.engine.interrupts import interrupts_deferred
+from ulna.engine.shared import share
 from ulna.engine.signatures import Array, Group, Kind, Signature
+from ulna.engine.without_code import IRCompiler
 
+_njit: Any = njit  # its annotations leave out some of our flags
 _ELEMENTS = {"bool": "boolean"}  # as Numba calls them, where the name is another than NumPy's
 
 
@@ -30,13 +33,37 @@ def numba_types(signature: Signature) -> tuple[types.Type, ...]:
 
 
 def compiled(function: Callable, flags: dict[str, Any]) -> Any:
-    """A function that Numba compiles when it is first called, with flags of ours."""
-    return njit(**flags)(function)
+    """A function that Numba compiles when it is first called, with flags of ours.
+
+    Compiled code calls a twin of it, of which no machine code is made (``without_code``).
+    """
+    dispatcher = _njit(**flags)(function)
+    if not is_disabled():
+        _let_callers_use(_njit(pipeline_class=IRCompiler, no_cpython_wrapper=True, **flags)(function), dispatcher)
+    return dispatcher
+
+
+def compiled_once(function: Callable, flags: dict[str, Any]) -> Any:
+    """The same, compiled once for all that call it (``shared``), and kept on disk."""
+    dispatcher = _njit(**flags)(function)
+    if not is_disabled():
+        within = _njit(no_cpython_wrapper=True, **flags)(function)
+        if cache_folder() is not None:
+            within._cache = RoutineCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
+        share(within)
+        _let_callers_use(within, dispatcher)
+    return dispatcher
+
+
+def _let_callers_use(within: Any, dispatcher: Any) -> None:
+    """Let code that is compiled call ``within`` where it names a dispatcher."""
+    dispatcher.within = within
+    dispatcher.get_call_template, dispatcher.get_overload = within.get_call_template, within.get_overload
 
 
 def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Callable[[Any], None]) -> Any:
     """The same, kept on disk; ``may_compile`` raises where it may not be compiled now."""
-    dispatcher = compiled(function, flags)
+    dispatcher = _njit(**flags)(function)
     if is_disabled():
         return dispatcher
     if cache_folder() is not None:

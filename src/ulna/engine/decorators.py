@@ -1,7 +1,7 @@
 """Marks functions for the compiler, with its flags. Used by every kernel and driver.
 
-``kernel``, ``exact_kernel``, ``routine`` and ``workspace`` are for functions that other kernels call; ``entry`` and
-``low_latency_entry`` for those that Python calls, by name (``entries``). These have the types of their arguments
+``kernel``, ``exact_kernel``, ``routine``, ``shared_routine`` and ``workspace`` are for functions that other kernels call;
+``entry`` and ``low_latency_entry`` for those that Python calls, by name (``entries``). These have the types of their arguments
 (``signatures``), and their machine code is kept on disk (``cache``).
 """
 
@@ -98,6 +98,16 @@ def routine(function):
     return _compiled(function, forceinline=False, **_NO_REFERENCE_COUNTS, **_FLAGS)
 
 
+def shared_routine(function):
+    """Mark a routine that is compiled once, and called by all entries: a long one, whose time the call does not add to."""
+    _remember(function)
+    return (
+        function
+        if compiler is None
+        else compiler.compiled_once(function, {"forceinline": False, **_NO_REFERENCE_COUNTS, **_FLAGS})
+    )
+
+
 def exact_kernel(function):
     """Mark a formula that depends on the order of its operations: compiled without reassociation."""
     return _compiled(function, forceinline=True, **_NO_REFERENCE_COUNTS, **_EXACT_FLAGS)
@@ -144,14 +154,18 @@ def is_plain() -> bool:
 
 
 def _compiled(function: Callable, **flags: Any) -> Any:
-    with suppress(OSError):  # a kernel typed into an interpreter or a notebook has no file, and no entry is kept for it
-        text_of(function.__code__.co_filename)  # read now, so that the cache's key is that of the text which was loaded
+    _remember(function)
     return function if compiler is None else compiler.compiled(function, flags)
 
 
-def _entry(function: Callable, signatures: tuple[Signature, ...], flags: dict[str, Any], *, low_latency: bool = False) -> Any:
-    with suppress(OSError):
+def _remember(function: Callable) -> None:
+    """Read the function's file now, so that the cache's key is that of the text which was loaded."""
+    with suppress(OSError):  # a kernel typed into an interpreter or a notebook has no file, and no entry is kept for it
         text_of(function.__code__.co_filename)
+
+
+def _entry(function: Callable, signatures: tuple[Signature, ...], flags: dict[str, Any], *, low_latency: bool = False) -> Any:
+    _remember(function)
     marked = function if compiler is None else compiler.compiled_entry(function, flags, _refuse_unless_permitted)
     if marked is function and low_latency:  # it runs as plain Python
         marked = _checked(function, signatures[0])

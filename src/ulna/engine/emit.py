@@ -7,9 +7,10 @@
 2. A second function is added to its optimised module: one with a plain C interface, which takes slots of 8 bytes (``plain``).
 3. All else in the module becomes private, and what nothing uses any more is removed: Numba's own wrapper, which needs Python.
 4. LLVM writes the module as an object file, position-independent. It does not optimise again: the arithmetic is that of step 1.
+5. So it does with the routines that entries share (``shared``), each once.
 
 The index of what was written goes to ``together.json`` and ``rest.json``: for each entry its result, whether it releases the
-interpreter's lock, and the symbol and the signature of each of its compilations.
+interpreter's lock, and the symbol, the signature and the object files of each of its compilations.
 """
 
 import gc
@@ -17,6 +18,7 @@ import hashlib
 import importlib
 import json
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,7 @@ from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
 from ulna.engine.entries import Entries
 from ulna.engine.plain import plain_module, result_code
+from ulna.engine.shared import DISPATCHERS, SHARED, Shared
 from ulna.engine.signatures import Signature, text_of_signature
 from ulna.engine.sources import sources_hash, text_of
 
@@ -54,38 +57,71 @@ def _part_of(entries: Entries, name: str) -> str:
 
 def _write_entry(entries: Entries, name: str, folder: Path) -> dict[str, Any]:
     marked = entries.marked(name)
-    marked._cache = _Saved(marked.py_func)  # noqa: SLF001 - as engine.compiler sets it
+    for dispatcher in (marked, *DISPATCHERS):
+        dispatcher._cache = _Saved(dispatcher.py_func)  # noqa: SLF001 - as engine.compiler sets it
     calls, overloads, results = ENTRIES[marked], [], set()
-    hashed = f"{sources_hash(marked.py_func.__code__.co_filename)}-{_own_hash()}-{compiler_hash()}"
+    hashed = sources_hash(marked.py_func.__code__.co_filename)
     for k, signature in enumerate(calls.signatures):
         symbol = f"ulna_{name.replace('.', '_')}_{k}"
-        file = folder / f"{symbol}-{hashed}.o"
-        result = folder / f"{symbol}-{hashed}.result"
-        if not (file.exists() and result.exists()):
-            file.write_bytes(_object_code(marked, signature, symbol))
-            result.write_text(result_code(_compiled(marked, signature)))
-        results.add(result.read_text())
-        overloads.append({"symbol": symbol, "signature": text_of_signature(signature), "object": file.name})
+        file = folder / f"{symbol}-{hashed}-{_own_hash()}.json"  # written last
+        if not file.exists():
+            file.write_text(json.dumps(_write_overload(marked, signature, symbol, folder)))
+        overload = json.loads(file.read_text())
+        results.add(overload.pop("result"))
+        overloads.append(overload)
     (code,) = results
     return {"name": name, "result": code, "releases_lock": not calls.low_latency, "overloads": overloads}
 
 
-def _own_hash() -> str:
-    """Of what makes an object file of a compiled entry, for which CPU."""
-    own = text_of(__file__) + text_of(str(Path(__file__).with_name("plain.py"))) + str(CPU_NAME).encode()
-    return hashlib.sha256(own).hexdigest()[:16]
-
-
-def _compiled(marked: Any, signature: Signature) -> Any:
+def _write_overload(marked: Any, signature: Signature, symbol: str, folder: Path) -> dict[str, Any]:
+    """Write the object files of an entry for one signature: its own, and those of the routines that it shares."""
     types = numba_types(signature)
     marked.compile(types)
-    return marked.overloads[types]
-
-
-def _object_code(marked: Any, signature: Signature, symbol: str) -> bytes:
-    compiled = _compiled(marked, signature)
+    compiled = marked.overloads[types]
     module = compiled.library._final_module.clone()  # noqa: SLF001 - what Numba gives to LLVM
     module.link_in(llvm.parse_assembly(str(plain_module(compiled, symbol, module.triple))))
+    own = f"{symbol}-{sources_hash(marked.py_func.__code__.co_filename)}-{_own_hash()}.o"
+    (folder / own).write_bytes(_object_code(module, symbol))
+    objects = [own, *(_write_shared(shared, folder) for shared in _called(module))]
+    return {"result": result_code(compiled), "symbol": symbol, "signature": text_of_signature(signature), "objects": objects}
+
+
+def _called(module: llvm.ModuleRef) -> list[Shared]:
+    """The shared routines that a module calls, directly or through others."""
+    found, modules = {}, [module]
+    while modules:
+        named = {function.name for function in modules.pop().functions if function.is_declaration}
+        new = {symbol: SHARED[symbol] for symbol in sorted(named & SHARED.keys() - found.keys())}
+        found |= new
+        modules += [shared.compiled.library._final_module for shared in new.values()]  # noqa: SLF001 - as above
+    return list(found.values())
+
+
+def _write_shared(shared: Shared, folder: Path) -> str:
+    """Write the object file of a shared routine, unless it is there; its name."""
+    name = f"{shared.symbol}-{_own_hash()}.o"
+    if not (folder / name).exists():
+        (folder / name).write_bytes(_object_code(_module_of(shared), shared.symbol))
+    return name
+
+
+def _module_of(shared: Shared) -> llvm.ModuleRef:
+    """A copy of what a shared routine was compiled to, where it has the name that its callers use."""
+    module = shared.compiled.library._final_module.clone()  # noqa: SLF001 - as above
+    function = module.get_function(shared.compiled.fndesc.llvm_func_name)
+    function.name, function.visibility = shared.symbol, "hidden"
+    return module
+
+
+@cache
+def _own_hash() -> str:
+    """Of what makes an object file of a compiled entry, for which CPU, with which compiler."""
+    own = text_of(__file__) + text_of(str(Path(__file__).with_name("plain.py"))) + str(CPU_NAME).encode()
+    return f"{hashlib.sha256(own).hexdigest()[:16]}-{compiler_hash()}"
+
+
+def _object_code(module: llvm.ModuleRef, symbol: str) -> bytes:
+    """The object code of a module; all but one of its functions become private, and those that are not used are removed."""
     for function in module.functions:
         if not function.is_declaration and function.name != symbol:
             function.linkage = llvm.Linkage.internal

@@ -1,4 +1,4 @@
-"""Compiles loads and stores of eight neighbouring numbers of a batch, and the transposition of eight of them. Used by ``compiler``.
+"""Compiles loads and stores of eight neighbouring numbers of a batch, and transposition of eight of them. Used by ``compiler``.
 
 Eight rows of a batch are loaded whole, and transposed in registers: 24 shuffles where number by number there would be 64 loads
 and 64 stores. Halves are exchanged first, then quarters, then neighbours: where a register holds four doubles or two, the

@@ -4,7 +4,7 @@ Each table comes with its vertices. If either is None, all shapes are boxes. A s
 without GJK and EPA, in a fraction of the time.
 """
 
-from ulna.engine.decorators import kernel, routine
+from ulna.engine.decorators import kernel, shared_routine
 from ulna.engine.lanes import load, splat, sqrt
 from ulna.kernels.chain.poses import frame_pose, tree_poses
 from ulna.kernels.distance.box_distance import box_pair
@@ -38,7 +38,7 @@ def rows_overlap(bodies, vertices, i, a, others, points, j, b):
     return convex_overlap(bodies, vertices, i, a, others, points, j, b)
 
 
-@routine
+@shared_routine
 def convex_overlap(bodies, vertices, i, a, others, points, j, b):
     """The same for convex shapes of any kind."""
     return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b))

@@ -20,7 +20,7 @@ own normal.
 
 import numpy as np
 
-from ulna.engine.decorators import kernel
+from ulna.engine.decorators import kernel, shared_routine
 from ulna.engine.lanes import lane_count, lane_of, sqrt, with_lane
 from ulna.kernels.distance.box_sat import relative_pose
 from ulna.kernels.distance.epa_polytope import (
@@ -89,7 +89,7 @@ def pose_of(a, lane):
     return x[0], y[0], z[0], t[0], x[1], y[1], z[1], t[1], x[2], y[2], z[2], t[2]
 
 
-@kernel
+@shared_routine
 def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, common_point, points, faces, edges):
     """The depth, the point of A that lies deepest in B, and the normal from A to B, in the frame of A.
 

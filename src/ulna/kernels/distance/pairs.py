@@ -13,7 +13,7 @@ distance is then zero, so that the sign of the distance agrees with the overlap 
 The scratch is three arrays, which the entry owns, of the shapes in ``epa.SCRATCH``.
 """
 
-from ulna.engine.decorators import kernel, routine
+from ulna.engine.decorators import kernel, routine, shared_routine
 from ulna.engine.lanes import any_lane, splat, where
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
@@ -92,7 +92,7 @@ def closed_core(kind_a, a, h, vertices_a, kind_b, b, g):
     return box_pair(a, h, b, g)
 
 
-@kernel
+@shared_routine
 def convex_distance(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, scratch):
     """A lower bound of the distance, and the contact: by GJK, and by EPA where the cores overlap."""
     no_reach = splat(-1.0, a[0])
@@ -128,7 +128,7 @@ def contact_reach(a, b):
     return radii + CONTACT * (radii + core_bound(a[2]) + core_bound(b[2]))
 
 
-@routine
+@shared_routine
 def pair_gap(a, b, reach, rounding):
     """A lower bound of the distance of two bodies [m], up to a rounding [m], even where a search is not exact.
 
