@@ -82,7 +82,9 @@ def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bo
     far = farthest(question.world) if slides_without_end(question.tree) else 0.0
     space = make_space(question.tree, np.vstack([start, goals.q]), fixed, far)
     edges = edges_of(question.checker, question.world, space, question.margin, certify=bool(options.certify))
-    order = np.argsort(space.lengths(space.shortest_way(goals.q - start)), kind="stable")
+    order = np.zeros(1, dtype=np.int64)
+    if len(goals.q) > 1:
+        order = np.argsort(space.lengths(space.shortest_way(goals.q - start)), kind="stable")
     motion = Motion(space, question.checker, question.world, question.margin)
     searched = Searched(motion, start, goals.q[order], goals.of[order], bool(options.certify), int(options.seed))
     search = Search(edges, start, searched.goals, (searched.seed,))

@@ -109,7 +109,8 @@ def _whole_space(tree: Tree) -> _WholeSpace:
     table[LOW], table[HIGH] = random_range(tree)
     table[PERIOD] = np.where(endless & turning_columns(tree.joints, tree.n_dof), TURN, 0.0)
     table[WEIGHT] = np.where(slides, 1.0 / length, 1.0)
-    return _WholeSpace(table, *(slides & (np.abs(limits) > LARGEST) for limits in (tree.lower, tree.upper)), length)
+    below, above = (slides & (np.abs(limits) > LARGEST) for limits in (tree.lower, tree.upper))
+    return _WholeSpace(table, below, above, length)
 
 
 def held_columns(tree: Tree, held: Iterable[str]) -> NDArray[np.bool_]:
