@@ -13,8 +13,9 @@ def print_table(rows: list[dict]) -> None:
     print(f"{'':50}" + "".join(f"{name:>10}" for name in COLUMNS) + "".join(f"{f'touch: {name}':>18}" for name in judges))
     for (who, name), some in _by_way(rows).items():
         values = "".join(f"{value:10.5g}" for value in _summary(some))
-        touching = (sum(row["touches"][judge] for row in some if judge in row.get("touches", {})) for judge in judges)
-        print(f"{who:32}{name:18}{values}" + "".join(f"{count:18d}" for count in touching), flush=True)
+        touching = ([row["touches"][judge] for row in some if judge in row.get("touches", {})] for judge in judges)
+        counts = "".join(f"{str(sum(each)) if each else '-':>18}" for each in touching)
+        print(f"{who:32}{name:18}{values}{counts}", flush=True)
 
 
 def print_ratios(rows: list[dict]) -> None:
