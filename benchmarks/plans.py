@@ -16,6 +16,7 @@ import json
 import os
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -30,6 +31,7 @@ from benchmarks.plan_tables import print_ratios, print_table
 from benchmarks.vamp_problems import PlanningProblem, read_problems, spheres
 
 FINER = 64 * 32  # samples a radian
+ROUNDED = 1e-4  # [rad or m]
 JUDGED = "Ulna, sampled", "Ulna, certified", "VAMP"  # the others' paths are the same, or are not what one would move along
 
 
@@ -50,12 +52,13 @@ def main() -> None:
     vamp, why = _vamp(options.folder.name)
     print(f"{robot.name}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors" + (f"; vamp {why}" if why else ""))
     rows: list[dict] = []
-    for problem in read_problems(options.folder, robot.joint_names)[options.first :: options.every]:
-        world, environment = problem.world(exact=options.boxes), vamp and vamp.environment(problem)
-        if options.boxes:
+    for given in read_problems(options.folder, robot.joint_names)[options.first :: options.every]:
+        problem = within_limits(robot, given)
+        world, environment = given.world(exact=options.boxes), vamp and vamp.environment(given)
+        if problem is not None and options.boxes:
             leave_out_touched(robot, world, problem)
-        if robot.in_collision([problem.start, problem.goal], world).any():
-            print(f"{problem.name} {problem.index}: start or goal touches", file=sys.stderr)
+        if problem is None or robot.in_collision([problem.start, problem.goal], world).any():
+            print(f"{given.name} {given.index}: start or goal touches, or is outside the limits", file=sys.stderr)
             continue
         for solved in solve(robot, vamp, problem, world, environment, options.repeats):
             row = {"who": solved.who, "set": problem.name, "index": problem.index, "us": 1e6 * solved.seconds}
@@ -71,6 +74,14 @@ def main() -> None:
     print_ratios(rows)
     if options.out is not None:
         options.out.write_text(json.dumps(rows), encoding="utf-8")
+
+
+def within_limits(robot: ulna.Robot, problem: PlanningProblem) -> PlanningProblem | None:
+    """The problem with start and goal moved into the limits by what they were rounded; None if they are farther outside."""
+    start, goal = (np.clip(q, robot.lower, robot.upper) for q in (problem.start, problem.goal))
+    if max(np.abs(start - problem.start).max(), np.abs(goal - problem.goal).max()) > ROUNDED:
+        return None
+    return replace(problem, start=start, goal=goal)
 
 
 def leave_out_touched(robot: ulna.Robot, world: ulna.World, problem: PlanningProblem) -> None:

@@ -154,11 +154,14 @@ def turning_at(carried, joint, still, like):
 
 
 @kernel
-def body_way(carried, g, p, turning, half, still):
-    """How far a body with its centre at p, of ball g, gets within ``half``, where its turning moves it by ``turning`` [m]."""
+def body_way(carried, g, n, p, turning, half, still):
+    """How far a body with its centre at p, of ball g, gets within ``half``, where its turning moves it by ``turning`` [m].
+
+    n: the number of joints.
+    """
     if still:
         return splat(0.0, half)
-    n, v = carried.speeds.shape[1] - 1, joint_twist(carried, int(carried.balls[g, BALL_JOINT]), p, half)[0]
+    v = joint_twist(carried, int(carried.balls[g, BALL_JOINT]), p, half)[0]
     return way_of(carried.speeds[g, n], carried.bends[g, n], v, turning, half)
 
 

@@ -42,7 +42,7 @@ def world_outcome(scene, carried, half, still, margin, of_world, finest, stack, 
     still: whether ``half`` is 0; margin: how near an object may be [m]; of_world: how far rounding may put a point of an
     object [m]. The last balls first: a hand touches something more often than a base.
     """
-    clear, bodies, balls = splat(1.0, like), scene.bodies, carried.balls
+    clear, bodies, balls, n = splat(1.0, like), scene.bodies, carried.balls, scene.joints.shape[0]
     for back in range(balls.shape[0]):
         g = balls.shape[0] - 1 - back
         joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin
@@ -57,7 +57,7 @@ def world_outcome(scene, carried, half, still, margin, of_world, finest, stack, 
         for m in range(carried.first[g], carried.first[g + 1]):
             k = carried.order[m]
             p = load_vector(carried.centre_rows, 3 * k)
-            way = body_way(carried, g, p, turning * bodies[k, REACH], half, still) + slack
+            way = body_way(carried, g, n, p, turning * bodies[k, REACH], half, still) + slack
             for i in range(n_near):
                 o = carried.near[i]
                 if o < scene.n_unindexed and carried.may_touch[k, o]:
