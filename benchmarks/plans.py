@@ -1,111 +1,159 @@
-"""Solves VAMP's 699 Panda problems and judges the paths: ``python -m benchmarks.plans RESOURCES/panda``.
+"""Solves VAMP's planning problems beside VAMP and judges the paths: ``python -m benchmarks.plans RESOURCES/panda``.
 
-The folder is ``resources/panda`` of the source distribution of ``vamp-planner``: 700 problems, one with a goal that touches.
-The robot has VAMP's own 59 spheres, the objects are VAMP's. Times are those of the thread (``time.thread_time``), so that
-a busy machine counts less; each is the least of three. A path is judged 64 times finer than VAMP samples its edges (32 a
-radian): by the overlap test at all of these samples, and by Coal, an independent library, at those nearest to an object.
+The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda, ur5, fetch or baxter, with 700 problems
+each. The robot has VAMP's own spheres, the objects are VAMP's. With ``--boxes`` it is Ulna's Panda of twelve boxes, among exact
+cylinders, less the objects that start or goal touch, as those that are grasped. ``vamp`` is timed if it is installed, and named
+if not.
+
+Each problem is solved by all in turn, several times, in one thread; the least time of each counts. Ulna's is the thread's for
+the whole call, so that a busy machine counts less; VAMP's is that of its own clock, and beside it the thread's for the calls of
+its two functions. A path is judged 64 times finer than VAMP samples its edges (32 a radian): by Ulna's overlap test and by
+VAMP's checker, and with ``--coal`` by Coal, an independent library, where it comes nearest to an object.
 """
 
 import argparse
+import json
+import os
+import sys
 import time
-from collections import defaultdict
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
-import coal
 import numpy as np
+from numpy.typing import NDArray
 
 import ulna
+from benchmarks.peer import NotForThisArm
+from benchmarks.plan_judges import coal_touches, overlaps
+from benchmarks.plan_tables import print_ratios, print_table
 from benchmarks.vamp_problems import PlanningProblem, read_problems, spheres
 
 FINER = 64 * 32  # samples a radian
-JUDGED = 32  # samples of a path that Coal judges
-COLUMNS = "problems", "solved", "median us", "mean us", "p95 us", "plan us", "length", "mean checks", "touch"
+ROUNDED = 1e-4  # [rad or m]
+JUDGED = "Ulna, sampled", "Ulna, certified", "VAMP"  # the others' paths are the same, or are not what one would move along
+
+
+class Solved(NamedTuple):
+    """What one of those compared found for a problem: its name, the problem's set, the path or None, the least time [s]."""
+
+    who: str
+    problem: str
+    path: NDArray | None
+    seconds: float
+    checks: float = np.nan
 
 
 def main() -> None:
-    """Solve, judge and print a row for each set of problems."""
+    """Solve, judge and print."""
+    options = _options()
+    robot = ulna.load("panda") if options.boxes else spheres(options.folder)
+    vamp, why = _vamp(options.folder.name)
+    print(f"{robot.name}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors" + (f"; vamp {why}" if why else ""))
+    rows: list[dict] = []
+    for given in read_problems(options.folder, robot.joint_names)[options.first :: options.every]:
+        problem = within_limits(robot, given)
+        world, environment = given.world(exact=options.boxes), vamp and vamp.environment(given)
+        if problem is not None and options.boxes:
+            leave_out_touched(robot, world, problem)
+        if problem is None or robot.in_collision([problem.start, problem.goal], world).any():
+            print(f"{given.name} {given.index}: start or goal touches, or is outside the limits", file=sys.stderr)
+            continue
+        for solved in solve(robot, vamp, problem, world, environment, options.repeats):
+            row = {"who": solved.who, "set": problem.name, "index": problem.index, "us": 1e6 * solved.seconds}
+            row |= {"solved": solved.path is not None, "checks": solved.checks}
+            if solved.path is not None:
+                row["length"] = float(np.linalg.norm(np.diff(solved.path, axis=0), axis=1).sum())
+            if solved.path is not None and solved.who in JUDGED:
+                row["touches"] = judged(
+                    robot, None if options.boxes else vamp, world, environment, solved.path, with_coal=options.coal
+                )
+            rows.append(row)
+    print_table(rows)
+    print_ratios(rows)
+    if options.out is not None:
+        options.out.write_text(json.dumps(rows), encoding="utf-8")
+
+
+def within_limits(robot: ulna.Robot, problem: PlanningProblem) -> PlanningProblem | None:
+    """The problem with start and goal moved into the limits by what they were rounded; None if they are farther outside."""
+    start, goal = (np.clip(q, robot.lower, robot.upper) for q in (problem.start, problem.goal))
+    if max(np.abs(start - problem.start).max(), np.abs(goal - problem.goal).max()) > ROUNDED:
+        return None
+    return replace(problem, start=start, goal=goal)
+
+
+def leave_out_touched(robot: ulna.Robot, world: ulna.World, problem: PlanningProblem) -> None:
+    """Remove the objects that start or goal touch: the goals are grasps, and a box fills the gap between the fingers."""
+    touched = {pair.name_b for q in (problem.start, problem.goal) for pair in robot.check_collision(q, world).pairs}
+    for name in touched & set(world.names):
+        world.remove(name)
+
+
+def solve(robot: ulna.Robot, vamp, problem: PlanningProblem, world: ulna.World, environment, repeats: int) -> list[Solved]:
+    """A problem solved by all in turn: Ulna in four ways, VAMP without and with simplifying."""
+    plan = partial(robot.plan, problem.start, problem.goal, world)
+    ways = {
+        f"Ulna, {how}{'' if shorten else ', not shortened'}": partial(plan, certify=certify, shorten=shorten)
+        for how, certify in (("sampled", False), ("certified", True))
+        for shorten in (False, True)
+    }
+    best: dict[str, Solved] = {}
+    for _ in range(repeats):
+        found = [_timed(who, problem, way) for who, way in ways.items()]
+        if vamp is not None:
+            theirs = vamp.solve(problem, environment)
+            found += [
+                Solved("VAMP, not simplified", problem.name, theirs.first, theirs.plan_s),
+                Solved("VAMP", problem.name, theirs.path, theirs.whole_s),
+                Solved("VAMP, as called", problem.name, theirs.path, theirs.call_s),
+            ]
+        for each in found:
+            before = best.get(each.who)
+            best[each.who] = each if before is None or each.seconds < before.seconds else before
+    return list(best.values())
+
+
+def _timed(who: str, problem: PlanningProblem, way) -> Solved:
+    began = time.thread_time()
+    plan = way()
+    seconds = time.thread_time() - began
+    return Solved(who, problem.name, plan.path if plan else None, seconds, plan.checks)
+
+
+def judged(robot, judge, world, environment, path: NDArray, *, with_coal: bool) -> dict[str, bool]:
+    """Whether the path touches something, by each that judges."""
+    says = {"overlaps": overlaps(robot, world, path, FINER)}
+    if judge is not None:
+        says["VAMP"] = judge.touches(path, environment, FINER)
+    if with_coal:
+        says["Coal"] = coal_touches(robot, world, path, FINER)
+    return says
+
+
+def _vamp(name: str):
+    """VAMP's planner for a robot; or None, and why not."""
+    try:
+        from benchmarks.peers.vamp import Vamp  # noqa: PLC0415 - it may be absent
+
+        return Vamp(name), ""
+    except ImportError as error:
+        return None, f"absent: {error}"
+    except NotForThisArm as reason:
+        return None, str(reason)
+
+
+def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.plans", description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--every", type=int, default=1, help="one problem of so many")
-    parser.add_argument("--sampled", action="store_true", help="edges checked at samples instead of certified")
-    options = parser.parse_args()
-    robot = spheres(options.folder)
-    problems = read_problems(options.folder, robot.joint_names)[:: options.every]
-    rows = defaultdict(list)
-    for problem in problems:
-        row = solve(robot, problem, certify=not options.sampled)
-        if row is not None:
-            rows[problem.name].append(row)
-            rows["all"].append(row)
-    print(f"{'':18}" + "".join(f"{name:>13}" for name in COLUMNS))
-    for name, some in rows.items():
-        print(f"{name:18}" + "".join(f"{value:13.6g}" for value in summary(some)), flush=True)
-
-
-def solve(robot: ulna.Robot, problem: PlanningProblem, *, certify: bool) -> tuple | None:
-    """Times of the whole and of the search alone [s], length, checks, whether the path touches; None if the goal touches."""
-    world = problem.world()
-    if robot.in_collision([problem.start, problem.goal], world).any():
-        return None
-    whole, search = (timed(robot, problem, world, certify=certify, shorten=shorten) for shorten in (True, False))
-    plan = robot.plan(problem.start, problem.goal, world, certify=certify)
-    if not plan:
-        return (*[np.nan] * 4, False)
-    return whole, search, plan.length, plan.checks, touches(robot, world, plan)
-
-
-def timed(robot: ulna.Robot, problem: PlanningProblem, world: ulna.World, *, certify: bool, shorten: bool) -> float:
-    """The least of three times of a plan [s]."""
-    times = []
-    for _ in range(3):
-        began = time.thread_time()
-        robot.plan(problem.start, problem.goal, world, certify=certify, shorten=shorten)
-        times.append(time.thread_time() - began)
-    return min(times)
-
-
-def touches(robot: ulna.Robot, world: ulna.World, plan: ulna.Plan) -> bool:
-    """Whether the path touches anything 64 times finer than it would be sampled."""
-    q = plan.at(np.linspace(0, 1, 2 + int(plan.length * FINER)))
-    if robot.in_collision(q, world).any():
-        return True
-    nearest = np.argsort(robot.signed_distance(q[::16], world, self_collision=False))[:JUDGED]
-    return any(coal_touches(robot, world, q[16 * k]) for k in nearest)
-
-
-def coal_touches(robot: ulna.Robot, world: ulna.World, q) -> bool:
-    """Whether Coal finds a sphere of the robot and an object that overlap."""
-    shapes = [one.shape for link in robot.description.links for one in link.collisions]
-    request = coal.CollisionRequest()
-    for shape, T in zip(shapes, robot.collision_poses(q), strict=True):
-        ball = coal.Sphere(shape.radius), coal.Transform3s(T[:3, :3], T[:3, 3])
-        for _, other, T_object in world.items():
-            place = coal.Transform3s(T_object[:3, :3], T_object[:3, 3])
-            if coal.collide(*ball, _of_coal(other), place, request, coal.CollisionResult()):
-                return True
-    return False
-
-
-def _of_coal(shape):
-    match shape:
-        case ulna.Sphere():
-            return coal.Sphere(shape.radius)
-        case ulna.Capsule():
-            return coal.Capsule(shape.radius, shape.length)
-        case ulna.Cylinder():
-            return coal.Cylinder(shape.radius, shape.length)
-    return coal.Box(*shape.extents)
-
-
-def summary(rows: list[tuple]) -> tuple:
-    """The columns of a set of problems."""
-    table = np.array(rows, dtype=float)
-    good = table[np.isfinite(table[:, 0])]
-    whole = 1e6 * good[:, 0]
-    return (
-        len(table), len(good), np.median(whole), whole.mean(), np.percentile(whole, 95), 1e6 * np.median(good[:, 1]),
-        good[:, 2].mean(), good[:, 3].mean(), good[:, 4].sum(),
-    )  # fmt: skip
+    parser.add_argument("--first", type=int, default=0, help="from which problem on")
+    parser.add_argument("--repeats", type=int, default=3, help="how many times each solves each problem")
+    parser.add_argument("--boxes", action="store_true", help="Ulna's Panda of twelve boxes, among exact cylinders")
+    parser.add_argument("--coal", action="store_true", help="let Coal judge the paths too")
+    parser.add_argument("--out", type=Path, help="write a row for each problem and way to this .json file")
+    return parser.parse_args()
 
 
 if __name__ == "__main__":

@@ -29,8 +29,8 @@ CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
 SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE), Scene)
 SCENE_OF_BOXES = types.NamedTuple((TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE), Scene)
 CARRIED = types.NamedTuple((
-    MATRIX, INDICES, INDICES, INDEX_ROWS, INDICES, TRUTH_ROWS, NUMBERS, NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
-    NUMBERS, NUMBERS, INDICES,
+    MATRIX, INDICES, INDICES, INDEX_ROWS, INDICES, TRUTH_ROWS, NUMBERS, NUMBERS, NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS,
+    NUMBERS, NUMBERS, NUMBERS, INDICES, INDICES,
 ), Carried)  # fmt: skip
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 
@@ -109,7 +109,8 @@ TYPES = {
     "collision": {
         **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,
         "points": TABLE, "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
-        **_each("within half clear margin speed bend turning slack", NUMBER), **_each("n p node top", WHOLE), "finest": TRUTH,
+        **_each("within half clear margin speed bend turning slack", NUMBER), **_each("n p node top", WHOLE),
+        **_each("finest still", TRUTH),
         "carried": CARRIED,
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},

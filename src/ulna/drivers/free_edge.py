@@ -26,7 +26,7 @@ from ulna.kernels.collision.collision_layout import (
     GROUP_SHARED,
     GROUP_WIDTH,
 )
-from ulna.kernels.collision.continuous import INSTANT
+from ulna.kernels.collision.continuous import INSTANT, offset_length
 from ulna.kernels.collision.interval import self_outcome, world_outcome
 from ulna.kernels.collision.scene import Carried
 from ulna.kernels.layout import BASE, JOINT, PARENT, REACH
@@ -46,10 +46,10 @@ def free_edge_work(scene, may_touch):
     groups, pair_order = groups_of(scene.joints, scene.bodies, scene.pairs, balls)
     n_balls = balls.shape[0]
     return Carried(
-        balls, order, first, groups, pair_order, may_touch,
+        balls, order, first, groups, pair_order, may_touch, offset_lengths(scene.joints),
         np.empty(n_joints), np.empty(n_joints), np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)),
         np.empty(n_balls), np.empty((12 * n_joints, WIDTH)), np.empty((6 * n_joints, WIDTH)), np.empty((7 * n_balls, WIDTH)),
-        np.empty((3 * scene.bodies.shape[0], WIDTH)),
+        np.empty((3 * scene.bodies.shape[0], WIDTH)), np.zeros(n_balls, np.int64),
         np.empty(scene.objects.shape[0], np.int64),
     )  # fmt: skip
 
@@ -65,6 +65,15 @@ def interval_work(scene, n_dof):
         np.empty(STACK, np.int64),
         np.empty(n_indexed, np.int64),
     )
+
+
+@workspace
+def offset_lengths(joints):
+    """How far the frame of each joint is from its parent's [m]."""
+    lengths = np.empty(joints.shape[0])
+    for i in range(joints.shape[0]):
+        lengths[i] = offset_length(joints, i)
+    return lengths
 
 
 @workspace
@@ -187,17 +196,21 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_
 
 @routine
 def outcome_at(scene, carried, work, q_a, q_b, instant, finest, margin, of_world):
-    """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``."""
+    """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``.
+
+    instant: what is added to their half lengths; 0 if these are 0, so that nothing moves.
+    """
     q_rows, lane_rows, _, stack, found = work
     t, half = load(lane_rows, 0), load(lane_rows, 1) + instant
     for k in range(q_a.shape[0]):
         store(q_rows, k, t * (q_b[k] - q_a[k]) + q_a[k])
     like = load(q_rows, 0)
-    place_balls(scene.joints, scene.bodies, q_rows, half, carried)
-    touches, clear = world_outcome(scene, carried, half, margin, of_world, finest, stack, found, like)
+    still = instant == 0.0
+    place_balls(scene.joints, q_rows, half, still, carried)
+    touches, clear = world_outcome(scene, carried, half, still, margin, of_world, finest, stack, found, like)
     if touches:
         return True
-    touches, clear = self_outcome(scene, carried, half, clear, like)
+    touches, clear = self_outcome(scene, carried, half, still, clear, like)
     store(lane_rows, 2, clear)
     return touches
 

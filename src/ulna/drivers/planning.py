@@ -46,12 +46,12 @@ def plan_slice(
     samples: (n, n_dof or more) of numbers in [0, 1), the first that of index state[FIRST_SAMPLE]; start_rows, goal_rows: the
     trees (``kernels.planning.space``); parents, radii: (2, capacity), -1 for a root; costs: of the nodes of the first tree and
     then the second, (2 capacity / WIDTH, WIDTH), or (0, WIDTH); path: (capacity, n_dof), or (0, n_dof) in a search; state:
-    N_STATE whole numbers. Returns what ``grow_trees`` or ``shorten_path`` does.
+    N_STATE whole numbers. To shorten a path ``parents`` is its ``known``. Returns what ``grow_trees`` or ``shorten_path`` does.
     """
     scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
     edges, steps = edges_of(scene, may_touch, settings, space), np.empty((4, max(1, space.shape[1])))
     if path.shape[0] > 0:
-        return shorten_path(edges, path, samples, steps, state)
+        return shorten_path(edges, path, parents, samples, steps, state)
     return grow_trees(edges, samples, start_rows, goal_rows, parents, radii, costs, steps, state)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS
-from ulna.kernels.planning.time_optimal import write_controllable, write_fastest, write_times
+from ulna.kernels.planning.time_optimal import write_bounds, write_controllable, write_fastest, write_times
 
 
 @entry((MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS, INDICES, NUMBERS, NUMBERS, NUMBERS))
@@ -15,10 +15,11 @@ def time_sections(slopes, ends, bends, steps, acceleration, ceilings, borders, x
     each section, and the last of all; x: (N + 1,), u: (N,), times: (N + 1,).
     """
     n = acceleration.shape[0]
-    beta = np.empty(x.shape[0])
+    beta, bounds = np.empty(x.shape[0]), np.empty(4 * slopes.size)
     for section in range(borders.shape[0] - 1):
         i, k = borders[section], borders[section + 1]
         rows = slopes[i:k].reshape((k - i) * n), ends[i:k].reshape((k - i) * n), bends[i:k].reshape((k - i) * n)
-        write_controllable(rows[0], rows[1], rows[2], steps[i:k], acceleration, ceilings[i : k + 1], beta[i : k + 1])
-        write_fastest(rows[0], rows[1], rows[2], steps[i:k], acceleration, beta[i : k + 1], x[i : k + 1], u[i:k])
+        write_bounds(rows[0], rows[1], rows[2], steps[i:k], acceleration, bounds)
+        write_controllable(bounds, rows[2], steps[i:k], acceleration, ceilings[i : k + 1], beta[i : k + 1])
+        write_fastest(bounds, steps[i:k], n, beta[i : k + 1], x[i : k + 1], u[i:k])
     write_times(steps, x, times)

@@ -35,10 +35,10 @@ def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
     Raises:
         InputError: An entry is NaN, infinite or too large.
     """
-    faults = np.argwhere(~(np.abs(q) <= LARGEST))
-    if not len(faults):
+    within = np.abs(q) <= LARGEST
+    if within.all():
         return
-    bad = faults[0]
+    bad = np.argwhere(~within)[0]
     index = ", ".join(str(int(k)) for k in bad)
     value = q[tuple(bad)]
     reason = "not a finite number" if not np.isfinite(value) else f"beyond {LARGEST:g}, where angles lose their digits"

@@ -115,9 +115,9 @@ def as_goal(goal: ArrayLike, tree: Tree) -> Array:
         raise InputError("goal", f"shape {given.shape}; {expected}, are expected")
     refuse_out_of_range(given, "goal")
     rows = given.reshape(-1, tree.n_dof)
-    beyond = np.argwhere((rows < tree.lower) | (rows > tree.upper))
-    if len(beyond):
-        row, k = beyond[0]
+    beyond = (rows < tree.lower) | (rows > tree.upper)
+    if beyond.any():
+        row, k = np.argwhere(beyond)[0]
         name = next(name for name, part in zip(tree.joint_names, tree.joint_slices, strict=True) if part.start <= k < part.stop)
         limits = f"{tree.lower[k]:.6g} to {tree.upper[k]:.6g}"
         raise InputError("goal", f"{rows[row, k]:.6g} of joint {name!r} is outside its limits, {limits}")
@@ -133,20 +133,19 @@ def held_for(goal: Array, question: Question) -> NDArray[np.bool_]:
     return columns
 
 
-def find_goals(question: Question, goal: Array, held: NDArray[np.bool_]) -> Goals:
+def find_goals(question: Question, goal: Array, held: NDArray[np.bool_], free: NDArray[np.bool_]) -> Goals:
     """The free configurations of a goal; or why there is none.
 
-    held: the entries of q that keep their positions, shape (n_dof,).
+    held: the entries of q that keep their positions, shape (n_dof,); free: which of the configurations given are, shape (n,).
 
     Raises:
         InputError: A configuration moves a joint that is held.
     """
     if goal.ndim == 3:
         return _of_poses(question, goal, held)
-    moved = np.argwhere((goal != question.start) & held)
-    if len(moved):
-        raise InputError("goal", f"entry {moved[0][1]} of q differs from q_start, but its joint is held")
-    free = question.is_free(goal)
+    moved = (goal != question.start) & held
+    if moved.any():
+        raise InputError("goal", f"entry {np.argwhere(moved)[0][1]} of q differs from q_start, but its joint is held")
     if free.any():
         return Goals(goal[free], np.flatnonzero(free))
     return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, question.report(goal[0]))

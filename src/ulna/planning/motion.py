@@ -10,6 +10,7 @@ from ulna.collision.world import World
 from ulna.kernels.planning import planning_layout as layout
 from ulna.planning.merged_scene import merged_scene
 from ulna.planning.search import Edges, confirmed
+from ulna.planning.slices import Pace
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
@@ -58,4 +59,4 @@ def edges_of(checker: Checker, world: World | None, space: Space, margin: float,
     settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN] = _DOMAIN * wide, _LEAST_DOMAIN * wide
     settings[layout.ADAPTATION], settings[layout.MOST_BLOCKS] = _ADAPTATION, MOST_BLOCKS
     settings[layout.ROOM] = min(4 + np.ceil(space.diameter / RANGE), _MOST_STEPS)
-    return Edges(merged_scene(checker, objects), settings, space)
+    return Edges(merged_scene(checker, objects), settings, space, Pace())

@@ -24,7 +24,7 @@ from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
 from ulna.planning.plan_status import PlanStatus
 from ulna.planning.search import Search, finished, without_repeats
-from ulna.planning.space import held_columns, make_space
+from ulna.planning.space import held_columns, make_space, slides_without_end
 
 Array = NDArray[np.float64]
 
@@ -63,12 +63,13 @@ def plan_motion(
     if ((start < tree.lower) | (start > tree.upper)).any():
         return Plan(PlanStatus.START_BEYOND_LIMITS, nothing, certified=False, reason=_beyond(checker, start))
     depth, first = 0.0, start
-    if not question.is_free(start[None])[0]:
+    free = question.is_free(np.vstack([start, targets]) if targets.ndim == 2 else start[None])  # one call for all
+    if not free[0]:
         left = escape_from(question, fixed) if options.escape else None
         if left is None:
             return Plan(PlanStatus.START_IN_COLLISION, nothing, certified=False, reason=question.report(start))
         first, depth = left
-    goals = find_goals(replace(question, start=first), targets, fixed)
+    goals = find_goals(question if first is start else replace(question, start=first), targets, fixed, free[1:])
     if not len(goals.q):
         return Plan(goals.status, nothing, certified=False, reason=goals.reason)
     plan = _search(question, first, goals, fixed, options)
@@ -78,9 +79,12 @@ def plan_motion(
 
 
 def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
-    space = make_space(question.tree, np.vstack([start, goals.q]), fixed, farthest(question.world))
+    far = farthest(question.world) if slides_without_end(question.tree) else 0.0
+    space = make_space(question.tree, np.vstack([start, goals.q]), fixed, far)
     edges = edges_of(question.checker, question.world, space, question.margin, certify=bool(options.certify))
-    order = np.argsort(space.lengths(space.shortest_way(goals.q - start)), kind="stable")
+    order = np.zeros(1, dtype=np.int64)
+    if len(goals.q) > 1:
+        order = np.argsort(space.lengths(space.shortest_way(goals.q - start)), kind="stable")
     motion = Motion(space, question.checker, question.world, question.margin)
     searched = Searched(motion, start, goals.q[order], goals.of[order], bool(options.certify), int(options.seed))
     search = Search(edges, start, searched.goals, (searched.seed,))

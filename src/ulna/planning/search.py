@@ -12,7 +12,7 @@ from ulna.engine.width import WIDTH
 from ulna.kernels.planning import planning_layout as layout
 from ulna.planning.effort import Effort
 from ulna.planning.merged_scene import MergedScene
-from ulna.planning.slices import Slices
+from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
@@ -23,17 +23,21 @@ _OWN_STREAM = 0x706C616E  # a caller who draws configurations with the same seed
 
 
 class Edges(NamedTuple):
-    """What it takes to decide whether an edge is free: robot and world, ``planning_layout``'s settings, what may be moved."""
+    """What it takes to decide whether an edge is free: robot and world, ``planning_layout``'s settings, what may be moved.
+
+    And how many of them a slice has, which is learnt.
+    """
 
     merged: MergedScene
     settings: Array
     space: Space
+    pace: Pace
 
     def below(self, bound: float, start: Array, goals: Array) -> "Edges":
         """The same for paths shorter than a bound: samples are taken where such a path may pass."""
         settings = self.settings.copy()
         settings[layout.BOUND] = bound
-        return Edges(self.merged, settings, self.space.within(bound, start, goals))
+        return Edges(self.merged, settings, self.space.within(bound, start, goals), self.pace)
 
 
 @dataclass(eq=False)
@@ -83,8 +87,8 @@ class Search:
 
         Of the samples of which nothing comes, 64 count as one edge.
         """
-        merged, settings, space = self.edges
-        grow, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit)
+        merged, settings, space, pace = self.edges
+        grow, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit, pace)
         no_path = np.empty((0, len(self.start)))
         self.state[layout.MOST] = max_checks
         while slices.another(self.state):
@@ -172,16 +176,16 @@ def finished(edges: Edges, path: Array, *, shorten: bool) -> tuple[Array | None,
 
 def without_repeats(path: Array) -> Array:
     """The path without configurations that are the same as the one before."""
-    new = np.concatenate([[True], (np.diff(path, axis=0) != 0).any(axis=1)])
-    return path[new]
+    repeats = (path[1:] == path[:-1]).all(axis=1)
+    return path[np.concatenate([[True], ~repeats])] if repeats.any() else path
 
 
 def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Array | None, int]:
     n, state = len(path), np.zeros(layout.N_STATE, dtype=np.int64)
     points = np.zeros((2 * n + 128, path.shape[1]))
     points[:n], state[layout.POINTS], state[layout.PASS] = path, n, first_pass
-    plan_slice, slices, straight = entry("planning.plan_slice"), Slices(2**62, None), edges.space.straight
-    none, nodes, radii = np.empty((0, path.shape[1])), np.empty((2, 0), dtype=np.int64), np.empty((2, 0))
+    plan_slice, slices, straight = entry("planning.plan_slice"), Slices(2**62, None, edges.pace), edges.space.straight
+    none, known, radii = np.empty((0, path.shape[1])), np.zeros((1, len(points)), dtype=np.int64), np.empty((2, 0))
     costs = np.empty((0, WIDTH))
     while slices.another(state):
         code = plan_slice(
@@ -192,7 +196,7 @@ def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Ar
             spreads,
             none,
             none,
-            nodes,
+            known,
             radii,
             costs,
             points,

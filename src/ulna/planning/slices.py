@@ -12,6 +12,7 @@ from ulna.errors import UlnaError
 from ulna.kernels.planning import planning_layout as layout
 
 _FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges; seconds
+_MOST_GROWTH = 16.0  # from one slice to the next
 _here = threading.local()
 
 
@@ -29,14 +30,30 @@ def stopping(event: threading.Event) -> Iterator[None]:
         _here.stopped = None
 
 
+class Pace:
+    """How many checked edges a slice has: as many as take about a hundredth of a second, once it is known how long they take.
+
+    Attributes:
+        checks: That number.
+    """
+
+    def __init__(self) -> None:
+        self.checks = _FIRST_SLICE
+
+    def adapt(self, seconds: float, checks: int) -> None:
+        """Take note of how long so many checked edges took."""
+        wanted = 0.5 * _LONGEST_SLICE * max(1, checks) / max(seconds, 1e-9)
+        self.checks = max(1, int(min(max(wanted, self.checks / 2), _MOST_GROWTH * self.checks)))
+
+
 class Slices:
     """Divides a run into slices of checked edges, so that Ctrl-C and a time limit act soon.
 
     What is computed does not depend on the slices.
     """
 
-    def __init__(self, max_checks: int, time_limit: float | None) -> None:
-        self._most, self._slice = max_checks, _FIRST_SLICE
+    def __init__(self, max_checks: int, time_limit: float | None, pace: Pace) -> None:
+        self._most, self._pace, self._before = max_checks, pace, 0
         self._began = self._last = time.perf_counter()
         self._end = np.inf if time_limit is None else self._began + time_limit
 
@@ -47,9 +64,9 @@ class Slices:
             raise StoppedError
         if now >= self._end or state[layout.CHECKS] >= self._most:
             return False
+        checks = int(state[layout.CHECKS])
         if state[layout.UNTIL] > 0:
-            too_long = now - self._last > _LONGEST_SLICE
-            self._slice = max(1, self._slice // 2) if too_long else 2 * self._slice
-        self._last = now
-        state[layout.UNTIL] = min(self._most, int(state[layout.CHECKS]) + self._slice)
+            self._pace.adapt(now - self._last, checks - self._before)
+        self._last, self._before = now, checks
+        state[layout.UNTIL] = min(self._most, checks + self._pace.checks)
         return True

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,26 +74,43 @@ def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_], far: float =
 
     An angle has weight 1; a slide the inverse of the robot's length, so that it moves a robot about as far.
     """
-    table = _whole_space(tree).copy()
-    turning = table[PERIOD] > 0
-    beside = length_of_robot(tree) + far
-    below, above = (_slides(tree) & (np.abs(limits) > LARGEST) for limits in (tree.lower, tree.upper))
-    table[LOW] = np.where(below, np.maximum(tree.lower, corners.min(axis=0) - beside), table[LOW])
-    table[HIGH] = np.where(above, np.minimum(tree.upper, corners.max(axis=0) + beside), table[HIGH])
+    whole = _whole_space(tree)
+    table, turning = whole.table.copy(), whole.table[PERIOD] > 0
+    if whole.below.any() or whole.above.any():
+        beside = whole.length + far
+        table[LOW] = np.where(whole.below, np.maximum(tree.lower, corners.min(axis=0) - beside), table[LOW])
+        table[HIGH] = np.where(whole.above, np.minimum(tree.upper, corners.max(axis=0) + beside), table[HIGH])
     table[LOW] = np.where(turning, table[LOW], np.minimum(table[LOW], corners.min(axis=0)))
     table[HIGH] = np.where(turning, table[HIGH], np.maximum(table[HIGH], corners.max(axis=0)))
     table[LOW, held] = table[HIGH, held] = corners[0, held]
     return Space(table, ~held)
 
 
+def slides_without_end(tree: Tree) -> bool:
+    """Whether a slide has no limit to one side or both, so that ``make_space`` asks how far objects are."""
+    whole = _whole_space(tree)
+    return bool(whole.below.any() or whole.above.any())
+
+
+class _WholeSpace(NamedTuple):
+    """The space of a robot without a start and goals: its table, its slides without a limit, and its length [m]."""
+
+    table: Array
+    below: NDArray[np.bool_]
+    above: NDArray[np.bool_]
+    length: float
+
+
 @lru_cache(maxsize=16)
-def _whole_space(tree: Tree) -> Array:
-    """The table of a robot without a start and goals; kept, since it is looked up in Python, joint by joint."""
+def _whole_space(tree: Tree) -> _WholeSpace:
+    """Kept, since it is looked up in Python, joint by joint."""
     table, endless = np.zeros((N_SPACE, tree.n_dof)), np.isinf(tree.lower) & np.isinf(tree.upper)
+    slides, length = _slides(tree), length_of_robot(tree)
     table[LOW], table[HIGH] = random_range(tree)
     table[PERIOD] = np.where(endless & turning_columns(tree.joints, tree.n_dof), TURN, 0.0)
-    table[WEIGHT] = np.where(_slides(tree), 1.0 / length_of_robot(tree), 1.0)
-    return table
+    table[WEIGHT] = np.where(slides, 1.0 / length, 1.0)
+    below, above = (slides & (np.abs(limits) > LARGEST) for limits in (tree.lower, tree.upper))
+    return _WholeSpace(table, below, above, length)
 
 
 def held_columns(tree: Tree, held: Iterable[str]) -> NDArray[np.bool_]:

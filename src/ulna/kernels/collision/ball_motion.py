@@ -18,8 +18,8 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, sqrt, store
 from ulna.kernels.chain.poses import tree_poses
 from ulna.kernels.collision.collision_layout import BALL_CENTRE, BALL_JOINT, BALL_RADIUS
-from ulna.kernels.collision.continuous import ANGLE, ROUNDING, offset_length
-from ulna.kernels.layout import COLUMN, FIXED, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO
+from ulna.kernels.collision.continuous import ANGLE, ROUNDING
+from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.elementary import minimum
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import add_scaled, axis, cross, dot, minus, origin, plus, transform
@@ -56,7 +56,7 @@ def write_motion(joints, q_a, q_b, spread, carried):
                 slack += (ANGLE * travel + aside) * length
                 speed += rate * length
                 bend += rate * length * (2.0 * before + rate)
-            length += offset_length(joints, i)
+            length += carried.offsets[i]
             i = parent
         carried.speeds[g, n], carried.bends[g, n], carried.slacks[g] = speed, bend, slack + ROUNDING * length
 
@@ -71,11 +71,31 @@ def fastest_ball(joints, carried):
 
 
 @kernel
-def place_balls(joints, bodies, q_rows, half, carried):
-    """Write where joints, balls and bodies are at q, how fast they move, and how far a point of a ball gets within ``half``."""
+def place_balls(joints, q_rows, half, still, carried):
+    """Write where joints and balls are at q, how fast they move, and how far a point of a ball gets within ``half``.
+
+    still: whether ``half`` is 0; then velocities are not needed.
+    """
     n, balls, like = joints.shape[0], carried.balls, load(q_rows, 0)
     tree_poses(joints, q_rows, carried.joint_rows)
-    for i in range(n):
+    if not still:
+        write_twists(joints, carried, like)
+    for g in range(balls.shape[0]):
+        joint = int(balls[g, BALL_JOINT])
+        p, way = ball_centre(carried, g, joint, like), splat(0.0, like)
+        if not still:
+            v, w = joint_twist(carried, joint, p, like)
+            way = way_of(carried.speeds[g, n], carried.bends[g, n], v, sqrt(dot(w, w)) * balls[g, BALL_RADIUS], half)
+            store_vector(carried.ball_rows, 7 * g + 3, v)
+        store_vector(carried.ball_rows, 7 * g, p)
+        store(carried.ball_rows, 7 * g + 6, way)
+        carried.placed[g] = 0
+
+
+@kernel
+def write_twists(joints, carried, like):
+    """Write the velocities of the joints' origins along the edge, and their angular velocities."""
+    for i in range(joints.shape[0]):
         a, parent = load_pose(carried.joint_rows, i), int(joints[i, PARENT])
         v, w = joint_twist(carried, parent, origin(a), like)
         if int(joints[i, KIND]) == PRISMATIC:
@@ -84,17 +104,18 @@ def place_balls(joints, bodies, q_rows, half, carried):
             w = add_scaled(w, carried.rates[i], axis(a, 2))
         store_vector(carried.twist_rows, 6 * i, v)
         store_vector(carried.twist_rows, 6 * i + 3, w)
-    for g in range(balls.shape[0]):
-        joint = int(balls[g, BALL_JOINT])
-        p = ball_centre(carried, g, joint, like)
-        v, w = joint_twist(carried, joint, p, like)
-        way = way_of(carried.speeds[g, n], carried.bends[g, n], v, sqrt(dot(w, w)) * balls[g, BALL_RADIUS], half)
-        store_vector(carried.ball_rows, 7 * g, p)
-        store_vector(carried.ball_rows, 7 * g + 3, v)
-        store(carried.ball_rows, 7 * g + 6, way)
-    for k in range(bodies.shape[0]):
-        joint, centre = int(bodies[k, JOINT]), (splat(bodies[k, 3], like), splat(bodies[k, 7], like), splat(bodies[k, 11], like))
-        store_vector(carried.centre_rows, 3 * k, centre if joint < 0 else transform(load_pose(carried.joint_rows, joint), centre))
+
+
+@kernel
+def place_bodies_of(bodies, carried, g, like):
+    """Write the origins of the bodies of a ball, unless they are written."""
+    if carried.placed[g] == 0:
+        carried.placed[g], joint = 1, int(carried.balls[g, BALL_JOINT])
+        for m in range(carried.first[g], carried.first[g + 1]):
+            k = carried.order[m]
+            centre = splat(bodies[k, 3], like), splat(bodies[k, 7], like), splat(bodies[k, 11], like)
+            moved = centre if joint < 0 else transform(load_pose(carried.joint_rows, joint), centre)
+            store_vector(carried.centre_rows, 3 * k, moved)
 
 
 @kernel
@@ -121,6 +142,27 @@ def joint_turn(carried, joint, like):
     if joint < 0:
         return splat(0.0, like), splat(0.0, like), splat(0.0, like)
     return load_vector(carried.twist_rows, 6 * joint + 3)
+
+
+@kernel
+def turning_at(carried, joint, still, like):
+    """The rate at which a joint turns along the edge [rad]; 0 if it is not asked for."""
+    if still:
+        return splat(0.0, like)
+    w = joint_turn(carried, joint, like)
+    return sqrt(dot(w, w))
+
+
+@kernel
+def body_way(carried, g, n, p, turning, half, still):
+    """How far a body with its centre at p, of ball g, gets within ``half``, where its turning moves it by ``turning`` [m].
+
+    n: the number of joints.
+    """
+    if still:
+        return splat(0.0, half)
+    v = joint_twist(carried, int(carried.balls[g, BALL_JOINT]), p, half)[0]
+    return way_of(carried.speeds[g, n], carried.bends[g, n], v, turning, half)
 
 
 @kernel

@@ -16,7 +16,7 @@ once more, as far as it takes for that. So "clear" is certain; "touches" is cert
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, load, splat, sqrt, where
 from ulna.kernels.chain.poses import frame_pose
-from ulna.kernels.collision.ball_motion import joint_turn, joint_twist, load_vector, pair_way, way_of
+from ulna.kernels.collision.ball_motion import body_way, load_vector, pair_way, place_bodies_of, turning_at
 from ulna.kernels.collision.bvh import objects_within
 from ulna.kernels.collision.collision_layout import (
     BALL_JOINT,
@@ -36,25 +36,28 @@ from ulna.kernels.spatial.vectors import dot, minus, origin, transform_inverse
 
 
 @kernel
-def world_outcome(scene, carried, half, margin, of_world, finest, stack, found, like):
+def world_outcome(scene, carried, half, still, margin, of_world, finest, stack, found, like):
     """Whether a body touches an object in any lane; and 1.0 in the lanes in whose interval all of them are clear, else 0.0.
 
-    margin: how near an object may be [m]; of_world: how far rounding may put a point of an object [m].
+    still: whether ``half`` is 0; margin: how near an object may be [m]; of_world: how far rounding may put a point of an
+    object [m]. The last balls first: a hand touches something more often than a base.
     """
     clear, bodies, balls, n = splat(1.0, like), scene.bodies, carried.balls, scene.joints.shape[0]
-    for g in range(balls.shape[0]):
+    for back in range(balls.shape[0]):
+        g = balls.shape[0] - 1 - back
         joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin
         p, reach = load_vector(carried.ball_rows, 7 * g), load(carried.ball_rows, 7 * g + 6) + slack
         n_near = objects_near(scene, carried, g, p, reach, finest, stack, found)
         if n_near < 0:
             return False, splat(0.0, like)
-        w = joint_turn(carried, joint, like)
-        turning = sqrt(dot(w, w))
-        for m in range(carried.first[g], carried.first[g + 1] if n_near > 0 else carried.first[g]):
+        if n_near == 0:
+            continue
+        place_bodies_of(bodies, carried, g, like)
+        turning = turning_at(carried, joint, still, like)
+        for m in range(carried.first[g], carried.first[g + 1]):
             k = carried.order[m]
             p = load_vector(carried.centre_rows, 3 * k)
-            v = joint_twist(carried, joint, p, like)[0]
-            way = way_of(carried.speeds[g, n], carried.bends[g, n], v, turning * bodies[k, REACH], half) + slack
+            way = body_way(carried, g, n, p, turning * bodies[k, REACH], half, still) + slack
             for i in range(n_near):
                 o = carried.near[i]
                 if o < scene.n_unindexed and carried.may_touch[k, o]:
@@ -102,7 +105,7 @@ def objects_near(scene, carried, g, p, reach, finest, stack, found):
 
 
 @kernel
-def self_outcome(scene, carried, half, clear, like):
+def self_outcome(scene, carried, half, still, clear, like):
     """The same as ``world_outcome`` for the pairs of the robot's own bodies; lanes that are not clear stay so."""
     bodies, balls, groups = scene.bodies, carried.balls, carried.groups
     for e in range(groups.shape[0]):
@@ -112,10 +115,14 @@ def self_outcome(scene, carried, half, clear, like):
         most = radii + slack + load(carried.ball_rows, 7 * a + 6) + load(carried.ball_rows, 7 * b + 6)
         if not any_lane(dot(d, d) <= most * most):
             continue
-        way = pair_way(scene.joints, carried, a, b, groups[e, GROUP_SHARED], half, like) + slack
-        most = radii + way
-        if not any_lane(dot(d, d) <= most * most):
-            continue
+        way = splat(slack, like)
+        if not still:
+            way = pair_way(scene.joints, carried, a, b, groups[e, GROUP_SHARED], half, like) + slack
+            most = radii + way
+            if not any_lane(dot(d, d) <= most * most):
+                continue
+        place_bodies_of(bodies, carried, a, like)
+        place_bodies_of(bodies, carried, b, like)
         for m in range(groups[e, GROUP_FIRST], groups[e, GROUP_END]):
             i, j = scene.pairs[carried.pair_order[m], 0], scene.pairs[carried.pair_order[m], 1]
             p, q = load_vector(carried.centre_rows, 3 * i), load_vector(carried.centre_rows, 3 * j)

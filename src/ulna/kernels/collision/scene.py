@@ -37,7 +37,7 @@ class Scene(NamedTuple):
 class Carried(NamedTuple):
     """The bodies of a scene by the joint that carries them, each group within one ball, and how these move along an edge.
 
-    The first six fields belong to the scene, the next five to an edge (``ball_motion.write_motion``), the others to eight
+    The first seven fields belong to the scene, the next five to an edge (``ball_motion.write_motion``), the others to eight
     configurations on it (``ball_motion.place_balls``).
     """
 
@@ -53,6 +53,8 @@ class Carried(NamedTuple):
     """The pairs, those of one group one after the other, shape (n_pairs,)."""
     may_touch: NDArray
     """Whether a body may touch an unindexed object, shape (n_bodies, n_unindexed)."""
+    offsets: NDArray
+    """How far the frame of each joint is from its parent's [m], shape (n_joints,)."""
     rates: NDArray
     """Of each joint along the edge [rad or m], shape (n_joints,)."""
     turns: NDArray
@@ -70,6 +72,8 @@ class Carried(NamedTuple):
     ball_rows: NDArray
     """Centres of the balls, their velocities, and by how much a point of each can move, 7 n_balls rows."""
     centre_rows: NDArray
-    """The origins of the bodies, 3 n_bodies rows."""
+    """The origins of the bodies, 3 n_bodies rows; those of a ball are written when they are first needed."""
+    placed: NDArray
+    """1 for each ball whose bodies' origins are written, else 0: shape (n_balls,)."""
     near: NDArray
     """Objects near a ball, shape (n_objects,)."""

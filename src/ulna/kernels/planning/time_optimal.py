@@ -15,7 +15,8 @@ For one x the allowed u lie between the greatest of some lines in x and the leas
 of x that is not negative at 0. Its root is found by Newton's steps from above: exact, after as many steps as it has kinks.
 
 Rows: entry j of q' at the start of interval i is ``slope_rows[i n + j]``, at its end ``end_rows[i n + j]``, q'' is
-``bend_rows[i n + j]``. A number may be one path, or eight with the same grid.
+``bend_rows[i n + j]``. From these ``write_bounds`` computes once what is used several times. A number may be one path, or
+eight with the same grid.
 """
 
 from ulna.engine.decorators import kernel
@@ -23,30 +24,56 @@ from ulna.engine.lanes import any_lane, load, logical_not, splat, sqrt, store, w
 from ulna.kernels.spatial.elementary import maximum, minimum
 
 _FLAT = 1e-12  # a slope below this does not bound u
+_UNBOUNDED = 1e300
 _MOST_STEPS = 64
 
 
 @kernel
-def write_controllable(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, ceiling_rows, beta_rows):
+def write_bounds(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, bound_rows):
+    """Write how each joint bounds u at the start of each interval and at its end: |u - middle x| <= half, 4 n N rows.
+
+    half is ``_UNBOUNDED`` where a joint does not bound u.
+    """
+    n = acceleration_limits.shape[0]
+    for i in range(step_rows.shape[0]):
+        step = load(step_rows, i)
+        for j in range(n):
+            k = i * n + j
+            bend, limit = load(bend_rows, k), acceleration_limits[j]
+            write_bound(load(slope_rows, k), bend, limit, bound_rows, 4 * k)
+            write_bound(load(end_rows, k) + 2.0 * step * bend, bend, limit, bound_rows, 4 * k + 2)
+
+
+@kernel
+def write_bound(slope, bend, limit, bound_rows, row):
+    """Write middle and half of |slope u + bend x| <= limit."""
+    flat = abs(slope) < _FLAT
+    inverse = 1.0 / where(flat, 1.0, slope)
+    store(bound_rows, row, where(flat, 0.0, -bend * inverse))
+    store(bound_rows, row + 1, where(flat, _UNBOUNDED, limit * abs(inverse)))
+
+
+@kernel
+def write_controllable(bound_rows, bend_rows, step_rows, acceleration_limits, ceiling_rows, beta_rows):
     """Step 1: write beta, N + 1 rows. ceiling_rows: what the limits of velocity allow x to be, N + 1 rows; step_rows: N rows."""
     n_intervals = step_rows.shape[0]
     beta = splat(0.0, load(ceiling_rows, 0))
     store(beta_rows, n_intervals, beta)
     for k in range(n_intervals):
         i = n_intervals - 1 - k
-        x = minimum(load(ceiling_rows, i), flat_ceiling(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, i))
-        beta = greatest_x(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, i, x, beta)
+        x = minimum(load(ceiling_rows, i), flat_ceiling(bound_rows, bend_rows, acceleration_limits, i))
+        beta = greatest_x(bound_rows, step_rows, acceleration_limits.shape[0], i, x, beta)
         store(beta_rows, i, beta)
 
 
 @kernel
-def write_fastest(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, beta_rows, x_rows, u_rows):
+def write_fastest(bound_rows, step_rows, n, beta_rows, x_rows, u_rows):
     """Step 2: write x, N + 1 rows, and u, N rows."""
     x = splat(0.0, load(beta_rows, 0))
     store(x_rows, 0, x)
     for i in range(step_rows.shape[0]):
         beta, step = load(beta_rows, i + 1), load(step_rows, i)
-        _, _, value, slope = lines_at(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, i, x, beta)
+        _, _, value, slope = lines_at(bound_rows, step_rows, n, i, x, beta)
         u = value + slope * x
         following = minimum(maximum(x + 2.0 * step * u, 0.0), beta)
         u = where(step > 0.0, (following - x) / (2.0 * where(step > 0.0, step, 1.0)), 0.0)
@@ -56,10 +83,10 @@ def write_fastest(slope_rows, end_rows, bend_rows, step_rows, acceleration_limit
 
 
 @kernel
-def greatest_x(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, i, x, beta):
+def greatest_x(bound_rows, step_rows, n, i, x, beta):
     """The greatest x up to a given one for which some u is allowed."""
     for _ in range(_MOST_STEPS):
-        low, low_slope, high, high_slope = lines_at(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, i, x, beta)
+        low, low_slope, high, high_slope = lines_at(bound_rows, step_rows, n, i, x, beta)
         gap = (high + high_slope * x) - (low + low_slope * x)
         closing = low_slope - high_slope
         beyond = (gap < 0.0) & (closing > 0.0)
@@ -74,40 +101,46 @@ def greatest_x(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, 
 
 
 @kernel
-def lines_at(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, i, x, beta):
-    """At x, the line that bounds u from below and the one from above: value at 0 and slope of each."""
-    n, step = acceleration_limits.shape[0], load(step_rows, i)
-    share = 1.0 / (2.0 * maximum(step, 1e-300))
-    lines = 0.0 * x, -share, beta * share, -share
-    for j in range(n):
-        bend, limit = load(bend_rows, i * n + j), acceleration_limits[j]
-        first, second = load(slope_rows, i * n + j), load(end_rows, i * n + j) + 2.0 * step * bend
-        lines = with_limit(with_limit(lines, first, bend, limit, x), second, bend, limit, x)
-    return lines
+def lines_at(bound_rows, step_rows, n, i, x, beta):
+    """At x, the line that bounds u from below and the one from above: value at 0 and slope of each.
 
-
-@kernel
-def with_limit(lines, slope, bend, limit, x):
-    """The lines that bound u, with |slope u + bend x| <= limit besides."""
-    low, low_slope, high, high_slope = lines
-    flat = abs(slope) < _FLAT
-    inverse = 1.0 / where(flat, 1.0, slope)
-    middle, half = where(flat, 0.0, -bend * inverse), where(flat, 1e300, limit * abs(inverse))
-    above, below = middle * x - half > low + low_slope * x, middle * x + half < high + high_slope * x
+    The bounds at the start of the interval and those at its end are gone through side by side: neither waits for the other.
+    """
+    share = 1.0 / (2.0 * maximum(load(step_rows, i), 1e-300))
+    low, high, slope = 0.0 * x, beta * share, 0.0 * x - share
+    starts = low + slope * x, low, slope, high + slope * x, high, slope
+    ends = starts
+    for k in range(i * n, (i + 1) * n):
+        starts = with_bound(starts, load(bound_rows, 4 * k), load(bound_rows, 4 * k + 1), x)
+        ends = with_bound(ends, load(bound_rows, 4 * k + 2), load(bound_rows, 4 * k + 3), x)
+    later, sooner = ends[0] > starts[0], ends[3] < starts[3]
     return (
-        where(above, -half, low), where(above, middle, low_slope), where(below, half, high), where(below, middle, high_slope),
+        where(later, ends[1], starts[1]), where(later, ends[2], starts[2]),
+        where(sooner, ends[4], starts[4]), where(sooner, ends[5], starts[5]),
     )  # fmt: skip
 
 
 @kernel
-def flat_ceiling(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, i):
+def with_bound(lines, middle, half, x):
+    """The lines that bound u, each with its value at x, its value at 0 and its slope, with |u - middle x| <= half besides."""
+    low_at, low, low_slope, high_at, high, high_slope = lines
+    least, most = middle * x - half, middle * x + half
+    above, below = least > low_at, most < high_at
+    return (
+        where(above, least, low_at), where(above, -half, low), where(above, middle, low_slope),
+        where(below, most, high_at), where(below, half, high), where(below, middle, high_slope),
+    )  # fmt: skip
+
+
+@kernel
+def flat_ceiling(bound_rows, bend_rows, acceleration_limits, i):
     """The greatest x that joints allow whose slope is 0: there the acceleration is q'' x, whatever u is."""
-    n, step = acceleration_limits.shape[0], load(step_rows, i)
-    ceiling = splat(1e300, step)
+    n = acceleration_limits.shape[0]
+    ceiling = splat(1e300, load(bend_rows, i * n))
     for j in range(n):
         bend = load(bend_rows, i * n + j)
-        first, second = load(slope_rows, i * n + j), load(end_rows, i * n + j) + 2.0 * step * bend
-        flat = ((abs(first) < _FLAT) | (abs(second) < _FLAT)) & (abs(bend) > 0.0)
+        first, second = load(bound_rows, 4 * (i * n + j) + 1), load(bound_rows, 4 * (i * n + j) + 3)
+        flat = ((first == _UNBOUNDED) | (second == _UNBOUNDED)) & (abs(bend) > 0.0)
         ceiling = where(flat, minimum(ceiling, acceleration_limits[j] / where(flat, abs(bend), 1.0)), ceiling)
     return ceiling
 

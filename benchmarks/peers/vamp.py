@@ -1,0 +1,91 @@
+"""VAMP: RRT-Connect in C++ for one robot, eight sampled configurations at a time (Thomason, Kingston and Kavraki, ICRA 2024).
+
+The package is ``vamp-planner``; it is float32, and its robots are compiled into it. Its times are those of its own clock, which
+leaves out what it takes to call it from Python and to lay out the objects: the whole call is timed beside.
+"""
+
+import time
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import vamp
+from numpy.typing import NDArray
+from vamp.transformations import euler_from_matrix
+
+from benchmarks.peer import NotForThisArm
+from benchmarks.vamp_problems import PlanningProblem
+
+WIDTH = 8  # configurations that it looks at together
+
+
+class Found(NamedTuple):
+    """What it found for a problem.
+
+    Attributes:
+        first, path: The configurations of its path, and of the simplified one; None if there is none.
+        plan_s, whole_s: What it took to plan, and to plan and simplify, by its own clock [s].
+        call_s: How long the two calls took [s].
+    """
+
+    first: NDArray | None
+    path: NDArray | None
+    plan_s: float
+    whole_s: float
+    call_s: float
+
+
+class Vamp:
+    """Its planner for a robot, with its own settings, and its checker."""
+
+    def __init__(self, name: str) -> None:
+        if name not in vamp.robots:
+            raise NotForThisArm(f"it has no robot {name}")
+        self._robot, self._plan, self._settings, self._simplify = vamp.configure_robot_and_planner_with_kwargs(name, "rrtc")
+        self._settings.max_samples = 100_000  # it makes room for so many: a million take longer than most plans
+        self._sampler = self._robot.halton()
+
+    def environment(self, problem: PlanningProblem):
+        """The objects, as its own reader of these problems makes them."""
+        environment = vamp.Environment()
+        for _, kind, sizes, T in problem.objects:
+            place, angles = T[:3, 3].tolist(), euler_from_matrix(T)
+            if kind == "sphere":
+                environment.add_sphere(vamp.Sphere(place, sizes[0]))
+            elif kind == "box":
+                environment.add_cuboid(vamp.Cuboid(place, angles, [size / 2 for size in sizes]))
+            elif problem.name == "box":
+                length, radius = sizes
+                environment.add_cuboid(vamp.Cuboid(place, angles, [radius, radius, length / 2]))
+            else:
+                length, radius = sizes
+                environment.add_capsule(vamp.Cylinder(place, angles, radius, length))
+        return environment
+
+    def is_free(self, q: NDArray, environment) -> bool:
+        """Whether a configuration is free."""
+        return self._robot.validate(q.astype(np.float32), environment)
+
+    def solve(self, problem: PlanningProblem, environment) -> Found:
+        """Plan and simplify; the same samples for each problem."""
+        start, goal = problem.start.tolist(), [problem.goal.tolist()]
+        self._sampler.reset()
+        began = time.thread_time()
+        result = self._plan(start, goal, environment, self._settings, self._sampler)
+        if not result.solved:
+            return Found(None, None, *[np.nan] * 3)
+        simple = self._robot.simplify(result.path, environment, self._simplify, self._sampler)
+        call = time.thread_time() - began
+        plan = 1e-9 * result.nanoseconds
+        paths = (np.array(each.path.numpy(), dtype=float) for each in (result, simple))
+        return Found(*paths, plan, plan + 1e-9 * simple.nanoseconds, call)
+
+    def touches(self, path: NDArray, environment, finer: float) -> bool:
+        """Whether a path touches anything, itself or an object, by its checker at so many samples a radian."""
+        for a, b in pairwise(path):
+            n = max(1, int(np.ceil(np.linalg.norm(b - a) * finer / WIDTH)))
+            q = (a + np.linspace(0.0, 1.0, n + 1)[:, None] * (b - a)).astype(np.float32)
+            # It looks at eight configurations, those at 1/8 to 8/8 of the way, for so short a way.
+            if not all(self._robot.validate_motion(q[i], q[i + 1], environment, False) for i in range(n)):  # noqa: FBT003
+                return True
+        return False
