@@ -111,8 +111,7 @@ class Around:
         if self.plan is None:
             return "the plan waits for the compiler"
         if self.plan:
-            how = "out of the box, and then" if self.plan.escaped else "round the box,"
-            return f"a way {how} certified free, {self.plan.checks} edges checked"
+            return f"a way {'away from the box, and then' if self.plan.escaped else 'round the box,'} certified free"
         if isinstance(self.plan.reason, Report):
             return f"no way round the box: {self.plan.status}"
         return f"no way round the box: {self.plan}"
