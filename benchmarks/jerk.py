@@ -40,9 +40,7 @@ def main() -> None:
         several.append(abs(double_s(1.0, *shared)[0].sum() - theirs) / max(theirs, 1.0))
     for name, differences in (("one joint", one), (f"{N_JOINTS} joints in phase", several)):
         verdict = "agree" if max(differences) <= TOLERANCE else "DIFFER"
-        print(
-            f"{name}: durations {verdict}, largest difference {max(differences):.1e} of the duration, or of 1 s where that is less"
-        )
+        print(f"{name}: durations {verdict} to {max(differences):.1e} of the duration, or of 1 s if that is more")
     print(f"a call: {times[0] / options.n * 1e6:.1f} us; ruckig {times[1] / options.n * 1e6:.1f} us, each from Python")
 
 
