@@ -31,7 +31,7 @@ def main() -> None:
         began = time.thread_time()
         ours = double_s(length, *limits)[0].sum()
         between = time.thread_time()
-        theirs = optimal([length], *(np.array([limit]) for limit in limits))
+        theirs = optimal(np.array([length]), *(np.array([limit]) for limit in limits))
         times += between - began, time.thread_time() - between
         one.append(abs(ours - theirs) / max(theirs, 1.0))
         way = rng.normal(size=N_JOINTS)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError, UnknownNameError
+from ulna.ik.result import IKResult
 from ulna.kinematics.tree import Tree
 from ulna.planning.goals import Goals, Question, solutions_of, solve
 from ulna.planning.plan_status import PlanStatus
@@ -69,18 +70,14 @@ def find_links_goals(question: Question, poses: Mapping[str, Array], held: NDArr
     slices = zip(tree.joint_names, tree.joint_slices, strict=True)
     alone = replace(question, world=None, held=tuple(name for name, part in slices if held[part].any()))
     own, each = own_columns(poses, tree), {}
-    most = max(2, int(_MOST_CHOICES ** (1 / len(poses)) + 1e-9))
     for link, T in poses.items():
-        of_link = replace(alone, link=link)
-        found = solutions_of(of_link, T, held | ~own[link])
-        if not len(found):
-            result = solve(of_link, T, question.start)
-            if not result.success:
-                return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, f"{link}: {result}")
-            found = result.q[None]
-        each[link] = found[:most]
-    q = np.tile(question.start, (np.prod([len(found) for found in each.values()]), 1))
-    for row, choice in zip(q, product(*each.values()), strict=True):
+        found = _of_link(replace(alone, link=link), T, held | ~own[link])
+        if isinstance(found, IKResult):
+            return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, f"{link}: {found}")
+        each[link] = found[: max(2, int(_MOST_CHOICES ** (1 / len(poses)) + 1e-9))]
+    choices = list(product(*each.values()))
+    q = np.tile(question.start, (len(choices), 1))
+    for row, choice in zip(q, choices, strict=True):
         for link, solution in zip(each, choice, strict=True):
             row[own[link]] = solution[own[link]]
     q[:, held] = question.start[held]
@@ -89,3 +86,12 @@ def find_links_goals(question: Question, poses: Mapping[str, Array], held: NDArr
         return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.report(q[0]))
     order = np.argsort(np.linalg.norm(free - question.start, axis=1), kind="stable")[:_MOST_GOALS]
     return Goals(free[order], np.zeros(len(order), dtype=np.int64))
+
+
+def _of_link(question: Question, T: Array, fixed: NDArray[np.bool_]) -> Array | IKResult:
+    """The configurations that bring a link to a pose, whatever they touch, shape (n, n_dof); or why there is none."""
+    found = solutions_of(question, T, fixed)
+    if len(found):
+        return found
+    result = solve(question, T, question.start)
+    return result.q[None] if result.success else result

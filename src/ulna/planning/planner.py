@@ -77,7 +77,7 @@ def plan_motion(
             return Plan(PlanStatus.START_IN_COLLISION, nothing, certified=False, reason=question.report(start))
         first, depth = left
     question = replace(question, start=first)
-    goals = (find_links_goals if isinstance(targets, dict) else find_goals)(question, targets, fixed)
+    goals = find_links_goals(question, targets, fixed) if isinstance(targets, dict) else find_goals(question, targets, fixed)
     if not len(goals.q):
         return Plan(goals.status, nothing, certified=False, reason=goals.reason)
     plan = _search(question, first, goals, fixed, options)
