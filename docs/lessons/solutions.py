@@ -58,3 +58,24 @@ def way_out(T_a, half_a, T_b, half_b):
     width, n = widest_gap(T_a, half_a, T_b, half_b)  # noqa: F821 - the lesson's own
     away = n if (T_b[:3, 3] - T_a[:3, 3]) @ n >= 0 else -n
     return -width * away
+
+
+# ---- lesson 5 ----
+
+
+def shortcut(path, is_free):
+    short, at = [path[0]], 0
+    while at < len(path) - 1:
+        at = max(k for k in range(at + 1, len(path)) if k == at + 1 or is_free(path[at], path[k]))
+        short.append(path[at])
+    return np.array(short)
+
+
+def certainly_free(q_a, q_b, least=1e-5):
+    middle = (q_a + q_b) / 2
+    distance, moved = clearance(middle), reach(q_b - q_a) / 2  # noqa: F821 - the lesson's own
+    if distance > moved:
+        return True
+    if distance <= 0 or moved < least:
+        return False
+    return certainly_free(q_a, middle, least) and certainly_free(middle, q_b, least)

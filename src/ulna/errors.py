@@ -75,6 +75,10 @@ class MissingExtraError(UlnaError, ImportError):
         return type(self), (self.what, self.extra)
 
 
+class MissingROSError(UlnaError, ImportError):
+    """A part of ROS is not installed, or this Python does not find it."""
+
+
 @contextmanager
 def needs_extra(what: str, extra: str, *packages: str) -> Iterator[None]:
     """A context for imports of these packages, whose error says which extra to install.

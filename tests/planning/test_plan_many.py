@@ -53,3 +53,21 @@ def test_numbers_that_do_not_go_together_are_refused_and_a_bad_row_is_named(pand
     with pytest.raises(InputError, match="row 1: goal"):
         panda.plan_many(left, [right, right + 10], worlds[0])
     assert panda.plan_many(left, np.empty((0, 7)), None) == ()
+
+
+def test_a_bar_is_shown_on_a_terminal_and_nothing_elsewhere(panda, monkeypatch, capsys):
+    left, right = sides(panda)
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    quiet = panda.plan_many(left, [right, left], progress=True)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes standard error for a terminal then
+    shown = panda.plan_many(left, [right, left], progress=True)
+    assert "planning" in capsys.readouterr().err
+    assert all(np.array_equal(a.path, b.path) for a, b in zip(quiet, shown, strict=True))
+
+
+def test_a_function_for_the_progress_is_called_by_one_thread_at_a_time_in_order(panda, worlds):
+    left, right = sides(panda)
+    told = []
+    panda.plan_many(left, [right] * 40, worlds[0], threads=4, progress=lambda done, of: told.append((done, of)))
+    assert told == [(k, 40) for k in range(1, 41)]

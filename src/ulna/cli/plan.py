@@ -6,6 +6,7 @@ from typing import Annotated
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich.console import RenderableType
 
 from ulna.cli.meshes import Hulls, Meshes, refuse_meshes, with_chosen_shapes
@@ -29,14 +30,22 @@ from ulna.cli.options import (
 )
 from ulna.cli.output import Data, make_table, number, show
 from ulna.description.pose import pose
-from ulna.errors import InputError
+from ulna.errors import InputError, UnknownNameError
+from ulna.kinematics.groups import JointGroup, configuration, group_named
 from ulna.planning.options import MAX_CHECKS
 from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
+from ulna.robot.coordinates import coordinates_of
 
 Start = Annotated[str | None, typer.Option("--from", metavar="NUMBERS", help="Joint positions to start from; home unless given.")]
-Goal = Annotated[str | None, typer.Option("--to", metavar="NUMBERS", help="Joint positions to reach.")]
+Goal = Annotated[
+    str | None,
+    typer.Option("--to", metavar="NUMBERS", help="Joint positions to reach, or a state of the SRDF, as in arm/home."),
+]
+GroupName = Annotated[
+    str | None, typer.Option(metavar="NAME", help="A group of the SRDF: only its joints move, and --to has only these.")
+]
 Position = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Or the position of the link to reach, in metres.")]
 RollPitchYaw = Annotated[str | None, typer.Option(metavar="R,P,Y", help="With --xyz: roll, pitch, yaw; as at home unless given.")]
 Clearance = Annotated[float, typer.Option(min=0, metavar="METRES", help="Keep objects at least this far away.")]
@@ -64,6 +73,7 @@ def plan(
     rpy: RollPitchYaw = None,
     scene: Scene = None,
     link: Link = None,
+    group: GroupName = None,
     clearance: Clearance = 0.0,
     seed: Seed = 0,
     max_checks: MaxChecks = MAX_CHECKS,
@@ -93,9 +103,11 @@ def plan(
     if to is not None and (link is not None or rpy is not None):
         raise InputError("--link, --rpy", "go with --xyz; --to gives positions of all joints")
     begin = positions("--from", start, arm, degrees=degrees)
+    members = None if group is None else group_named(group, arm.groups)
     if to is not None:
-        goal, link = positions("--to", to, arm, degrees=degrees), None
+        goal, link = _configuration(to, begin, arm, members, degrees=degrees), None
     else:
+        link = link if members is None else link or members.tip
         link = link_or_hand(arm, link, quietly=as_json)
         goal = arm.forward_kinematics(arm.home, link)
         if rpy is not None:
@@ -103,7 +115,7 @@ def plan(
         goal[:3, 3] = numbers("--xyz", str(xyz), XYZ)
     with as_options({"q_start": "--from", "goal": "--to", "max_checks": "--max-checks", "acceleration": "--acceleration"}):
         found = arm.plan(
-            begin, goal, world_of(scene), link=link, certify=not sampled, clearance=clearance, seed=seed,
+            begin, goal, world_of(scene), link=link, group=group, certify=not sampled, clearance=clearance, seed=seed,
             max_checks=max_checks, escape=escape,
         )  # fmt: skip
         motion = _timed(arm, found, acceleration) if found else None
@@ -111,6 +123,25 @@ def plan(
         motion.to_csv(csv, period=_PERIOD)
     show(plan_data(arm, found, motion), plan_table, as_json=as_json)
     raise typer.Exit(0 if found else 1)
+
+
+def _configuration(
+    text: str, begin: NDArray[np.float64], robot: Robot, group: JointGroup | None, *, degrees: bool
+) -> NDArray[np.float64]:
+    """A state of the SRDF, whose other joints are as at the beginning; or numbers, those of the group alone."""
+    states = {state.key: state for state in robot.srdf.states}
+    key = text if group is None or text in states else f"{group.name}/{text}"
+    if key in states:
+        return configuration(states[key], robot.tree, begin)
+    entries = coordinates_of(robot)
+    if group is not None:
+        entries = [entries[column] for column in group.columns]
+    try:
+        return np.array(numbers("--to", text, entries, degrees=degrees))
+    except InputError as error:
+        if not text[:1].isalpha() or text.startswith("pi"):
+            raise
+        raise UnknownNameError("state of the SRDF", text, states) from error
 
 
 def _timed(robot: Robot, found: Plan, acceleration: float) -> Trajectory:

@@ -20,6 +20,7 @@ from ulna.viewer.joints import JointSliders
 from ulna.viewer.loop import Loop
 from ulna.viewer.notice import Notice
 from ulna.viewer.page import HOST, Page
+from ulna.viewer.palette import GREEN, RED, UNKNOWN
 from ulna.viewer.visibility import REAL_ARM
 
 FRAMES_PER_SECOND = 30.0
@@ -28,6 +29,7 @@ _WHAT = (
     "A university assignment (hw2 in the repository): the Panda repeats a trajectory. Drag the box by its arrows; the light says "
     "which of the arm's twelve boxes it touches."
 )
+_AROUND = "The arm goes between the corners of its trajectory by certified plans, made anew when the box is moved into its way"
 _FOLLOW_S = 0.1  # interval at which the sliders are set while the arm moves
 
 
@@ -144,6 +146,9 @@ class DemoApp:
             gui.add_html(plain(REAL_ARM))
         self.verdict = gui.add_html(marked(light_word(None), light_color(None), filled=False))
         self.notice = Notice(gui)
+        self.avoiding = gui.add_checkbox("Plan around the box", initial_value=False, hint=_AROUND)
+        self.avoiding.on_update(lambda _: self._avoid())
+        self.way = gui.add_html("", visible=False)
         self.playing = gui.add_checkbox("Play", initial_value=True, hint="The arm repeats its trajectory")
         self.speed = gui.add_slider("Speed", min=0.0, max=3.0, step=0.1, initial_value=1.0, hint="1 is real time")
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
@@ -170,8 +175,23 @@ class DemoApp:
             if self.player.report is None:
                 self.draw_report(None)
             self.notice.show_compiling(self.compiler.names)
+            self._show_way()
             self._follow(now)
             self.recording.take(now)
+
+    def _avoid(self) -> None:
+        with self.player.lock:
+            self.player.avoiding = self.avoiding.value
+            self.player.around.begin()
+        self._wake()
+
+    def _show_way(self) -> None:
+        """Say whether there is a way around the box, while one is looked for."""
+        around = self.player.around
+        self.way.visible = self.player.avoiding
+        if self.player.avoiding:
+            color = UNKNOWN if around.plan is None else GREEN if around.plan else RED
+            self.way.content = marked(around.sentence, color, filled=around.plan is not None)
 
     def _failed(self, error: Exception | None) -> None:
         """Show on the page why a frame has failed; None removes the message."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.report import Report
+from ulna.demo.around import Around, corners_of
 from ulna.demo.scenario import Demo
 from ulna.viewer.session.session import ask_at_once
 
@@ -38,6 +39,8 @@ class Player:
         report: The boxes that the movable box touches; None while that is not known.
         q: Joint positions of the arm [rad], shape (n_dof,).
         time: The time of the trajectory [s].
+        avoiding: Whether the arm goes around the box, by plans between the corners of its trajectory.
+        around: Plans them.
         answer_time: The time from the last drag to the end of drawing its result [s].
         lock: Held while drawing; hold it to make several changes at once.
     """
@@ -47,6 +50,7 @@ class Player:
         self.report: Report | None = None
         self.q = demo.robot.home
         self.time = self.answer_time = 0.0
+        self.avoiding, self.around = False, Around(demo, ask)
         self.lock = threading.RLock()
 
     def move_to(self, q: NDArray[np.float64]) -> None:
@@ -57,10 +61,12 @@ class Player:
             self._draw_report()
 
     def advance(self, seconds: float) -> None:
-        """Play the trajectory for a time [s]."""
+        """Play the trajectory for a time [s], or the way around the box."""
         with self.lock:
             trajectory = self._ask(_TRAJECTORY, lambda: self.demo.trajectory)
-            if trajectory is not None:
+            if trajectory is not None and self.avoiding:
+                self.move_to(self.around.advance(self.q, seconds, corners_of(trajectory.samples)))
+            elif trajectory is not None:
                 self.time += seconds
                 self.move_to(trajectory.at(self.time))
 

@@ -1,5 +1,6 @@
 """Resolves the groups and states of a semantic description on a robot: joints, links, entries of q. Used by ``Robot``."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from ulna.description.group_joints import own_joints
 from ulna.description.pose import matrix_from_quaternion, rpy_from_matrix
 from ulna.description.robot_description import Description, frozen
 from ulna.description.semantic import Group, GroupState
+from ulna.errors import UnknownNameError
 from ulna.kinematics.tree import Tree
 
 
@@ -18,12 +20,21 @@ class JointGroup:
 
     ``link_names`` are the links listed and the child links of all joints of the group, fixed ones and mimics too, in the order
     of the robot. As in MoveIt, a chain has the joints between its two ends, so its base link is not among the links.
+
+    ``tips`` are the ends of its chains; of a group without chains the links from which no other of its links hangs. Where
+    those are several, and one end effector names the group as its ``parent_group``, the parent link of that.
     """
 
     name: str
     joint_names: tuple[str, ...]
     columns: tuple[int, ...]
     link_names: tuple[str, ...]
+    tips: tuple[str, ...]
+
+    @property
+    def tip(self) -> str | None:
+        """The only one of ``tips``; None if there are several, or none."""
+        return self.tips[0] if len(self.tips) == 1 else None
 
 
 def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
@@ -32,6 +43,9 @@ def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
     carriers = {joint.child: joint for joint in description.joints}
     own = {name: own_joints(group, carriers) for name, group in groups.items()}
     children = {joint.name: joint.child for joint in description.joints}
+    hands = {}
+    for effector in description.srdf.end_effectors:
+        hands.setdefault(effector.parent_group, set()).add(effector.parent_link)
     slices = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
     found = {}
     for name in groups:
@@ -40,8 +54,25 @@ def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
         links = {children[joint] for joint in joints if joint in children}.union(*(groups[m].links for m in members))
         moving = tuple(joint for joint in slices if joint in joints)
         columns = tuple(column for joint in moving for column in range(slices[joint].start, slices[joint].stop))
-        found[name] = JointGroup(name, moving, columns, tuple(link for link in tree.link_names if link in links))
+        tips = {tip for member in members for _, tip in groups[member].chains}
+        tips = tips or links - {carriers[link].parent for link in links if link in carriers}
+        tips = hands[name] if len(tips) > 1 and len(hands.get(name, ())) == 1 else tips
+        of_links, of_tips = (tuple(link for link in tree.link_names if link in some) for some in (links, tips))
+        found[name] = JointGroup(name, moving, columns, of_links, of_tips)
     return found
+
+
+def group_named(name: str, groups: Mapping[str, JointGroup]) -> JointGroup:
+    """The group of that name.
+
+    Raises:
+        UnknownNameError: There is no such group.
+    """
+    group = groups.get(name) if isinstance(name, str) else None
+    if group is None:
+        hint = "" if groups else "; groups are read from an SRDF: ulna.load(..., srdf=...)"
+        raise UnknownNameError("group", str(name), groups, hint)
+    return group
 
 
 def configuration(state: GroupState, tree: Tree, home: NDArray[np.float64]) -> NDArray[np.float64]:

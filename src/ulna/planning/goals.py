@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +18,7 @@ from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task, as_task
+from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import refuse_out_of_range
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
@@ -43,7 +43,7 @@ class Goals:
     q: Array
     of: NDArray[np.int64]
     status: PlanStatus = PlanStatus.SOLVED
-    reason: Report | IKResult | None = None
+    reason: Report | IKResult | str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +96,10 @@ def is_pose(goal: Array, n_dof: int) -> bool:
     return goal.shape == (4, 4) and (n_dof != 4 or bool((goal[3] == (0.0, 0.0, 0.0, 1.0)).all()))
 
 
-def as_goal(goal: ArrayLike, tree: Tree) -> Array:
+def as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None = None) -> Array:
     """A goal as an array of configurations, shape (n, n_dof), or of poses, shape (n, 4, 4).
+
+    A configuration may have the joints of the group alone; then the others are as in ``start``.
 
     Raises:
         InputError: It is neither; or a configuration lies outside the limits; or a pose is not a rigid motion.
@@ -105,11 +107,15 @@ def as_goal(goal: ArrayLike, tree: Tree) -> Array:
     given = as_floats("goal", goal)
     if not given.size:
         raise InputError("goal", f"shape {given.shape}; at least one is expected")
-    if is_pose(given, tree.n_dof):
+    columns = list(range(tree.n_dof) if group is None else group.columns)
+    if is_pose(given, tree.n_dof) and is_pose(given, len(columns)):
         poses = given.reshape(-1, 4, 4)
         for T in poses:
             as_pose(T)
         return poses
+    if given.ndim in {1, 2} and given.shape[-1] == len(columns) != tree.n_dof:
+        own, given = given, np.tile(start, (*given.shape[:-1], 1))
+        given[..., columns] = own
     if given.ndim not in {1, 2} or given.shape[-1] != tree.n_dof or not given.size:
         expected = f"configurations, shape ({tree.n_dof},) or (n, {tree.n_dof}), or poses, shape (4, 4) or (n, 4, 4)"
         raise InputError("goal", f"shape {given.shape}; {expected}, are expected")
@@ -154,7 +160,7 @@ def find_goals(question: Question, goal: Array, held: NDArray[np.bool_], free: N
 def _of_poses(question: Question, poses: Array, held: NDArray[np.bool_]) -> Goals:
     rows, of = [], []
     for i, T in enumerate(poses):
-        found = _of_pose(question, T)
+        found = solutions_of(question, T, held)
         found[:, held] = question.start[held]
         found = found[question.is_free(found)] if len(found) else found
         rows.append(found)
@@ -165,18 +171,15 @@ def _of_poses(question: Question, poses: Array, held: NDArray[np.bool_]) -> Goal
     return _why_none(question, poses[0], q)
 
 
-def _of_pose(question: Question, T: Array) -> Array:
-    """All configurations found for a pose that are clear of the world, shape (n, n_dof)."""
-    if question.held:
+def solutions_of(question: Question, T: Array, fixed: NDArray[np.bool_]) -> Array:
+    """All configurations found for a pose that are clear of the world, shape (n, n_dof); ``fixed`` entries may be anything."""
+    link, form = question.tree.link_or_tip(question.link), None
+    if fixed[question.tree.moving_columns(link)].any():
         n = question.tree.n_dof
         seeds = np.vstack([question.start, random_positions(question.tree, _SEEDS - 1, question.seed)])
-        held = question.tree.joint_names, question.tree.joint_slices
-        for name, part in zip(*held, strict=True):
-            if name in question.held:
-                seeds[:, part] = question.start[part]
-        result = _solve(question, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds, question.held)
+        seeds[:, fixed] = question.start[fixed]
+        result = solve(question, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
         return np.unique(result.q[result.success].reshape(-1, n), axis=0)
-    link, form = question.tree.link_or_tip(question.link), None
     options = Options(seed=question.seed, task=as_task(question.task), threads=1)
     if options.task == Task.pose():
         form = closed_form_of(question.tree, link)
@@ -187,15 +190,16 @@ def _of_pose(question: Question, T: Array) -> Array:
     return search(T, question.start, link, options, SPREAD, question.world).copy()
 
 
-def _solve(question: Question, T: Array, seeds: Array, held: Iterable[str]) -> IKResult:
+def solve(question: Question, T: Array, seeds: Array) -> IKResult:
+    """A search for each of several poses, or for one, from seeds in which the joints are held as the question says."""
     method, tolerances = "levenberg_marquardt", (1e-5, 1e-5)
     options = (method, question.seed, question.task, None, None, *tolerances, None, None, None, False)
-    return question.inverse_kinematics.solve(T, seeds, None, tuple(held), question.world, question.link, options)
+    return question.inverse_kinematics.solve(T, seeds, None, question.held, question.world, question.link, options)
 
 
 def _why_none(question: Question, T: Array, none: Array) -> Goals:
     """What inverse kinematics says of a pose for which no free configuration was found."""
-    result, of_none = _solve(question, T, question.start, question.held), np.empty(0, dtype=np.int64)
+    result, of_none = solve(question, T, question.start), np.empty(0, dtype=np.int64)
     if result.success and question.is_free(result.q[None])[0]:
         return Goals(result.q[None].copy(), np.zeros(1, dtype=np.int64))
     if result.success or result.status == Status.IN_COLLISION:

@@ -29,14 +29,14 @@ _SAMPLES = 256  # at which the clearance is measured
 class Plan:
     """A motion from a start to a goal: straight lines between configurations. ``if plan:`` asks whether there is one.
 
-    ======================= ==========================================================================================
+    ======================= =============================================================================================
     ``solved``              ``path`` leads from the start to a goal.
     ``start in collision``  The start touches something; ``reason`` is the ``Report``.
     ``start beyond limits`` The start is not within the joint limits.
     ``goal in collision``   Every goal touches something; ``reason`` is the ``Report`` of the first.
-    ``goal unreachable``    No configuration was found for the pose; ``reason`` is the ``IKResult``.
+    ``goal unreachable``    No configuration was found for the pose; ``reason`` is the ``IKResult``, of several links a sentence.
     ``budget spent``        ``max_checks`` edges were checked. That says nothing about whether there is a way.
-    ======================= ==========================================================================================
+    ======================= =============================================================================================
 
     Attributes:
         status: How the search ended.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +14,13 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names
 from ulna.ik.task import Task, as_task
+from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
+from ulna.kinematics.tree import Tree
 from ulna.planning.escape import escape_from
 from ulna.planning.goals import Goals, Question, as_goal, find_goals, held_for
 from ulna.planning.improve import Searched
+from ulna.planning.links_goal import as_links_goal, find_links_goals, held_for_links
 from ulna.planning.merged_scene import farthest
 from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import PlanOptions
@@ -33,11 +36,12 @@ def plan_motion(
     checker: Checker,
     inverse_kinematics: InverseKinematics,
     q_start: ArrayLike,
-    goal: ArrayLike,
+    goal: ArrayLike | Mapping[str, ArrayLike],
     world: World | None,
     link: str | None,
     task: Task | str,
     held: Iterable[str],
+    group: JointGroup | None,
     options: PlanOptions,
 ) -> Plan:
     """A motion from q_start to a goal; see ``Robot.plan``.
@@ -50,7 +54,10 @@ def plan_motion(
     tree, names, _ = checker.tree, as_names(held), as_task(task)
     if link is not None and link not in tree.link_names:
         raise UnknownNameError("link", str(link), tree.link_names)
-    start, targets = _as_start(q_start, checker), as_goal(goal, tree)
+    start = _as_start(q_start, checker)
+    targets = as_links_goal(goal, tree) if isinstance(goal, Mapping) else as_goal(goal, tree, start, group)
+    link = _link_of(targets, link, group)
+    names += _outside(group, tree)
     if world is not None and not isinstance(world, World):
         raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
     if world is not None:
@@ -58,18 +65,24 @@ def plan_motion(
         world = world.copy()  # what is planned in does not change under the plan
     margin = float(options.clearance)
     question = Question(checker, inverse_kinematics, world, margin, start, names, link, task, int(options.seed))
-    fixed = held_columns(tree, names) | held_for(targets, question)
+    of_links = held_for_links(targets, tree) if isinstance(targets, dict) else held_for(targets, question)
+    fixed = held_columns(tree, names) | of_links
     nothing = np.empty((0, tree.n_dof))
     if ((start < tree.lower) | (start > tree.upper)).any():
         return Plan(PlanStatus.START_BEYOND_LIMITS, nothing, certified=False, reason=_beyond(checker, start))
     depth, first = 0.0, start
-    free = question.is_free(np.vstack([start, targets]) if targets.ndim == 2 else start[None])  # one call for all
+    configurations = isinstance(targets, np.ndarray) and targets.ndim == 2
+    free = question.is_free(np.vstack([start, targets]) if configurations else start[None])  # one call for all
     if not free[0]:
         left = escape_from(question, fixed) if options.escape else None
         if left is None:
             return Plan(PlanStatus.START_IN_COLLISION, nothing, certified=False, reason=question.report(start))
         first, depth = left
-    goals = find_goals(question if first is start else replace(question, start=first), targets, fixed, free[1:])
+    question = question if first is start else replace(question, start=first)
+    if isinstance(targets, dict):
+        goals = find_links_goals(question, targets, fixed)
+    else:
+        goals = find_goals(question, targets, fixed, free[1:])
     if not len(goals.q):
         return Plan(goals.status, nothing, certified=False, reason=goals.reason)
     plan = _search(question, first, goals, fixed, options)
@@ -103,6 +116,37 @@ def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bo
         goal=int(searched.of[search.goal]),
         _searched=searched,
     )
+
+
+def _link_of(targets: Array | dict[str, Array], link: str | None, group: JointGroup | None) -> str | None:
+    """The link that a pose is of: that of the group, if none is named.
+
+    Raises:
+        InputError: The group has several tips; or a link is named besides those of the goal.
+    """
+    if isinstance(targets, dict):
+        if link is not None:
+            raise InputError("link", "the goal names its links already")
+        return None
+    if link is not None or group is None or targets.ndim != 3:
+        return link
+    if group.tip is None:
+        ends = f"the tips {', '.join(group.tips)}" if group.tips else "no links"
+        raise InputError("link", f"the group {group.name!r} has {ends}; name the link that the pose is of")
+    return group.tip
+
+
+def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
+    """The joints that are not in the group.
+
+    Raises:
+        InputError: There are no others.
+    """
+    if group is None:
+        return ()
+    if not group.joint_names:
+        raise InputError("group", f"{group.name!r} has no moving joints, so there is nothing to plan")
+    return tuple(name for name in tree.joint_names if name not in group.joint_names)
 
 
 def _as_start(q_start: ArrayLike, checker: Checker) -> Array:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Real
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,8 @@ from ulna.drivers import entry
 from ulna.errors import FileError, InputError, needs_extra
 from ulna.planning.blend import Pieces
 from ulna.planning.double_s import N_PHASES, double_s
+from ulna.planning.options import refuse_unless
+from ulna.planning.ros_message import joint_trajectory
 
 Array = NDArray[np.float64]
 LARGEST = 1e9  # of a limit [1/s^n]: above, the times are rounding
@@ -100,8 +102,7 @@ class Trajectory:
         """
         t = self.times
         if period is not None:
-            if isinstance(period, bool) or not isinstance(period, Real) or not 0 < period < np.inf:
-                raise InputError("period", f"{period!r}; a time [s] above 0 is expected")
+            refuse_unless("period", period, 0.0, "a time [s] above 0", above=True)
             t = np.append(np.arange(0.0, self.duration, period), self.duration)
         moment = self.at(t)
         names = [f"{kind}{name}" for kind in ("", "velocity_", "acceleration_") for name in self.joint_names]
@@ -111,6 +112,22 @@ class Trajectory:
             Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
         except OSError as error:
             raise FileError(str(path), error.strerror or str(error)) from None
+
+    def to_ros(self, joint_names: Sequence[str] | None = None, *, period: float = 0.01) -> Any:
+        """The message ``trajectory_msgs/JointTrajectory`` of the ROS that this Python finds, 1 or 2.
+
+        Its stamp is zero, which means: begin at once. The first point is the start, at time 0; at both ends the velocity is 0.
+
+        Args:
+            joint_names: The joints of the message in their order, such as those of one controller; all unless given.
+            period: The greatest time between two points [s], which are spaced evenly.
+
+        Raises:
+            InputError: ``period`` is not above 0.
+            UnknownNameError: There is no such joint.
+            MissingROSError: This Python finds no ``trajectory_msgs``.
+        """
+        return joint_trajectory(self, self.joint_names if joint_names is None else joint_names, period)
 
     def plot(self):
         """A Matplotlib figure of positions, velocities and accelerations over time.

@@ -42,7 +42,7 @@ from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
-from ulna.kinematics.groups import JointGroup, configuration, joint_groups
+from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
@@ -908,12 +908,13 @@ class Robot(Quick):
     def plan(
         self,
         q_start: ArrayLike,
-        goal: ArrayLike,
+        goal: ArrayLike | Mapping[str, ArrayLike],
         world: World | None = None,
         *,
         link: str | None = None,
         task: Task | str = "pose",
         held: Iterable[str] = (),
+        group: str | None = None,
         certify: bool = True,
         clearance: float = 0.0,
         seed: int = 0,
@@ -929,11 +930,15 @@ class Robot(Quick):
         Args:
             q_start: Where to start [rad or m], shape (n_dof,).
             goal: Where to go: a configuration, shape (n_dof,), or several, of which one is reached, shape (n, n_dof); or a pose
-                T_base_link, shape (4, 4), or several, shape (n, 4, 4), with all the configurations that inverse kinematics finds.
+                T_base_link, shape (4, 4), or several, shape (n, 4, 4), with all the configurations that inverse kinematics finds;
+                or a pose for each of several links, as in ``{"left_hand": T_1, "right_hand": T_2}``, to which they come together.
             world: The objects; none unless given. The robot's links are checked against each other too.
-            link: The link that is brought to the pose; the tip unless given. Joints that do not move it keep their positions.
+            link: The link that is brought to the pose; the tip, of the group if one is named, unless given. Joints that do not
+                move it keep their positions, and so do those that move several links of the goal.
             task: The components of the pose that count; see ``inverse_kinematics``.
             held: Names of joints that keep their positions.
+            group: A group of the SRDF (``robot.groups``): the joints outside keep their positions. A configuration may then have
+                the joints of the group alone, shape (k,) or (n, k).
             certify: Whether each edge is certified, as by ``edge_in_collision``: free at all its configurations. Otherwise at
                 samples 1/32 rad apart, between which it may touch something.
             clearance: No object of the world is nearer than this [m]; it does not count between links of the robot.
@@ -948,7 +953,7 @@ class Robot(Quick):
 
         Raises:
             InputError: An argument that cannot be taken, such as a goal outside the joint limits; its name is in the message.
-            UnknownNameError: There is no such link or joint.
+            UnknownNameError: There is no such link, joint or group.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
 
         Example:
@@ -962,26 +967,29 @@ class Robot(Quick):
             ('solved', True)
         """
         options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit)
-        return plan_motion(self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, options)
+        members = None if group is None else group_named(group, self.groups)
+        return plan_motion(self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, members, options)
 
     def plan_many(
         self,
         q_starts: ArrayLike,
-        goals: ArrayLike,
+        goals: ArrayLike | Mapping[str, ArrayLike],
         worlds: World | Iterable[World | None] | None = None,
         *,
         threads: int | None = None,
-        progress: Callable[[int, int], None] | None = None,
+        progress: Callable[[int, int], None] | bool | None = None,
         **options: Any,
     ) -> tuple[Plan, ...]:
         """A plan for each of many problems, in several threads.
 
         Args:
             q_starts: Where to start [rad or m], shape (n, n_dof), or (n_dof,) for all.
-            goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem.
+            goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem; or poses of several
+                links, shape (n, 4, 4) for each.
             worlds: One for all, or one for each problem.
             threads: How many threads are used at most; ``ULNA_THREADS``, or one a processor, unless given.
-            progress: Called with the number of problems that are done, and of all, after each.
+            progress: Called with the number of problems that are done, and of all, after each. True: a bar on standard error, if
+                that is a terminal.
             options: Those of ``plan``.
 
         Returns:
@@ -996,7 +1004,7 @@ class Robot(Quick):
         if "held" in options:
             options["held"] = as_names(options["held"])  # once: it may be an iterator
         plan = partial(self.plan, **options)
-        return plan_many(plan, q_starts, goals, worlds, threads, progress)
+        return plan_many(plan, q_starts, goals, worlds, threads, progress=progress)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:

@@ -13,8 +13,9 @@ import pytest
 
 import ulna
 from ulna.demo.drawing import standing_boxes
-from ulna.demo.ros.adapter import MissingROSError, load_ros
+from ulna.demo.ros.adapter import load_ros
 from ulna.demo.ros.description import robot_description
+from ulna.errors import MissingROSError
 
 ROOT = Path(__file__).parents[3]
 SENTENCE = "is not here (this Python has no module 'r"

@@ -5,15 +5,11 @@ import sys
 from importlib import import_module
 from types import ModuleType
 
-from ulna.errors import UlnaError
+from ulna.errors import MissingROSError, UlnaError
 
 # The variable that restricts ROS to this machine, and those by which a user may have chosen otherwise.
 _LOCAL = {1: ("ROS_IP", "127.0.0.1"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")}
 _SAID = {1: ("ROS_IP", "ROS_HOSTNAME"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS")}
-
-
-class MissingROSError(UlnaError, ImportError):
-    """A part of ROS is not installed, or this Python does not find it."""
 
 
 def load_ros(version: int) -> ModuleType:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from typing import NamedTuple
 
-from ulna.demo.ros.adapter import MissingROSError
+from ulna.errors import MissingROSError
 
 _END_WITHIN_S = 5.0
 _FAULTS = ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE", "SIGILL")

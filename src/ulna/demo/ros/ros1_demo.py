@@ -14,11 +14,11 @@ from urllib.parse import urlsplit
 import rosgraph
 import rospy
 
-from ulna.demo.ros.adapter import MissingROSError
 from ulna.demo.ros.children import Children, Ended
 from ulna.demo.ros.description import robot_description, with_fingers
 from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, beat, node
 from ulna.demo.scenario import Demo
+from ulna.errors import MissingROSError
 
 _MASTER_WITHIN_S = 20.0
 _HERE = ("localhost", "127.0.0.1", "::1")

@@ -18,7 +18,6 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.demo.ros.adapter import MissingROSError
 from ulna.demo.ros.children import Children
 from ulna.demo.ros.drags import DRAGS, steps
 from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, node
@@ -26,7 +25,7 @@ from ulna.demo.ros.ros1_demo import Beside, have_master
 from ulna.demo.ros.rviz_view import CONFIG, View, scene_is_seen
 from ulna.demo.ros.virtual_screen import SIZE, VirtualScreen, virtual_screen
 from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, RATE_HZ, Demo, light_color
-from ulna.errors import InputError, UlnaError
+from ulna.errors import InputError, MissingROSError, UlnaError
 from ulna.viewer.film.files import write_film
 from ulna.viewer.film.film import Film
 from ulna.viewer.palette import RED

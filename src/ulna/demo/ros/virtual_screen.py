@@ -10,7 +10,7 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.demo.ros.adapter import MissingROSError
+from ulna.errors import MissingROSError
 
 SIZE = (1280, 800)  # pixels: demo.rviz fills it
 _END_WITHIN_S = 5.0

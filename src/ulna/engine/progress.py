@@ -1,4 +1,4 @@
-"""Shows how far a long command is, and how fast it is. Used by ``ulna reach``."""
+"""Shows how far a long command or call is, and how fast it is. Used by ``ulna reach`` and ``Robot.plan_many``."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -10,18 +10,22 @@ from rich.text import Text
 
 
 class _Rate(ProgressColumn):
-    """Poses a second."""
+    """Poses, or what they are, a second."""
+
+    def __init__(self, unit: str) -> None:
+        self._unit = unit
+        super().__init__()
 
     def render(self, task: Task) -> Text:
         """As text."""
-        return Text(f"{task.speed:,.0f} poses/s" if task.speed else "")
+        return Text(f"{task.speed:,.0f} {self._unit}/s" if task.speed else "")
 
 
 @contextmanager
-def progress(name: str) -> Iterator[Callable[[int, int], object]]:
-    """What is called with the poses done and those of all: a bar on a terminal, nothing elsewhere."""
+def progress(name: str, unit: str = "poses") -> Iterator[Callable[[int, int], None]]:
+    """What is called with the poses done, or other units, and those of all: a bar on a terminal, nothing elsewhere."""
     console = Console(stderr=True)
-    columns = TextColumn(name), BarColumn(), TextColumn("{task.percentage:.1f} %"), _Rate(), TimeRemainingColumn()
+    columns = TextColumn(name), BarColumn(), TextColumn("{task.percentage:.1f} %"), _Rate(unit), TimeRemainingColumn()
     bar = Progress(*columns, console=console, transient=True, speed_estimate_period=120.0)
     with bar if console.is_terminal else nullcontext():
         task = bar.add_task(name, total=None)

@@ -1,0 +1,140 @@
+"""Moves the arm between the corners of the demo's trajectory by certified plans that avoid the box. Used by ``player``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.report import Report
+from ulna.collision.world import World
+from ulna.demo.scenario import BOX_NAME, RATE_HZ, SEGMENT_S, Demo
+from ulna.planning.plan import Plan
+from ulna.planning.plan_status import PlanStatus
+from ulna.planning.trajectory import Trajectory
+from ulna.robot import Robot
+
+Array = NDArray[np.float64]
+NAME = "a plan around the box"  # which the page shows while it is compiled
+_ACCELERATION = 3.0  # [rad/s^2] of every joint
+_VELOCITY = 1.0  # [rad/s]
+_CLEARANCE = 0.01  # [m] that a plan keeps from the box; while it is dragged nearer than half of this, another one is made
+_MOST_CHECKS = 10_000  # some 30 ms for the Panda's boxes: a page that is dragged does not wait longer
+_APART = 0.02  # [s] between two configurations of a motion that is looked at again
+_CORNERS = round(SEGMENT_S * RATE_HZ)  # samples of the trajectory from corner to corner
+
+
+def planned(robot: Robot, start: Array, goals: Array, world: World) -> tuple[Plan, Trajectory | None, int]:
+    """A motion to the first of some configurations to which there is a way, and its number; if there is none, the first plan.
+
+    Where a configuration touches the box, another one with the same pose of the hand will do. The motion keeps the clearance; if
+    there is no way that does, it only does not touch.
+    """
+    failed = []
+    for number, goal in enumerate(goals):
+        plan = _plan(robot, start, goal, world)
+        if plan.status == PlanStatus.GOAL_IN_COLLISION:
+            plan = _plan(robot, start, robot.forward_kinematics(goal), world)
+        if plan:
+            return plan, plan.trajectory(velocity=_VELOCITY, acceleration=_ACCELERATION), number
+        failed.append(plan)
+    return failed[0], None, 0
+
+
+def _plan(robot: Robot, start: Array, goal: Array, world: World) -> Plan:
+    plan = robot.plan(start, goal, world, clearance=_CLEARANCE, escape=True, max_checks=_MOST_CHECKS)
+    return plan or robot.plan(start, goal, world, escape=True, max_checks=_MOST_CHECKS)
+
+
+def is_free(robot: Robot, motion: Trajectory, since: float, world: World) -> bool:
+    """Whether the rest of a motion is certified free, along the lines between configurations 20 ms apart, and these not near.
+
+    Where the box is near or touches already, the motion is to lead away from it: planned anew it would begin from rest again.
+    """
+    n = 1 + int(np.ceil(max(motion.duration - since, 0.0) / _APART))
+    q = motion.at(np.linspace(since, motion.duration, n + 1)).q
+    distances = robot.signed_distance(q, world, self_collision=False)
+    if distances.min() < min(0.5 * _CLEARANCE, distances[0]) or distances[-1] <= 0.0:
+        return False
+    q = q[min(int(np.argmax(distances > 0.0)), n - 1) :]
+    return not robot.edge_in_collision(q[:-1], q[1:], world).in_collision.any()
+
+
+class Around:
+    """The way around the box: a motion to the next corner, which is planned again when the box is moved into it.
+
+    Args:
+        demo: The demo, with its box.
+        ask: Calls functions by ``Compiler.ask``: None while their kernels are compiled.
+
+    Attributes:
+        plan: The last plan; None if there is none yet, as while its kernels are compiled.
+        corner: The number of the corner that the arm goes to.
+    """
+
+    def __init__(self, demo: Demo, ask: Callable[..., Any]) -> None:
+        self._demo, self._ask = demo, ask
+        self.plan: Plan | None = None
+        self.corner = 0
+        self._motion: Trajectory | None = None
+        self._time = 0.0
+        self._box: Array | None = None  # where it was when the motion was last found to be free
+        self._placed: Array | None = None
+
+    def begin(self) -> None:
+        """Plan anew, from wherever the arm is."""
+        self.plan = self._motion = self._box = self._placed = None
+
+    def advance(self, q: Array, seconds: float, corners: Array) -> Array:
+        """Where the arm is after a time [s], shape (n_dof,): on its way, or where it was if there is no way.
+
+        q: where it is; corners: the configurations between which it goes, shape (n, n_dof).
+        """
+        if q is not self._placed:  # moved by other means
+            self.begin()
+        box = self._demo.world.pose(BOX_NAME)
+        if self._box is None or not np.array_equal(box, self._box):
+            self._look_again(q, box, corners)
+        if self._motion is None:
+            return self._keep(q)
+        self._time += seconds
+        q = self._motion.at(self._time).q
+        if self._time >= self._motion.duration:
+            self.corner, self._box, self._motion = (self.corner + 1) % len(corners), None, None
+        return self._keep(q)
+
+    @property
+    def sentence(self) -> str:
+        """What there is to say of the plan."""
+        if self.plan is None:
+            return "the plan waits for the compiler"
+        if self.plan:
+            return f"a way {'away from the box, and then' if self.plan.escaped else 'round the box,'} certified free"
+        if isinstance(self.plan.reason, Report):
+            return f"no way round the box: {self.plan.status}"
+        return f"no way round the box: {self.plan}"
+
+    def _look_again(self, q: Array, box: Array, corners: Array) -> None:
+        """Keep the motion if the rest of it is free; else plan another one."""
+        robot, world = self._demo.robot, self._demo.world
+        if self._motion is not None and self._ask(NAME, is_free, robot, self._motion, self._time, world):
+            self._box = box
+            return
+        found = self._ask(NAME, planned, robot, q, np.roll(corners, -self.corner, axis=0), world)
+        if found is None:
+            self._motion = None
+            return
+        self.plan, self._motion, number = found
+        self.corner = (self.corner + number) % len(corners)
+        self._box, self._time = box, 0.0
+
+    def _keep(self, q: Array) -> Array:
+        self._placed = q
+        return q
+
+
+def corners_of(samples: Array) -> Array:
+    """The configurations at the way points of a trajectory, without the last, which is the first: shape (n, n_dof)."""
+    return samples[:-1:_CORNERS]

@@ -1,0 +1,58 @@
+"""Makes the ROS message of a trajectory, whose classes and fields have the same names in ROS 1 and 2. Used by ``trajectory``."""
+
+# pyright: reportMissingImports=false
+# ROS is installed with the system, not by pip; without it pyright cannot check these imports.
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ulna.errors import MissingROSError, UnknownNameError
+from ulna.planning.options import refuse_unless
+
+if TYPE_CHECKING:
+    from ulna.planning.trajectory import Trajectory
+
+_NANO = 1_000_000_000
+
+
+def joint_trajectory(motion: Trajectory, joint_names: Sequence[str], period: float) -> Any:
+    """A trajectory as ``trajectory_msgs/JointTrajectory``; see ``Trajectory.to_ros``.
+
+    Raises:
+        InputError: ``period`` is not above 0.
+        UnknownNameError: There is no such joint.
+        MissingROSError: This Python finds no ``trajectory_msgs``.
+    """
+    refuse_unless("period", period, 0.0, "a time [s] above 0", above=True)
+    names = (joint_names,) if isinstance(joint_names, str) else tuple(joint_names)
+    for name in names:
+        if name not in motion.joint_names:
+            raise UnknownNameError("joint", str(name), motion.joint_names)
+    columns = [motion.joint_names.index(name) for name in names]
+    try:
+        from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: PLC0415 - it is of the caller's ROS
+    except ImportError as error:
+        reason = f"this Python cannot import trajectory_msgs: {' '.join(str(error).split())}"
+        raise MissingROSError(f"a message needs ROS ({reason}); docs/ros.md says how to install it, to_csv needs none") from None
+    t = np.linspace(0.0, motion.duration, max(1, int(np.ceil(motion.duration / period - 1e-9))) + 1)
+    t = t if motion.duration > 0.0 else t[:1]
+    q, qd, qdd = (values[:, columns] for values in motion.at(t))
+    qd[[0, -1]] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest
+    points = []
+    for seconds, *values in zip(t.tolist(), q.tolist(), qd.tolist(), qdd.tolist(), strict=True):
+        point = JointTrajectoryPoint(**dict(zip(("positions", "velocities", "accelerations"), values, strict=True)))
+        _set_time(point.time_from_start, seconds)
+        points.append(point)
+    return JointTrajectory(joint_names=list(names), points=points)
+
+
+def _set_time(duration: Any, seconds: float) -> None:
+    """Set a duration, whose fields have other names in ROS 1 (secs, nsecs) than in ROS 2 (sec, nanosec)."""
+    whole, rest = divmod(round(seconds * _NANO), _NANO)
+    one = hasattr(duration, "secs")
+    setattr(duration, "secs" if one else "sec", whole)
+    setattr(duration, "nsecs" if one else "nanosec", rest)

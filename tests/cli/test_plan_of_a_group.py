@@ -1,0 +1,57 @@
+"""``ulna plan --group``: the joints of one group of an SRDF, and its states as goals."""
+
+import json
+
+import numpy as np
+import pytest
+
+import two_arms
+import ulna
+
+UP = "left_arm/up"
+
+
+@pytest.fixture
+def arms(tmp_path):
+    """The options that load the robot, and the robot."""
+    for name, text in (("arms.urdf", two_arms.URDF), ("arms.srdf", two_arms.SRDF)):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    paths = [str(tmp_path / name) for name in ("arms.urdf", "arms.srdf")]
+    return [paths[0], "--srdf", paths[1]], ulna.load(paths[0], srdf=paths[1])
+
+
+@pytest.mark.parametrize("more", [["--to", UP], ["--to", UP, "--group", "left_arm"], ["--to", "up", "--group", "left_arm"]])
+def test_a_state_of_the_srdf_is_a_goal_and_joints_that_it_does_not_name_stay(run, arms, more):
+    options, robot = arms
+    start = robot.home + 0.1
+    begin = ",".join(map(str, start))
+    found = json.loads(run("plan", *options, "--from", begin, *more, "--json").stdout)
+    assert found["success"], found["reason"]
+    end, state = found["path"][-1], robot.named_configurations[UP]
+    named = [name in {"left_joint2", "left_joint3"} for name in robot.joint_names]
+    assert np.allclose(end, np.where(named, state, start))
+
+
+def test_numbers_are_those_of_the_group_and_a_position_is_that_of_its_tip(run, arms):
+    options, robot = arms
+    q = robot.home.copy()
+    q[list(robot.groups["left_arm"].columns)] = 0.3, -0.5, 0.7, 0.1, 0.2
+    found = json.loads(run("plan", *options, "--group", "left_arm", "--to", "0.3,-0.5,0.7,0.1,0.2", "--json").stdout)
+    assert np.allclose(found["path"][-1], q)
+    refused = run("plan", *options, "--group", "left_arm", "--to", "1,2")
+    assert refused.exit_code == 2
+    assert "5 are expected: left_joint1" in refused.output
+    x, y, z = robot.forward_kinematics(robot.home, "left_hand")[:3, 3]
+    reached = json.loads(run("plan", *options, "--group", "left_arm", "--xyz", f"{x},{y},{z}", "--json").stdout)
+    assert reached["success"], reached["reason"]
+
+
+def test_an_unknown_group_or_state_is_refused_with_those_there_are(run, arms):
+    options, _ = arms
+    for more, said in (
+        (["--group", "left", "--to", "up"], "no group is called 'left'; did you mean 'left_arm'?"),
+        (["--to", "down"], "no state of the SRDF is called 'down'; the only one is 'left_arm/up'"),
+    ):
+        refused = run("plan", *options, *more)
+        assert refused.exit_code == 2
+        assert said in " ".join(refused.output.split())
