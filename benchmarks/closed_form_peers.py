@@ -19,6 +19,7 @@ from benchmarks.ik_branches import distinct
 Array = NDArray[np.float64]
 _REPEATS, _MANY, _FEW, _COMPARED = 15, 2048, 64, 300
 _REACHED, _APART = 1e-6, 1e-3
+HEAD = "\n| arm | library | 2,048 at once | one call | missed | Ulna missed | largest error |\n|---|---|---|---|---|---|---|\n"
 _JAIK = {"UR5": "ur5", "UR5e": "ur5e", "UR10": "ur10", "UR10e": "ur10e", "UR3": "ur3"}
 
 
@@ -49,15 +50,28 @@ def of_ulna(robot: ulna.Robot) -> Library:
     return Library("Ulna", one, robot.all_solutions, lambda T: robot.all_solutions(T, threads=1))
 
 
-def of_eaik(robot: ulna.Robot) -> Library:
-    """EAIK, given the same axes."""
-    from eaik.pybindings import EAIK  # noqa: PLC0415 - optional
-
+def eaik_of(robot: ulna.Robot):
+    """The same axes for EAIK; None where it is not installed."""
+    try:
+        from eaik.pybindings import EAIK  # noqa: PLC0415 - optional
+    except ImportError:
+        return None
     T = robot.forward_kinematics(np.zeros(6))
     J = robot.jacobian(np.zeros(6), expressed_in="base")
     w = J[3:].T
     o = T[:3, 3] - np.cross(J[:3].T, w)
-    arm = EAIK.Robot(w.T, np.column_stack([o[0], *np.diff(o, axis=0), T[:3, 3] - o[-1]]), T[:3, :3], [], True)  # noqa: FBT003
+    return EAIK.Robot(w.T, np.column_stack([o[0], *np.diff(o, axis=0), T[:3, 3] - o[-1]]), T[:3, :3], [], True)  # noqa: FBT003
+
+
+def of_eaik(robot: ulna.Robot) -> Library:
+    """EAIK.
+
+    Raises:
+        ImportError: It is not installed.
+    """
+    arm = eaik_of(robot)
+    if arm is None:
+        raise ImportError("eaik")
 
     def one(T: Array) -> Array:
         return np.atleast_2d(arm.calculate_IK(T).Q).reshape(-1, 6)

@@ -10,9 +10,9 @@ it is a quartic; here, its geometry: the image of one circle, an ellipse, meets 
    n_a = a / (2 alpha), n_b = b / (2 beta), n_a^2 - n_b^2 = k - lambda. Newton's method within the bracket finds it.
 3. Each line meets the circle in two points: subproblem 4. One sign chooses the line, one the point.
 4. Newton steps of step 1 give back the digits that are lost where a line is ill determined.
-5. Where three roots are nearly one, lambda is off by the cube root of the rounding, and so is whether a line meets the circle.
-   By its Taylor series at the nearest angle step 1 has two roots where slope^2 - 2 value curvature > 0, the square of its slope
-   at them: below zero that says how clearly a pair is complex.
+5. Where three roots are nearly one the curvature is nearly 0, and lambda is off by the cube root of the rounding, and so is
+   whether a line meets the circle. By its Taylor series at the nearest angle step 1 has two roots where
+   slope^2 - 2 value curvature > 0, the square of its slope at them: below zero that says how clearly a pair is complex.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -23,7 +23,8 @@ from ulna.kernels.spatial.elementary import maximum, minimum
 _STEPS, _NEWTON_STEPS = 40, 3
 _STRAIGHT = 1e-13  # of d: below it there is one line, and no other
 _FAR = 1e-4  # rad: a longer Newton step is none towards this root
-_NEARLY, _LEAST = -1e-3, -1e-40  # of the discriminant: a line that is farther off has no root; of a pair that is hardly complex
+_NEARLY, _FLAT = -1e-3, 1e-2  # of the discriminant, of the curvature: beyond either a line that passes the circle has no root
+_CLEARLY, _LEAST = -3e-11, -1e-40  # of the square of a slope: below the first a pair is complex; where it hardly is
 _MEETS = -1e-10  # of the discriminant: a line that passes the circle has no root, and Newton's would be that of another line
 
 
@@ -96,12 +97,15 @@ def angle_of_pair(axes, form, lines, size, line, sign, free):
         r = 1.5 - 0.5 * (s * s + c * c)
         s, c = s * r, c * r
     curvature = -a * c - b * s - 4.0 * d * (c * c - s * s)
-    square = where(share >= 0.0, slope * slope, minimum(slope * slope - 2.0 * value * curvature, _LEAST))
+    square = slope * slope - 2.0 * value * curvature
+    flat = abs(curvature) < _FLAT * (abs(a) + abs(b) + 4.0 * d)
+    hardly = flat & (share > _NEARLY) & (square > _CLEARLY)
+    complex_ = where(hardly, minimum(square, _LEAST), share)
     cos, sin = axes
     return (
         (s * cos + c * sin, c * cos - s * sin),
         minimum(sure, size * size * size * size),
-        where(share >= _NEARLY, square, share),
+        where(share >= 0.0, slope * slope, complex_),
     )
 
 
