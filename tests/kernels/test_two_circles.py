@@ -102,7 +102,7 @@ def test_where_two_are_one_it_is_found_to_half_the_digits(run):
 
 
 def test_where_three_are_one_no_pair_near_it_is_said_to_be_complex_for_certain(run):
-    """y is normal to B x', and y . B x = -|B x'|^2, so the first and the second derivative are 0 as well: by rounding one or three."""
+    """y is normal to B x', and y . B x = -|B x'|^2, so the first and the second derivative are 0 as well."""
     rng = np.random.default_rng(6)
     x = rng.uniform(-np.pi, np.pi, N)
     ahead, across = unit(x), unit(x + np.pi / 2)
