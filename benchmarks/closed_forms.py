@@ -1,6 +1,6 @@
-"""Closed forms: missed branches over random and nearly singular targets, and times beside EAIK in one run.
+"""Closed forms: missed branches over random and nearly singular targets, and times beside other libraries in one run.
 
-``python -m benchmarks.closed_forms`` prints two tables for docs/closed-forms.md. A branch counts as missed if the configuration
+``python -m benchmarks.closed_forms`` prints three tables for docs/closed-forms.md. A branch counts as missed if the configuration
 that made a target is not among the solutions, whole turns aside; near a singularity if none of the solutions has its first joint
 and the joint that makes it singular. A sample of the targets is counted by the search from many starts too, which knows no
 closed form, and by EAIK where it is installed. Errors are the largest entries of T(q) - T, by forward kinematics.
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ulna
+from benchmarks.closed_form_peers import HEAD, eaik_of, peer_table
 from benchmarks.ik_branches import PUMA, UR5E, distinct
 from ulna.bench.arms import load_arm
 from ulna.ik.all_solutions import _branches
@@ -107,19 +108,6 @@ def searched(robot: ulna.Robot, targets: Array) -> int:
     return lacking
 
 
-def eaik_of(robot: ulna.Robot):
-    """The same axes for EAIK; None where it is not installed."""
-    try:
-        from eaik.pybindings import EAIK  # noqa: PLC0415 - optional
-    except ImportError:
-        return None
-    T = robot.forward_kinematics(np.zeros(6))
-    J = robot.jacobian(np.zeros(6), expressed_in="base")
-    w = J[3:].T
-    o = T[:3, 3] - np.cross(J[:3].T, w)
-    return EAIK.Robot(w.T, np.column_stack([o[0], *np.diff(o, axis=0), T[:3, 3] - o[-1]]), T[:3, :3], [], True)  # noqa: FBT003
-
-
 def of_eaik(robot: ulna.Robot, targets: Array) -> tuple[int, int]:
     """Branches of EAIK's that reach their target and that the closed form lacks; and those that EAIK lacks."""
     peer, lacking, lacked = eaik_of(robot), 0, 0
@@ -162,8 +150,11 @@ def nanoseconds(work: Callable[[], object], n: int) -> float:
 
 def speed_table() -> Iterator[str]:
     """A row for each of two families: medians, measured turn by turn."""
-    yield "| arm | all branches, 2,048 at once | EAIK, batch | ratio | `inverse_kinematics`, 2,048 at once | one call | EAIK |"
-    yield "|---|---|---|---|---|---|---|"
+    yield (
+        "| arm | all branches, 2,048 at once | EAIK, batch | ratio | `all_solutions`, 2,048 at once | one call | EAIK | "
+        "`inverse_kinematics`, 2,048 at once | one call |"
+    )
+    yield "|---|---|---|---|---|---|---|---|---|"
     for name, robot in arms():
         peer = eaik_of(robot)
         if name not in {"UR5", "Puma 560"} or peer is None:
@@ -174,24 +165,36 @@ def speed_table() -> Iterator[str]:
         works = [
             (lambda form=form, T=T, home=home: form.branches(T, home, 1), 2048),
             (lambda peer=peer, every=every: peer.calculate_IK_batched(every, 1), 2048),
+            (lambda robot=robot, T=T: robot.all_solutions(T, threads=1), 2048),
+            (lambda robot=robot, some=some: [robot.all_solutions(x) for x in some], 256),
+            (lambda peer=peer, some=some: [peer.calculate_IK(x) for x in some], 256),
             (lambda robot=robot, T=T: robot.inverse_kinematics(T, threads=1), 2048),
             (lambda robot=robot, some=some: [robot.inverse_kinematics(x) for x in some], 256),
-            (lambda peer=peer, some=some: [peer.calculate_IK(x) for x in some], 256),
         ]
+        for work, _ in works:  # what is compiled or cached is there then
+            work()
         times = np.array([[nanoseconds(*work) for work in works] for _ in range(_REPEATS)])
         ratio = np.median(times[:, 1] / times[:, 0])
-        every_branch, batch, nearest, one, single = (f"{x:,.0f} ns" for x in np.median(times, axis=0))
-        yield f"| {name} | {every_branch} | {batch} | {ratio:.1f} | {nearest} | {one} | {single} |"
+        kernel, batch, *others = (f"{x:,.0f} ns" for x in np.median(times, axis=0))
+        yield f"| {name} | {kernel} | {batch} | {ratio:.1f} | {' | '.join(others)} |"
 
 
 def main() -> None:
-    """Print both tables."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.closed_forms", description=__doc__)
-    parser.add_argument("--n", type=int, default=1_000_000, help="random targets of each arm (default 1,000,000)")
+    parser.add_argument("--n", type=int, default=1_000_000, help="random targets of each arm (default 1,000,000); 0: times alone")
     parser.add_argument("--searched", type=int, default=100, help="targets of each arm that are searched too (default 100)")
     options = parser.parse_args()
     for row in speed_table():
         sys.stdout.write(row + "\n")
+    sys.stdout.write(HEAD)
+    for name, robot in arms():
+        if name in {"UR5", "UR5e", "Puma 560"}:
+            for row in peer_table(robot, name):
+                sys.stdout.write(row + "\n")
+                sys.stdout.flush()
+    if options.n == 0:
+        return
     for row in branches_table(options.n, options.searched):
         sys.stdout.write(row + "\n")
         sys.stdout.flush()

@@ -3,7 +3,7 @@
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store
 from ulna.kernels.chain.closed_form import closed_form
-from ulna.kernels.chain.subproblems import angle_onto, angle_to_direction, angle_to_plane, angle_to_sphere
+from ulna.kernels.chain.subproblems import angle_onto, angles_to_direction, angles_to_plane, angles_to_sphere, one_of_two
 from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, pencil
 from ulna.kernels.spatial.arc_tangent import full_circle_angle
 
@@ -23,7 +23,8 @@ def onto(x, out):
 
 
 def to_plane(x, out):
-    angle, size, apart = angle_to_plane(vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), load(x, 9), load(x, 10), FREE)
+    both, size, apart = angles_to_plane(vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), load(x, 9), FREE)
+    angle = one_of_two(both, load(x, 10))
     store(out, 0, angle[0])
     store(out, 1, angle[1])
     store(out, 2, size)
@@ -31,7 +32,8 @@ def to_plane(x, out):
 
 
 def to_sphere(x, out):
-    angle, size, apart = angle_to_sphere(vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), load(x, 9), load(x, 10), FREE)
+    both, size, apart = angles_to_sphere(vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), load(x, 9), FREE)
+    angle = one_of_two(both, load(x, 10))
     store(out, 0, angle[0])
     store(out, 1, angle[1])
     store(out, 2, size)
@@ -39,10 +41,10 @@ def to_sphere(x, out):
 
 
 def to_direction(x, out):
+    """v in the frame of h."""
     bends = load(x, 12), load(x, 13)
-    angle, size, apart = angle_to_direction(
-        vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), vector_at(x, 9), bends, load(x, 14), FREE
-    )
+    both, size, apart = angles_to_direction(vector_at(x, 0), vector_at(x, 3), vector_at(x, 6), vector_at(x, 9), bends, FREE)
+    angle = one_of_two(both, load(x, 14))
     store(out, 0, angle[0])
     store(out, 1, angle[1])
     store(out, 2, size)

@@ -18,6 +18,7 @@ INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_ROWS, WHOLE = 
 ))  # fmt: skip
 TRUTH = types.boolean
 ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
+PAIR = types.UniTuple(ANGLE, 2)  # two angles: their middle, and the way from it to one of them
 TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))
 BODY = types.Tuple((WHOLE, POSE, SIZE, TABLE))  # kind, pose, half extents and radius, vertices
 ROW = types.Tuple((TABLE, TABLE, WHOLE, POSE))  # a table of bodies, the vertices, a row of the table, its pose
@@ -65,15 +66,20 @@ TYPES = {
     "spatial.arc_tangent": {**_each("s c", NUMBER)},
     "chain": {
         **_each("first second third fourth fifth sixth bend angle angle_a angle_b bends free", ANGLE), "n": WHOLE,
-        "motion": POSE, **_each("axis normal plane rest", VECTOR), "singular": TRUTH,
-        **_each("a_s a_c discriminant sign square missed sure apart near least q_bend", NUMBER), "branch": WHOLE,
+        "motion": POSE, **_each("two three reach v", VECTOR), "both": PAIR,
+        **_each("r whole last columns", THREE_VECTORS), "angles": VECTOR,
+        **_each("a_s a_c discriminant sign square missed sure apart near least near_5", NUMBER), **_each("row branch", WHOLE),
     },
-    "chain.subproblems": {"k": VECTOR, **_each("b d", NUMBER)},
+    "chain.subproblems": {"k": VECTOR, **_each("b d s c", NUMBER)},
+    "chain.frames": {"normals": WHOLE},
+    **{f"chain.{name}": {**_each("x y z", VECTOR)} for name in ("frames.by_columns", "parallel_wrist.row_of")},
+    "chain.spherical_wrist": {"family": WHOLE, **_each("outer inner", ANGLE)},
+    "chain.three_parallel.hand": {"singular": NUMBER},
+    "chain.three_parallel.within_reach": {"singular": TRUTH},
+    "chain.parallel_links.links": {"angles": SIZE},
     "chain.closed_form_rows.put": {"angle": NUMBER},
-    "chain.spherical_wrist": {"family": WHOLE},
-    "chain.sliding_arm": {**_each("first second third joint", VECTOR), **_each("way sign_1 sign_2", NUMBER)},
+    "chain.sliding_arm": {"family": WHOLE, **_each("first second third joint", VECTOR), **_each("way sign_1 sign_2", NUMBER)},
     "chain.sliding_arm.ways_in_plane": {"k": VECTOR},
-    "chain.three_parallel": {"hand": VECTOR},
     "chain.quartic_arm": {**_each("left_1 left_2", VECTOR)},
     "chain.quartic_arm.parts": {"k": VECTOR},
     "chain.quartic_arm.kept_by_size": {**_each("b_1 b_2", ANGLE)},

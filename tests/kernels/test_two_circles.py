@@ -99,3 +99,22 @@ def test_where_two_are_one_it_is_found_to_half_the_digits(run):
     u = normal + np.einsum("nij,nj->ni", B, unit(x))
     found, _ = pairs(run, B, u)
     assert apart(found, x[:, None]).min(axis=1).max() < 1e-6
+
+
+def test_where_three_are_one_no_pair_near_it_is_said_to_be_complex_for_certain(run):
+    """y is normal to B x', and y . B x = -|B x'|^2, so the first and the second derivative are 0 as well."""
+    rng = np.random.default_rng(6)
+    x = rng.uniform(-np.pi, np.pi, N)
+    ahead, across = unit(x), unit(x + np.pi / 2)
+    tangent = rng.uniform(0.3, 1.5, N)[:, None] * unit(rng.uniform(-np.pi, np.pi, N))
+    y = np.stack([-tangent[:, 1], tangent[:, 0]], axis=-1) / np.linalg.norm(tangent, axis=1)[:, None]
+    along = -(tangent**2).sum(axis=1)[:, None] * y + rng.uniform(-1, 1, N)[:, None] * tangent
+    B = np.einsum("ni,nj->nij", along, ahead) + np.einsum("ni,nj->nij", tangent, across)
+    rows = [
+        np.column_stack([y + along, B[:, 0, 0], B[:, 1, 0], B[:, 0, 1], B[:, 1, 1], np.full(N, line), np.full(N, sign)])
+        for line, sign in SIGNS
+    ]
+    found = np.stack([run(probes.pair_of_circles, row.T, 6) for row in rows], axis=-1)
+    near = apart(np.arctan2(found[0], found[1]), x[:, None]) < 1e-2
+    assert near.sum() >= 2 * N
+    assert found[3][near].min() > -1e-8

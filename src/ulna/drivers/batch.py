@@ -36,6 +36,35 @@ def gather(batch, start, rows):
 
 
 @kernel
+def gather_poses(matrices, start, pose_rows):
+    """Rows of the upper three rows of eight matrices (n, 4, 4), from ``start`` on."""
+    end = matrices.shape[0] - 1
+    for k in range(0, 16, WIDTH):
+        numbers = transposed(
+            load_run(matrices, start, k), load_run(matrices, min(start + 1, end), k), load_run(matrices, min(start + 2, end), k),
+            load_run(matrices, min(start + 3, end), k), load_run(matrices, min(start + 4, end), k),
+            load_run(matrices, min(start + 5, end), k), load_run(matrices, min(start + 6, end), k),
+            load_run(matrices, min(start + 7, end), k),
+        )  # fmt: skip
+        for j in range(WIDTH):
+            if k + j < 12:
+                store(pose_rows, k + j, numbers[j])
+
+
+@kernel
+def scatter_rows(rows, n, out, start):
+    """Write n rows, a multiple of eight, to out[start], out[start + 1], ..., which have n numbers each."""
+    for k in range(0, n, WIDTH):
+        numbers = transposed(
+            load(rows, k), load(rows, k + 1), load(rows, k + 2), load(rows, k + 3),
+            load(rows, k + 4), load(rows, k + 5), load(rows, k + 6), load(rows, k + 7),
+        )  # fmt: skip
+        for lane in range(WIDTH):
+            if start + lane < out.shape[0]:
+                store_run(out, start + lane, k, numbers[lane])
+
+
+@kernel
 def scatter_matrices(pose_rows, out, start):
     """Write a pose of rows to out[start], out[start + 1], ... as homogeneous 4x4 matrices, half of a matrix at a time."""
     if start + WIDTH <= out.shape[0]:

@@ -2,101 +2,32 @@
 
 import numpy as np
 
-from ulna.drivers.batch import gather
+from ulna.drivers.batch import gather, gather_poses, scatter_rows
+from ulna.drivers.branch_rows import N_AXES, branch_state, polish_branches, polish_state, write_free_angles, write_seed
 from ulna.drivers.lane_state import write_result
 from ulna.engine.decorators import entry, kernel, workspace
-from ulna.engine.lanes import any_lane, lane_of, load, splat, store, where
-from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
+from ulna.engine.lanes import lane_of, load, splat, store, where
+from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, TRUTH_ROWS, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import (
-    APART,
-    COLUMNS,
-    COMPLEX,
-    FORM,
-    INVERSE_REACH,
-    LEAST_ERROR,
-    MOST_ERROR,
+    IS_REAL,
+    IS_WITHIN,
     N_BRANCHES,
-    N_KNOWN,
-    POLISH,
-    REACHED,
-    SIGNS,
-    STEPS,
 )
-from ulna.kernels.chain.closed_form_rows import known_in_one, proof_of
+from ulna.kernels.chain.closed_form_rows import known_in_one, proof_of, proof_of_lanes
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, N_STATE, P2, R2, TAKEN
 from ulna.kernels.ik.nearest_branch import nearest_branch, turn_within
-from ulna.kernels.ik.polish import ENOUGH, polish
-from ulna.kernels.ik.scratch_layout import N_SYSTEM
+from ulna.kernels.ik.polish import polish
 from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED, STATUS
 from ulna.kernels.layout import LARGEST_DEFECT
-from ulna.kernels.spatial.elementary import all_in_range, maximum, sincos
+from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import load_pose, rigidity_defect
 
-N_AXES = 6
 _FEW = 4  # targets that take no longer one by one
 N_OPTIONS = 2  # of a plan
-
-
-@workspace
-def branch_state(n):
-    """Rows of signs, free angles, the target, q and what is known, for n^3 branches; and the scratch of a polish."""
-    branches = n * n * n
-    target, q, known = 3 * n + 2 * N_AXES, 3 * n + 2 * N_AXES + 12, 3 * n + 2 * N_AXES + 12 + N_AXES * branches
-    jacobian = known + N_KNOWN * branches
-    system = jacobian + 6 * N_AXES
-    block = np.zeros((system + N_SYSTEM + N_AXES, WIDTH))
-    for k in range(3 * n):
-        for lane in range(WIDTH):
-            bit = (lane >> (2 - k)) & 1 if n == 1 else k & 1
-            block[k, lane] = 1.0 - 2.0 * bit
-    block[target - N_AXES : target] = 1.0  # the cosines of free angles
-    rows = block[: 3 * n], block[3 * n : target], block[target:q], block[q:known], block[known:jacobian]
-    return rows, (block[jacobian:system], block[system : system + N_SYSTEM], block[system + N_SYSTEM :])
-
-
-@kernel
-def write_free_angles(table, angle_rows, free_rows):
-    """Write the sines and cosines of the angles about the axes that a seed gives. angle_rows: q, six."""
-    for j in range(N_AXES):
-        sign = table[SIGNS + j // 3, j % 3]
-        s, c = sincos(load(angle_rows, int(table[COLUMNS + j // 3, j % 3])) * sign)
-        store(free_rows, j, s)
-        store(free_rows, N_AXES + j, c)
-
-
-@workspace
-def polish_branches(table, chain, rows, scratch):
-    """Polish the branches of the rows of ``branch_state``."""
-    _, _, target_rows, q_rows, known_rows = rows
-    jacobian_rows, system_rows, last_rows = scratch
-    least, most, steps = table[POLISH, LEAST_ERROR], table[POLISH, MOST_ERROR], int(table[POLISH, STEPS])
-    for k in range(q_rows.shape[0] // N_AXES):
-        error = maximum(load(known_rows, N_KNOWN * k), least)
-        if least == 0.0:  # a branch that is clearly complex has no solution: Newton steps would lead to that of another
-            complex_ = (load(known_rows, N_KNOWN * k + APART) < COMPLEX) & (error > REACHED)
-            error = where(complex_, maximum(error, 2.0 * most), error)
-        store(known_rows, N_KNOWN * k, error)
-        if any_lane((error > ENOUGH) & (error <= most)):
-            polish(
-                chain, target_rows, q_rows[N_AXES * k : N_AXES * (k + 1)], known_rows[N_KNOWN * k : N_KNOWN * (k + 1)],
-                table[FORM, INVERSE_REACH], most, steps, jacobian_rows, system_rows, last_rows,
-            )  # fmt: skip
-
-
-@kernel
-def gather_targets(targets, start, target_rows):
-    """Rows of the eight targets from ``start`` on. False if one is no rigid motion."""
-    good = True
-    for lane in range(WIDTH):
-        i = min(start + lane, targets.shape[0] - 1)
-        good &= rigidity_defect(targets[i]) <= LARGEST_DEFECT
-        for k in range(12):
-            target_rows[k, lane] = targets[i, k // 4, k % 4]
-    return good
 
 
 @entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRICES, MATRIX, NUMBERS))
@@ -105,9 +36,11 @@ def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
 
     table: of the closed form; chain: of the six joints that it turns. plan: that of ``nearest_branches``, or without its bounds:
     with them branches are turned towards the seeds within the bounds, and q is NaN where a branch is not real. seeds: (n or 1,
-    6), also the angles of joints that may have any. q_out: (n, 8, 6); known: (n, 8), in one number; proof: (n,).
+    6), also the angles of joints that may have any. q_out: (n, 8, 6); known: (n, 8), in one number; proof: (n,), -1 where a
+    target is no pose.
     """
     n, with_bounds = targets.shape[0], plan.shape[0] > N_OPTIONS
+    n_signs = 1 + q_out.shape[1] // N_BRANCHES  # 2: for a constant the compiler makes other code than for that of one target
     rows, scratch = branch_state(2)
     sign_rows, free_rows, target_rows, q_rows, known_rows = rows
     bound_rows, seed_rows = best_state(plan)[1], scratch[2]
@@ -116,45 +49,61 @@ def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
         if start == 0 or seeds.shape[0] > 1:
             gather(seeds, start, seed_rows)
             write_free_angles(table, seed_rows, free_rows)
-        good &= gather_targets(targets, start, target_rows)
-        closed_form(table, target_rows, sign_rows, 2, free_rows, q_rows, known_rows)
+        gather_poses(targets, start, target_rows)
+        closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
         polish_branches(table, chain, rows, scratch)
         if with_bounds:  # the polish has its scratch where the seeds were
             gather(seeds, start, seed_rows)
-        write_proof(known_rows, start, proof)
+        good &= write_proof(known_rows, targets, start, proof)
         for branch in range(N_BRANCHES):
             store(known_rows, branch, known_in_one(known_rows, branch))  # of those before, what is known is in one already
             if with_bounds:
                 turn_within(q_rows[N_AXES * branch : N_AXES * (branch + 1)], known_rows, branch, seed_rows, bound_rows)
-        for lane in range(min(WIDTH, n - start)):
-            for branch in range(N_BRANCHES):
-                for j in range(N_AXES):
-                    q_out[start + lane, branch, j] = q_rows[N_AXES * branch + j, lane]
-                known[start + lane, branch] = known_rows[branch, lane]
+        scatter_rows(q_rows, N_BRANCHES * N_AXES, q_out, start)
+        scatter_rows(known_rows, N_BRANCHES, known, start)
     return good
 
 
+@entry((TABLE, TABLE, NUMBERS, NUMBERS, MATRIX, MATRIX, TRUTH_ROWS))
+def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
+    """All branches of one target (4, 4), to the bits of ``all_branches``: a branch a lane. What they prove; -1: it is no pose.
+
+    plan: with its bounds; seed: (6,); q_out: (8, 6); truths: (2, 8), whether each is within the bounds, and whether it is real.
+    """
+    if not rigidity_defect(target) <= LARGEST_DEFECT:
+        return -1
+    rows, scratch = branch_state(1)
+    sign_rows, free_rows, target_rows, q_rows, known_rows = rows
+    bound_rows, seed_rows = best_state(plan)[1], scratch[2]
+    for lane in range(WIDTH):
+        for k in range(12):
+            target_rows[k, lane] = target[k // 4, k % 4]
+    write_seed(seed, seed_rows)
+    write_free_angles(table, seed_rows, free_rows)
+    n_signs = q_out.shape[0] // N_BRANCHES  # 1; as above
+    closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
+    polish_branches(table, chain, rows, scratch)
+    write_seed(seed, seed_rows)  # the polish has its scratch there
+    proved = proof_of_lanes(known_rows)
+    store(known_rows, 0, known_in_one(known_rows, 0))
+    turn_within(q_rows, known_rows, 0, seed_rows, bound_rows)
+    for branch in range(N_BRANCHES):
+        known = int(known_rows[0, branch])
+        truths[0, branch], truths[1, branch] = (known & IS_WITHIN) > 0, (known & IS_REAL) > 0
+        for j in range(N_AXES):
+            q_out[branch, j] = q_rows[j, branch]
+    return proved
+
+
 @kernel
-def write_proof(known_rows, start, proof):
-    """Write what the branches of eight targets prove (``closed_form_layout``)."""
-    whole = proof_of(known_rows)
+def write_proof(known_rows, targets, start, proof):
+    """Write what the branches of eight targets prove (``closed_form_layout``), -1 of what is no pose. False if one is not."""
+    whole, good = proof_of(known_rows), True
     for lane in range(min(WIDTH, proof.shape[0] - start)):
-        proof[start + lane] = lane_of(whole, lane)
-
-
-@workspace
-def polish_state(n_dof):
-    """Rows of the target, q, the errors, a Jacobian, the last q, and the scratch of a polish."""
-    block = np.zeros((13 + 8 * n_dof + N_SYSTEM, WIDTH))
-    q, error, jacobian, last = 12, 12 + n_dof, 13 + n_dof, 13 + 7 * n_dof
-    return (
-        block[:q],
-        block[q:error],
-        block[error:jacobian],
-        block[jacobian:last],
-        block[last : last + n_dof],
-        block[last + n_dof :],
-    )
+        is_pose = rigidity_defect(targets[start + lane]) <= LARGEST_DEFECT
+        proof[start + lane] = lane_of(whole, lane) if is_pose else -1.0
+        good &= is_pose
+    return good
 
 
 @entry((TABLE, MATRICES, MATRIX, NUMBER, WHOLE, NUMBERS))
@@ -166,7 +115,7 @@ def polish_all(chain, targets, q, inverse_reach, steps, errors):
     n, n_dof = q.shape
     target_rows, q_rows, error_rows, jacobian_rows, last_rows, system_rows = polish_state(n_dof)
     for start in range(0, n, WIDTH):
-        gather_targets(targets, start, target_rows)
+        gather_poses(targets, start, target_rows)
         gather(q, start, q_rows)
         for lane in range(WIDTH):
             error_rows[0, lane] = errors[min(start + lane, n - 1)]

@@ -6,7 +6,8 @@ is one target. A thread that computed all of them would have more numbers at a t
 
 import numpy as np
 
-from ulna.drivers.closed_form import N_AXES, N_OPTIONS, polish_branches, write_free_angles
+from ulna.drivers.branch_rows import N_AXES, polish_branches, write_free_angles
+from ulna.drivers.closed_form import N_OPTIONS
 from ulna.engine.gpu import cuda
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES, N_KNOWN

@@ -30,7 +30,7 @@ class Branches:
         q: Shape (n, m, n_dof), nearest to the seeds by whole turns within the limits; NaN where a branch is not real.
         real: Whether they reach the target, shape (n, m).
         valid: Whether they are within the limits too, shape (n, m).
-        proof: The numbers of what is proved in ``PROOFS``, shape (n,).
+        proof: The numbers of what is proved in ``PROOFS``, shape (n,); -1 where the target is no pose.
     """
 
     q: Array

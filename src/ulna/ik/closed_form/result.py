@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
+_put = object.__setattr__
 
 
 class Proof(StrEnum):
@@ -51,6 +52,15 @@ class IKSolutions:
         self.q.flags.writeable = self.valid.flags.writeable = self.real.flags.writeable = False
         if isinstance(self.proof, np.ndarray):
             self.proof.flags.writeable = False
+
+    @classmethod
+    def of_one(cls, q: Array, truths: Truths, proof: Proof, family: str) -> "IKSolutions":
+        """Those of one target, made in less time: ``truths`` are valid and real, shape (2, m)."""
+        q.setflags(write=False)
+        truths.setflags(write=False)
+        found = object.__new__(cls)
+        _put(found, "__dict__", {"q": q, "valid": truths[0], "real": truths[1], "proof": proof, "family": family})
+        return found
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Copies are read-only as well: arrays are copied, and read from a file, without that."""

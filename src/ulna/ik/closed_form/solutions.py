@@ -13,20 +13,21 @@ from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
 from ulna.ik.closed_form.result import IKSolutions, Proof
-from ulna.ik.closed_form.six_joints import SixJoints, Workers
+from ulna.ik.closed_form.six_joints import Workers
 from ulna.ik.closed_form.whole_turns import every_turn
 from ulna.ik.entry_names import entry_names
 from ulna.ik.options import as_count
 from ulna.ik.problem import of_task
 from ulna.ik.query import Query
 from ulna.ik.turns import turning_columns
-from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES, UNPROVED
+from ulna.kernels.chain.closed_form_layout import N_BRANCHES, UNPROVED
 from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 _PROOFS = np.array(PROOFS)
-_ONE, _ONE_KNOWN = (1, N_BRANCHES, N_AXES), (1, N_BRANCHES)
+_OF_CODE = dict(enumerate(PROOFS[:UNPROVED]))
+_ONE, _MATRIX, _TRUTHS = (N_BRANCHES, N_AXES), (4, 4), (2, N_BRANCHES)
 _SPREAD = 16  # solutions of a continuum that a search returns
 _SAME = 1e-3  # rad or m: nearer than this to a branch of the closed form, what a search finds is that branch
 
@@ -44,7 +45,7 @@ class AllSolutions:
         UnknownNameError: There is no such joint.
     """
 
-    __slots__ = ("_elbow", "_family", "_form", "_home", "_plan", "_query", "_six", "_workers")
+    __slots__ = ("_elbow", "_family", "_form", "_query", "_run", "_six", "_tables", "_workers")
 
     def __init__(self, query: Query, redundancy: str | None, workers: Workers = None) -> None:
         self._query, tree = query, query.tree
@@ -53,12 +54,12 @@ class AllSolutions:
         self._elbow = _elbow(query) if by_elbow else None
         self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)
         self._family = FAMILY if self._elbow else "" if form is None else form.family
-        self._home = query.home[None].copy()
         self._six = None
         in_order = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
         if form is not None and in_order and query.task_axes is None and not callable(workers):
             self._six = joints_at(form, query.home)
-        self._plan = None if self._six is None else self._six.plan(tree.lower, tree.upper)
+            self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
+            self._run = entry("closed_form.all_branches_of_one")
 
     def of(self, T: ArrayLike, n_samples: int, *, whole_turns: bool) -> IKSolutions:
         """See ``Robot.all_solutions``.
@@ -68,15 +69,19 @@ class AllSolutions:
         """
         if self._six is not None and not whole_turns:
             one = as_floats("T", T)
-            if one.shape == (4, 4) and (alone := self._of_one(self._six, one)) is not None:
+            if one.shape == _MATRIX and (alone := self._of_one(one)) is not None:
                 return alone
-        targets = as_pose(as_floats("T", T))
+        targets = as_floats("T", T)
+        if self._six is None or targets.shape[-2:] != _MATRIX:  # the kernel of six joints says what is no pose
+            targets = as_pose(targets)
         batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
         query, tree = self._query, self._query.tree
         if self._elbow is not None:
             found = _of_elbow(query, self._elbow, targets, n_samples)
         else:
             found = _found(query, self._form, targets, n_samples, self._workers)
+        if (found.proof < 0).any():
+            as_pose(targets.reshape(*batch, 4, 4))
         if whole_turns:
             found = _with_turns(tree, query.link, found)
         proof = _PROOFS[found.proof].reshape(batch)
@@ -89,17 +94,11 @@ class AllSolutions:
             family=self._family,
         )
 
-    def _of_one(self, six: SixJoints, T: Array) -> IKSolutions | None:
-        """The solutions for one target (4, 4), by the kernel alone; None if that proves nothing."""
-        q, known, proof = np.empty(_ONE), np.empty(_ONE_KNOWN), np.empty(1)
-        targets = T.reshape(1, 4, 4)
-        if not entry("closed_form.all_branches")(six.table, six.chain, self._plan, targets, self._home, q, known, proof):
-            as_pose(T)
-        proved = int(proof[0])
-        if proved == UNPROVED:
-            return None
-        bits = known[0].astype(np.int8)
-        return IKSolutions(q[0], bits >= IS_WITHIN, (bits & IS_REAL) > 0, PROOFS[proved], self._family)
+    def _of_one(self, T: Array) -> IKSolutions | None:
+        """The solutions for one target (4, 4), by the kernel alone; None if that proves nothing, or T is no pose."""
+        q, truths = np.empty(_ONE), np.empty(_TRUTHS, dtype=np.bool_)
+        proof = _OF_CODE.get(self._run(*self._tables, T, q, truths))
+        return None if proof is None else IKSolutions.of_one(q, truths, proof, self._family)
 
 
 def as_samples(n_samples: int) -> int:

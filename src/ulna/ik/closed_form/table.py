@@ -10,6 +10,7 @@ from ulna.kernels.chain import closed_form_layout as layout
 
 Array = NDArray[np.float64]
 _NEAR_ERROR = 1e-9  # more than is allowed, so that every branch of a near form takes a step
+_PARALLEL = (layout.THREE_PARALLEL, layout.OFFSET_HAND)
 _NOTHING = 1e-14  # of a bend, which the rounding of right angles leaves
 
 
@@ -21,7 +22,11 @@ def table_of(axes: Axes, family: Family, n_free: int) -> Array:
     table[layout.AXES : layout.AXES + 6] = h
     table[layout.POINTS], table[layout.POINTS + 1 : layout.POINTS + 6], table[layout.LAST] = c[0], np.diff(c, axis=0), c[5]
     table[layout.FRAME : layout.FRAME + 3], table[layout.FRAME + 3] = back[:3, :3].T, back[:3, 3] / reach
-    table[layout.NORMALS], table[layout.NORMALS + 1] = _normal(h[1]), _normal(h[5])
+    frames = {row: _frame(h[j]) for row, j in ((layout.OF_2, 1), (layout.OF_4, 3), (layout.OF_6, 5))}
+    for row, frame in frames.items():
+        table[layout.NORMALS + row : layout.NORMALS + row + 2] = frame[:, :2].T
+    before = layout.OF_2 if family.number in _PARALLEL else layout.OF_4
+    table[layout.FIFTH : layout.FIFTH + 9] = _turns(frames[before], h[4], frames[layout.OF_6])
     table[layout.BENDS, :2] = _bends(h[1] if family.number == layout.THREE_PARALLEL else h[3], h[4], h[5])
     table[layout.BENDS, layout.FREE_WRIST] = n_free == 3 and not family.from_end
     table[layout.FORM] = family.number, family.from_end, 1.0 / reach
@@ -33,9 +38,18 @@ def table_of(axes: Axes, family: Family, n_free: int) -> Array:
     return table
 
 
-def _normal(h: Array) -> Array:
+def _frame(h: Array) -> Array:
+    """The frame of an axis: its columns are a normal n, h x n and h."""
     n = np.asarray(np.cross(h, np.eye(3)[np.argmin(np.abs(h))]), dtype=np.float64)
-    return n / float(np.linalg.norm(n))
+    n = n / float(np.linalg.norm(n))
+    return np.column_stack([n, np.cross(h, n), h])
+
+
+def _turns(before: Array, h: Array, behind: Array) -> Array:
+    """K, C and S of K + C cos + S sin = before' rot(h, angle) behind, by Rodrigues' formula: nine rows."""
+    still = np.outer(h, h)
+    across: Array = np.cross(h, behind, axisb=0, axisc=0).astype(np.float64)
+    return np.vstack([before.T @ still @ behind, before.T @ (np.eye(3) - still) @ behind, before.T @ across])
 
 
 def _bends(h: Array, k: Array, p: Array) -> tuple[float, float]:

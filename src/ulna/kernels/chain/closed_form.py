@@ -2,12 +2,13 @@
 
 1. From the target T to the motion G = T T(0)^-1 of the end, its rotation made exact, lengths as shares of the reach; inverted if
    the chain is seen from its end.
-2. The angles of each branch of its family (``three_parallel``, ``spherical_wrist``, ``quartic_arm``, ``sliding_arm``), and its
-   residual: the forward kinematics of its sines and cosines from the base on, and back from the target, compared where they
-   come together.
+2. The angles of each branch of its family (``three_parallel``, ``parallel_wrist``, ``spherical_wrist``, ``quartic_arm``,
+   ``sliding_arm``), and its residual: the forward kinematics of its sines and cosines from the base on, and back from the
+   target, compared where they come together.
 """
 
 from ulna.engine.decorators import kernel, routine
+from ulna.engine.lanes import any_lane
 from ulna.kernels.chain.closed_form_layout import (
     ANY_THREE_AXES,
     FAMILY,
@@ -17,17 +18,21 @@ from ulna.kernels.chain.closed_form_layout import (
     INVERSE_REACH,
     LAST,
     OFFSET_HAND,
+    PARALLEL_23,
     POINTS,
     REVERSED,
     THREE_PARALLEL,
 )
 from ulna.kernels.chain.closed_form_rows import tabled
+from ulna.kernels.chain.parallel_wrist import parallel_wrist
 from ulna.kernels.chain.quartic_arm import any_three_axes, offset_hand
 from ulna.kernels.chain.sliding_arm import sliding_arm
 from ulna.kernels.chain.spherical_wrist import spherical_wrist
 from ulna.kernels.chain.three_parallel import three_parallel
 from ulna.kernels.spatial.se3 import compose, load_pose
-from ulna.kernels.spatial.vectors import dot, minus, origin, plus, rotate
+from ulna.kernels.spatial.vectors import axis, chosen, dot, minus, origin, plus, rotate
+
+_ONCE = 1e-17  # of the square of a fault: one step leaves no more than rounding
 
 
 @routine
@@ -44,6 +49,8 @@ def closed_form(table, target_rows, sign_rows, n, free_rows, q_rows, known_rows)
     p = minus(plus(origin(motion), rotate(motion, tabled(table, LAST))), tabled(table, POINTS))
     if int(table[FORM, FAMILY]) == THREE_PARALLEL:
         three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+    elif int(table[FORM, FAMILY]) == PARALLEL_23:
+        parallel_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
     elif int(table[FORM, FAMILY]) == OFFSET_HAND:
         offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
     elif int(table[FORM, FAMILY]) == ANY_THREE_AXES:
@@ -60,7 +67,7 @@ def end_motion(table, target):
     share = table[FORM, INVERSE_REACH]
     x, y, z, o = tabled(table, FRAME), tabled(table, FRAME + 1), tabled(table, FRAME + 2), tabled(table, FRAME + 3)
     frame = x[0], y[0], z[0], o[0], x[1], y[1], z[1], o[1], x[2], y[2], z[2], o[2]
-    a = nearer_rotation(nearer_rotation(target))
+    a = made_rigid(target)
     a = a[0], a[1], a[2], a[3] * share, a[4], a[5], a[6], a[7] * share, a[8], a[9], a[10], a[11] * share
     a = compose(a, frame)
     if table[FORM, REVERSED] != 0.0:
@@ -79,13 +86,31 @@ def inverted(a):
 
 
 @kernel
+def made_rigid(a):
+    """A pose whose rotation is exact to rounding; the fault of the one that is given is at most LARGEST_DEFECT."""
+    b, square = nearer_rotation(a)
+    far = square > _ONCE
+    if any_lane(far):
+        c, _ = nearer_rotation(b)
+        x, y, z = chosen(far, axis(c, 0), axis(b, 0)), chosen(far, axis(c, 1), axis(b, 1)), chosen(far, axis(c, 2), axis(b, 2))
+        return x[0], y[0], z[0], a[3], x[1], y[1], z[1], a[7], x[2], y[2], z[2], a[11]
+    return b
+
+
+@kernel
 def nearer_rotation(a):
-    """A pose whose rotation R is replaced by R (3 I - R'R) / 2, whose fault is the square of R's (Bjorck and Bowie 1971)."""
+    """A pose whose rotation R is replaced by R (3 I - R'R) / 2, whose fault is the square of R's (Bjorck and Bowie 1971).
+
+    And the square of that of R.
+    """
     x, y, z = (a[0], a[4], a[8]), (a[1], a[5], a[9]), (a[2], a[6], a[10])
     xy, yz, zx = -0.5 * dot(x, y), -0.5 * dot(y, z), -0.5 * dot(z, x)
-    xx, yy, zz = 1.5 - 0.5 * dot(x, x), 1.5 - 0.5 * dot(y, y), 1.5 - 0.5 * dot(z, z)
-    return (
+    of_x, of_y, of_z = 0.5 - 0.5 * dot(x, x), 0.5 - 0.5 * dot(y, y), 0.5 - 0.5 * dot(z, z)
+    xx, yy, zz = 1.0 + of_x, 1.0 + of_y, 1.0 + of_z
+    square = of_x * of_x + of_y * of_y + of_z * of_z + xy * xy + yz * yz + zx * zx
+    b = (
         x[0] * xx + y[0] * xy + z[0] * zx, x[0] * xy + y[0] * yy + z[0] * yz, x[0] * zx + y[0] * yz + z[0] * zz, a[3],
         x[1] * xx + y[1] * xy + z[1] * zx, x[1] * xy + y[1] * yy + z[1] * yz, x[1] * zx + y[1] * yz + z[1] * zz, a[7],
         x[2] * xx + y[2] * xy + z[2] * zx, x[2] * xy + y[2] * yy + z[2] * yz, x[2] * zx + y[2] * yz + z[2] * zz, a[11],
     )  # fmt: skip
+    return b, square

@@ -8,7 +8,9 @@ AXES      six rows: unit vectors h_1 .. h_6
 POINTS    six rows: P_0, a point on the first axis, then P_i, from the point on axis i to the one on axis i + 1
 LAST      the point on the last axis
 FRAME     four rows: the columns of T(0)^-1: its three axes and its origin
-NORMALS   two rows: unit vectors normal to h_2 and to h_6
+NORMALS   six rows: of h_2, h_4 and h_6 in turn a unit vector n normal to it, and h x n: with h the columns of its frame F
+FIFTH     nine rows: the matrix F' rot(h_5, q_5) F_6 is K + C cos q_5 + S sin q_5, and F is F_2 for three parallel axes, else F_4;
+          three rows each of K, C and S
 BENDS     1 - cos(a - b) and 1 + cos(a + b): a and b are the angles of h_5 with h_2 or h_4, and with h_6; and FREE_WRIST (1: the
           last three angles are not asked for, so nothing is said of how well they are determined, or how far apart)
 FORM      FAMILY, REVERSED (1: the chain is seen from its end, so G is inverted), INVERSE_REACH [1/m]
@@ -18,8 +20,9 @@ POLISH    LEAST_ERROR (that a branch has for certain, where the axes are nearly 
 ========= ==========================================================================================================
 """
 
-AXES, POINTS, LAST, FRAME, NORMALS, BENDS, FORM, COLUMNS, SIGNS, POLISH = 0, 6, 12, 13, 17, 19, 20, 21, 23, 25
-N_ROWS = 26
+AXES, POINTS, LAST, FRAME, NORMALS, FIFTH, BENDS, FORM, COLUMNS, SIGNS, POLISH = 0, 6, 12, 13, 17, 23, 32, 33, 34, 36, 38
+N_ROWS = 39
+OF_2, OF_4, OF_6 = 0, 2, 4  # rows of NORMALS
 LEAST_ERROR, MOST_ERROR, STEPS = 0, 1, 2  # entries of POLISH
 FAMILY, REVERSED, INVERSE_REACH = 0, 1, 2  # entries of FORM
 FREE_WRIST = 2  # entry of BENDS

@@ -1,7 +1,7 @@
 """Reads the tables of a closed form and writes its branches. Used by the closed forms of this folder."""
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import load, sqrt, store, where
+from ulna.engine.lanes import any_lane, load, sqrt, store, where
 from ulna.kernels.chain.closed_form_layout import (
     APART,
     COINCIDE,
@@ -68,6 +68,24 @@ def is_in_doubt(known_rows, row):
 
 
 @kernel
+def doubts(known_rows, row):
+    """Of a branch: whether an angle may be any and it is real; whether an angle may be any; whether it is one with another."""
+    real, hardly = load(known_rows, row + RESIDUAL) <= REACHED, is_in_doubt(known_rows, row)
+    return real & hardly, hardly, real & (load(known_rows, row + APART) <= COINCIDING)
+
+
+@kernel
+def proof_of_lanes(known_rows):
+    """What the branches of one target prove, if each is in a lane of its own; see ``proof_of``."""
+    free_real, free, coincide = doubts(known_rows, 0)
+    if any_lane(free_real):
+        return CONTINUUM
+    if any_lane(free):
+        return UNPROVED
+    return COINCIDE if any_lane(coincide) else COMPLETE
+
+
+@kernel
 def proof_of(known_rows):
     """What the branches of a target prove (``closed_form_layout``).
 
@@ -76,11 +94,8 @@ def proof_of(known_rows):
     like = load(known_rows, RESIDUAL)
     free_real, free, coincide = 0.0 * like, 0.0 * like, 0.0 * like
     for branch in range(known_rows.shape[0] // N_KNOWN):
-        row = N_KNOWN * branch
-        real = load(known_rows, row + RESIDUAL) <= REACHED
-        hardly = is_in_doubt(known_rows, row)
-        free_real = where(real & hardly, 1.0, free_real)
-        free = where(hardly, 1.0, free)
-        coincide = where(real & (load(known_rows, row + APART) <= COINCIDING), 1.0, coincide)
+        of_it = doubts(known_rows, N_KNOWN * branch)
+        free_real, free = where(of_it[0], 1.0, free_real), where(of_it[1], 1.0, free)
+        coincide = where(of_it[2], 1.0, coincide)
     some = where(coincide > 0.0, COINCIDE * 1.0, COMPLETE * 1.0)
     return where(free_real > 0.0, CONTINUUM * 1.0, where(free > 0.0, UNPROVED * 1.0, some))

@@ -10,17 +10,19 @@ and cosines of q_1 and of one other angle, and so is a pair of circles (``two_ci
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import any_lane, load
+from ulna.engine.lanes import load
 from ulna.kernels.chain.accuracy import DOUBLE_OF_QUARTIC, accuracy, near_behind, sure_behind
-from ulna.kernels.chain.closed_form_layout import AXES, HARDLY_DETERMINED, NORMALS, POINTS
-from ulna.kernels.chain.closed_form_rows import free_angle, put, tabled
+from ulna.kernels.chain.closed_form_layout import AXES, HARDLY_DETERMINED, OF_2, POINTS
+from ulna.kernels.chain.closed_form_rows import free_angle, tabled
+from ulna.kernels.chain.frames import in_frame, turned
+from ulna.kernels.chain.parallel_links import behind_first, end_frame, four_angles, links, two_links
 from ulna.kernels.chain.spherical_wrist import behind_arm, position_square, wrist
 from ulna.kernels.chain.subproblems import angle_onto, reversed_vector, turn, turn_back
-from ulna.kernels.chain.three_parallel import bend_of, links, rotation_square, within_reach
+from ulna.kernels.chain.three_parallel import hand
 from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, pencil
 from ulna.kernels.spatial.arc_tangent import full_circle_angle
 from ulna.kernels.spatial.elementary import minimum
-from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate, rotate_inverse
+from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate
 
 
 @kernel
@@ -55,36 +57,29 @@ def offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
     h1, h2, h5, h6 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 4), tabled(table, AXES + 5)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     p4, p5 = tabled(table, POINTS + 4), tabled(table, POINTS + 5)
-    back, whole_axis = reversed_vector(h1), rotate(motion, h6)
+    back, last, (two, three) = reversed_vector(h1), end_frame(table, motion), two_links(table)
+    behind = dot(h2, plus(plus(p2, p3), p4))
     ahead = parts(h2, back, p)
-    ahead = ahead[0] - dot(h2, plus(plus(p1, p2), plus(p3, p4))), ahead[1], ahead[2]
-    u, b_1, b_2 = circles(ahead, parts(h2, back, whole_axis), parts(h2, h5, p5), parts(h2, h5, h6))
+    ahead = ahead[0] - dot(h2, p1) - behind, ahead[1], ahead[2]
+    u, b_1, b_2 = circles(ahead, parts(h2, back, rotate(motion, h6)), parts(h2, h5, p5), parts(h2, h5, h6))
     near_0, (axes, form, lines, size) = kept_by_size(b_1, b_2), pencil(u, b_1, b_2)
     for i in range(n):
         for j in range(n):
             line, sign = load(sign_rows, i), load(sign_rows, n + j)
-            first, sure, apart = angle_of_pair(axes, form, lines, size, line, sign, free_angle(free_rows, 0))
+            first, sure_1, apart = angle_of_pair(axes, form, lines, size, line, sign, free_angle(free_rows, 0))
             fifth = other_of_pair(u, b_1, b_2, first)
-            v = minus(turn_back(h1, first, p), p1)
-            plane = rotate_inverse(motion, turn(h1, first, h2))
-            sixth, sure_6 = angle_onto(plane, turn_back(h5, fifth, h2), h6, free_angle(free_rows, 5))
-            bend, hand = bend_of(table, motion, first, fifth, sixth), plus(p4, turn(h5, fifth, p5))
-            near_1, sure, apart = accuracy(near_0, sure, apart, DOUBLE_OF_QUARTIC)
-            near, sure_6 = near_behind(near_1, sure_6), sure_behind(near_1, sure_6)
-            singular = sure_6 <= HARDLY_DETERMINED  # here the quartic has a double root
-            if any_lane(singular):
-                bend, sixth = within_reach(table, motion, v, hand, first, fifth, sixth, bend, singular)
-            missed = rotation_square(table, motion, first, turn_back(h1, first, whole_axis), bend, fifth, sixth)
-            rest, sure = minus(v, turn(h2, bend, hand)), minimum(sure, sure_6)
-            q_first, q_bend = full_circle_angle(first[0], first[1]), full_circle_angle(bend[0], bend[1])
-            q_fifth, q_sixth = full_circle_angle(fifth[0], fifth[1]), full_circle_angle(sixth[0], sixth[1])
-            for k in range(n):
-                branch = (i * n + j) * n + k
-                put(table, q_rows, branch, 0, q_first)
-                put(table, q_rows, branch, 4, q_fifth)
-                put(table, q_rows, branch, 5, q_sixth)
-                sign = load(sign_rows, 2 * n + k)
-                links(table, rest, q_bend, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart)
+            near_1, sure_1, apart = accuracy(near_0, sure_1, apart, DOUBLE_OF_QUARTIC)
+            v, whole = behind_first(table, first, p, last)
+            reach = in_frame(table, OF_2, 1, plus(p4, turn(h5, fifth, p5)))
+            # Where it is singular the quartic has a double root.
+            bend, sixth, missed, sure, near = hand(table, whole, v, reach, fifth, near_1, HARDLY_DETERMINED, free_rows)
+            angles = four_angles(first, fifth, sixth, bend)
+            rest, row = minus(v, turned(bend, reach)), (i * n + j) * n
+            off = v[2] - reach[2] - dot(h2, plus(p2, p3))
+            links(
+                table, two, three, rest, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed + off * off, near,
+                minimum(sure_1, sure), apart,
+            )  # fmt: skip
 
 
 @kernel
@@ -92,8 +87,7 @@ def any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
     """Family 2: write all branches; the arguments are those of ``spherical_wrist``."""
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
-    h6, n6, back = tabled(table, AXES + 5), tabled(table, NORMALS + 1), reversed_vector(h1)
-    whole_axis, whole_normal = rotate(motion, h6), rotate(motion, n6)
+    back, last = reversed_vector(h1), end_frame(table, motion)
     length, ahead = parts(p1, back, p), parts(h2, back, p)
     half = 0.5 * (dot(p, p) + dot(p1, p1) - dot(p2, p2) - dot(p3, p3))
     length = half - length[0], -length[1], -length[2]
@@ -110,12 +104,10 @@ def any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
             near_1, sure, apart = accuracy(near_0, sure, apart, DOUBLE_OF_QUARTIC)
             near, sure_2 = near_behind(near_1, sure_2), sure_behind(near_1, sure_2)
             missed, sure = position_square(table, p, first, second, third), minimum(sure, sure_2)
-            axis = behind_arm(table, first, second, third, whole_axis)
-            normal = behind_arm(table, first, second, third, whole_normal)
-            for k in range(n):
-                branch = (i * n + j) * n + k
-                put(table, q_rows, branch, 0, full_circle_angle(first[0], first[1]))
-                put(table, q_rows, branch, 1, full_circle_angle(second[0], second[1]))
-                put(table, q_rows, branch, 2, full_circle_angle(third[0], third[1]))
-                sign = load(sign_rows, 2 * n + k)
-                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart)
+            whole, row = behind_arm(table, first, second, third, last), (i * n + j) * n
+            angles = (
+                full_circle_angle(first[0], first[1]),
+                full_circle_angle(second[0], second[1]),
+                full_circle_angle(third[0], third[1]),
+            )
+            wrist(table, whole, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed, near, sure, apart)

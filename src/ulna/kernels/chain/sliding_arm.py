@@ -14,7 +14,7 @@ Where an equation is linear the sign that chooses among its solutions has to be 
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, where
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     FAMILY,
@@ -22,7 +22,6 @@ from ulna.kernels.chain.closed_form_layout import (
     INTERSECTING_12,
     INTERSECTING_12_SLIDE,
     INTERSECTING_23,
-    NORMALS,
     PARALLEL_12,
     PARALLEL_12_SLIDE,
     PARALLEL_23,
@@ -32,33 +31,33 @@ from ulna.kernels.chain.closed_form_layout import (
     SLIDES_TURN,
     TURN_SLIDES,
 )
-from ulna.kernels.chain.closed_form_rows import free_angle, put, tabled
-from ulna.kernels.chain.spherical_wrist import behind_arm, inner_angles, wrist
-from ulna.kernels.chain.subproblems import angle_to_plane, reversed_vector, turn, turn_back
+from ulna.kernels.chain.closed_form_rows import free_angle, tabled
+from ulna.kernels.chain.parallel_links import end_frame
+from ulna.kernels.chain.spherical_wrist import behind_arm, inner_angles, other_angle, wrist
+from ulna.kernels.chain.subproblems import angles_to_plane, one_of_two, reversed_vector, turn, turn_back
 from ulna.kernels.spatial.arc_tangent import full_circle_angle
 from ulna.kernels.spatial.elementary import maximum, minimum
-from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate
+from ulna.kernels.spatial.vectors import cross, dot, minus, plus
 
 
 @kernel
 def sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
     """Write all branches; the arguments are those of ``closed_form``, and p from the point on joint 1 to the wrist's centre."""
-    h6, n6 = tabled(table, AXES + 5), tabled(table, NORMALS + 1)
-    whole_axis, whole_normal = rotate(motion, h6), rotate(motion, n6)
+    last = end_frame(table, motion)
     for i in range(n):
         for j in range(n):
             joints, missed, sure, apart, near = first_joints(table, p, load(sign_rows, i), load(sign_rows, n + j), free_rows)
             first, second, third = joints
             missed = missed + position_square(table, p, first, second, third)
-            axis = behind_arm(table, first[:2], second[:2], third[:2], whole_axis)
-            normal = behind_arm(table, first[:2], second[:2], third[:2], whole_normal)
-            for k in range(n):
-                branch = (i * n + j) * n + k
-                put(table, q_rows, branch, 0, full_circle_angle(first[0], first[1]) + first[2])
-                put(table, q_rows, branch, 1, full_circle_angle(second[0], second[1]) + second[2])
-                put(table, q_rows, branch, 2, full_circle_angle(third[0], third[1]) + third[2])
-                sign = load(sign_rows, 2 * n + k)
-                wrist(table, axis, normal, sign, free_rows, q_rows, known_rows, branch, missed, near, sure, apart)
+            whole, row = behind_arm(table, first[:2], second[:2], third[:2], last), (i * n + j) * n
+            angles = joint_value(first), joint_value(second), joint_value(third)
+            wrist(table, whole, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed, near, sure, apart)
+
+
+@kernel
+def joint_value(joint):
+    """The angle of a joint, or its way."""
+    return full_circle_angle(joint[0], joint[1]) + joint[2]
 
 
 @kernel
@@ -112,6 +111,16 @@ def ways_in_plane(w, h, k):
 
 
 @kernel
+def inner_pair(table, family, p, v, near, sign, free_rows):
+    """The two angles of ``spherical_wrist.inner_angles`` and ``other_angle``; how well determined, how far apart; ``near``."""
+    both, sure, apart = inner_angles(table, family, p, v, free_rows)
+    inner = one_of_two(both, sign)
+    other, size = other_angle(table, family, p, v, inner, free_rows)
+    near, sure, apart = accuracy(near, sure, apart, DOUBLE)
+    return inner, other, minimum(sure, sure_behind(near, size)), apart, near_behind(near, size)
+
+
+@kernel
 def first_joints(table, p, sign_1, sign_2, free_rows):
     """Steps 1 to 4: three joints; what is missed where a sign chooses nothing; how well determined; how far apart.
 
@@ -130,7 +139,7 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
             way, apart = way_to_sphere(u, reversed_vector(h1), dot(p3, p3), sign_1)
             missed, inner = 0.0 * one, INTERSECTING_23
         near, _, apart = accuracy(one, one, apart, DOUBLE)
-        second, third, sure, apart_2, near = inner_angles(table, inner, p, along(h1, -way, u), near, sign_2, free_rows)
+        third, second, sure, apart_2, near = inner_pair(table, inner, p, along(h1, -way, u), near, sign_2, free_rows)
         return (slid(way), turned(second, one), turned(third, one)), missed, sure, minimum(apart, apart_2), near
     if family in (INTERSECTING_12_SLIDE, PARALLEL_12_SLIDE):
         apart, missed = one, where(sign_1 > 0.0, 0.0, one)
@@ -140,18 +149,20 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
             way, apart = way_to_sphere(p23, h3, dot(p, p), sign_1)
             missed, inner = 0.0 * one, INTERSECTING_12
         near, _, apart = accuracy(one, one, apart, DOUBLE)
-        second, first, sure, apart_2, near = inner_angles(table, inner, p, along(h3, way, p23), near, sign_2, free_rows)
+        second, first, sure, apart_2, near = inner_pair(table, inner, p, along(h3, way, p23), near, sign_2, free_rows)
         return (turned(first, one), turned(second, one), slid(way)), missed, sure, minimum(apart, apart_2), near
     missed = where(sign_2 > 0.0, 0.0, one)
     if family == TURN_SLIDES:
         n = cross(h2, h3)
-        first, sure, apart = angle_to_plane(n, p, reversed_vector(h1), dot(n, p123), sign_1, free_angle(free_rows, 0))
+        firsts, sure, apart = angles_to_plane(n, p, reversed_vector(h1), dot(n, p123), free_angle(free_rows, 0))
+        first = one_of_two(firsts, sign_1)
         way_2, way_3 = ways_in_plane(minus(turn_back(h1, first, p), p123), h2, h3)
         near, sure, apart = accuracy(one, sure, apart, DOUBLE)
         return (turned(first, one), slid(way_2), slid(way_3)), missed, sure, apart, near
     if family == SLIDES_TURN:
         n, w = cross(h1, h2), minus(minus(p, p1), p2)
-        third, sure, apart = angle_to_plane(n, p3, h3, dot(n, w), sign_1, free_angle(free_rows, 2))
+        thirds, sure, apart = angles_to_plane(n, p3, h3, dot(n, w), free_angle(free_rows, 2))
+        third = one_of_two(thirds, sign_1)
         way_1, way_2 = ways_in_plane(minus(w, turn(h3, third, p3)), h1, h2)
         near, sure, apart = accuracy(one, sure, apart, DOUBLE)
         return (slid(way_1), slid(way_2), turned(third, one)), missed, sure, apart, near

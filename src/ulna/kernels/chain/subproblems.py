@@ -12,7 +12,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt, where
 from ulna.kernels.chain.closed_form_layout import UNDETERMINED
 from ulna.kernels.spatial.elementary import maximum
-from ulna.kernels.spatial.vectors import cross, dot, minus, plus
+from ulna.kernels.spatial.vectors import cross, dot
 
 
 @kernel
@@ -56,6 +56,22 @@ def wrapped(x):
 
 
 @kernel
+def one_of_two(both, sign):
+    """One of two angles, by the sign: ``both`` is the middle between their sines and cosines, and the way from it to the one."""
+    middle, way = both
+    return middle[0] + sign * way[0], middle[1] + sign * way[1]
+
+
+@kernel
+def unit_angle(s, c, free):
+    """The angle whose sine and cosine are in the ratio of s and c, ``free`` where both are 0; and s^2 + c^2."""
+    size = s * s + c * c
+    good = size > UNDETERMINED
+    r = 1.0 / sqrt(where(good, size, 1.0))
+    return (where(good, s * r, free[0]), where(good, c * r, free[1])), size
+
+
+@kernel
 def angle_onto(p, q, k, free):
     """Subproblem 1: the angle for which rot(k, angle) p comes nearest to q; ``free`` where p or q lies on the axis.
 
@@ -64,50 +80,61 @@ def angle_onto(p, q, k, free):
     Returns the angle and the square of the product of the distances of p and q from the axis.
     """
     across_p, across_q = cross(k, p), cross(k, q)
-    s, c = dot(across_p, cross(across_q, k)), dot(across_p, across_q)
-    size = s * s + c * c
-    good = size > UNDETERMINED
-    r = 1.0 / sqrt(where(good, size, 1.0))
-    return (where(good, s * r, free[0]), where(good, c * r, free[1])), size
+    return unit_angle(dot(across_p, cross(across_q, k)), dot(across_p, across_q), free)
 
 
 @kernel
-def angle_to_plane(h, p, k, d, sign, free):
-    """Subproblem 4: an angle for which h . rot(k, angle) p = d, one of two by the sign; ``free`` if any angle is as good.
+def angle_onto_in_frame(p, q, free):
+    """The same for p and q in the frame of the axis (``frames``)."""
+    return unit_angle(p[0] * q[1] - p[1] * q[0], p[0] * q[0] + p[1] * q[1], free)
+
+
+@kernel
+def angles_to_plane(h, p, k, d, free):
+    """Subproblem 4: both angles for which h . rot(k, angle) p = d (``one_of_two``); ``free`` if any angle is as good.
 
     1. h . rot(k, angle) p = h.k k.p + a_s sin(angle) + a_c cos(angle): the angle is that of (a_s, a_c), more or less the one
        whose cosine is b / a, where b = d - h.k k.p and a = |(a_s, a_c)|.
     2. Where the discriminant a^2 - b^2 is negative there is no solution, and the nearest is the angle of (a_s, a_c), or opposite.
 
-    Returns the angle, how well it is determined (a^4), and the discriminant as a share of a^2.
+    Returns the angles, how well they are determined (a^4), and the discriminant as a share of a^2.
     """
     hk_kp = dot(h, k) * dot(k, p)
     a_s, a_c = dot(h, cross(k, p)), dot(h, p) - hk_kp
     b = d - hk_kp
-    return angle_of_two(a_s, a_c, b, a_s * a_s + a_c * a_c - b * b, sign, free)
+    return angles_of_two(a_s, a_c, b, a_s * a_s + a_c * a_c - b * b, free)
 
 
 @kernel
-def angle_of_two(a_s, a_c, b, discriminant, sign, free):
+def angles_of_two(a_s, a_c, b, discriminant, free):
     """Step 2 of subproblem 4."""
     real = maximum(discriminant, 0.0)
-    half = sign * sqrt(real)
     size = (a_s * a_s + a_c * a_c) * (b * b + real)  # a^4 where there is a solution
     good = size > UNDETERMINED
     r = 1.0 / sqrt(where(good, size, 1.0))
-    angle = where(good, (a_s * b + a_c * half) * r, free[0]), where(good, (a_c * b - a_s * half) * r, free[1])
-    return angle, size, where(good, discriminant * r, 1.0)  # r is 1 / a^2 where there is a solution
+    share, half = b * r, sqrt(real) * r
+    middle = where(good, a_s * share, free[0]), where(good, a_c * share, free[1])
+    way = where(good, a_c * half, 0.0), where(good, -a_s * half, 0.0)
+    return (middle, way), size, where(good, discriminant * r, 1.0)  # r is 1 / a^2 where there is a solution
 
 
 @kernel
-def angle_to_sphere(p, q, k, square, sign, free):
-    """Subproblem 3: an angle for which |rot(k, angle) p - q|^2 is ``square``, one of two by the sign; returns as above."""
-    return angle_to_plane(q, p, k, 0.5 * (dot(p, p) + dot(q, q) - square), sign, free)
+def angles_to_sphere(p, q, k, square, free):
+    """Subproblem 3: both angles for which |rot(k, angle) p - q|^2 is ``square``; returns as above."""
+    return angles_to_plane(q, p, k, 0.5 * (dot(p, p) + dot(q, q) - square), free)
 
 
 @kernel
-def angle_to_direction(h, p, k, v, bends, sign, free):
-    """Subproblem 4 for unit vectors with d = h . v; returns as above.
+def angles_to_sphere_in_frame(p, q, square, free):
+    """The same in the frame of the axis (``frames``), of the parts of p and q across it."""
+    a_s, a_c = q[1] * p[0] - q[0] * p[1], q[0] * p[0] + q[1] * p[1]
+    b = 0.5 * (p[0] * p[0] + p[1] * p[1] + q[0] * q[0] + q[1] * q[1] - square)
+    return angles_of_two(a_s, a_c, b, a_s * a_s + a_c * a_c - b * b, free)
+
+
+@kernel
+def angles_to_direction(h, p, k, v, bends, free):
+    """Subproblem 4 for unit vectors with d = h . v, v in the frame of h (``frames``); returns as above.
 
     b as a cosine loses half its digits where h and v are nearly parallel, as at the singularity of a wrist. So the discriminant
     is (1 - h.v - bends[0]) (1 + h.v - bends[1]), with 1 - h.v = |h - v|^2 / 2 and 1 + h.v = |h + v|^2 / 2, and of the angles a
@@ -115,6 +142,6 @@ def angle_to_direction(h, p, k, v, bends, sign, free):
     """
     hk_kp = dot(h, k) * dot(k, p)
     a_s, a_c = dot(h, cross(k, p)), dot(h, p) - hk_kp
-    apart, together = minus(h, v), plus(h, v)
-    discriminant = (0.5 * dot(apart, apart) - bends[0]) * (0.5 * dot(together, together) - bends[1])
-    return angle_of_two(a_s, a_c, dot(h, v) - hk_kp, discriminant, sign, free)
+    across, less, more = v[0] * v[0] + v[1] * v[1], 1.0 - v[2], 1.0 + v[2]
+    discriminant = (0.5 * (across + less * less) - bends[0]) * (0.5 * (across + more * more) - bends[1])
+    return angles_of_two(a_s, a_c, v[2] - hk_kp, discriminant, free)

@@ -10,16 +10,21 @@ it is a quartic; here, its geometry: the image of one circle, an ellipse, meets 
    n_a = a / (2 alpha), n_b = b / (2 beta), n_a^2 - n_b^2 = k - lambda. Newton's method within the bracket finds it.
 3. Each line meets the circle in two points: subproblem 4. One sign chooses the line, one the point.
 4. Newton steps of step 1 give back the digits that are lost where a line is ill determined.
+5. Where three roots are nearly one the curvature is nearly 0, and lambda is off by the cube root of the rounding, and so is
+   whether a line meets the circle. By its Taylor series at the nearest angle step 1 has two roots where
+   slope^2 - 2 value curvature > 0, the square of its slope at them: below zero that says how clearly a pair is complex.
 """
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import sqrt, where
-from ulna.kernels.chain.subproblems import angle_of_two
+from ulna.kernels.chain.subproblems import angles_of_two, one_of_two
 from ulna.kernels.spatial.elementary import maximum, minimum
 
 _STEPS, _NEWTON_STEPS = 40, 3
 _STRAIGHT = 1e-13  # of d: below it there is one line, and no other
 _FAR = 1e-4  # rad: a longer Newton step is none towards this root
+_NEARLY, _FLAT = -1e-3, 1e-2  # of the discriminant, of the curvature: beyond either a line that passes the circle has no root
+_CLEARLY, _LEAST = -3e-11, -1e-40  # of the square of a slope: below the first a pair is complex; where it hardly is
 _MEETS = -1e-10  # of the discriminant: a line that passes the circle has no root, and Newton's would be that of another line
 
 
@@ -75,14 +80,14 @@ def lines_of(k, a, b, d):
 
 @kernel
 def angle_of_pair(axes, form, lines, size, line, sign, free):
-    """Steps 3 and 4: theta of two signs; how well it is determined; its slope squared, or the discriminant below 0."""
+    """Steps 3 to 5: theta of two signs; how well it is determined; the square of its slope, below 0 where it is complex."""
     (k, a, b, d), (alpha, beta, n_a, n_b) = form, lines
     straight = d < _STRAIGHT
     a_c, a_s = where(straight, a, alpha), where(straight, b, -line * beta)
     at = where(straight, where(line > 0.0, -k, 3.0), -(n_a + line * n_b))
-    angle, sure, share = angle_of_two(a_s, a_c, at, a_s * a_s + a_c * a_c - at * at, sign, free)
-    s, c = angle
-    slope = 0.0 * s
+    both, sure, share = angles_of_two(a_s, a_c, at, a_s * a_s + a_c * a_c - at * at, free)
+    s, c = one_of_two(both, sign)
+    slope, value = 0.0 * s, 0.0 * s
     for _ in range(_NEWTON_STEPS):
         value = k + a * c + b * s + d * (c * c - s * s)
         slope = b * c - a * s - 4.0 * d * s * c
@@ -91,11 +96,16 @@ def angle_of_pair(axes, form, lines, size, line, sign, free):
         s, c = s + step * c, c - step * s
         r = 1.5 - 0.5 * (s * s + c * c)
         s, c = s * r, c * r
+    curvature = -a * c - b * s - 4.0 * d * (c * c - s * s)
+    square = slope * slope - 2.0 * value * curvature
+    flat = abs(curvature) < _FLAT * (abs(a) + abs(b) + 4.0 * d)
+    hardly = flat & (share > _NEARLY) & (square > _CLEARLY)
+    complex_ = where(hardly, minimum(square, _LEAST), share)
     cos, sin = axes
     return (
         (s * cos + c * sin, c * cos - s * sin),
         minimum(sure, size * size * size * size),
-        where(share >= 0.0, slope * slope, share),
+        where(share >= 0.0, slope * slope, complex_),
     )
 
 

@@ -53,12 +53,12 @@ def turn_within(q_rows, known_rows, branch, seed_rows, bound_rows):
     real = known - 2.0 * rint(0.5 * known - 0.25) > 0.0  # IS_REAL is the lowest bit
     all_within = real
     for j in range(n):
-        _, within = turned_towards(load(q_rows, j), load(seed_rows, j), bound_rows, j)
+        q = load(q_rows, j)
+        turned, within = turned_towards(q, load(seed_rows, j), bound_rows, j)
+        store(q_rows, j, where(within, turned, q))
         all_within = all_within & within
     for j in range(n):
         q = load(q_rows, j)
-        turned, within = turned_towards(q, load(seed_rows, j), bound_rows, j)
-        clipped = minimum(maximum(turned, load(bound_rows, j)), load(bound_rows, n + j))
-        q = where(all_within, clipped, where(within, turned, q))
-        store(q_rows, j, where(real, q, np.nan))
+        clipped = minimum(maximum(q, load(bound_rows, j)), load(bound_rows, n + j))
+        store(q_rows, j, where(real, where(all_within, clipped, q), np.nan))
     store(known_rows, branch, known + where(all_within, IS_WITHIN * 1.0, 0.0))
