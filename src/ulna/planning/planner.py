@@ -71,8 +71,8 @@ def plan_motion(
     if ((start < tree.lower) | (start > tree.upper)).any():
         return Plan(PlanStatus.START_BEYOND_LIMITS, nothing, certified=False, reason=_beyond(checker, start))
     depth, first = 0.0, start
-    configurations = isinstance(targets, np.ndarray) and targets.ndim == 2
-    free = question.is_free(np.vstack([start, targets]) if configurations else start[None])  # one call for all
+    given = np.vstack([start, targets]) if isinstance(targets, np.ndarray) and targets.ndim == 2 else start[None]
+    free = question.is_free(given)  # one call for all
     if not free[0]:
         left = escape_from(question, fixed) if options.escape else None
         if left is None:
