@@ -58,5 +58,5 @@ def test_a_lesson_is_stored_without_outputs(path):
     assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code)
 
 
-def test_there_are_five_lessons():
-    assert len(LESSONS) == 5
+def test_there_are_six_lessons():
+    assert len(LESSONS) == 6

@@ -79,3 +79,24 @@ def certainly_free(q_a, q_b, least=1e-5):
     if distance <= 0 or moved < least:
         return False
     return certainly_free(q_a, middle, least) and certainly_free(middle, q_b, least)
+
+
+# ---- lesson 6 ----
+
+
+def two_angles(a, b, c):
+    length, direction = np.hypot(a, b), np.arctan2(b, a)  # length cos(x - direction) = c
+    if abs(c) > length:
+        return []
+    return [direction + np.arccos(c / length), direction - np.arccos(c / length)]
+
+
+def nearest_branch(branches, seed, lower, upper):
+    turn, found = 2 * np.pi, []
+    for q in branches:
+        near = q - turn * np.rint((q - seed) / turn)  # the nearest; if it is beyond a limit, the first one within
+        near += turn * np.ceil(np.maximum(lower - near, 0) / turn)
+        near -= turn * np.ceil(np.maximum(near - upper, 0) / turn)
+        if np.all((lower <= near) & (near <= upper)):
+            found.append(near)
+    return min(found, key=lambda q: np.sum((q - seed) ** 2), default=None)
