@@ -103,7 +103,7 @@ def ask_for_closed_forms():
         targets = arm.forward_kinematics(arm.random(N, seed=2))
         arm.inverse_kinematics(targets), arm.all_solutions(targets)
         for one in targets[:200]:
-            arm.inverse_kinematics(one)
+            arm.inverse_kinematics(one), arm.all_solutions(one)
 
 
 def ask_for_plans(robots_and_worlds):
