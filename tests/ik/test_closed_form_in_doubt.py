@@ -190,3 +190,21 @@ def test_a_copy_of_solutions_is_read_only(puma):
     for other in (copy.copy(found), copy.deepcopy(found)):
         assert not any(array.flags.writeable for array in (other.q, other.valid, other.real, other.proof))
         np.testing.assert_array_equal(other.q, found.q)
+
+
+@pytest.mark.parametrize("right", [HALF, 1.5707963, 1.57079632, 1.5708])
+@pytest.mark.parametrize("make", ["ur5", "puma"])
+def test_right_angles_that_a_file_rounds_claim_no_more_than_is_found(make, right):
+    """A wrist that is nearly straight then bends by the rounding: its branches are apart by its root."""
+    ur5 = [
+        (0, 0.0892, right, 0), (-0.425, 0, 0, 0), (-0.3923, 0, 0, 0),
+        (0, 0.1092, right, 0), (0, 0.0947, -right, 0), (0, 0.0823, 0, 0),
+    ]  # fmt: skip
+    puma = [(a, d, np.copysign(right, alpha) if alpha else 0, 0) for a, d, alpha, _ in PUMA]
+    robot = Robot.from_dh(ur5 if make == "ur5" else puma, convention="standard", limits=[(-np.pi, np.pi)] * 6)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (4000, 6))
+    q[:, 4] = np.where(q[:, 4] > 0.0, np.pi, 0.0) + np.logspace(-12, -3, len(q))
+    found = robot.all_solutions(robot.forward_kinematics(q))
+    off = distance(found, q)
+    assert not (claims_all(found) & (off > 0.01)).any()
+    assert (off < 0.01).mean() > 0.2

@@ -11,7 +11,7 @@ from ulna.kernels.chain import closed_form_layout as layout
 Array = NDArray[np.float64]
 _NEAR_ERROR = 1e-9  # more than is allowed, so that every branch of a near form takes a step
 _PARALLEL = (layout.THREE_PARALLEL, layout.OFFSET_HAND)
-_NOTHING = 1e-14  # of a bend, which the rounding of right angles leaves
+_NOTHING = 1e-28  # of a bend, which the rounding of right angles leaves
 
 
 def table_of(axes: Axes, family: Family, n_free: int) -> Array:
