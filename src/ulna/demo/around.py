@@ -114,7 +114,7 @@ class Around:
             return f"a way {'away from the box, and then' if self.plan.escaped else 'round the box,'} certified free"
         if isinstance(self.plan.reason, Report):
             return f"no way round the box: {self.plan.status}"
-        return f"no way round the box: {self.plan}"
+        return f"no way round the box was found: {self.plan}"
 
     def _look_again(self, q: Array, box: Array, corners: Array) -> None:
         """Keep the motion if the rest of it is free; else plan another one."""

@@ -21,7 +21,7 @@ from ulna.planning.goals import Goals, Question, solutions_of, solve
 from ulna.planning.plan_status import PlanStatus
 
 Array = NDArray[np.float64]
-_MOST_CHOICES = 1024  # of one solution for each link, that are tested
+_FIRST_CHOICES, _MOST_CHOICES = 1024, 65536  # of one solution for each link, that are tested
 _MOST_GOALS = 32  # nearest to the start
 
 
@@ -74,18 +74,29 @@ def find_links_goals(question: Question, poses: Mapping[str, Array], held: NDArr
         found = _of_link(replace(alone, link=link), T, held | ~own[link])
         if isinstance(found, IKResult):
             return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, f"{link}: {found}")
-        each[link] = found[: max(2, int(_MOST_CHOICES ** (1 / len(poses)) + 1e-9))]
-    choices = list(product(*each.values()))
-    q = np.tile(question.start, (len(choices), 1))
+        each[link] = _nearest_first(found, question.start, own[link])
+    q = none
+    for most in (_FIRST_CHOICES, _MOST_CHOICES):  # the nearest of each link, and more only where none of these is free
+        q = _choices(each, own, question.start, max(1, int(most ** (1 / len(poses)) + 1e-9)))
+        free = q[question.is_free(q)]
+        if len(free):
+            free = _nearest_first(free, question.start, ~held)[:_MOST_GOALS]
+            return Goals(free, np.zeros(len(free), dtype=np.int64))
+    return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.report(q[0]))
+
+
+def _choices(each: Mapping[str, Array], own: Mapping[str, NDArray[np.bool_]], start: Array, n_each: int) -> Array:
+    """Every choice of one of the first solutions of each link, shape (n, n_dof); all else is as at the start."""
+    choices = list(product(*(found[:n_each] for found in each.values())))
+    q = np.tile(start, (len(choices), 1))
     for row, choice in zip(q, choices, strict=True):
         for link, solution in zip(each, choice, strict=True):
             row[own[link]] = solution[own[link]]
-    q[:, held] = question.start[held]
-    free = q[question.is_free(q)]
-    if not len(free):
-        return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.report(q[0]))
-    order = np.argsort(np.linalg.norm(free - question.start, axis=1), kind="stable")[:_MOST_GOALS]
-    return Goals(free[order], np.zeros(len(order), dtype=np.int64))
+    return q
+
+
+def _nearest_first(q: Array, start: Array, columns: NDArray[np.bool_]) -> Array:
+    return q[np.argsort(np.linalg.norm((q - start)[:, columns], axis=1), kind="stable")]
 
 
 def _of_link(question: Question, T: Array, fixed: NDArray[np.bool_]) -> Array | IKResult:
