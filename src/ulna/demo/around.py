@@ -27,7 +27,7 @@ _CORNERS = round(SEGMENT_S * RATE_HZ)  # samples of the trajectory from corner t
 
 
 def planned(robot: Robot, start: Array, goals: Array, world: World) -> tuple[Plan, Trajectory | None, int]:
-    """A motion to the first of some configurations to which there is a way, and its number; if there is none, the first plan.
+    """A motion to the first configuration that can be reached, and its number. If none can, the failed plan to the first.
 
     Where a configuration touches the box, another one with the same pose of the hand will do. The motion keeps the clearance; if
     there is no way that does, it only does not touch.

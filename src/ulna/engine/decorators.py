@@ -99,7 +99,7 @@ def routine(function):
 
 
 def shared_routine(function):
-    """Mark a routine that is compiled once, and called by all entries: a long one, whose time the call does not add to."""
+    """Mark a long routine that is compiled once and called by all entries. A short one would take longer by the call."""
     _remember(function)
     return (
         function

@@ -32,9 +32,9 @@ class Shared(NamedTuple):
 
 
 SHARED: dict[str, Shared] = {}
-"""Those that callers were compiled with, or loaded with, in this process, by their symbols."""
+"""By symbol: the routines that code compiled or loaded in this process calls."""
 DISPATCHERS: list[Any] = []
-"""Those of all routines that are shared."""
+"""The dispatchers of all shared routines."""
 
 
 def share(dispatcher: Any) -> None:
