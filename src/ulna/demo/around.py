@@ -70,7 +70,7 @@ class Around:
         ask: Calls functions by ``Compiler.ask``: None while their kernels are compiled.
 
     Attributes:
-        plan: The last plan; None if there is none yet, as while its kernels are compiled.
+        plan: The last plan; None before the first one, and while its kernels are compiled.
         corner: The number of the corner that the arm goes to.
     """
 

@@ -8,7 +8,6 @@ Numba calls ``reload_init``.
 
 import hashlib
 from collections.abc import Callable
-from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -66,7 +65,7 @@ def _call(shared: Shared) -> Callable:
 
     def call(context, builder, _, arguments):
         compiled, convention = shared.compiled, context.call_conv
-        context.active_code_library._reload_init.add(_reload(module, name, shared.types))  # noqa: SLF001 - as typed_passes does
+        context.active_code_library._reload_init.add(Reload(module, name, shared.types))  # noqa: SLF001 - as typed_passes does
         kind = convention.get_function_type(compiled.signature.return_type, compiled.signature.args)
         function = cgutils.get_or_insert_function(builder.module, kind, shared.symbol)
         status, value = convention.call_function(
@@ -91,8 +90,3 @@ class Reload(NamedTuple):
         dispatcher = getattr(import_module(self.module), self.name).within
         dispatcher.compile(self.types)
         _shared(dispatcher, self.types)
-
-
-@cache
-def _reload(module: str, name: str, types: tuple) -> Reload:
-    return Reload(module, name, types)

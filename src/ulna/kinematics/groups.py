@@ -21,8 +21,8 @@ class JointGroup:
     ``link_names`` are the links listed and the child links of all joints of the group, fixed ones and mimics too, in the order
     of the robot. As in MoveIt, a chain has the joints between its two ends, so its base link is not among the links.
 
-    ``tips`` are the ends of its chains; of a group without chains the links from which no other of its links hangs. Where
-    those are several, and one end effector names the group as its ``parent_group``, the parent link of that.
+    ``tips`` are the last links of its chains; in a group without chains, its links without a child in the group. If there are
+    several, and exactly one end effector has the group as its ``parent_group``, the tip is the parent link of that end effector.
     """
 
     name: str

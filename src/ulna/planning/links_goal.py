@@ -29,7 +29,7 @@ def as_links_goal(goal: Mapping[str, ArrayLike], tree: Tree) -> dict[str, Array]
     """A pose for each of several links, shape (4, 4) each.
 
     Raises:
-        InputError: There is none, one is not a rigid motion, or a link has no joints of its own.
+        InputError: No link is named, a pose is not a rigid motion, or a link has no joints of its own.
         UnknownNameError: There is no such link.
     """
     if not goal:
@@ -62,7 +62,7 @@ def held_for_links(poses: Mapping[str, Array], tree: Tree) -> NDArray[np.bool_]:
 
 
 def find_links_goals(question: Question, poses: Mapping[str, Array], held: NDArray[np.bool_]) -> Goals:
-    """The free configurations that bring each link to its pose, nearest to the start first; or why there is none.
+    """The free configurations in which each link is at its pose, nearest to the start first. If there are none, the reason.
 
     held: the entries of q that keep their positions, shape (n_dof,).
     """
@@ -100,7 +100,7 @@ def _nearest_first(q: Array, start: Array, columns: NDArray[np.bool_]) -> Array:
 
 
 def _of_link(question: Question, T: Array, fixed: NDArray[np.bool_]) -> Array | IKResult:
-    """The configurations that bring a link to a pose, whatever they touch, shape (n, n_dof); or why there is none."""
+    """The configurations in which a link is at a pose, collisions ignored, shape (n, n_dof); or the failed search."""
     found = solutions_of(question, T, fixed)
     if len(found):
         return found
