@@ -2,6 +2,8 @@
 
 from itertools import pairwise
 
+import numpy as np
+
 LIMIT = '<limit lower="-3" upper="3" velocity="2" effort="1"/>'
 BOX = '<collision name="{0}"><origin xyz="{1}"/><geometry><box size="{2}"/></geometry></collision>'
 AXES = ("0 0 1", "0 1 0", "0 1 0", "0 0 1", "0 1 0")  # of the joints of an arm, from the shoulder on
@@ -37,3 +39,12 @@ SRDF = """<robot name="two arms">
   <group_state name="up" group="left_arm">
     <joint name="left_joint2" value="-1.2"/><joint name="left_joint3" value="0.4"/></group_state>
 </robot>"""
+
+
+def assert_arrives(robot, plan, goal):
+    """The plan is certified, free at 5001 samples, and ends with each link at its pose."""
+    assert plan, str(plan)
+    assert plan.certified
+    assert not robot.in_collision(plan.at(np.linspace(0, 1, 5001))).any()
+    for link, T in goal.items():
+        assert np.allclose(robot.forward_kinematics(plan.path[-1], link), T, atol=2e-5)

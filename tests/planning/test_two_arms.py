@@ -46,11 +46,7 @@ def test_both_hands_arrive_and_the_arms_do_not_touch_on_the_way(robot, crossed):
     assert any({a[:4], b[:4]} == {"left", "righ"} for a, b in touching_pairs(robot, hits[0]))
     goal = poses_of(robot, end)
     plan = robot.plan(start, goal)
-    assert plan, str(plan)
-    assert plan.certified
-    assert not robot.in_collision(plan.at(np.linspace(0, 1, N))).any()
-    for link, T in goal.items():
-        assert np.allclose(robot.forward_kinematics(plan.path[-1], link), T, atol=2e-5)
+    two_arms.assert_arrives(robot, plan, goal)
     assert (plan.path[:, 0] == start[0]).all()  # the torso moves both
 
 

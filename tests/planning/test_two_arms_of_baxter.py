@@ -5,11 +5,11 @@ import warnings
 import numpy as np
 import pytest
 
+import two_arms
 import ulna
 from robot_files import example_srdfs
 
 HANDS = "left_gripper_base_link", "right_gripper_base_link"
-N = 5001  # samples of a path
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +47,5 @@ def test_each_arm_is_free_of_the_other_along_the_whole_path(baxter, crossings):
         crossed += any(touching_sides(baxter, q) for q in straight[baxter.in_collision(straight)])
         goal = {hand: baxter.forward_kinematics(end, hand) for hand in HANDS}
         plan = baxter.plan(start, goal)
-        assert plan, str(plan)
-        assert plan.certified
-        assert not baxter.in_collision(plan.at(np.linspace(0, 1, N))).any()
-        for hand, T in goal.items():
-            assert np.allclose(baxter.forward_kinematics(plan.path[-1], hand), T, atol=2e-5)
+        two_arms.assert_arrives(baxter, plan, goal)
     assert crossed
