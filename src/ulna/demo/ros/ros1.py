@@ -2,7 +2,6 @@
 
 # pyright: reportMissingImports=false
 
-import signal
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -20,6 +19,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerI
 from ulna.collision.report import Report
 from ulna.demo.player import Player
 from ulna.demo.ros import messages
+from ulna.demo.ros.ending import noted_signals
 from ulna.demo.scenario import BOX_NAME, BOX_START, RATE_HZ, Demo
 from ulna.description.pose import pose
 from ulna.errors import InputError
@@ -99,28 +99,11 @@ def node(name: str) -> Iterator[Callable[[], bool]]:
         KeyboardInterrupt.
     """
     rospy.init_node(name, disable_signals=True)
-    signals = _noted_signals()
+    signals = noted_signals()
     try:
         yield lambda: bool(signals) or rospy.is_shutdown()
     finally:
         rospy.signal_shutdown("the node ends")
-
-
-def _noted_signals() -> list[int]:
-    """Install handlers of SIGINT and SIGTERM, and return the list to which they append.
-
-    rospy's own handler shuts the node down while the main thread runs, and deadlocks if this thread holds a lock, as in
-    ``publish()``. These handlers need no lock: the node ends between two steps.
-    """
-    come: list[int] = []
-
-    def note(number: int, _frame: object) -> None:
-        signal.signal(number, signal.default_int_handler)
-        come.append(number)
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, note)
-    return come
 
 
 def play_arm() -> None:

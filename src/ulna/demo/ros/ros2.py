@@ -9,9 +9,9 @@ import numpy as np
 import rclpy
 from geometry_msgs.msg import Transform, TransformStamped, Vector3
 from numpy.typing import NDArray
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerPose, InteractiveMarkerUpdate, MarkerArray
@@ -21,6 +21,7 @@ from ulna.collision.report import Report
 from ulna.demo.player import Player
 from ulna.demo.ros import messages
 from ulna.demo.ros.description import robot_description
+from ulna.demo.ros.ending import noted_signals
 from ulna.demo.scenario import BOX_NAME, RATE_HZ, Demo
 from ulna.errors import InputError
 
@@ -123,13 +124,13 @@ def transforms(demo: Demo, q: NDArray[np.float64], stamp) -> list[TransformStamp
 
 
 def play(demo: Demo) -> None:
-    """Run the node until Ctrl-C."""
-    rclpy.init()
+    """Run the node until Ctrl-C or SIGTERM."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    signals = noted_signals()
     try:
         node = DemoNode(demo)
         node.get_logger().info("the demo runs; Ctrl-C ends it")
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
+        while not signals:
+            rclpy.spin_once(node)  # a beat at the latest
     finally:
         rclpy.try_shutdown()

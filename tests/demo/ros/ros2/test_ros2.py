@@ -1,6 +1,7 @@
 """The node of ROS 2, and a second process that subscribes to its topics and drags the box: real rclpy, on loopback."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -139,7 +140,32 @@ def test_without_tf2_msgs_the_node_runs_with_a_message(machine):
             lines.append(line)
             if "the demo runs" in line:
                 break
-        node.send_signal(2)
-        assert node.wait(20) == 0
+        node.send_signal(signal.SIGINT)
+        lines += node.stderr
+        assert node.wait(PATIENCE_S) == 0, "".join(lines)
     assert "no module tf2_msgs here" in "".join(lines)
     assert "Traceback" not in "".join(lines)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("before", ["draw_arm", "draw_report", "get_clock", "create_service", "create_timer"])
+def test_a_signal_at_any_moment_ends_the_node_quietly(machine, before, number):
+    """rclpy's own handlers end its context from another thread: whatever the node does next raises."""
+    code = f"""
+import os, sys, time
+from ulna.demo.ros.ros2 import DemoNode
+usual = DemoNode.{before}
+def interrupted(*args, **options):
+    DemoNode.{before} = usual
+    os.kill(os.getpid(), {int(number)})
+    time.sleep(0.1)
+    return usual(*args, **options)
+DemoNode.{before} = interrupted
+from ulna.cli.app import app
+app(['ros2', 'demo'])
+"""
+    ended = subprocess.run(
+        [sys.executable, "-c", code], env=machine, capture_output=True, text=True, timeout=PATIENCE_S, check=False
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert "Traceback" not in ended.stderr
