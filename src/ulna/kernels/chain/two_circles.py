@@ -13,7 +13,9 @@ it is a quartic; here, its geometry: the image of one circle, an ellipse, meets 
 5. The number of roots is that of the exact equation, if rounding cannot have moved it across an equation with a double root.
    With both lines divided by their size the discriminant of step 1 is that of one line times that of the other times the square
    of their resultant. A line passes the circle for certain if its own times the square of the resultant is more than what the
-   equation is off by; or, where both lines pass it, the product of their own: a lower bound of step 1 all around.
+   equation is off by; or, where both lines pass it, the product of their own: a lower bound of step 1 all around. Where all
+   roots are within a small angle r, all that is for the angle as a share of r: their own are r^2, the resultant r^4, and the
+   equation r^4 times what they are of that share.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -119,7 +121,11 @@ def passing(form, lines, off):
     x, y, z = alpha * n_b, beta * n_a, alpha * beta
     resultant = where(straight, amplitude * amplitude, 4.0 * (x * x + y * y - z * z)) / (size_1 * size_1 * size_2 * size_2)
     passes_1, passes_2 = (one - amplitude) / size_1, where(straight, 1.0, (other - amplitude) / size_2)
-    least, both = resultant * resultant, where((passes_1 > 0.0) & (passes_2 > 0.0), passes_1 * passes_2, 0.0)
+    near = abs(passes_1) + abs(passes_2) + sqrt(abs(resultant))
+    least, both = (
+        resultant * resultant / where(near > 0.0, near * near * near, 1.0),
+        where((passes_1 > 0.0) & (passes_2 > 0.0), passes_1 * passes_2, 0.0),
+    )
     left = k - where(straight, k, n_a * n_a - n_b * n_b + 0.5 * (alpha * alpha - beta * beta))
     off = _CERTAIN * (off + abs(left) + where(straight, 0.0, abs(2.0 * alpha * n_a - a) + abs(2.0 * beta * n_b - b)))
     return (
