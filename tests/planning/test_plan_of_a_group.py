@@ -82,6 +82,18 @@ def test_a_goal_that_moves_a_joint_outside_the_group_is_refused(robot, start):
         robot.plan(start, left_goal(robot, start), group="right_arm")
 
 
+@pytest.mark.parametrize("options", [{"group": "left_arm"}, {"held": ["torso"]}, {}])
+def test_a_start_beyond_the_limits_of_a_joint_that_stays_is_the_fault_of_the_start(robot, start, options):
+    beyond, goal = start.copy(), left_goal(robot, start)
+    beyond[0] = goal[0] = 4.0
+    for wanted in [goal, goal[columns(robot)]] if "group" in options else [goal]:
+        plan = robot.plan(beyond, wanted, **options)
+        assert str(plan) == "start beyond limits: torso by 1"
+    goal[columns(robot)[0]] = 3.5
+    with pytest.raises(InputError, match="goal: 3.5 of joint 'left_joint1' is outside its limits"):
+        robot.plan(beyond, goal, **options)
+
+
 def test_rows_of_plan_many_are_those_of_plan(robot, start):
     goals = np.stack([left_goal(robot, start), start])
     plans = robot.plan_many(start, goals[:, columns(robot)], group="left_arm", threads=2)

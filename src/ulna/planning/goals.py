@@ -99,7 +99,8 @@ def is_pose(goal: Array, n_dof: int) -> bool:
 def as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None = None) -> Array:
     """A goal as an array of configurations, shape (n, n_dof), or of poses, shape (n, 4, 4).
 
-    A configuration may have the joints of the group alone; then the others are as in ``start``.
+    A configuration may have the joints of the group alone; then the others are as in ``start``. An entry that is as in ``start``
+    is not compared with the limits: where it is beyond them, the start is.
 
     Raises:
         InputError: It is neither; or a configuration lies outside the limits; or a pose is not a rigid motion.
@@ -121,7 +122,7 @@ def as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None 
         raise InputError("goal", f"shape {given.shape}; {expected}, are expected")
     refuse_out_of_range(given, "goal")
     rows = given.reshape(-1, tree.n_dof)
-    beyond = (rows < tree.lower) | (rows > tree.upper)
+    beyond = ((rows < tree.lower) | (rows > tree.upper)) & (rows != start)
     if beyond.any():
         row, k = np.argwhere(beyond)[0]
         name = next(name for name, part in zip(tree.joint_names, tree.joint_slices, strict=True) if part.start <= k < part.stop)

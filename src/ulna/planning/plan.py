@@ -32,7 +32,7 @@ class Plan:
     ======================= =============================================================================================
     ``solved``              ``path`` leads from the start to a goal.
     ``start in collision``  The start touches something; ``reason`` is the ``Report``.
-    ``start beyond limits`` The start is not within the joint limits.
+    ``start beyond limits`` The start is not within the joint limits; those of joints that are held count too.
     ``goal in collision``   Every goal touches something; ``reason`` is the ``Report`` of the first.
     ``goal unreachable``    No configuration was found for the pose; ``reason`` is the ``IKResult``, of several links a sentence.
     ``budget spent``        ``max_checks`` edges were checked. That says nothing about whether there is a way.
