@@ -46,6 +46,18 @@ def test_numbers_are_those_of_the_group_and_a_position_is_that_of_its_tip(run, a
     assert reached["success"], reached["reason"]
 
 
+def test_a_position_is_of_the_named_tip_where_a_group_has_several(run, arms):
+    options, robot = arms
+    to_reach = ["--group", "both_arms", "--xyz", ",".join(map(str, robot.forward_kinematics(robot.home, "right_hand")[:3, 3]))]
+    refused = run("plan", *options, *to_reach, "--json")
+    assert refused.exit_code == 2
+    said = "--link: the group 'both_arms' has the tips left_hand, right_hand; name the link that the pose is of"
+    assert said in " ".join(refused.output.split())
+    found = json.loads(run("plan", *options, *to_reach, "--link", "right_hand", "--json").stdout)
+    assert found["success"], found["reason"]
+    assert np.allclose(found["path"], robot.home)
+
+
 def test_an_unknown_group_or_state_is_refused_with_those_there_are(run, arms):
     options, _ = arms
     for more, said in (

@@ -31,7 +31,7 @@ from ulna.cli.options import (
 from ulna.cli.output import Data, make_table, number, show
 from ulna.description.pose import pose
 from ulna.errors import InputError, UnknownNameError
-from ulna.kinematics.groups import JointGroup, configuration, group_named
+from ulna.kinematics.groups import JointGroup, configuration, group_named, tip_of
 from ulna.planning.options import MAX_CHECKS
 from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
@@ -57,6 +57,8 @@ Acceleration = Annotated[float, typer.Option(min=0, metavar="NUMBER", help="The 
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each 10 ms.")]
 _LARGEST_VELOCITY = 1.0  # [rad/s or m/s], of joints without a limit
 _PERIOD = 0.01  # [s]
+_OPTIONS = {name: f"--{name.replace('_', '-')}" for name in ("link", "group", "clearance", "seed", "max_checks", "acceleration")}
+_OPTIONS["q_start"] = "--from"
 
 PLAN_KEYS = (
     "robot; status; success; reason; joints; path: rows of q; length; certified; clearance, in metres, null without objects; "
@@ -107,13 +109,13 @@ def plan(
     if to is not None:
         goal, link = _configuration(to, begin, arm, members, degrees=degrees), None
     else:
-        link = link if members is None else link or members.tip
-        link = link_or_hand(arm, link, quietly=as_json)
+        with as_options(_OPTIONS):
+            link = tip_of(members) if members and link is None else link_or_hand(arm, link, quietly=as_json)
         goal = arm.forward_kinematics(arm.home, link)
         if rpy is not None:
             goal = pose(rpy=numbers("--rpy", rpy, RPY, degrees=degrees))
         goal[:3, 3] = numbers("--xyz", str(xyz), XYZ)
-    with as_options({"q_start": "--from", "goal": "--to", "max_checks": "--max-checks", "acceleration": "--acceleration"}):
+    with as_options(_OPTIONS | {"goal": "--xyz" if to is None else "--to"}):
         found = arm.plan(
             begin, goal, world_of(scene), link=link, group=group, certify=not sampled, clearance=clearance, seed=seed,
             max_checks=max_checks, escape=escape,

@@ -10,7 +10,7 @@ from ulna.description.group_joints import own_joints
 from ulna.description.pose import matrix_from_quaternion, rpy_from_matrix
 from ulna.description.robot_description import Description, frozen
 from ulna.description.semantic import Group, GroupState
-from ulna.errors import UnknownNameError
+from ulna.errors import InputError, UnknownNameError
 from ulna.kinematics.tree import Tree
 
 
@@ -73,6 +73,18 @@ def group_named(name: str, groups: Mapping[str, JointGroup]) -> JointGroup:
         hint = "" if groups else "; groups are read from an SRDF: ulna.load(..., srdf=...)"
         raise UnknownNameError("group", str(name), groups, hint)
     return group
+
+
+def tip_of(group: JointGroup) -> str:
+    """The link that a pose is of where only the group is named.
+
+    Raises:
+        InputError: It has several tips, or no links.
+    """
+    if group.tip is None:
+        ends = f"the tips {', '.join(group.tips)}" if group.tips else "no links"
+        raise InputError("link", f"the group {group.name!r} has {ends}; name the link that the pose is of")
+    return group.tip
 
 
 def configuration(state: GroupState, tree: Tree, home: NDArray[np.float64]) -> NDArray[np.float64]:

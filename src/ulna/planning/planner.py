@@ -14,7 +14,7 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names
 from ulna.ik.task import Task, as_task
-from ulna.kinematics.groups import JointGroup
+from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.escape import escape_from
@@ -128,12 +128,7 @@ def _link_of(targets: Array | dict[str, Array], link: str | None, group: JointGr
         if link is not None:
             raise InputError("link", "the goal names its links already")
         return None
-    if link is not None or group is None or targets.ndim != 3:
-        return link
-    if group.tip is None:
-        ends = f"the tips {', '.join(group.tips)}" if group.tips else "no links"
-        raise InputError("link", f"the group {group.name!r} has {ends}; name the link that the pose is of")
-    return group.tip
+    return link if link is not None or group is None or targets.ndim != 3 else tip_of(group)
 
 
 def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
