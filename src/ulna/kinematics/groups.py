@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.group_joints import own_joints
+from ulna.description.group_joints import joints_between, own_joints
 from ulna.description.pose import matrix_from_quaternion, rpy_from_matrix
-from ulna.description.robot_description import Description, frozen
+from ulna.description.robot_description import Description, Joint, frozen
 from ulna.description.semantic import Group, GroupState
 from ulna.errors import InputError, UnknownNameError
 from ulna.kinematics.tree import Tree
@@ -21,8 +21,9 @@ class JointGroup:
     ``link_names`` are the links listed and the child links of all joints of the group, fixed ones and mimics too, in the order
     of the robot. As in MoveIt, a chain has the joints between its two ends, so its base link is not among the links.
 
-    ``tips`` are the last links of its chains; in a group without chains, its links without a child in the group. If there are
-    several, and exactly one end effector has the group as its ``parent_group``, the tip is the parent link of that end effector.
+    ``tips`` are the last links of its chains, without those from which another chain leads on; in a group without chains, its
+    links without a child in the group. If there are several, and exactly one end effector has the group as its ``parent_group``,
+    the tip is the parent link of that end effector.
     """
 
     name: str
@@ -54,7 +55,7 @@ def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
         links = {children[joint] for joint in joints if joint in children}.union(*(groups[m].links for m in members))
         moving = tuple(joint for joint in slices if joint in joints)
         columns = tuple(column for joint in moving for column in range(slices[joint].start, slices[joint].stop))
-        tips = {tip for member in members for _, tip in groups[member].chains}
+        tips = _ends({chain for member in members for chain in groups[member].chains}, carriers)
         tips = tips or links - {carriers[link].parent for link in links if link in carriers}
         tips = hands[name] if len(tips) > 1 and len(hands.get(name, ())) == 1 else tips
         of_links, of_tips = (tuple(link for link in tree.link_names if link in some) for some in (links, tips))
@@ -97,6 +98,12 @@ def configuration(state: GroupState, tree: Tree, home: NDArray[np.float64]) -> N
 
 def _rpy(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
     return rpy_from_matrix(matrix_from_quaternion((w, x, y, z)))
+
+
+def _ends(chains: set[tuple[str, str]], carriers: dict[str, Joint]) -> set[str]:
+    """The last links of some chains, without those that lie before the end of another one."""
+    joints = set().union(*(joints_between(base, tip, carriers) for base, tip in chains))
+    return {tip for _, tip in chains} - {joint.parent for joint in carriers.values() if joint.name in joints}
 
 
 def _with_subgroups(name: str, groups: dict[str, Group]) -> set[str]:
