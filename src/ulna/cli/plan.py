@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 
 from ulna.cli.meshes import Hulls, Meshes, refuse_meshes, with_chosen_shapes
-from ulna.cli.numbers import RPY, XYZ, numbers
+from ulna.cli.numbers import RPY, XYZ, is_name, numbers
 from ulna.cli.options import (
     Base,
     Degrees,
@@ -25,20 +25,22 @@ from ulna.cli.options import (
     as_options,
     link_or_hand,
     load_robot,
-    positions,
     world_of,
 )
 from ulna.cli.output import Data, make_table, number, show
 from ulna.description.pose import pose
 from ulna.errors import InputError, UnknownNameError
-from ulna.kinematics.groups import JointGroup, configuration, group_named, tip_of
+from ulna.kinematics.groups import JointGroup, group_named, state_named, tip_of
 from ulna.planning.options import MAX_CHECKS
 from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
-Start = Annotated[str | None, typer.Option("--from", metavar="NUMBERS", help="Joint positions to start from; home unless given.")]
+Start = Annotated[
+    str | None,
+    typer.Option("--from", metavar="NUMBERS", help="Joint positions to start from, or a state of the SRDF; home unless given."),
+]
 Goal = Annotated[
     str | None,
     typer.Option("--to", metavar="NUMBERS", help="Joint positions to reach, or a state of the SRDF, as in arm/home."),
@@ -104,10 +106,10 @@ def plan(
         raise InputError("--to, --xyz", "one of them is expected")
     if to is not None and (link is not None or rpy is not None):
         raise InputError("--link, --rpy", "go with --xyz; --to gives positions of all joints")
-    begin = positions("--from", start, arm, degrees=degrees)
     members = None if group is None else group_named(group, arm.groups)
+    begin = arm.home if start is None else _configuration("--from", start, arm, members, degrees=degrees)
     if to is not None:
-        goal, link = _configuration(to, begin, arm, members, degrees=degrees), None
+        goal, link = _configuration("--to", to, arm, members, degrees=degrees), None
     else:
         with as_options(_OPTIONS):
             link = tip_of(members) if members and link is None else link_or_hand(arm, link, quietly=as_json)
@@ -127,23 +129,19 @@ def plan(
     raise typer.Exit(0 if found else 1)
 
 
-def _configuration(
-    text: str, begin: NDArray[np.float64], robot: Robot, group: JointGroup | None, *, degrees: bool
-) -> NDArray[np.float64]:
-    """A state of the SRDF, whose other joints are as at the beginning; or numbers, those of the group alone."""
-    states = {state.key: state for state in robot.srdf.states}
-    key = text if group is None or text in states else f"{group.name}/{text}"
-    if key in states:
-        return configuration(states[key], robot.tree, begin)
-    entries = coordinates_of(robot)
-    if group is not None:
-        entries = [entries[column] for column in group.columns]
+def _configuration(option: str, text: str, robot: Robot, group: JointGroup | None, *, degrees: bool) -> str | NDArray[np.float64]:
+    """The name of a state of the SRDF; or numbers, for --to those of the group alone."""
     try:
-        return np.array(numbers("--to", text, entries, degrees=degrees))
-    except InputError as error:
-        if not text[:1].isalpha() or text.startswith("pi"):
+        state_named(text, robot.srdf.states, group)
+    except UnknownNameError:
+        if is_name(text):
             raise
-        raise UnknownNameError("state of the SRDF", text, states) from error
+    else:
+        return text
+    entries = coordinates_of(robot)
+    if group is not None and option == "--to":
+        entries = [entries[column] for column in group.columns]
+    return np.array(numbers(option, text, entries, degrees=degrees))
 
 
 def _timed(robot: Robot, found: Plan, acceleration: float) -> Trajectory:

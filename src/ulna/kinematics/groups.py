@@ -1,6 +1,6 @@
 """Resolves the groups and states of a semantic description on a robot: joints, links, entries of q. Used by ``Robot``."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,13 +67,32 @@ def group_named(name: str, groups: Mapping[str, JointGroup]) -> JointGroup:
     """The group of that name.
 
     Raises:
+        InputError: It is not a name.
         UnknownNameError: There is no such group.
     """
-    group = groups.get(name) if isinstance(name, str) else None
-    if group is None:
+    if not isinstance(name, str):
+        raise InputError("group", f"{type(name).__name__}; the name of a group of the SRDF is expected")
+    if name not in groups:
         hint = "" if groups else "; groups are read from an SRDF: ulna.load(..., srdf=...)"
-        raise UnknownNameError("group", str(name), groups, hint)
-    return group
+        raise UnknownNameError("group", name, groups, hint)
+    return groups[name]
+
+
+def state_named(name: str, states: Iterable[GroupState], group: JointGroup | None) -> GroupState:
+    """The state of that key or, with a group, of that name in it; without a group also the only state of that name.
+
+    Raises:
+        UnknownNameError: There is no such state, or without a group there are several.
+    """
+    by_key = {state.key: state for state in states}
+    alike = [key for key, state in by_key.items() if state.name == name]
+    key = name if name in by_key or group is None else f"{group.name}/{name}"
+    if key not in by_key and group is None and len(alike) == 1:
+        key = alike[0]
+    if key not in by_key:
+        hint = "" if by_key else "; states are read from an SRDF: ulna.load(..., srdf=...)"
+        raise UnknownNameError("state of the SRDF", name, alike or by_key, hint)
+    return by_key[key]
 
 
 def tip_of(group: JointGroup) -> str:
