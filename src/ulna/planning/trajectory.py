@@ -70,6 +70,11 @@ class Trajectory:
         """How long it takes [s]."""
         return float(self.times[-1])
 
+    @property
+    def rests(self) -> Array:
+        """When it is at rest [s], shape (stops + 2,): at the start, at each stop, at the end."""
+        return self._profile.times[self._grid.borders]
+
     def at(self, t: ArrayLike) -> Moment:
         """Positions, velocities and accelerations at times.
 
@@ -117,13 +122,15 @@ class Trajectory:
         """The message ``trajectory_msgs/JointTrajectory`` of the ROS that this Python finds, 1 or 2.
 
         Its stamp is zero, which means: begin at once. The first point is the start, at time 0; at both ends the velocity is 0.
+        Each stop on the way is a point too, with velocity and acceleration 0: a controller interpolates between points, and
+        would round the corner at which the motion stops.
 
         Args:
             joint_names: The joints of the message in their order, such as those of one controller; all unless given.
-            period: The greatest time between two points [s], which are spaced evenly.
+            period: The greatest time between two points [s], which are spaced evenly from rest to rest.
 
         Raises:
-            InputError: ``period`` is not above 0.
+            InputError: ``period`` is not above 0; no joint is named, or one twice.
             UnknownNameError: There is no such joint.
             MissingROSError: This Python finds no ``trajectory_msgs``.
         """
