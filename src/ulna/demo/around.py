@@ -21,7 +21,7 @@ NAME = "a plan around the box"  # which the page shows while it is compiled
 _ACCELERATION = 3.0  # [rad/s^2] of every joint
 _VELOCITY = 1.0  # [rad/s]
 _CLEARANCE = 0.01  # [m] that a plan keeps from the box; while it is dragged nearer than half of this, another one is made
-_MOST_CHECKS = 10_000  # of one search, some 30 ms for the Panda's boxes; two a corner are made before it is said that there is no way
+_MOST_CHECKS = 10_000  # of one search, some 30 ms; there are two for each corner before it is said that there is no way
 _APART = 0.02  # [s] between two configurations whose distance from the box is measured again
 _CORNERS = round(SEGMENT_S * RATE_HZ)  # samples of the trajectory from corner to corner
 
