@@ -37,7 +37,7 @@ from ulna.engine.whole_file import write_whole
 
 
 def write_objects(entries: Entries, folder: Path, part: str) -> None:
-    """Write an object file for each signature of each entry of a part, and the index. Files that are there are kept: they are whole."""
+    """Write an object file for each signature of each entry of a part, and the index. Files that are there are kept."""
     folder.mkdir(parents=True, exist_ok=True)
     names = [name for name in sorted(entries.names()) if _part_of(entries, name) == part]
     index = [_write_entry(entries, name, folder) for name in names]
