@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 
 from ulna.cli.meshes import Hulls, Meshes, refuse_meshes, with_chosen_shapes
-from ulna.cli.numbers import RPY, XYZ, is_name, numbers
+from ulna.cli.numbers import RPY, XYZ, is_name, numbers, words
 from ulna.cli.options import (
     Base,
     Degrees,
@@ -50,6 +50,14 @@ GroupName = Annotated[
 ]
 Position = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Or the position of the link to reach, in metres.")]
 RollPitchYaw = Annotated[str | None, typer.Option(metavar="R,P,Y", help="With --xyz: roll, pitch, yaw; as at home unless given.")]
+Goals = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--goal",
+        metavar="LINK=NUMBERS",
+        help='Or "LINK=x,y,z,roll,pitch,yaw" or "LINK=x,y,z"; repeatable: several links come to their poses together.',
+    ),
+]
 Clearance = Annotated[float, typer.Option(min=0, metavar="METRES", help="Keep objects at least this far away.")]
 Seed = Annotated[int, typer.Option(min=0, help="Chooses the samples.")]
 MaxChecks = Annotated[int, typer.Option(min=1, help="How many edges are checked at most.")]
@@ -75,6 +83,7 @@ def plan(
     to: Goal = None,
     xyz: Position = None,
     rpy: RollPitchYaw = None,
+    goals: Goals = None,
     scene: Scene = None,
     link: Link = None,
     group: GroupName = None,
@@ -102,14 +111,17 @@ def plan(
     arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
     arm = with_chosen_shapes(arm, meshes, hulls=hulls, quiet=as_json)
     refuse_meshes(arm)
-    if (to is None) == (xyz is None):
-        raise InputError("--to, --xyz", "one of them is expected")
-    if to is not None and (link is not None or rpy is not None):
-        raise InputError("--link, --rpy", "go with --xyz; --to gives positions of all joints")
+    if sum(bool(given) for given in (to is not None, xyz is not None, goals)) != 1:
+        raise InputError("--to, --xyz, --goal", "one of them is expected")
+    if xyz is None and (link is not None or rpy is not None):
+        other = "--goal names its links and their orientations" if goals else "--to gives positions of all joints"
+        raise InputError("--link, --rpy", f"go with --xyz; {other}")
     members = None if group is None else group_named(group, arm.groups)
     begin = arm.home if start is None else _configuration("--from", start, arm, members, degrees=degrees)
     if to is not None:
         goal, link = _configuration("--to", to, arm, members, degrees=degrees), None
+    elif goals:
+        goal = _poses(goals, arm, degrees=degrees)
     else:
         with as_options(_OPTIONS):
             link = tip_of(members) if members and link is None else link_or_hand(arm, link, quietly=as_json)
@@ -117,7 +129,7 @@ def plan(
         if rpy is not None:
             goal = pose(rpy=numbers("--rpy", rpy, RPY, degrees=degrees))
         goal[:3, 3] = numbers("--xyz", str(xyz), XYZ)
-    with as_options(_OPTIONS | {"goal": "--xyz" if to is None else "--to"}):
+    with as_options(_OPTIONS | {"goal": "--goal" if goals else "--xyz" if to is None else "--to"}):
         found = arm.plan(
             begin, goal, world_of(scene), link=link, group=group, certify=not sampled, clearance=clearance, seed=seed,
             max_checks=max_checks, escape=escape,
@@ -142,6 +154,24 @@ def _configuration(option: str, text: str, robot: Robot, group: JointGroup | Non
     if group is not None and option == "--to":
         entries = [entries[column] for column in group.columns]
     return np.array(numbers(option, text, entries, degrees=degrees))
+
+
+def _poses(goals: list[str], robot: Robot, *, degrees: bool) -> dict[str, NDArray[np.float64]]:
+    """The pose of each link, shape (4, 4), of "LINK=x, y, z" or "LINK=x, y, z, roll, pitch, yaw"."""
+    poses: dict[str, NDArray[np.float64]] = {}
+    for text in goals:
+        link, separator, values = text.rpartition("=")
+        if not separator:
+            raise InputError("--goal", f"{text!r}; LINK=x,y,z or LINK=x,y,z,roll,pitch,yaw is expected")
+        if link in poses:
+            raise InputError("--goal", f"the link {link!r} is named twice")
+        if len(words(values)) == len(XYZ):
+            poses[link] = robot.forward_kinematics(robot.home, link)
+            poses[link][:3, 3] = numbers("--goal", values, XYZ)
+        else:
+            given = numbers("--goal", values, (*XYZ, *RPY), degrees=degrees)
+            poses[link] = pose(given[:3], given[3:])
+    return poses
 
 
 def _timed(robot: Robot, found: Plan, acceleration: float) -> Trajectory:
