@@ -203,7 +203,7 @@ def test_a_base_far_from_the_arm_is_no_proof_of_more_than_its_digits_tell(family
     rng = np.random.default_rng([family, int(far)])
     h, c = family_axes(family, rng)
     robot = arm_of_axes(h, c + far * robots.unit(*rng.normal(size=3)), rng)
-    q = near_singular(robot, rng, 2000)
+    q = near_singular(robot, rng, 2000 if robot.closed_form.is_exact else 50)  # the others are searched
     T = robot.forward_kinematics(q)
     found = robot.all_solutions(T)
     assert not (claims_all(found) & (distance(found, q) > 0.03)).any()

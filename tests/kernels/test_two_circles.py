@@ -51,7 +51,7 @@ def test_the_pair_that_was_planted_is_found_and_as_many_as_there_are_changes_of_
         x, real = pairs(run, B, u)
         nearest = np.where(real, apart(x, planted_x[:, None]), 9.0).min(axis=1)
         assert nearest.max() < 1e-6
-        grid = np.linspace(-np.pi, np.pi, 40_001)
+        grid = np.linspace(-np.pi, np.pi, 12_001)
         signs = value(B, u, np.tile(grid, (N, 1))) > 0
         changes = (signs[:, 1:] != signs[:, :-1]).sum(axis=1)
         both = real[:, :, None] & real[:, None] & ~np.eye(4, dtype=bool)
