@@ -41,6 +41,14 @@ def pixels(page: Page) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(int)
 
 
+def camera_of(page: Page, server):
+    """The camera of a server's only tab, once the page has put it where the server says: a tab begins with one of its own."""
+    (client,) = wait_to_see(page, lambda: list(server.get_clients().values()), "a tab")
+    wanted = server.initial_camera.look_at
+    wait_to_see(page, lambda: np.allclose(client.camera.look_at, wanted, atol=1e-3), "the camera where it begins")
+    return client.camera
+
+
 def project(camera, point) -> np.ndarray:
     """Where a point of the scene appears [pixel x, y]: a pinhole that looks along the camera's z axis."""
     from ulna.description.pose import inverse, pose

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from browser import SIZE, project, wait_to_see
+from browser import SIZE, camera_of, project, wait_to_see
 
 PHONE = (390, 844)
 SHEET = """() => {
@@ -20,8 +20,7 @@ def test_the_panel_does_not_cover_the_robot_or_a_new_obstacle(open_page, size):
     robot = ulna.load("ur5")
     with ulna.view(robot) as view:
         page = open_page(view.url, size=size)
-        clients = wait_to_see(page, view.page.server.get_clients, "a tab")
-        camera = next(iter(clients.values())).camera
+        camera = camera_of(page, view.page.server)
         page.get_by_role("tab", name="Obstacles").click()
         page.get_by_role("button", name="Box").click()
         wait_to_see(page, lambda: view.world.names, "an obstacle")

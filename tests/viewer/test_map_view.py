@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from browser import project, wait_to_see
+from browser import camera_of, project, wait_to_see
 from ulna.viewer.map_view import MapView
 
 
@@ -73,11 +73,11 @@ def test_a_voxel_is_clicked_on_the_page(view, open_page):
     view.clip("y", 0.0)
     page = open_page(view.url)
     assert "poses reached" in page.get_by_role("status").first.inner_text()
-    (client,) = view.page.server.get_clients().values()
-    eye = np.asarray(client.camera.position)
-    target = view.shown[np.argmin(np.linalg.norm(view.voxels.centres[view.shown] - eye, axis=1))]
     wait_to_see(page, lambda: page.locator("canvas").count(), "the scene")
-    page.mouse.click(*project(client.camera, view.voxels.centres[target]))
+    camera = camera_of(page, view.page.server)
+    eye = np.array(camera.position)
+    target = view.shown[np.argmin(np.linalg.norm(view.voxels.centres[view.shown] - eye, axis=1))]
+    page.mouse.click(*project(camera, view.voxels.centres[target]))
     wait_to_see(page, lambda: view.result is not None, "the solutions of a voxel")
     ray = view.voxels.centres[target] - eye
     assert view.chosen == view.voxels.on_ray(eye, ray, view.shown)

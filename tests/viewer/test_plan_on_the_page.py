@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from browser import arrow, drag, wait_to_see
+from browser import arrow, camera_of, drag, wait_to_see
 from processes import wait_for
 
 pytestmark = pytest.mark.slow
@@ -59,7 +59,7 @@ def test_a_goal_inside_an_obstacle_has_a_reason_and_no_line(view, page, panda):
 
 
 def test_a_dragged_goal_is_planned_to_and_the_arm_stays(view, page, panda):
-    camera = next(iter(view.page.server.get_clients().values())).camera
+    camera = camera_of(page, view.page.server)
     size, T = view.plans.handles.control.scale, panda.forward_kinematics(panda.home)
     drag(page, view.plans.handles, arrow(camera, T, 2, size), (0, 60), "blue")
     page.mouse.up()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
-from browser import around, arrow, drag, pixels, project, wait_to_see
+from browser import around, arrow, camera_of, drag, pixels, project, wait_to_see
 from colors import count
 from processes import wait_for
 from ulna.viewer.configuration import as_text
@@ -35,7 +35,7 @@ def page(view, open_page):
 @pytest.fixture
 def camera(view, page):
     """The camera of the only tab."""
-    return next(iter(view.page.server.get_clients().values())).camera
+    return camera_of(page, view.page.server)
 
 
 def tab(page, name):

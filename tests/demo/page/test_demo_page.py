@@ -9,7 +9,7 @@ import av
 import numpy as np
 import pytest
 
-from browser import SIZE, around, pixels, project, wait_to_see
+from browser import SIZE, around, camera_of, pixels, project, wait_to_see
 from colors import count
 from processes import wait_for
 from ulna.demo.page import DemoApp, serve
@@ -38,7 +38,7 @@ def still(app, page):
     app.set_configuration(app.demo.robot.home)
     page.get_by_role("button", name="Put the box back").click()
     wait_to_see(page, lambda: np.allclose(app.scene.handles.control.position, BOX_START), "the box at its start")
-    camera = next(iter(app.server.get_clients().values())).camera
+    camera = camera_of(page, app.server)
     wait_to_see(page, lambda: light_is(page, camera, "green"), "a green light")
     return camera
 
@@ -112,7 +112,7 @@ def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
 
 def test_on_a_phone_the_box_the_light_and_the_hand_are_above_the_panel(app, open_page):
     page = open_page(app.url, size=(390, 844))
-    camera = next(iter(wait_to_see(page, app.server.get_clients, "a tab").values())).camera
+    camera = camera_of(page, app.server)
     hand = app.demo.robot.forward_kinematics(app.demo.robot.home)[:3, 3]
 
     def all_in_sight():
