@@ -12,6 +12,7 @@ FAMILIES = (
     layout.THREE_PARALLEL, layout.PARALLEL_23, layout.INTERSECTING_12, layout.PARALLEL_12, layout.INTERSECTING_23,
     layout.OFFSET_HAND, layout.ANY_THREE_AXES,
 )  # fmt: skip
+QUARTIC = FAMILIES[-2:]
 HALF_TURN = Limits(-np.pi, np.pi)
 
 

@@ -1,10 +1,10 @@
 """The probes of the kernels of closed forms; see ``kernel_modes``."""
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import load, store
+from ulna.engine.lanes import load, store, where
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.subproblems import angle_onto, angles_to_direction, angles_to_plane, angles_to_sphere, one_of_two
-from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, pencil
+from ulna.kernels.chain.two_circles import angle_of_pair, lines_of, other_of_pair, passing, pencil
 from ulna.kernels.spatial.arc_tangent import full_circle_angle
 
 FREE = 0.6, 0.8  # the sine and cosine of an angle that may be any
@@ -56,17 +56,26 @@ def arc_tangent(x, out):
 
 
 def pair_of_circles(x, out):
-    """x: u, the columns of B, two signs; out: the sine and cosine of the angle of x, its slope, and those of y."""
+    """x: u, the columns of B, two signs, what it is off by; out: the angle of x, how sure, ``apart``, and the angle of y."""
     u, b_1, b_2 = (load(x, 0), load(x, 1)), (load(x, 2), load(x, 3)), (load(x, 4), load(x, 5))
     axes, form, lines, size = pencil(u, b_1, b_2)
-    angle, sure, apart = angle_of_pair(axes, form, lines, size, load(x, 6), load(x, 7), FREE)
-    other = other_of_pair(u, b_1, b_2, angle)
+    angle, sure, slope, meets = angle_of_pair(axes, form, lines, size, load(x, 6), load(x, 7), FREE)
+    one, other = passing(form, lines, load(x, 8))
     store(out, 0, angle[0])
     store(out, 1, angle[1])
     store(out, 2, sure)
-    store(out, 3, apart)
-    store(out, 4, other[0])
-    store(out, 5, other[1])
+    store(out, 3, where(meets, slope, where(load(x, 6) > 0.0, one, other)))
+    second = other_of_pair(u, b_1, b_2, angle)
+    store(out, 4, second[0])
+    store(out, 5, second[1])
+
+
+def pair_of_lines(x, out):
+    """x: k, a, b, d of k + a cos + b sin + d cos 2 angle, and what it is off by; out: what its two lines are (``passing``)."""
+    form = load(x, 0), load(x, 1), load(x, 2), load(x, 3)
+    one, other = passing(form, lines_of(form[0], form[1], form[2], form[3]), load(x, 4))
+    store(out, 0, one)
+    store(out, 1, other)
 
 
 def one_branch(table, x, out):

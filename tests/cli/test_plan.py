@@ -43,3 +43,4 @@ def test_json_has_the_path_and_why_there_is_none(run, scene):
 def test_one_goal_is_expected(run):
     assert run("plan").exit_code == 2
     assert run("plan", "--to", RIGHT, "--xyz", "0.4,0,0.4").exit_code == 2
+    assert run("plan", "--goal", "panda_ee=0.4,0,0.4", "--xyz", "0.4,0,0.4").exit_code == 2

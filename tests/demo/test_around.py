@@ -1,8 +1,12 @@
 """The demo's arm plans around the box: it touches nothing as long as there is a way, and says so when there is none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import ulna
+from ulna.demo.around import is_free
 from ulna.demo.player import Player
 from ulna.demo.scenario import BOX_START, Demo
 from ulna.description.pose import pose
@@ -106,3 +110,34 @@ def test_switched_off_the_arm_plays_the_trajectory_as_ever(player):
     play(player, 2)
     play(other, 2)
     assert np.array_equal(player.q, other.q)
+
+
+def test_a_way_that_is_not_certified_is_not_said_to_be(player):
+    player.avoiding = True
+    play(player, 0.5)
+    assert "certified free" in player.around.sentence
+    player.around.plan = replace(player.around.plan, certified=False)
+    assert "certified" not in player.around.sentence
+    assert "free at samples" in player.around.sentence
+
+
+def test_the_motion_that_is_played_is_looked_at_not_chords_of_it(player):
+    """So fast that its corners lie far from lines between configurations 20 ms apart, where the box is."""
+    robot, world = player.demo.robot, player.demo.world
+    left, right = robot.home.copy(), robot.home.copy()
+    left[0], right[0] = 1.0, -1.0
+    post = ulna.World()
+    post.add("post", ulna.Box((0.1, 0.1, 1.6)), pose((0.35, 0, 0.6)))
+    post.add("shelf", ulna.Box((0.5, 2, 0.05)), pose((0.6, 0, 0.95)))
+    motion = robot.plan(left, right, post).trajectory(velocity=1e4, acceleration=1e6, blend=2.0)
+    assert motion.duration < 0.02
+    q = motion.at(np.linspace(0, motion.duration, 501)).q
+    chords = np.concatenate([np.linspace(q[0], q[250], 501), np.linspace(q[250], q[-1], 501)])
+    seen = 0
+    for T in robot.forward_kinematics(q)[::10]:
+        for offset in np.random.default_rng(0).uniform(-0.3, 0.3, (20, 3)):
+            player.demo.move_box(T @ pose(offset))
+            if robot.in_collision(q, world).any() and not robot.in_collision(chords, world).any():
+                assert not is_free(robot, motion, 0.0, world)
+                seen += robot.signed_distance(q[[0, 250, -1]], world, self_collision=False).min() > 0.01
+    assert seen

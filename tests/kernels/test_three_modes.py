@@ -45,7 +45,7 @@ def test_this_process_agrees_with_plain_numpy(of_this_process, without_compiler,
 def test_every_probe_has_a_case():
     told_by_their_own_tests = {"any_of", "load_and_store"}  # what they do depends on the number of lanes, or is exact
     told_by_their_own_tests |= {"onto", "to_plane", "to_sphere", "to_direction", "arc_tangent", "vector_at"}  # test_subproblems
-    told_by_their_own_tests |= {"pair_of_circles"}  # test_two_circles
+    told_by_their_own_tests |= {"pair_of_circles", "pair_of_lines"}  # test_two_circles
     modules = kernel_probes, closed_form_probes
     own = {name for m in modules for name, f in vars(m).items() if getattr(f, "__module__", "") == m.__name__}
     defined = {name for name in own if not name.startswith("_")}

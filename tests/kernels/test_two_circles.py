@@ -27,7 +27,9 @@ def value(B, u, angle):
 def pairs(run, B, u):
     """The angles of x and y, shape (N, 4), of all four pairs of signs, and whether they are a pair."""
     rows = [
-        np.column_stack([u, B[:, 0, 0], B[:, 1, 0], B[:, 0, 1], B[:, 1, 1], np.full(N, line), np.full(N, sign)])
+        np.column_stack(
+            [u, B[:, 0, 0], B[:, 1, 0], B[:, 0, 1], B[:, 1, 1], np.full(N, line), np.full(N, sign), np.full(N, 1e-14)]
+        )
         for line, sign in SIGNS
     ]
     found = np.stack([run(probes.pair_of_circles, row.T, 6) for row in rows], axis=-1)
@@ -49,7 +51,7 @@ def test_the_pair_that_was_planted_is_found_and_as_many_as_there_are_changes_of_
         x, real = pairs(run, B, u)
         nearest = np.where(real, apart(x, planted_x[:, None]), 9.0).min(axis=1)
         assert nearest.max() < 1e-6
-        grid = np.linspace(-np.pi, np.pi, 40_001)
+        grid = np.linspace(-np.pi, np.pi, 12_001)
         signs = value(B, u, np.tile(grid, (N, 1))) > 0
         changes = (signs[:, 1:] != signs[:, :-1]).sum(axis=1)
         both = real[:, :, None] & real[:, None] & ~np.eye(4, dtype=bool)
@@ -111,10 +113,64 @@ def test_where_three_are_one_no_pair_near_it_is_said_to_be_complex_for_certain(r
     along = -(tangent**2).sum(axis=1)[:, None] * y + rng.uniform(-1, 1, N)[:, None] * tangent
     B = np.einsum("ni,nj->nij", along, ahead) + np.einsum("ni,nj->nij", tangent, across)
     rows = [
-        np.column_stack([y + along, B[:, 0, 0], B[:, 1, 0], B[:, 0, 1], B[:, 1, 1], np.full(N, line), np.full(N, sign)])
+        np.column_stack(
+            [y + along, B[:, 0, 0], B[:, 1, 0], B[:, 0, 1], B[:, 1, 1], np.full(N, line), np.full(N, sign), np.full(N, 1e-14)]
+        )
         for line, sign in SIGNS
     ]
     found = np.stack([run(probes.pair_of_circles, row.T, 6) for row in rows], axis=-1)
     near = apart(np.arctan2(found[0], found[1]), x[:, None]) < 1e-2
     assert near.sum() >= 2 * N
-    assert found[3][near].min() > -1e-8
+    assert found[3][near].min() > -1e-30
+
+
+# ---- that a line passes the circle for certain
+
+HARMONICS = 5
+
+
+def of_roots(roots):
+    """k, a, b, d, shape (4, n), of the product of the sines of half the distances from roots (n, 4), and the sum of their sizes.
+
+    The angle is counted from where sin 2 angle has no part and d >= 0. Complex roots come in pairs.
+    """
+    t = np.arange(HARMONICS) * 2 * np.pi / HARMONICS
+    values = np.prod(np.sin((t[:, None, None] - roots) / 2), axis=-1).real
+    terms = np.column_stack([np.ones(HARMONICS), np.cos(t), np.sin(t), np.cos(2 * t), np.sin(2 * t)])
+    k, a, b, c_2, s_2 = np.linalg.solve(terms, values)
+    turn = np.arctan2(s_2, c_2) / 2
+    form = np.stack([k, a * np.cos(turn) + b * np.sin(turn), b * np.cos(turn) - a * np.sin(turn), np.hypot(c_2, s_2)])
+    return form / np.abs(form).sum(axis=0)
+
+
+def changes_of_sign(form):
+    """How often k + a cos + b sin + d cos 2 angle changes its sign, by its values between the angles of its roots."""
+    k, a, b, d = form
+    roots = np.roots([d / 2, (a - 1j * b) / 2, k, (a + 1j * b) / 2, d / 2])
+    ends = np.sort(np.concatenate([np.angle(roots), np.linspace(-np.pi, np.pi, 40)]))
+    t = np.sort(np.concatenate([ends, (ends[1:] + ends[:-1]) / 2]))
+    positive = k + a * np.cos(t) + b * np.sin(t) + d * np.cos(2 * t) > 0
+    return int((positive != np.roll(positive, 1)).sum())
+
+
+@pytest.mark.parametrize("kind", ["two real", "none real"])
+def test_what_passes_for_certain_has_no_root_though_the_equation_be_off(run, kind):
+    """Roots of all distances, nearly double to fourfold ones among them; the equation is then changed by what it is off by."""
+    rng = np.random.default_rng(8)
+    n = 400
+    near, height, middle = 10.0 ** rng.uniform(-4, 0, n), 10.0 ** rng.uniform(-4, 0.3, n), rng.uniform(-np.pi, np.pi, n)
+    if kind == "two real":
+        first = np.stack([middle, middle + near * rng.normal(size=n)], axis=-1) + 0j
+    else:
+        first = np.stack([middle + 1j * height, middle - 1j * height], axis=-1)
+    other = middle + near * rng.normal(size=n) + 1j * height * 10.0 ** rng.uniform(-1, 1, n)
+    form = of_roots(np.column_stack([first, other, other.conj()]))
+    form = form[:, form[3] > 1e-8]  # else it is a straight line
+    off = 10.0 ** rng.uniform(-7, -2, form.shape[1])
+    passing = run(probes.pair_of_lines, np.vstack([form, off]), 2) <= -1.0
+    assert 0.02 < passing.mean() < 0.9
+    change = rng.normal(size=(6, *form.shape))
+    change[:3] = np.eye(4)[0][:, None] * rng.choice([-1.0, 1.0], size=(3, 1, form.shape[1]))
+    for off_by in change / np.abs(change).sum(axis=1, keepdims=True) * off:
+        counted = np.array([changes_of_sign(changed) for changed in (form + off_by).T])
+        assert (counted <= 4 - 2 * passing.sum(axis=0)).all()

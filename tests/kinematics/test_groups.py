@@ -78,6 +78,33 @@ def test_the_entries_of_a_group_and_no_others_move_its_links_relative_to_their_p
     assert group.columns == tuple(np.flatnonzero(moved))
 
 
+CHAIN = '<chain base_link="{}" tip_link="{}"/>'
+
+
+@pytest.mark.parametrize(
+    ("chains", "tips"),
+    [
+        ([("base", "b")], ("b",)),
+        ([("base", "b"), ("base", "tool")], ("tool",)),  # the first ends in the middle of the second
+        ([("base", "b"), ("b", "left")], ("left",)),  # the second goes on where the first ends
+        ([("base", "left"), ("base", "right")], ("left", "right")),
+        ([("base", "tool"), ("left", "right")], ("right",)),  # the second passes through the tool
+        ([("base", "base")], ("base",)),
+    ],
+)
+def test_a_link_from_which_another_chain_leads_on_is_no_tip(chains, tips):
+    whole = "".join(CHAIN.format(*ends) for ends in chains)
+    parts = "".join(f'<group name="p{k}">{CHAIN.format(*ends)}</group>' for k, ends in enumerate(chains))
+    named = "".join(f'<group name="p{k}"/>' for k in range(len(chains)))
+    robot = robot_with(f'<group name="whole">{whole}</group>{parts}<group name="of_groups">{named}</group>')
+    assert robot.groups["whole"].tips == robot.groups["of_groups"].tips == tips
+
+
+def test_joints_and_links_beside_a_chain_do_not_move_its_tip():
+    srdf = f'<group name="g">{CHAIN.format("base", "tool")}<link name="left"/><joint name="follow"/></group>'
+    assert robot_with(srdf).groups["g"].tip == "tool"
+
+
 def test_a_state_is_completed_from_home_and_named_after_its_group():
     state = '<group name="arm"/><group_state name="up" group="arm"><joint name="j2" value="1.25"/></group_state>'
     robot = robot_with(state)

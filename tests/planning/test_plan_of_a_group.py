@@ -78,8 +78,38 @@ def test_a_joint_that_is_held_besides_does_not_move_either(robot, start):
 
 
 def test_a_goal_that_moves_a_joint_outside_the_group_is_refused(robot, start):
-    with pytest.raises(InputError, match="its joint is held"):
+    said = r"goal: joint 'left_joint1' is to go from 0\.05 to 0\.6, but it keeps its position: it is held, or outside the group"
+    with pytest.raises(InputError, match=said):
         robot.plan(start, left_goal(robot, start), group="right_arm")
+
+
+def test_a_goal_of_a_wrong_shape_is_refused_with_the_joints_of_the_group(robot, start):
+    names = ", ".join(robot.groups["left_arm"].joint_names)
+    for goal in (np.zeros(4), np.empty((0, 5)), np.empty((0, 4, 4)), np.zeros((2, 2, 5))):
+        with pytest.raises(InputError, match=rf"of the group 'left_arm', shape \(5,\) or \(n, 5\): {names}; or of all joints"):
+            robot.plan(start, goal, group="left_arm")
+    with pytest.raises(InputError, match=r"goal\[2\]: nan"):  # the third of the group, not of the robot
+        robot.plan(start, [0, 0, np.nan, 0, 0], group="left_arm")
+
+
+def test_a_pose_of_a_link_that_the_group_does_not_move_is_refused(robot, start):
+    T = {link: robot.forward_kinematics(start, link) for link in ("left_hand", "right_hand")}
+    with pytest.raises(InputError, match="link: no joint of the group 'left_arm' moves link 'right_hand'"):
+        robot.plan(start, T["right_hand"], group="left_arm", link="right_hand")
+    with pytest.raises(InputError, match="goal: no joint of the group 'left_arm' moves link 'right_hand' and no other link"):
+        robot.plan(start, T, group="left_arm")
+
+
+@pytest.mark.parametrize("options", [{"group": "left_arm"}, {"held": ["torso"]}, {}])
+def test_a_start_beyond_the_limits_of_a_joint_that_stays_is_the_fault_of_the_start(robot, start, options):
+    beyond, goal = start.copy(), left_goal(robot, start)
+    beyond[0] = goal[0] = 4.0
+    for wanted in [goal, goal[columns(robot)]] if "group" in options else [goal]:
+        plan = robot.plan(beyond, wanted, **options)
+        assert str(plan) == "start beyond limits: torso by 1"
+    goal[columns(robot)[0]] = 3.5
+    with pytest.raises(InputError, match=r"goal: 3\.5 of joint 'left_joint1' is outside its limits"):
+        robot.plan(beyond, goal, **options)
 
 
 def test_rows_of_plan_many_are_those_of_plan(robot, start):
@@ -94,6 +124,8 @@ def test_an_unknown_group_is_refused_with_those_there_are(robot, start):
     with pytest.raises(UnknownNameError, match="did you mean 'left_arm'") as refused:
         robot.plan(start, start, group="left_arms")
     assert set(refused.value.known) == set(robot.groups)
+    with pytest.raises(InputError, match="group: JointGroup; the name of a group of the SRDF is expected"):
+        robot.plan(start, start, group=robot.groups["left_arm"])
     with pytest.raises(InputError, match="group: 'hands' has no moving joints"):
         robot.plan(start, start, group="hands")
 

@@ -7,6 +7,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
+import ulna
 from ulna.errors import InputError, MissingROSError, UnknownNameError
 
 FIELDS = {"ros1": ("secs", "nsecs"), "ros2": ("sec", "nanosec")}
@@ -78,8 +79,31 @@ def test_the_joints_are_those_asked_for_in_their_order(motion, names):
     assert np.array_equal(message.points[-1].positions, motion.q[-1][[5, 1]])
     with pytest.raises(UnknownNameError, match="no joint is called 'elbow'"):
         motion.to_ros(["elbow"])
+    with pytest.raises(InputError, match=f"joint_names: '{chosen[0]}' is named twice"):
+        motion.to_ros([*chosen, chosen[0]])
+    with pytest.raises(InputError, match="joint_names: no joint is named"):
+        motion.to_ros([])
     with pytest.raises(InputError, match="period"):
         motion.to_ros(period=0)
+
+
+@pytest.mark.parametrize("options", [{"blend": 0.0}, {"jerk": 30.0}])
+@pytest.mark.parametrize("period", [0.013, 60.0])
+def test_each_stop_on_the_way_is_a_point_at_rest(panda, names, options, period):
+    world, left, right = ulna.World(), panda.home.copy(), panda.home.copy()
+    world.add("post", ulna.Box((0.1, 0.1, 1.6)), ulna.pose((0.35, 0, 0.6)))
+    world.add("shelf", ulna.Box((0.5, 2, 0.05)), ulna.pose((0.6, 0, 0.95)))
+    left[0], right[0] = 1.0, -1.0
+    plan = panda.plan(left, right, world)
+    motion = plan.trajectory(acceleration=3.0, **options)
+    message = motion.to_ros(period=period)
+    t, n = times_of(message, names), len(plan.path)
+    assert motion.stops == n - 2 > 0
+    assert (np.diff(t) <= min(period, motion.duration) + 1e-9).all()
+    for q in plan.path[1:-1]:
+        (point,) = (point for point in message.points if np.abs(np.array(point.positions) - q).max() < 1e-9)
+        assert point.velocities == point.accelerations == [0.0] * 7
+    assert period < 1 or len(message.points) == n
 
 
 def test_a_plan_that_does_not_move_is_one_point(panda, names):

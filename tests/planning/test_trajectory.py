@@ -11,7 +11,8 @@ import ulna
 from ulna.drivers import entry
 from ulna.errors import FileError, InputError
 from ulna.planning.blend import Pieces, rounded_path
-from ulna.planning.trajectory import grid_of, make_trajectory, timed
+from ulna.planning.timing import grid_of, timed
+from ulna.planning.trajectory import make_trajectory
 
 NAMES = tuple("abcdefg")
 

@@ -22,12 +22,22 @@ def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: b
     Raises:
         InputError: There are more or fewer numbers than entries, or one cannot be read. It names the option.
     """
-    words = re.split(r"\s*,\s*|\s+", text.strip()) if text.strip() else []
-    if len(words) != len(entries):
+    found = words(text)
+    if len(found) != len(entries):
         names = ", ".join(entry.name for entry in entries[:9]) + (" ..." if len(entries) > 9 else "")
         verb = "is" if len(entries) == 1 else "are"
-        raise InputError(option, f"{len(words)} number{'s' * (len(words) != 1)}, but {len(entries)} {verb} expected: {names}")
-    return [_number(option, word, degrees=degrees and entry.unit == "rad") for word, entry in zip(words, entries, strict=True)]
+        raise InputError(option, f"{len(found)} number{'s' * (len(found) != 1)}, but {len(entries)} {verb} expected: {names}")
+    return [_number(option, word, degrees=degrees and entry.unit == "rad") for word, entry in zip(found, entries, strict=True)]
+
+
+def is_name(text: str) -> bool:
+    """Whether a text begins with a letter and none of its words is a number: "pinch", but neither "pi/2" nor "nan, 0"."""
+    return text.strip()[:1].isalpha() and not any(_WITHOUT_PI.fullmatch(w) or _WITH_PI.fullmatch(w) for w in words(text))
+
+
+def words(text: str) -> list[str]:
+    """The words of a text, which commas or spaces separate."""
+    return re.split(r"\s*,\s*|\s+", text.strip()) if text.strip() else []
 
 
 def _number(option: str, word: str, *, degrees: bool) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 
 from ulna.cli.meshes import Hulls, Meshes, refuse_meshes, with_chosen_shapes
-from ulna.cli.numbers import RPY, XYZ, numbers
+from ulna.cli.numbers import RPY, XYZ, is_name, numbers, words
 from ulna.cli.options import (
     Base,
     Degrees,
@@ -25,20 +25,22 @@ from ulna.cli.options import (
     as_options,
     link_or_hand,
     load_robot,
-    positions,
     world_of,
 )
 from ulna.cli.output import Data, make_table, number, show
 from ulna.description.pose import pose
 from ulna.errors import InputError, UnknownNameError
-from ulna.kinematics.groups import JointGroup, configuration, group_named
+from ulna.kinematics.groups import JointGroup, group_named, state_named, tip_of
 from ulna.planning.options import MAX_CHECKS
 from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
-Start = Annotated[str | None, typer.Option("--from", metavar="NUMBERS", help="Joint positions to start from; home unless given.")]
+Start = Annotated[
+    str | None,
+    typer.Option("--from", metavar="NUMBERS", help="Joint positions to start from, or a state of the SRDF; home unless given."),
+]
 Goal = Annotated[
     str | None,
     typer.Option("--to", metavar="NUMBERS", help="Joint positions to reach, or a state of the SRDF, as in arm/home."),
@@ -48,6 +50,14 @@ GroupName = Annotated[
 ]
 Position = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Or the position of the link to reach, in metres.")]
 RollPitchYaw = Annotated[str | None, typer.Option(metavar="R,P,Y", help="With --xyz: roll, pitch, yaw; as at home unless given.")]
+Goals = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--goal",
+        metavar="LINK=NUMBERS",
+        help='Or "LINK=x,y,z,roll,pitch,yaw" or "LINK=x,y,z"; repeatable: several links come to their poses together.',
+    ),
+]
 Clearance = Annotated[float, typer.Option(min=0, metavar="METRES", help="Keep objects at least this far away.")]
 Seed = Annotated[int, typer.Option(min=0, help="Chooses the samples.")]
 MaxChecks = Annotated[int, typer.Option(min=1, help="How many edges are checked at most.")]
@@ -57,6 +67,8 @@ Acceleration = Annotated[float, typer.Option(min=0, metavar="NUMBER", help="The 
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each 10 ms.")]
 _LARGEST_VELOCITY = 1.0  # [rad/s or m/s], of joints without a limit
 _PERIOD = 0.01  # [s]
+_OPTIONS = {name: f"--{name.replace('_', '-')}" for name in ("link", "group", "clearance", "seed", "max_checks", "acceleration")}
+_OPTIONS["q_start"] = "--from"
 
 PLAN_KEYS = (
     "robot; status; success; reason; joints; path: rows of q; length; certified; clearance, in metres, null without objects; "
@@ -71,6 +83,7 @@ def plan(
     to: Goal = None,
     xyz: Position = None,
     rpy: RollPitchYaw = None,
+    goals: Goals = None,
     scene: Scene = None,
     link: Link = None,
     group: GroupName = None,
@@ -98,22 +111,25 @@ def plan(
     arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
     arm = with_chosen_shapes(arm, meshes, hulls=hulls, quiet=as_json)
     refuse_meshes(arm)
-    if (to is None) == (xyz is None):
-        raise InputError("--to, --xyz", "one of them is expected")
-    if to is not None and (link is not None or rpy is not None):
-        raise InputError("--link, --rpy", "go with --xyz; --to gives positions of all joints")
-    begin = positions("--from", start, arm, degrees=degrees)
+    if sum(bool(given) for given in (to is not None, xyz is not None, goals)) != 1:
+        raise InputError("--to, --xyz, --goal", "one of them is expected")
+    if xyz is None and (link is not None or rpy is not None):
+        other = "--goal names its links and their orientations" if goals else "--to gives positions of all joints"
+        raise InputError("--link, --rpy", f"go with --xyz; {other}")
     members = None if group is None else group_named(group, arm.groups)
+    begin = arm.home if start is None else _configuration("--from", start, arm, members, degrees=degrees)
     if to is not None:
-        goal, link = _configuration(to, begin, arm, members, degrees=degrees), None
+        goal, link = _configuration("--to", to, arm, members, degrees=degrees), None
+    elif goals:
+        goal = _poses(goals, arm, degrees=degrees)
     else:
-        link = link if members is None else link or members.tip
-        link = link_or_hand(arm, link, quietly=as_json)
+        with as_options(_OPTIONS):
+            link = tip_of(members) if members and link is None else link_or_hand(arm, link, quietly=as_json)
         goal = arm.forward_kinematics(arm.home, link)
         if rpy is not None:
             goal = pose(rpy=numbers("--rpy", rpy, RPY, degrees=degrees))
         goal[:3, 3] = numbers("--xyz", str(xyz), XYZ)
-    with as_options({"q_start": "--from", "goal": "--to", "max_checks": "--max-checks", "acceleration": "--acceleration"}):
+    with as_options(_OPTIONS | {"goal": "--goal" if goals else "--xyz" if to is None else "--to"}):
         found = arm.plan(
             begin, goal, world_of(scene), link=link, group=group, certify=not sampled, clearance=clearance, seed=seed,
             max_checks=max_checks, escape=escape,
@@ -125,23 +141,37 @@ def plan(
     raise typer.Exit(0 if found else 1)
 
 
-def _configuration(
-    text: str, begin: NDArray[np.float64], robot: Robot, group: JointGroup | None, *, degrees: bool
-) -> NDArray[np.float64]:
-    """A state of the SRDF, whose other joints are as at the beginning; or numbers, those of the group alone."""
-    states = {state.key: state for state in robot.srdf.states}
-    key = text if group is None or text in states else f"{group.name}/{text}"
-    if key in states:
-        return configuration(states[key], robot.tree, begin)
-    entries = coordinates_of(robot)
-    if group is not None:
-        entries = [entries[column] for column in group.columns]
+def _configuration(option: str, text: str, robot: Robot, group: JointGroup | None, *, degrees: bool) -> str | NDArray[np.float64]:
+    """The name of a state of the SRDF; or numbers, for --to those of the group alone."""
     try:
-        return np.array(numbers("--to", text, entries, degrees=degrees))
-    except InputError as error:
-        if not text[:1].isalpha() or text.startswith("pi"):
+        state_named(text, robot.srdf.states, group)
+    except UnknownNameError:
+        if is_name(text):
             raise
-        raise UnknownNameError("state of the SRDF", text, states) from error
+    else:
+        return text
+    entries = coordinates_of(robot)
+    if group is not None and option == "--to":
+        entries = [entries[column] for column in group.columns]
+    return np.array(numbers(option, text, entries, degrees=degrees))
+
+
+def _poses(goals: list[str], robot: Robot, *, degrees: bool) -> dict[str, NDArray[np.float64]]:
+    """The pose of each link, shape (4, 4), of "LINK=x, y, z" or "LINK=x, y, z, roll, pitch, yaw"."""
+    poses: dict[str, NDArray[np.float64]] = {}
+    for text in goals:
+        link, separator, values = text.rpartition("=")
+        if not separator:
+            raise InputError("--goal", f"{text!r}; LINK=x,y,z or LINK=x,y,z,roll,pitch,yaw is expected")
+        if link in poses:
+            raise InputError("--goal", f"the link {link!r} is named twice")
+        if len(words(values)) == len(XYZ):
+            poses[link] = robot.forward_kinematics(robot.home, link)
+            poses[link][:3, 3] = numbers("--goal", values, XYZ)
+        else:
+            given = numbers("--goal", values, (*XYZ, *RPY), degrees=degrees)
+            poses[link] = pose(given[:3], given[3:])
+    return poses
 
 
 def _timed(robot: Robot, found: Plan, acceleration: float) -> Trajectory:

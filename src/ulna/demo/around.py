@@ -21,8 +21,8 @@ NAME = "a plan around the box"  # which the page shows while it is compiled
 _ACCELERATION = 3.0  # [rad/s^2] of every joint
 _VELOCITY = 1.0  # [rad/s]
 _CLEARANCE = 0.01  # [m] that a plan keeps from the box; while it is dragged nearer than half of this, another one is made
-_MOST_CHECKS = 10_000  # some 30 ms for the Panda's boxes: a page that is dragged does not wait longer
-_APART = 0.02  # [s] between two configurations of a motion that is looked at again
+_MOST_CHECKS = 10_000  # of one search, some 30 ms; there are two for each corner before it is said that there is no way
+_APART = 0.02  # [s] between two configurations whose distance from the box is measured again
 _CORNERS = round(SEGMENT_S * RATE_HZ)  # samples of the trajectory from corner to corner
 
 
@@ -49,17 +49,17 @@ def _plan(robot: Robot, start: Array, goal: Array, world: World) -> Plan:
 
 
 def is_free(robot: Robot, motion: Trajectory, since: float, world: World) -> bool:
-    """Whether the rest of a motion is certified free, along the lines between configurations 20 ms apart, and these not near.
+    """Whether the rest of a motion is certified free, and not near the box at configurations 20 ms apart.
 
     Where the box is near or touches already, the motion is to lead away from it: planned anew it would begin from rest again.
+    Where it touches, the motion is certified from the first of these configurations on at which it does not.
     """
     n = 1 + int(np.ceil(max(motion.duration - since, 0.0) / _APART))
-    q = motion.at(np.linspace(since, motion.duration, n + 1)).q
-    distances = robot.signed_distance(q, world, self_collision=False)
+    times = np.linspace(since, motion.duration, n + 1)
+    distances = robot.signed_distance(motion.at(times).q, world, self_collision=False)
     if distances.min() < min(0.5 * _CLEARANCE, distances[0]) or distances[-1] <= 0.0:
         return False
-    q = q[min(int(np.argmax(distances > 0.0)), n - 1) :]
-    return not robot.edge_in_collision(q[:-1], q[1:], world).in_collision.any()
+    return motion.is_free(world, since=float(times[np.argmax(distances > 0.0)]))
 
 
 class Around:
@@ -111,7 +111,8 @@ class Around:
         if self.plan is None:
             return "the plan waits for the compiler"
         if self.plan:
-            return f"a way {'away from the box, and then' if self.plan.escaped else 'round the box,'} certified free"
+            how = "certified free" if self.plan.certified else "free at samples"
+            return f"a way {'away from the box, and then' if self.plan.escaped else 'round the box,'} {how}"
         if isinstance(self.plan.reason, Report):
             return f"no way round the box: {self.plan.status}"
         return f"no way round the box was found: {self.plan}"

@@ -16,6 +16,9 @@ def with_chains_listed(srdf: Srdf, description: Description) -> Srdf:
 def own_joints(group: Group, carriers: dict[str, Joint]) -> set[str]:
     """The joints listed, those that carry the links listed, and those between the ends of the chains."""
     joints = set(group.joints) | {carriers[link].name for link in group.links if link in carriers}
-    for base, tip in group.chains:
-        joints |= joints_to_root(base, carriers) ^ joints_to_root(tip, carriers)
-    return joints
+    return joints.union(*(joints_between(base, tip, carriers) for base, tip in group.chains))
+
+
+def joints_between(base: str, tip: str, carriers: dict[str, Joint]) -> set[str]:
+    """The joints of a chain: those between its two ends."""
+    return joints_to_root(base, carriers) ^ joints_to_root(tip, carriers)

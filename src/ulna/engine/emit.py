@@ -33,14 +33,15 @@ from ulna.engine.plain import plain_module, result_code
 from ulna.engine.shared import DISPATCHERS, SHARED, Shared
 from ulna.engine.signatures import Signature, text_of_signature
 from ulna.engine.sources import sources_hash, text_of
+from ulna.engine.whole_file import write_whole
 
 
 def write_objects(entries: Entries, folder: Path, part: str) -> None:
-    """Write an object file for each signature of each entry of a part, and the index. A file that is there already is kept."""
+    """Write an object file for each signature of each entry of a part, and the index. Files that are there are kept."""
     folder.mkdir(parents=True, exist_ok=True)
     names = [name for name in sorted(entries.names()) if _part_of(entries, name) == part]
     index = [_write_entry(entries, name, folder) for name in names]
-    (folder / f"{part}.json").write_text(json.dumps(index, indent=1))
+    write_whole(folder / f"{part}.json", json.dumps(index, indent=1).encode())
 
 
 class _Saved(KernelCache):
@@ -65,7 +66,7 @@ def _write_entry(entries: Entries, name: str, folder: Path) -> dict[str, Any]:
         symbol = f"ulna_{name.replace('.', '_')}_{k}"
         file = folder / f"{symbol}-{hashed}-{_own_hash()}.json"  # written last
         if not file.exists():
-            file.write_text(json.dumps(_write_overload(marked, signature, symbol, folder)))
+            write_whole(file, json.dumps(_write_overload(marked, signature, symbol, folder)).encode())
         overload = json.loads(file.read_text())
         results.add(overload.pop("result"))
         overloads.append(overload)
@@ -81,7 +82,7 @@ def _write_overload(marked: Any, signature: Signature, symbol: str, folder: Path
     module = compiled.library._final_module.clone()  # noqa: SLF001 - what Numba gives to LLVM
     module.link_in(llvm.parse_assembly(str(plain_module(compiled, symbol, module.triple))))
     own = f"{symbol}-{sources_hash(marked.py_func.__code__.co_filename)}-{_own_hash()}.o"
-    (folder / own).write_bytes(_object_code(module, symbol))
+    write_whole(folder / own, _object_code(module, symbol))
     objects = [own, *(_write_shared(shared, folder) for shared in _called(module))]
     return {"result": result_code(compiled), "symbol": symbol, "signature": text_of_signature(signature), "objects": objects}
 
@@ -101,7 +102,7 @@ def _write_shared(shared: Shared, folder: Path) -> str:
     """Write the object file of a shared routine, unless it is there; its name."""
     name = f"{shared.symbol}-{_own_hash()}.o"
     if not (folder / name).exists():
-        (folder / name).write_bytes(_object_code(_module_of(shared), shared.symbol))
+        write_whole(folder / name, _object_code(_module_of(shared), shared.symbol))
     return name
 
 

@@ -1,16 +1,16 @@
 """Resolves the groups and states of a semantic description on a robot: joints, links, entries of q. Used by ``Robot``."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.group_joints import own_joints
+from ulna.description.group_joints import joints_between, own_joints
 from ulna.description.pose import matrix_from_quaternion, rpy_from_matrix
-from ulna.description.robot_description import Description, frozen
+from ulna.description.robot_description import Description, Joint, frozen
 from ulna.description.semantic import Group, GroupState
-from ulna.errors import UnknownNameError
+from ulna.errors import InputError, UnknownNameError
 from ulna.kinematics.tree import Tree
 
 
@@ -21,8 +21,9 @@ class JointGroup:
     ``link_names`` are the links listed and the child links of all joints of the group, fixed ones and mimics too, in the order
     of the robot. As in MoveIt, a chain has the joints between its two ends, so its base link is not among the links.
 
-    ``tips`` are the last links of its chains; in a group without chains, its links without a child in the group. If there are
-    several, and exactly one end effector has the group as its ``parent_group``, the tip is the parent link of that end effector.
+    ``tips`` are the last links of its chains, without those from which another chain leads on; in a group without chains, its
+    links without a child in the group. If there are several, and exactly one end effector has the group as its ``parent_group``,
+    the tip is the parent link of that end effector.
     """
 
     name: str
@@ -54,7 +55,7 @@ def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
         links = {children[joint] for joint in joints if joint in children}.union(*(groups[m].links for m in members))
         moving = tuple(joint for joint in slices if joint in joints)
         columns = tuple(column for joint in moving for column in range(slices[joint].start, slices[joint].stop))
-        tips = {tip for member in members for _, tip in groups[member].chains}
+        tips = _ends({chain for member in members for chain in groups[member].chains}, carriers)
         tips = tips or links - {carriers[link].parent for link in links if link in carriers}
         tips = hands[name] if len(tips) > 1 and len(hands.get(name, ())) == 1 else tips
         of_links, of_tips = (tuple(link for link in tree.link_names if link in some) for some in (links, tips))
@@ -66,13 +67,44 @@ def group_named(name: str, groups: Mapping[str, JointGroup]) -> JointGroup:
     """The group of that name.
 
     Raises:
+        InputError: It is not a name.
         UnknownNameError: There is no such group.
     """
-    group = groups.get(name) if isinstance(name, str) else None
-    if group is None:
+    if not isinstance(name, str):
+        raise InputError("group", f"{type(name).__name__}; the name of a group of the SRDF is expected")
+    if name not in groups:
         hint = "" if groups else "; groups are read from an SRDF: ulna.load(..., srdf=...)"
-        raise UnknownNameError("group", str(name), groups, hint)
-    return group
+        raise UnknownNameError("group", name, groups, hint)
+    return groups[name]
+
+
+def state_named(name: str, states: Iterable[GroupState], group: JointGroup | None) -> GroupState:
+    """The state of that key or, with a group, of that name in it; without a group also the only state of that name.
+
+    Raises:
+        UnknownNameError: There is no such state, or without a group there are several.
+    """
+    by_key = {state.key: state for state in states}
+    alike = [key for key, state in by_key.items() if state.name == name]
+    key = name if name in by_key or group is None else f"{group.name}/{name}"
+    if key not in by_key and group is None and len(alike) == 1:
+        key = alike[0]
+    if key not in by_key:
+        hint = "" if by_key else "; states are read from an SRDF: ulna.load(..., srdf=...)"
+        raise UnknownNameError("state of the SRDF", name, alike or by_key, hint)
+    return by_key[key]
+
+
+def tip_of(group: JointGroup) -> str:
+    """The link that a pose is of where only the group is named.
+
+    Raises:
+        InputError: It has several tips, or no links.
+    """
+    if group.tip is None:
+        ends = f"the tips {', '.join(group.tips)}" if group.tips else "no links"
+        raise InputError("link", f"the group {group.name!r} has {ends}; name the link that the pose is of")
+    return group.tip
 
 
 def configuration(state: GroupState, tree: Tree, home: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -85,6 +117,12 @@ def configuration(state: GroupState, tree: Tree, home: NDArray[np.float64]) -> N
 
 def _rpy(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
     return rpy_from_matrix(matrix_from_quaternion((w, x, y, z)))
+
+
+def _ends(chains: set[tuple[str, str]], carriers: dict[str, Joint]) -> set[str]:
+    """The last links of some chains, without those that lie before the end of another one."""
+    joints = set().union(*(joints_between(base, tip, carriers) for base, tip in chains))
+    return {tip for _, tip in chains} - {joint.parent for joint in carriers.values() if joint.name in joints}
 
 
 def _with_subgroups(name: str, groups: dict[str, Group]) -> set[str]:

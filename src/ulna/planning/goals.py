@@ -99,35 +99,47 @@ def is_pose(goal: Array, n_dof: int) -> bool:
 def as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None = None) -> Array:
     """A goal as an array of configurations, shape (n, n_dof), or of poses, shape (n, 4, 4).
 
-    A configuration may have the joints of the group alone; then the others are as in ``start``.
+    A configuration may have the joints of the group alone; then the others are as in ``start``. An entry that is as in ``start``
+    is not compared with the limits: where it is beyond them, the start is.
 
     Raises:
         InputError: It is neither; or a configuration lies outside the limits; or a pose is not a rigid motion.
     """
     given = as_floats("goal", goal)
-    if not given.size:
-        raise InputError("goal", f"shape {given.shape}; at least one is expected")
     columns = list(range(tree.n_dof) if group is None else group.columns)
-    if is_pose(given, tree.n_dof) and is_pose(given, len(columns)):
+    if given.size and is_pose(given, tree.n_dof) and is_pose(given, len(columns)):
         poses = given.reshape(-1, 4, 4)
         for T in poses:
             as_pose(T)
         return poses
-    if given.ndim in {1, 2} and given.shape[-1] == len(columns) != tree.n_dof:
+    if given.ndim not in {1, 2} or given.shape[-1] not in {tree.n_dof, len(columns)} or not given.size:
+        raise InputError("goal", f"shape {given.shape}; {_expected(tree, group)}, are expected")
+    refuse_out_of_range(given, "goal")
+    if given.shape[-1] != tree.n_dof:
         own, given = given, np.tile(start, (*given.shape[:-1], 1))
         given[..., columns] = own
-    if given.ndim not in {1, 2} or given.shape[-1] != tree.n_dof or not given.size:
-        expected = f"configurations, shape ({tree.n_dof},) or (n, {tree.n_dof}), or poses, shape (4, 4) or (n, 4, 4)"
-        raise InputError("goal", f"shape {given.shape}; {expected}, are expected")
-    refuse_out_of_range(given, "goal")
     rows = given.reshape(-1, tree.n_dof)
-    beyond = (rows < tree.lower) | (rows > tree.upper)
+    beyond = ((rows < tree.lower) | (rows > tree.upper)) & (rows != start)
     if beyond.any():
         row, k = np.argwhere(beyond)[0]
-        name = next(name for name, part in zip(tree.joint_names, tree.joint_slices, strict=True) if part.start <= k < part.stop)
         limits = f"{tree.lower[k]:.6g} to {tree.upper[k]:.6g}"
-        raise InputError("goal", f"{rows[row, k]:.6g} of joint {name!r} is outside its limits, {limits}")
+        raise InputError("goal", f"{rows[row, k]:.6g} of joint {_joint_of(k, tree)!r} is outside its limits, {limits}")
     return rows
+
+
+def _expected(tree: Tree, group: JointGroup | None) -> str:
+    n, poses = tree.n_dof, "poses, shape (4, 4) or (n, 4, 4)"
+    if group is None or len(group.columns) == n:
+        return f"configurations, shape ({n},) or (n, {n}), or {poses}"
+    k = len(group.columns)
+    names = ", ".join(group.joint_names[:8]) + (" ..." if len(group.joint_names) > 8 else "")
+    alone = f"configurations of the group {group.name!r}, shape ({k},) or (n, {k}): {names}"
+    return f"{alone}; or of all joints, shape ({n},) or (n, {n}); or {poses}"
+
+
+def _joint_of(column: int, tree: Tree) -> str:
+    slices = zip(tree.joint_names, tree.joint_slices, strict=True)
+    return next(name for name, part in slices if part.start <= column < part.stop)
 
 
 def held_for(goal: Array, question: Question) -> NDArray[np.bool_]:
@@ -151,7 +163,9 @@ def find_goals(question: Question, goal: Array, held: NDArray[np.bool_], free: N
         return _of_poses(question, goal, held)
     moved = (goal != question.start) & held
     if moved.any():
-        raise InputError("goal", f"entry {np.argwhere(moved)[0][1]} of q differs from q_start, but its joint is held")
+        row, k = np.argwhere(moved)[0]
+        way = f"joint {_joint_of(k, question.tree)!r} is to go from {question.start[k]:.6g} to {goal[row, k]:.6g}"
+        raise InputError("goal", f"{way}, but it keeps its position: it is held, or outside the group")
     if free.any():
         return Goals(goal[free], np.flatnonzero(free))
     return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, question.report(goal[0]))

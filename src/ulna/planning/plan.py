@@ -32,7 +32,7 @@ class Plan:
     ======================= =============================================================================================
     ``solved``              ``path`` leads from the start to a goal.
     ``start in collision``  The start touches something; ``reason`` is the ``Report``.
-    ``start beyond limits`` The start is not within the joint limits.
+    ``start beyond limits`` The start is not within the joint limits; those of joints that are held count too.
     ``goal in collision``   Every goal touches something; ``reason`` is the ``Report`` of the first.
     ``goal unreachable``    No configuration was found for the pose; ``reason`` is the ``IKResult``, of several links a sentence.
     ``budget spent``        ``max_checks`` edges were checked. That says nothing about whether there is a way.
@@ -159,11 +159,12 @@ class Plan:
         names = tuple(entry_names(tree))
         accelerations = as_limits("acceleration", acceleration, tree.n_dof)
         if len(self.path) == 1:
-            return resting(self.path[0], names, certified=self.certified)
+            return resting(self.path[0], names, certified=self.certified, motion=self._motion)
         jerks = None if jerk is None else as_limits("jerk", jerk, tree.n_dof)
         rounding = float(blend) if jerks is None else 0.0
         pieces = rounded_path(self.path, np.diff(self._lengths), rounding, self._motion.is_free)
-        return make_trajectory(pieces, limits, accelerations, names, certified=self.certified and not self.escaped, jerk=jerks)
+        certified = self.certified and not self.escaped
+        return make_trajectory(pieces, limits, accelerations, names, certified=certified, jerk=jerks, motion=self._motion)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).

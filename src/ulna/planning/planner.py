@@ -10,17 +10,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
+from ulna.description.semantic import GroupState
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names
 from ulna.ik.task import Task, as_task
-from ulna.kinematics.groups import JointGroup
+from ulna.kinematics.groups import JointGroup, configuration, state_named, tip_of
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.escape import escape_from
 from ulna.planning.goals import Goals, Question, as_goal, find_goals, held_for
 from ulna.planning.improve import Searched
-from ulna.planning.links_goal import as_links_goal, find_links_goals, held_for_links
+from ulna.planning.links_goal import as_links_goal, find_links_goals, held_for_links, own_columns
 from ulna.planning.merged_scene import farthest
 from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import PlanOptions
@@ -42,21 +43,23 @@ def plan_motion(
     task: Task | str,
     held: Iterable[str],
     group: JointGroup | None,
+    states: tuple[GroupState, ...],
     options: PlanOptions,
 ) -> Plan:
     """A motion from q_start to a goal; see ``Robot.plan``.
 
     Raises:
         InputError: An argument that cannot be taken; its name is in the message.
-        UnknownNameError: There is no such link or joint.
+        UnknownNameError: There is no such link, joint or state.
         GeometryError: The robot has no collision shapes, or some that cannot be checked.
     """
     tree, names, _ = checker.tree, as_names(held), as_task(task)
     if link is not None and link not in tree.link_names:
         raise UnknownNameError("link", str(link), tree.link_names)
     start = _as_start(q_start, checker)
-    targets = as_links_goal(goal, tree) if isinstance(goal, Mapping) else as_goal(goal, tree, start, group)
+    targets = _as_targets(goal, tree, start, group, states)
     link = _link_of(targets, link, group)
+    _refuse_links_that_stay(targets, link, group, tree)
     names += _outside(group, tree)
     if world is not None and not isinstance(world, World):
         raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
@@ -118,6 +121,15 @@ def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bo
     )
 
 
+def _as_targets(
+    goal: ArrayLike | Mapping[str, ArrayLike], tree: Tree, start: Array, group: JointGroup | None, states: tuple[GroupState, ...]
+) -> Array | dict[str, Array]:
+    """A goal as configurations or poses, or as a pose for each of several links."""
+    if isinstance(goal, str):
+        goal = configuration(state_named(goal, states, group), tree, start)
+    return as_links_goal(goal, tree) if isinstance(goal, Mapping) else as_goal(goal, tree, start, group)
+
+
 def _link_of(targets: Array | dict[str, Array], link: str | None, group: JointGroup | None) -> str | None:
     """The link that a pose is of: that of the group, if none is named.
 
@@ -128,12 +140,22 @@ def _link_of(targets: Array | dict[str, Array], link: str | None, group: JointGr
         if link is not None:
             raise InputError("link", "the goal names its links already")
         return None
-    if link is not None or group is None or targets.ndim != 3:
-        return link
-    if group.tip is None:
-        ends = f"the tips {', '.join(group.tips)}" if group.tips else "no links"
-        raise InputError("link", f"the group {group.name!r} has {ends}; name the link that the pose is of")
-    return group.tip
+    return link if link is not None or group is None or targets.ndim != 3 else tip_of(group)
+
+
+def _refuse_links_that_stay(targets: Array | dict[str, Array], link: str | None, group: JointGroup | None, tree: Tree) -> None:
+    """Refuse a pose of a link that the group does not move.
+
+    Raises:
+        InputError: No joint of the group moves it, and no other link of the goal.
+    """
+    several = isinstance(targets, dict)
+    if group is None or not (several or targets.ndim == 3):
+        return
+    for name, columns in own_columns(targets if several else {tree.link_or_tip(link): targets}, tree).items():
+        if group.columns and not columns[list(group.columns)].any():
+            alone = " and no other link of the goal" if len(targets) > 1 and several else ""
+            raise InputError("goal" if several else "link", f"no joint of the group {group.name!r} moves link {name!r}{alone}")
 
 
 def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:

@@ -6,16 +6,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ulna.errors import MissingROSError, UnknownNameError
+from ulna.errors import InputError, MissingROSError, UnknownNameError
 from ulna.planning.options import refuse_unless
 
 if TYPE_CHECKING:
     from ulna.planning.trajectory import Trajectory
 
+Array = NDArray[np.float64]
 _NANO = 1_000_000_000
 
 
@@ -23,7 +26,7 @@ def joint_trajectory(motion: Trajectory, joint_names: Sequence[str], period: flo
     """A trajectory as ``trajectory_msgs/JointTrajectory``; see ``Trajectory.to_ros``.
 
     Raises:
-        InputError: ``period`` is not above 0.
+        InputError: ``period`` is not above 0; no joint is named, or one twice.
         UnknownNameError: There is no such joint.
         MissingROSError: This Python finds no ``trajectory_msgs``.
     """
@@ -32,22 +35,35 @@ def joint_trajectory(motion: Trajectory, joint_names: Sequence[str], period: flo
     for name in names:
         if name not in motion.joint_names:
             raise UnknownNameError("joint", str(name), motion.joint_names)
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if not names or twice is not None:
+        raise InputError("joint_names", "no joint is named; None means all" if not names else f"{twice!r} is named twice")
     columns = [motion.joint_names.index(name) for name in names]
     try:
         from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: PLC0415 - it is of the caller's ROS
     except ImportError as error:
         reason = f"this Python cannot import trajectory_msgs: {' '.join(str(error).split())}"
         raise MissingROSError(f"a message needs ROS ({reason}); docs/ros.md says how to install it, to_csv needs none") from None
-    t = np.linspace(0.0, motion.duration, max(1, int(np.ceil(motion.duration / period - 1e-9))) + 1)
-    t = t if motion.duration > 0.0 else t[:1]
+    t, rests = _times(motion.rests, period)
     q, qd, qdd = (values[:, columns] for values in motion.at(t))
-    qd[[0, -1]] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest
+    qd[rests] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest
+    qdd[rests[1:-1]] = 0.0  # neither that before the stop nor that behind it
     points = []
     for seconds, *values in zip(t.tolist(), q.tolist(), qd.tolist(), qdd.tolist(), strict=True):
         point = JointTrajectoryPoint(**dict(zip(("positions", "velocities", "accelerations"), values, strict=True)))
         _set_time(point.time_from_start, seconds)
         points.append(point)
     return JointTrajectory(joint_names=list(names), points=points)
+
+
+def _times(rests: Array, period: float) -> tuple[Array, list[int]]:
+    """Times at most a period apart, evenly from rest to rest, each rest among them, and the numbers of the rests."""
+    t, at = [rests[0]], [0]
+    for begin, end in pairwise(rests.tolist()):
+        if end > begin:
+            t += np.linspace(begin, end, max(1, int(np.ceil((end - begin) / period - 1e-9))) + 1)[1:].tolist()
+            at.append(len(t) - 1)
+    return np.array(t), at
 
 
 def _set_time(duration: Any, seconds: float) -> None:

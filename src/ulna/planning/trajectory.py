@@ -3,35 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.world import World
 from ulna.description.arrays import as_floats
-from ulna.drivers import entry
 from ulna.errors import FileError, InputError, needs_extra
 from ulna.planning.blend import Pieces
-from ulna.planning.double_s import N_PHASES, double_s
+from ulna.planning.motion import Motion
 from ulna.planning.options import refuse_unless
 from ulna.planning.ros_message import joint_trajectory
+from ulna.planning.timing import Grid, Moment, Profile, edges_since, grid_of, jerk_limited, moment_at, timed
 
 Array = NDArray[np.float64]
 LARGEST = 1e9  # of a limit [1/s^n]: above, the times are rounding
-INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
-LEAST_INTERVALS = 8
-_NO_LIMIT = 1e300
-_WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
-
-
-class Moment(NamedTuple):
-    """A moment of a trajectory: positions, velocities and accelerations, shape (..., n_dof) each."""
-
-    q: Array
-    qd: Array
-    qdd: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +49,7 @@ class Trajectory:
     joint_names: tuple[str, ...]
     _grid: Grid
     _profile: Profile
+    _motion: Motion | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for array in (self.times, self.q, self.qd, self.qdd):
@@ -69,6 +59,11 @@ class Trajectory:
     def duration(self) -> float:
         """How long it takes [s]."""
         return float(self.times[-1])
+
+    @property
+    def rests(self) -> Array:
+        """When it is at rest [s], shape (stops + 2,): at the start, at each stop, at the end."""
+        return self._profile.times[self._grid.borders]
 
     def at(self, t: ArrayLike) -> Moment:
         """Positions, velocities and accelerations at times.
@@ -85,9 +80,32 @@ class Trajectory:
         t = as_floats("t", t)
         if not np.isfinite(t).all():
             raise InputError("t", "finite times [s] are expected")
-        moment = _moment(self._grid, self._profile, np.clip(t, 0.0, self.duration))
+        moment = moment_at(self._grid, self._profile, np.clip(t, 0.0, self.duration))
         rests = ((t < 0.0) | (t > self.duration))[..., None]
         return Moment(moment.q, np.where(rests, 0.0, moment.qd), np.where(rests, 0.0, moment.qdd))
+
+    def is_free(self, world: World | None, *, since: float = 0.0, clearance: float = 0.0) -> bool:
+        """Whether the motion is certified free among other objects, from a time on: the lines and parabolas that it follows.
+
+        False does not say that it touches something: near an object it may only not be certified.
+
+        Args:
+            world: The objects; none for None.
+            since: The time from which on it is looked at [s]; at least the last configuration is.
+            clearance: No object is to be nearer than this [m].
+
+        Raises:
+            InputError: ``since`` or ``clearance`` is not a finite number of at least 0, or the world is not one.
+            GeometryError: The world has shapes that cannot be checked.
+        """
+        refuse_unless("since", since, 0.0, "a time [s] of at least 0")
+        refuse_unless("clearance", clearance, 0.0, "a distance [m] of at least 0")
+        if world is not None and not isinstance(world, World):
+            raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+        if self._motion is None:
+            raise AssertionError("every plan with a path has one")
+        points, spreads = edges_since(self._grid, self._profile, min(float(since), self.duration))
+        return self._motion._replace(world=world, margin=float(clearance)).is_free(points, spreads)
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
@@ -117,13 +135,15 @@ class Trajectory:
         """The message ``trajectory_msgs/JointTrajectory`` of the ROS that this Python finds, 1 or 2.
 
         Its stamp is zero, which means: begin at once. The first point is the start, at time 0; at both ends the velocity is 0.
+        Each stop on the way is a point too, with velocity and acceleration 0: a controller interpolates between points, and
+        would round the corner at which the motion stops.
 
         Args:
             joint_names: The joints of the message in their order, such as those of one controller; all unless given.
-            period: The greatest time between two points [s], which are spaced evenly.
+            period: The greatest time between two points [s], which are spaced evenly from rest to rest.
 
         Raises:
-            InputError: ``period`` is not above 0.
+            InputError: ``period`` is not above 0; no joint is named, or one twice.
             UnknownNameError: There is no such joint.
             MissingROSError: This Python finds no ``trajectory_msgs``.
         """
@@ -157,84 +177,6 @@ class Trajectory:
         return f"{self.duration:.4g} s, {len(self.times)} grid points, {stops}, {how}"
 
 
-class Grid(NamedTuple):
-    """The intervals of a path: q(s) = start + slope s + bend s^2 / 2 in each."""
-
-    starts: Array
-    slopes: Array
-    bends: Array
-    steps: Array
-    borders: NDArray[np.int64]
-    """The grid points at which the motion rests."""
-
-
-class Profile(NamedTuple):
-    """How fast a path is passed: in interval i, t after times[i], with speeds + accelerations t + jerks t^2 / 2."""
-
-    times: Array
-    """When the grid points are passed [s], shape (n + 1,)."""
-    speeds: Array
-    accelerations: Array
-    jerks: Array
-
-
-def grid_of(pieces: Pieces) -> Grid:
-    """The pieces divided into intervals."""
-    counts = np.maximum(LEAST_INTERVALS, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
-    steps = np.repeat(pieces.lengths / counts, counts)
-    first = np.repeat(np.cumsum(counts) - counts, counts)
-    s = ((np.arange(len(steps)) - first) * steps)[:, None]
-    starts, slopes, bends = (np.repeat(each, counts, axis=0) for each in (pieces.starts, pieces.slopes, pieces.bends))
-    borders = np.concatenate([[0], np.cumsum(counts)[pieces.stops]])
-    return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, borders)
-
-
-def timed(grid: Grid, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-    """The fastest motion: the times of the grid points, (ds/dt)^2 there, and d2s/dt2 between them."""
-    n = len(grid.steps)
-    ends = grid.slopes + grid.steps[:, None] * grid.bends
-    steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
-    with np.errstate(divide="ignore", over="ignore"):
-        of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
-    ceilings = np.full(n + 1, _NO_LIMIT)
-    ceilings[:-1] = np.minimum(ceilings[:-1], of_intervals)
-    ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
-    x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
-    time_sections = entry("time_parameterisation.time_sections")
-    limits = np.ascontiguousarray(acceleration * _WITHIN)
-    time_sections(grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times)
-    return times, x, u
-
-
-def jerk_limited(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Grid, Profile]:
-    """The fastest motion along lines, from rest to rest on each, in seven phases a line."""
-    rows = []
-    for start, slope, length in zip(pieces.starts, pieces.slopes, pieces.lengths, strict=True):
-        with np.errstate(divide="ignore"):
-            limits = tuple(float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
-        durations, jerks = double_s(length, *limits)
-        s = speed = rate = 0.0
-        for t, j in zip(durations, jerks, strict=True):
-            step = speed * t + rate * t * t / 2 + j * t**3 / 6
-            rows.append((start + s * slope, slope, step, t, speed, rate, j))
-            s, speed, rate = s + step, speed + rate * t + j * t * t / 2, rate + j * t
-    starts, slopes, steps, times, *others = (np.array(column) for column in zip(*rows, strict=True))
-    grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, N_PHASES))
-    return grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others)
-
-
-def _moment(grid: Grid, profile: Profile, t: Array) -> Moment:
-    i = np.clip(np.searchsorted(profile.times, t, side="right") - 1, 0, len(grid.steps) - 1)
-    after = t - profile.times[i]
-    speed, rate, jerk = profile.speeds[i], profile.accelerations[i], profile.jerks[i]
-    s = np.clip(((jerk / 6 * after + rate / 2) * after + speed) * after, 0.0, np.maximum(grid.steps[i], 0.0))[..., None]
-    speed, rate = ((jerk / 2 * after + rate) * after + speed)[..., None], (jerk * after + rate)[..., None]
-    bend = grid.bends[i]
-    slope = grid.slopes[i] + s * bend
-    q = grid.starts[i] + s * grid.slopes[i] + 0.5 * s * s * bend
-    return Moment(q, slope * speed, slope * rate + bend * speed * speed)
-
-
 def make_trajectory(
     pieces: Pieces,
     velocity: Array,
@@ -243,6 +185,7 @@ def make_trajectory(
     *,
     certified: bool,
     jerk: Array | None = None,
+    motion: Motion | None = None,
 ) -> Trajectory:
     """The fastest motion along the pieces of a path; with a limit of jerk along lines, with a stop at the end of each."""
     if jerk is not None:
@@ -251,16 +194,16 @@ def make_trajectory(
         grid = grid_of(pieces)
         times, x, u = timed(grid, velocity, acceleration)
         profile = Profile(times, np.sqrt(x[:-1]), u, np.zeros_like(u))
-    moment = _moment(grid, profile, profile.times)
-    return Trajectory(profile.times, *moment, certified, len(grid.borders) - 2, joint_names, grid, profile)
+    moment = moment_at(grid, profile, profile.times)
+    return Trajectory(profile.times, *moment, certified, len(grid.borders) - 2, joint_names, grid, profile, motion)
 
 
-def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool) -> Trajectory:
+def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion) -> Trajectory:
     """The trajectory of a plan that does not move."""
     none, zero = np.zeros((1, len(q))), np.zeros(1)
     grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]))
     rest = Moment(q[None].copy(), none.copy(), none.copy())
-    return Trajectory(zero.copy(), *rest, certified, 0, joint_names, grid, Profile(np.zeros(2), zero, zero, zero))
+    return Trajectory(zero.copy(), *rest, certified, 0, joint_names, grid, Profile(np.zeros(2), zero, zero, zero), motion)
 
 
 def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool = False) -> Array:

@@ -42,7 +42,7 @@ from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
-from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups
+from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
@@ -928,17 +928,18 @@ class Robot(Quick):
         RRT-Connect: two trees, from the start and from the goals, grow towards each other (docs/planning.md).
 
         Args:
-            q_start: Where to start [rad or m], shape (n_dof,).
+            q_start: Where to start [rad or m], shape (n_dof,); or the name of a state of the SRDF, such as ``"arm/ready"``.
             goal: Where to go: a configuration, shape (n_dof,), or several, of which one is reached, shape (n, n_dof); or a pose
                 T_base_link, shape (4, 4), or several, shape (n, 4, 4), with all the configurations that inverse kinematics finds;
-                or a pose for each of several links, as in ``{"left_hand": T_1, "right_hand": T_2}``, to which they come together.
+                or a pose for each of several links, as in ``{"left_hand": T_1, "right_hand": T_2}``, to which they come together;
+                or the name of a state, whose other joints keep their positions.
             world: The objects; none unless given. The robot's links are checked against each other too.
             link: The link that is brought to the pose; the tip, of the group if one is named, unless given. Joints that do not
                 move it keep their positions, and so do those that move several links of the goal.
             task: The components of the pose that count; see ``inverse_kinematics``.
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions. A configuration may then have
-                the joints of the group alone, shape (k,) or (n, k).
+                the joints of the group alone, shape (k,) or (n, k), and a state be named without its group.
             certify: Whether each edge is certified, as by ``edge_in_collision``: free at all its configurations. Otherwise at
                 samples 1/32 rad apart, between which it may touch something.
             clearance: No object of the world is nearer than this [m]; it does not count between links of the robot.
@@ -953,7 +954,7 @@ class Robot(Quick):
 
         Raises:
             InputError: An argument that cannot be taken, such as a goal outside the joint limits; its name is in the message.
-            UnknownNameError: There is no such link, joint or group.
+            UnknownNameError: There is no such link, joint, group or state.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
 
         Example:
@@ -967,8 +968,12 @@ class Robot(Quick):
             ('solved', True)
         """
         options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit)
-        members = None if group is None else group_named(group, self.groups)
-        return plan_motion(self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, members, options)
+        members, states = None if group is None else group_named(group, self.groups), self.srdf.states
+        if isinstance(q_start, str):
+            q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
+        return plan_motion(
+            self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, members, states, options
+        )
 
     def plan_many(
         self,

@@ -3,7 +3,6 @@
 import contextlib
 import io
 import os
-import tempfile
 import time
 import zipfile
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.engine.private_folder import SharedFolderError, cache_base, make_private
+from ulna.engine.whole_file import write_whole
 
 _UNUSED_DAYS = 90
 
@@ -72,10 +72,7 @@ def write(name: str, pieces: Pieces) -> None:
     if folder is None:
         return
     with contextlib.suppress(OSError):
-        handle, beside = tempfile.mkstemp(dir=folder)  # renamed afterwards, so that no incomplete file is read
-        with os.fdopen(handle, "wb") as file:
-            file.write(to_bytes(pieces))
-        Path(beside).replace(folder / f"{name}.npz")
+        write_whole(folder / f"{name}.npz", to_bytes(pieces))
         for path in folder.iterdir():
             if path.stat().st_mtime < time.time() - _UNUSED_DAYS * 86400:
                 path.unlink()

@@ -30,7 +30,7 @@ NAMES = {
     layout.THREE_SLIDES: "spherical wrist, joints 1, 2 and 3 sliding",
 }
 # rad: nearer to parallel than this, axes that have to intersect are not well enough determined; and axes of a quartic.
-_SKEW, _SKEW_OF_QUARTIC = 1e-3, 2e-2
+_SKEW, _SKEW_OF_QUARTIC = 1e-3, 3e-3
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,12 @@ sqrt(delta / a). The equations of the angles behind it are off by that much inst
 3. apart, as a signed square, times 1e4 near a^2, or 1e10 near a^2 below 0, if that is less than 1, is compared with COINCIDING
    and COMPLEX. So two roots count as one, and a pair as neither real nor complex for certain, if they are nearer than about
    ten, or a hundred, times what apart is off by.
+4. A branch that misses its target is none if a pair is complex for certain. One angle in doubt stays so, whatever another is.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt, where
-from ulna.kernels.chain.closed_form_layout import COMPLEX, UNDETERMINED
+from ulna.kernels.chain.closed_form_layout import COMPLEX, LAST, POINTS, UNDETERMINED
 from ulna.kernels.spatial.elementary import maximum, minimum
 
 DOUBLE, DOUBLE_OF_QUARTIC = 1e-15, 1e-20  # least apart: what rounding leaves of a double root, and of a threefold one
@@ -39,3 +40,17 @@ def sure_behind(near, sure):
     """Step 2."""
     share = minimum(1e9 * near, 1.0)
     return sure * share * share
+
+
+@kernel
+def near_base(table):
+    """Step 1 for the first angle: where the base is far from the arm, a position is the small difference of large numbers."""
+    x, y, z = table[POINTS, 0], table[POINTS, 1], table[POINTS, 2]
+    u, v, w = table[LAST, 0], table[LAST, 1], table[LAST, 2]
+    return 1.0 / (1.0 + x * x + y * y + z * z + u * u + v * v + w * w)
+
+
+@kernel
+def worse(apart, next_apart):
+    """Step 4: of two angles, as ``apart`` is compared."""
+    return where((apart < 0.0) & (apart >= COMPLEX), apart, minimum(apart, next_apart))

@@ -62,9 +62,9 @@ def known_in_one(known_rows, branch):
 
 @kernel
 def is_in_doubt(known_rows, row):
-    """Whether the angles of a branch may be others: they are hardly determined, or rounding may have made a real pair complex."""
+    """Whether the angles of a branch may be others: they are hardly determined, or it is missed and no pair is surely complex."""
     apart, missed = load(known_rows, row + APART), load(known_rows, row + RESIDUAL) > REACHED
-    return (load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED) | (missed & (apart < 0.0) & (apart >= COMPLEX))
+    return (load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED) | (missed & (apart >= COMPLEX))
 
 
 @kernel

@@ -6,7 +6,7 @@ Two is P_2 and three is P_3 there: v = R_2 (two + R_3 three).
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, sure_behind
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, sure_behind, worse
 from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, OF_2, OF_6, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, put, put_known, tabled
 from ulna.kernels.chain.frames import by_columns, in_frame, turned
@@ -67,7 +67,7 @@ def links(table, two, three, v, angles, row, sign_rows, n, free_rows, q_rows, kn
     """Write n branches from that row on: ``angles`` are q_1, q_5, q_6 and q_2 + q_3 + q_4; v without what is behind joint 4."""
     thirds, sure_3, apart_3 = elbow_angles(two, three, v, free_angle(free_rows, 2))
     near_3, sure_3, apart_3 = accuracy(near, sure_3, apart_3, DOUBLE)
-    least, nearest = minimum(sure, sure_3), minimum(apart, apart_3)
+    least, nearest = minimum(sure, sure_3), worse(apart, apart_3)
     for k in range(n):
         third = one_of_two(thirds, load(sign_rows, 2 * n + k))
         second, sure_2, off = shoulder_angle(two, three, third, v, free_angle(free_rows, 1))

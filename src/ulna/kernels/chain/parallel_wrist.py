@@ -5,7 +5,7 @@ It is the first family of ``spherical_wrist``, with its steps and sources, in th
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_behind, sure_behind
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, OF_2, OF_4, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, tabled
 from ulna.kernels.chain.frames import in_frame
@@ -23,7 +23,7 @@ def parallel_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
     last, (two, three), onward = end_frame(table, motion), two_links(table), to_wrist(table)
     behind = dot(tabled(table, AXES + 1), plus(tabled(table, POINTS + 2), tabled(table, POINTS + 3)))
     firsts, sure_1, apart_1 = outer_angles(table, p, free_rows)
-    near_1, sure_1, apart_1 = accuracy(1.0, sure_1, apart_1, DOUBLE)
+    near_1, sure_1, apart_1 = accuracy(near_base(table), sure_1, apart_1, DOUBLE)
     for i in range(n):
         first = one_of_two(firsts, load(sign_rows, i))
         v, turned_to = behind_first(table, first, p, last)

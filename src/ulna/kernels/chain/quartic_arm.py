@@ -10,8 +10,8 @@ and cosines of q_1 and of one other angle, and so is a pair of circles (``two_ci
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import load
-from ulna.kernels.chain.accuracy import DOUBLE_OF_QUARTIC, accuracy, near_behind, sure_behind
+from ulna.engine.lanes import load, sqrt, where
+from ulna.kernels.chain.accuracy import DOUBLE_OF_QUARTIC, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import AXES, HARDLY_DETERMINED, OF_2, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, tabled
 from ulna.kernels.chain.frames import in_frame, turned
@@ -19,10 +19,13 @@ from ulna.kernels.chain.parallel_links import behind_first, end_frame, four_angl
 from ulna.kernels.chain.spherical_wrist import behind_arm, position_square, wrist
 from ulna.kernels.chain.subproblems import angle_onto, reversed_vector, turn, turn_back
 from ulna.kernels.chain.three_parallel import hand
-from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, pencil
+from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, passing, pencil
 from ulna.kernels.spatial.arc_tangent import full_circle_angle
 from ulna.kernels.spatial.elementary import minimum
 from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate
+
+_ROWS_OFF = 1e-12  # what two rows are off by: the axes of an exact form may miss by that
+_ROUNDING = 1e-15  # of the squares of u and B
 
 
 @kernel
@@ -34,7 +37,7 @@ def parts(h, k, v):
 
 @kernel
 def circles(first, second, left_1, left_2):
-    """u and the columns of B for first + (a_1, a_2) . x_1 = left . y in two rows; the parts of y are plain or lanes."""
+    """u, the columns of B, and |L^-1|^2 for first + (a_1, a_2) . x_1 = left . y in two rows L; its parts are plain or lanes."""
     det = left_1[1] * left_2[2] - left_1[2] * left_2[1]
     r = 1.0 / det
     i_11, i_12, i_21, i_22 = left_2[2] * r, -left_1[2] * r, -left_2[1] * r, left_1[1] * r
@@ -42,13 +45,35 @@ def circles(first, second, left_1, left_2):
     u = i_11 * b_1 + i_12 * b_2, i_21 * b_1 + i_22 * b_2
     column_1 = -(i_11 * first[1] + i_12 * second[1]), -(i_21 * first[1] + i_22 * second[1])
     column_2 = -(i_11 * first[2] + i_12 * second[2]), -(i_21 * first[2] + i_22 * second[2])
-    return u, column_1, column_2
+    return u, column_1, column_2, i_11 * i_11 + i_12 * i_12 + i_21 * i_21 + i_22 * i_22
 
 
 @kernel
-def kept_by_size(b_1, b_2):
-    """``near`` behind y = u - B x (``accuracy``): y is off by up to |B|, given by its columns, times what x is off by."""
-    return 0.1 / (1.0 + b_1[0] * b_1[0] + b_1[1] * b_1[1] + b_2[0] * b_2[0] + b_2[1] * b_2[1])
+def square_of_size(u, v):
+    """|u|^2 + |v|^2."""
+    return u[0] * u[0] + u[1] * u[1] + v[0] * v[0] + v[1] * v[1]
+
+
+@kernel
+def first_of_circles(near, p, u, b_1, b_2, inverse):
+    """``near`` behind y = u - B x (``accuracy``), and the pencil with what its lines are if they pass the circle.
+
+    u and B are off by |L^-1| times what the two rows are; y by up to |B| times what x is off by.
+    """
+    of_b = square_of_size(b_1, b_2)
+    axes, form, lines, size = pencil(u, b_1, b_2)
+    rows = _ROWS_OFF * (1.0 + dot(p, p)) * sqrt(inverse / near)
+    off = (rows + _ROUNDING * (1.0 + of_b + square_of_size(u, u))) / size
+    return 0.1 * near / (1.0 + of_b), (axes, form, lines, size), passing(form, lines, off)
+
+
+@kernel
+def one_of_pencil(near, both, passing_lines, line, sign, free):
+    """An angle of the first circle; ``near`` behind it, how well it is determined, and ``apart`` as it is compared."""
+    axes, form, lines, size = both
+    angle, sure, slope, meets = angle_of_pair(axes, form, lines, size, line, sign, free)
+    near, sure, apart = accuracy(near, sure, slope, DOUBLE_OF_QUARTIC)
+    return angle, near, sure, where(meets, apart, where(line > 0.0, passing_lines[0], passing_lines[1]))
 
 
 @kernel
@@ -61,14 +86,13 @@ def offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
     behind = dot(h2, plus(plus(p2, p3), p4))
     ahead = parts(h2, back, p)
     ahead = ahead[0] - dot(h2, p1) - behind, ahead[1], ahead[2]
-    u, b_1, b_2 = circles(ahead, parts(h2, back, rotate(motion, h6)), parts(h2, h5, p5), parts(h2, h5, h6))
-    near_0, (axes, form, lines, size) = kept_by_size(b_1, b_2), pencil(u, b_1, b_2)
+    u, b_1, b_2, inverse = circles(ahead, parts(h2, back, rotate(motion, h6)), parts(h2, h5, p5), parts(h2, h5, h6))
+    near_0, both, passing_lines = first_of_circles(near_base(table), p, u, b_1, b_2, inverse)
     for i in range(n):
         for j in range(n):
             line, sign = load(sign_rows, i), load(sign_rows, n + j)
-            first, sure_1, apart = angle_of_pair(axes, form, lines, size, line, sign, free_angle(free_rows, 0))
+            first, near_1, sure_1, apart = one_of_pencil(near_0, both, passing_lines, line, sign, free_angle(free_rows, 0))
             fifth = other_of_pair(u, b_1, b_2, first)
-            near_1, sure_1, apart = accuracy(near_0, sure_1, apart, DOUBLE_OF_QUARTIC)
             v, whole = behind_first(table, first, p, last)
             reach = in_frame(table, OF_2, 1, plus(p4, turn(h5, fifth, p5)))
             # Where it is singular the quartic has a double root.
@@ -92,16 +116,15 @@ def any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
     half = 0.5 * (dot(p, p) + dot(p1, p1) - dot(p2, p2) - dot(p3, p3))
     length = half - length[0], -length[1], -length[2]
     ahead = ahead[0] - dot(h2, plus(p1, p2)), ahead[1], ahead[2]
-    u, b_1, b_2 = circles(length, ahead, parts(p2, h3, p3), parts(h2, h3, p3))
-    near_0, (axes, form, lines, size) = kept_by_size(b_1, b_2), pencil(u, b_1, b_2)
+    u, b_1, b_2, inverse = circles(length, ahead, parts(p2, h3, p3), parts(h2, h3, p3))
+    near_0, both, passing_lines = first_of_circles(near_base(table), p, u, b_1, b_2, inverse)
     for i in range(n):
         for j in range(n):
             line, sign = load(sign_rows, i), load(sign_rows, n + j)
-            first, sure, apart = angle_of_pair(axes, form, lines, size, line, sign, free_angle(free_rows, 0))
+            first, near_1, sure, apart = one_of_pencil(near_0, both, passing_lines, line, sign, free_angle(free_rows, 0))
             third = other_of_pair(u, b_1, b_2, first)
             v, bent = minus(turn_back(h1, first, p), p1), plus(p2, turn(h3, third, p3))
             second, sure_2 = angle_onto(bent, v, h2, free_angle(free_rows, 1))
-            near_1, sure, apart = accuracy(near_0, sure, apart, DOUBLE_OF_QUARTIC)
             near, sure_2 = near_behind(near_1, sure_2), sure_behind(near_1, sure_2)
             missed, sure = position_square(table, p, first, second, third), minimum(sure, sure_2)
             whole, row = behind_arm(table, first, second, third, last), (i * n + j) * n

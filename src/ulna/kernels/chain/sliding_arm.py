@@ -14,7 +14,7 @@ Where an equation is linear the sign that chooses among its solutions has to be 
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, where
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_behind, sure_behind
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     FAMILY,
@@ -48,6 +48,7 @@ def sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
         for j in range(n):
             joints, missed, sure, apart, near = first_joints(table, p, load(sign_rows, i), load(sign_rows, n + j), free_rows)
             first, second, third = joints
+            apart = where(missed > 0.0, -1.0, apart)  # a sign that chooses nothing makes a branch none
             missed = missed + position_square(table, p, first, second, third)
             whole, row = behind_arm(table, first[:2], second[:2], third[:2], last), (i * n + j) * n
             angles = joint_value(first), joint_value(second), joint_value(third)
@@ -138,7 +139,7 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
         if family == SLIDE_INTERSECTING_23:
             way, apart = way_to_sphere(u, reversed_vector(h1), dot(p3, p3), sign_1)
             missed, inner = 0.0 * one, INTERSECTING_23
-        near, _, apart = accuracy(one, one, apart, DOUBLE)
+        near, _, apart = accuracy(near_base(table), one, apart, DOUBLE)
         third, second, sure, apart_2, near = inner_pair(table, inner, p, along(h1, -way, u), near, sign_2, free_rows)
         return (slid(way), turned(second, one), turned(third, one)), missed, sure, minimum(apart, apart_2), near
     if family in (INTERSECTING_12_SLIDE, PARALLEL_12_SLIDE):
@@ -148,7 +149,7 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
         if family == INTERSECTING_12_SLIDE:
             way, apart = way_to_sphere(p23, h3, dot(p, p), sign_1)
             missed, inner = 0.0 * one, INTERSECTING_12
-        near, _, apart = accuracy(one, one, apart, DOUBLE)
+        near, _, apart = accuracy(near_base(table), one, apart, DOUBLE)
         second, first, sure, apart_2, near = inner_pair(table, inner, p, along(h3, way, p23), near, sign_2, free_rows)
         return (turned(first, one), turned(second, one), slid(way)), missed, sure, minimum(apart, apart_2), near
     missed = where(sign_2 > 0.0, 0.0, one)
@@ -157,16 +158,17 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
         firsts, sure, apart = angles_to_plane(n, p, reversed_vector(h1), dot(n, p123), free_angle(free_rows, 0))
         first = one_of_two(firsts, sign_1)
         way_2, way_3 = ways_in_plane(minus(turn_back(h1, first, p), p123), h2, h3)
-        near, sure, apart = accuracy(one, sure, apart, DOUBLE)
+        near, sure, apart = accuracy(near_base(table), sure, apart, DOUBLE)
         return (turned(first, one), slid(way_2), slid(way_3)), missed, sure, apart, near
     if family == SLIDES_TURN:
         n, w = cross(h1, h2), minus(minus(p, p1), p2)
         thirds, sure, apart = angles_to_plane(n, p3, h3, dot(n, w), free_angle(free_rows, 2))
         third = one_of_two(thirds, sign_1)
         way_1, way_2 = ways_in_plane(minus(w, turn(h3, third, p3)), h1, h2)
-        near, sure, apart = accuracy(one, sure, apart, DOUBLE)
+        near, sure, apart = accuracy(near_base(table), sure, apart, DOUBLE)
         return (slid(way_1), slid(way_2), turned(third, one)), missed, sure, apart, near
     w, n = minus(p, p123), cross(h2, h3)
     r = 1.0 / dot(h1, n)
     ways = dot(w, n) * r, dot(h1, cross(w, h3)) * r, dot(h1, cross(h2, w)) * r
-    return (slid(ways[0]), slid(ways[1]), slid(ways[2])), missed + where(sign_1 > 0.0, 0.0, one), one, one, one
+    missed = missed + where(sign_1 > 0.0, 0.0, one)
+    return (slid(ways[0]), slid(ways[1]), slid(ways[2])), missed, one, one, near_base(table) * one

@@ -15,7 +15,7 @@ Where axes 2 and 3 are parallel behind a first one that turns, steps 1 and 2 are
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_behind, sure_behind
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind, worse
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     BENDS,
@@ -54,7 +54,7 @@ def spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_row
     """Write all branches; the arguments are those of ``closed_form``, and p from the point on axis 1 to the wrist's centre."""
     family, last = int(table[FORM, FAMILY]), end_frame(table, motion)
     outers, sure_1, apart_1 = outer_angles(table, p, free_rows)
-    near_1, sure_1, apart_1 = accuracy(1.0, sure_1, apart_1, DOUBLE)
+    near_1, sure_1, apart_1 = accuracy(near_base(table), sure_1, apart_1, DOUBLE)
     for i in range(n):
         outer = one_of_two(outers, load(sign_rows, i))
         v = behind_outer(table, p, outer)
@@ -82,7 +82,7 @@ def wrist(table, whole, angles, row, sign_rows, n, free_rows, q_rows, known_rows
     bends, free = (table[BENDS, 0], table[BENDS, 1]), table[BENDS, FREE_WRIST]
     fifths, sure_5, apart_5 = angles_to_direction(h4, h6, h5, axis, bends, free_angle(free_rows, 4))
     _, sure_5, apart_5 = accuracy(near, sure_5, apart_5, DOUBLE)
-    nearest = minimum(apart, maximum(apart_5, free))
+    nearest = apart if free != 0.0 else worse(apart, apart_5)
     for k in range(n):
         fifth = one_of_two(fifths, load(sign_rows, 2 * n + k))
         r = fifth_turn(table, fifth)

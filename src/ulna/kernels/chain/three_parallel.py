@@ -15,7 +15,7 @@ for each q_1.
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load, sqrt
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_behind, sure_behind
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import AXES, BENDS, OF_2, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, tabled
 from ulna.kernels.chain.frames import column, fifth_row, fifth_turn, in_frame, times, transposed_times, turned, turned_back
@@ -44,7 +44,7 @@ def three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
     p1, p2, p3, p4 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3), tabled(table, POINTS + 4)
     behind = dot(h2, plus(plus(p2, p3), p4))
     firsts, sure_1, apart_1 = angles_to_plane(h2, p, reversed_vector(h1), dot(h2, p1) + behind, free_angle(free_rows, 0))
-    near_1, sure_1, apart_1 = accuracy(1.0, sure_1, apart_1, DOUBLE)
+    near_1, sure_1, apart_1 = accuracy(near_base(table), sure_1, apart_1, DOUBLE)
     last, (two, three), four = end_frame(table, motion), two_links(table), in_frame(table, OF_2, 1, p4)
     bends = table[BENDS, 0], table[BENDS, 1]
     for i in range(n):

@@ -10,9 +10,12 @@ it is a quartic; here, its geometry: the image of one circle, an ellipse, meets 
    n_a = a / (2 alpha), n_b = b / (2 beta), n_a^2 - n_b^2 = k - lambda. Newton's method within the bracket finds it.
 3. Each line meets the circle in two points: subproblem 4. One sign chooses the line, one the point.
 4. Newton steps of step 1 give back the digits that are lost where a line is ill determined.
-5. Where three roots are nearly one the curvature is nearly 0, and lambda is off by the cube root of the rounding, and so is
-   whether a line meets the circle. By its Taylor series at the nearest angle step 1 has two roots where
-   slope^2 - 2 value curvature > 0, the square of its slope at them: below zero that says how clearly a pair is complex.
+5. The number of roots is that of the exact equation, if rounding cannot have moved it across an equation with a double root.
+   With both lines divided by their size the discriminant of step 1 is that of one line times that of the other times the square
+   of their resultant. A line passes the circle for certain if its own times the square of the resultant is more than what the
+   equation is off by; or, where both lines pass it, the product of their own: a lower bound of step 1 all around. Where all
+   roots are within a small angle r, all that is for the angle as a share of r: their own are r^2, the resultant r^4, and the
+   equation r^4 times what they are of that share.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -22,9 +25,11 @@ from ulna.kernels.spatial.elementary import maximum, minimum
 
 _STEPS, _NEWTON_STEPS = 40, 3
 _STRAIGHT = 1e-13  # of d: below it there is one line, and no other
+_DAMPING = 1e-16  # of the square of a slope: at a double root value and slope are what rounding leaves, and so is their ratio
+_FOUND = 1e-14  # of step 1 before the last step; else the line is not known well enough
 _FAR = 1e-4  # rad: a longer Newton step is none towards this root
-_NEARLY, _FLAT = -1e-3, 1e-2  # of the discriminant, of the curvature: beyond either a line that passes the circle has no root
-_CLEARLY, _LEAST = -3e-11, -1e-40  # of the square of a slope: below the first a pair is complex; where it hardly is
+_CERTAIN = 10.0  # times what the equation is off by
+_COMPLEX, _IN_DOUBT = -1.0, -1e-40  # of a pair, as ``apart`` is compared (``accuracy``)
 _MEETS = -1e-10  # of the discriminant: a line that passes the circle has no root, and Newton's would be that of another line
 
 
@@ -80,7 +85,7 @@ def lines_of(k, a, b, d):
 
 @kernel
 def angle_of_pair(axes, form, lines, size, line, sign, free):
-    """Steps 3 to 5: theta of two signs; how well it is determined; the square of its slope, below 0 where it is complex."""
+    """Steps 3 and 4: theta of two signs; how well it is determined; the square of its slope; and whether it is a root."""
     (k, a, b, d), (alpha, beta, n_a, n_b) = form, lines
     straight = d < _STRAIGHT
     a_c, a_s = where(straight, a, alpha), where(straight, b, -line * beta)
@@ -91,21 +96,41 @@ def angle_of_pair(axes, form, lines, size, line, sign, free):
     for _ in range(_NEWTON_STEPS):
         value = k + a * c + b * s + d * (c * c - s * s)
         slope = b * c - a * s - 4.0 * d * s * c
-        step = -value / where(abs(slope) > 0.0, slope, 1.0)
+        step = -value * slope / (slope * slope + _DAMPING)
         step = where((abs(step) <= _FAR) & (share >= _MEETS), step, 0.0)
         s, c = s + step * c, c - step * s
         r = 1.5 - 0.5 * (s * s + c * c)
         s, c = s * r, c * r
-    curvature = -a * c - b * s - 4.0 * d * (c * c - s * s)
-    square = slope * slope - 2.0 * value * curvature
-    flat = abs(curvature) < _FLAT * (abs(a) + abs(b) + 4.0 * d)
-    hardly = flat & (share > _NEARLY) & (square > _CLEARLY)
-    complex_ = where(hardly, minimum(square, _LEAST), share)
     cos, sin = axes
     return (
         (s * cos + c * sin, c * cos - s * sin),
         minimum(sure, size * size * size * size),
-        where(share >= 0.0, slope * slope, complex_),
+        slope * slope,
+        (share >= 0.0) & (abs(value) <= _FOUND),
+    )
+
+
+@kernel
+def passing(form, lines, off):
+    """Step 5: of both lines what ``apart`` is if they pass the circle, as it is compared; off: what step 1 is off by."""
+    (k, a, b, d), (alpha, beta, n_a, n_b) = form, lines
+    straight = d < _STRAIGHT
+    amplitude = sqrt(where(straight, a * a + b * b, 2.0 * d))
+    one, other = abs(where(straight, k, n_a + n_b)), abs(n_a - n_b)
+    size_1, size_2 = one + amplitude, where(straight, 1.0, other + amplitude)
+    x, y, z = alpha * n_b, beta * n_a, alpha * beta
+    resultant = where(straight, amplitude * amplitude, 4.0 * (x * x + y * y - z * z)) / (size_1 * size_1 * size_2 * size_2)
+    passes_1, passes_2 = (one - amplitude) / size_1, where(straight, 1.0, (other - amplitude) / size_2)
+    near = abs(passes_1) + abs(passes_2) + sqrt(abs(resultant))
+    least, both = (
+        resultant * resultant / where(near > 0.0, near * near * near, 1.0),
+        where((passes_1 > 0.0) & (passes_2 > 0.0), passes_1 * passes_2, 0.0),
+    )
+    left = k - where(straight, k, n_a * n_a - n_b * n_b + 0.5 * (alpha * alpha - beta * beta))
+    off = _CERTAIN * (off + abs(left) + where(straight, 0.0, abs(2.0 * alpha * n_a - a) + abs(2.0 * beta * n_b - b)))
+    return (
+        where(maximum(passes_1 * least, both) > off, _COMPLEX, _IN_DOUBT),
+        where(maximum(passes_2 * least, both) > off, _COMPLEX, _IN_DOUBT),
     )
 
 

@@ -1,0 +1,120 @@
+"""Finds the times of a path, and evaluates it at a time. Used by ``trajectory``."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers import entry
+from ulna.planning.blend import Pieces
+from ulna.planning.double_s import N_PHASES, double_s
+
+Array = NDArray[np.float64]
+INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
+LEAST_INTERVALS = 8
+_NO_LIMIT = 1e300
+_WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
+
+
+class Moment(NamedTuple):
+    """A moment of a trajectory: positions, velocities and accelerations, shape (..., n_dof) each."""
+
+    q: Array
+    qd: Array
+    qdd: Array
+
+
+class Grid(NamedTuple):
+    """The intervals of a path: q(s) = start + slope s + bend s^2 / 2 in each."""
+
+    starts: Array
+    slopes: Array
+    bends: Array
+    steps: Array
+    borders: NDArray[np.int64]
+    """The grid points at which the motion rests."""
+
+
+class Profile(NamedTuple):
+    """How fast a path is passed: in interval i, t after times[i], with speeds + accelerations t + jerks t^2 / 2."""
+
+    times: Array
+    """When the grid points are passed [s], shape (n + 1,)."""
+    speeds: Array
+    accelerations: Array
+    jerks: Array
+
+
+def grid_of(pieces: Pieces) -> Grid:
+    """The pieces divided into intervals."""
+    counts = np.maximum(LEAST_INTERVALS, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
+    steps = np.repeat(pieces.lengths / counts, counts)
+    first = np.repeat(np.cumsum(counts) - counts, counts)
+    s = ((np.arange(len(steps)) - first) * steps)[:, None]
+    starts, slopes, bends = (np.repeat(each, counts, axis=0) for each in (pieces.starts, pieces.slopes, pieces.bends))
+    borders = np.concatenate([[0], np.cumsum(counts)[pieces.stops]])
+    return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, borders)
+
+
+def timed(grid: Grid, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+    """The fastest motion: the times of the grid points, (ds/dt)^2 there, and d2s/dt2 between them."""
+    n = len(grid.steps)
+    ends = grid.slopes + grid.steps[:, None] * grid.bends
+    steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
+    with np.errstate(divide="ignore", over="ignore"):
+        of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
+    ceilings = np.full(n + 1, _NO_LIMIT)
+    ceilings[:-1] = np.minimum(ceilings[:-1], of_intervals)
+    ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
+    x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
+    time_sections = entry("time_parameterisation.time_sections")
+    limits = np.ascontiguousarray(acceleration * _WITHIN)
+    time_sections(grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times)
+    return times, x, u
+
+
+def jerk_limited(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Grid, Profile]:
+    """The fastest motion along lines, from rest to rest on each, in seven phases a line."""
+    rows = []
+    for start, slope, length in zip(pieces.starts, pieces.slopes, pieces.lengths, strict=True):
+        with np.errstate(divide="ignore"):
+            limits = tuple(float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
+        durations, jerks = double_s(length, *limits)
+        s = speed = rate = 0.0
+        for t, j in zip(durations, jerks, strict=True):
+            step = speed * t + rate * t * t / 2 + j * t**3 / 6
+            rows.append((start + s * slope, slope, step, t, speed, rate, j))
+            s, speed, rate = s + step, speed + rate * t + j * t * t / 2, rate + j * t
+    starts, slopes, steps, times, *others = (np.array(column) for column in zip(*rows, strict=True))
+    grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, N_PHASES))
+    return grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others)
+
+
+def moment_at(grid: Grid, profile: Profile, t: Array) -> Moment:
+    """The moments at times within the motion, shape (...)."""
+    i = np.clip(np.searchsorted(profile.times, t, side="right") - 1, 0, len(grid.steps) - 1)
+    after = t - profile.times[i]
+    speed, rate, jerk = profile.speeds[i], profile.accelerations[i], profile.jerks[i]
+    s = np.clip(((jerk / 6 * after + rate / 2) * after + speed) * after, 0.0, np.maximum(grid.steps[i], 0.0))[..., None]
+    speed, rate = ((jerk / 2 * after + rate) * after + speed)[..., None], (jerk * after + rate)[..., None]
+    bend = grid.bends[i]
+    slope = grid.slopes[i] + s * bend
+    q = grid.starts[i] + s * grid.slopes[i] + 0.5 * s * s * bend
+    return Moment(q, slope * speed, slope * rate + bend * speed * speed)
+
+
+def edges_since(grid: Grid, profile: Profile, t: float) -> tuple[Array, Array]:
+    """The path from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, shape (n - 1, n_dof).
+
+    A line is one edge. In an interval of a parabola, h long, q differs from the chord by at most |bend| h^2 / 8.
+    """
+    times = np.concatenate([[t], profile.times[profile.times > t]])
+    times = times if len(times) > 1 else np.repeat(times, 2)
+    of = np.clip(np.searchsorted(profile.times, times[:-1], side="right") - 1, 0, len(grid.steps) - 1)
+    bends, slopes = grid.bends[of], grid.slopes[of]
+    on = (bends[1:] == 0.0).all(axis=1) & (bends[:-1] == 0.0).all(axis=1) & (slopes[1:] == slopes[:-1]).all(axis=1)
+    ends = np.concatenate([[True], ~on, [True]])
+    spreads = np.abs(bends) * grid.steps[of][:, None] ** 2 / 8 * (1 + 1e-9)
+    return moment_at(grid, profile, times).q[ends], spreads[ends[:-1]]
