@@ -28,7 +28,7 @@ def test_no_sample_of_a_free_edge_of_spheres_touches_and_few_free_ones_are_refus
     a = q[~arm.in_collision(q)][:300]
     b = np.clip(a + spread * rng.normal(size=a.shape), arm.lower, arm.upper)
     refused, t = arm.edge_in_collision(a, b).in_collision, np.linspace(0, 1, 2001)[:, None]
-    touches = np.array([arm.in_collision(start + t * (end - start)).any() for start, end in zip(a, b, strict=True)])
+    touches = np.array([np.any(arm.in_collision(start + t * (end - start))) for start, end in zip(a, b, strict=True)])
     assert touches.any()
     assert not touches.all()
     assert not (touches & ~refused).any()
@@ -45,5 +45,5 @@ def test_a_sphere_that_comes_by_between_the_middles_of_all_intervals_is_found(as
     arm = ulna.load(f'<robot name="wheel">{first}<link name="l1"/>{last}{joint.format(i=0, j=1)}{joint.format(i=1, j=2)}</robot>')
     a, b = np.array([0.0, 0.5]), np.array([0.0, 0.5 + 16 * np.pi])
     t = np.linspace(0, 1, 8001)[:, None]
-    assert arm.in_collision(a + t * (b - a)).any() == touches
+    assert np.any(arm.in_collision(a + t * (b - a))) == touches
     assert bool(arm.edge_in_collision(a, b).in_collision) == touches
