@@ -8,7 +8,8 @@ distance that p can have from the axis of k (1 if k slides),
 
 since the derivative of dp/dq_k by a joint i that carries k turns that vector about the axis of i; |r_k| counts only where k
 turns. The sum of |r_k| M_k bounds |p'| everywhere, and the smaller of the two bounds is taken. Seen from a joint that carries two
-bodies, both move by the joints behind it alone: that bounds how much their distance changes.
+bodies, both move by the joints behind it alone: that bounds how much their distance changes. Of two points, only the part of
+their velocities along the line between them counts at first order.
 
 Source of the idea of the second-order bound: Redon, Kheddar and Coquillart, Fast continuous collision detection between rigid
 bodies (Eurographics 2002); the bound is that of the product of exponentials (Murray, Li and Sastry 1994, chapter 3).
@@ -20,9 +21,11 @@ from ulna.kernels.chain.poses import tree_poses
 from ulna.kernels.collision.collision_layout import BALL_CENTRE, BALL_JOINT, BALL_RADIUS
 from ulna.kernels.collision.continuous import ANGLE, ROUNDING
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO
-from ulna.kernels.spatial.elementary import minimum
+from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import add_scaled, axis, cross, dot, minus, origin, plus, transform
+
+LEAST_DISTANCE = 1e-150  # [m]: what is divided by; points nearer than rounding are not found clear
 
 
 @kernel
@@ -175,17 +178,36 @@ def way_of(speed, bend, v, turning, half):
 @kernel
 def pair_way(joints, carried, a, b, shared, half, like):
     """How much nearer two points of two balls come within ``half``, seen from the joint that carries both."""
-    n = joints.shape[0]
-    column, turned = (n, 0.0) if shared < 0 else (shared, carried.turns[shared])
     p, q = load_vector(carried.ball_rows, 7 * a), load_vector(carried.ball_rows, 7 * b)
     v_a, w = joint_twist(carried, shared, p, like)
     v_b = joint_twist(carried, shared, q, like)[0]
     seen_a = minus(load_vector(carried.ball_rows, 7 * a + 3), v_a)
     seen_b = minus(load_vector(carried.ball_rows, 7 * b + 3), v_b)
     turning = turning_of(carried, a, w, like) + turning_of(carried, b, w, like)
-    speed_a, speed_b = carried.speeds[a, column], carried.speeds[b, column]
-    bend = carried.bends[a, column] + carried.bends[b, column] - 2.0 * turned * (speed_a + speed_b)
-    return way_of(speed_a + speed_b, max(bend, 0.0), minus(seen_b, seen_a), turning, half)
+    speed, bend = pair_bounds(joints, carried, a, b, shared)
+    return way_of(speed, bend, minus(seen_b, seen_a), turning, half)
+
+
+@kernel
+def pair_bounds(joints, carried, a, b, shared):
+    """The greatest speed and acceleration of two points of two balls relative to each other, seen from the joint of both."""
+    column, turned = (joints.shape[0], 0.0) if shared < 0 else (shared, carried.turns[shared])
+    speed = carried.speeds[a, column] + carried.speeds[b, column]
+    return speed, max(carried.bends[a, column] + carried.bends[b, column] - 2.0 * turned * speed, 0.0)
+
+
+@kernel
+def approach_way(joints, carried, a, b, shared, d, v, half):
+    """How much nearer two points that are fixed to two balls come within ``half``.
+
+    d: their difference; v: that of their velocities, from any joint: what turns both does not change ``dot(d, v)``. A distance
+    is a convex function of the difference, so that at first order only the part of v along d counts.
+    """
+    n = joints.shape[0]
+    speed, bend = pair_bounds(joints, carried, a, b, shared)
+    rounding = ROUNDING * (carried.speeds[a, n] + carried.speeds[b, n])
+    along = abs(dot(d, v)) / maximum(sqrt(dot(d, d)), LEAST_DISTANCE) + rounding
+    return minimum(speed * half, half * along + (0.5 * bend) * half * half) * (1.0 + ROUNDING)
 
 
 @kernel

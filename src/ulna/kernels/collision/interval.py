@@ -16,7 +16,15 @@ once more, as far as it takes for that. So "clear" is certain; "touches" is cert
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, load, splat, sqrt, where
 from ulna.kernels.chain.poses import frame_pose
-from ulna.kernels.collision.ball_motion import body_way, load_vector, pair_way, place_bodies_of, turning_at
+from ulna.kernels.collision.ball_motion import (
+    approach_way,
+    body_way,
+    joint_twist,
+    load_vector,
+    pair_way,
+    place_bodies_of,
+    turning_at,
+)
 from ulna.kernels.collision.bvh import objects_within
 from ulna.kernels.collision.collision_layout import (
     BALL_JOINT,
@@ -29,8 +37,8 @@ from ulna.kernels.collision.collision_layout import (
 )
 from ulna.kernels.collision.continuous import CROWD, span_of
 from ulna.kernels.collision.posed_pair import BALLS, rows_gap
-from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, RADIUS, REACH, SHAPE, SPHERE
-from ulna.kernels.spatial.elementary import maximum
+from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, JOINT, RADIUS, REACH, SHAPE, SPHERE
+from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import constant_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin, transform_inverse
 
@@ -115,12 +123,13 @@ def self_outcome(scene, carried, half, still, clear, like):
         most = radii + slack + load(carried.ball_rows, 7 * a + 6) + load(carried.ball_rows, 7 * b + 6)
         if not any_lane(dot(d, d) <= most * most):
             continue
-        way = splat(slack, like)
+        way, shared = splat(slack, like), groups[e, GROUP_SHARED]
         if not still:
-            way = pair_way(scene.joints, carried, a, b, groups[e, GROUP_SHARED], half, like) + slack
-            most = radii + way
+            v = minus(load_vector(carried.ball_rows, 7 * a + 3), load_vector(carried.ball_rows, 7 * b + 3))
+            most = radii + (approach_way(scene.joints, carried, a, b, shared, d, v, half) + slack)
             if not any_lane(dot(d, d) <= most * most):
                 continue
+            way = pair_way(scene.joints, carried, a, b, shared, half, like) + slack
         place_bodies_of(bodies, carried, a, like)
         place_bodies_of(bodies, carried, b, like)
         for m in range(groups[e, GROUP_FIRST], groups[e, GROUP_END]):
@@ -130,18 +139,33 @@ def self_outcome(scene, carried, half, still, clear, like):
             most = way + reach
             if not any_lane((dot(d, d) <= most * most) & (clear > 0.0)):
                 continue
-            distance = sqrt(dot(d, d)) - reach
+            distance, nearer = sqrt(dot(d, d)) - reach, way
             if int(bodies[i, SHAPE]) != SPHERE or int(bodies[j, SHAPE]) != SPHERE:
-                b = frame_pose(bodies, j, carried.joint_rows, like)
-                distance = point_gap(p, bodies, j, b) - BALLS * bodies[i, REACH]
+                of_j = frame_pose(bodies, j, carried.joint_rows, like)
+                distance = point_gap(p, bodies, j, of_j) - BALLS * bodies[i, REACH]
                 if not any_lane((distance <= way) & (clear > 0.0)):
                     continue
-                a = frame_pose(bodies, i, carried.joint_rows, like)
-                distance = gap_or_contact((bodies, scene.vertices, i, a), (bodies, scene.vertices, j, b), way, 0.0, slack)
+                of_i = frame_pose(bodies, i, carried.joint_rows, like)
+                ours, theirs = (bodies, scene.vertices, i, of_i), (bodies, scene.vertices, j, of_j)
+                distance = gap_or_contact(ours, theirs, way, 0.0, slack)
+            else:
+                nearer = minimum(way, spheres_way(scene, carried, e, (i, j), (p, q), half, still) + slack)
             if any_lane(distance <= 0.0):
                 return True, clear
-            clear = where(distance > way, clear, 0.0)
+            clear = where(distance > nearer, clear, 0.0)
     return False, clear
+
+
+@kernel
+def spheres_way(scene, carried, e, pair, centres, half, still):
+    """How much nearer two spheres of group e with these centres come within ``half``. A turn about its own centre moves none."""
+    if still:
+        return splat(0.0, half)
+    groups, (i, j), (p, q) = carried.groups, pair, centres
+    v_p = joint_twist(carried, int(scene.bodies[i, JOINT]), p, half)[0]
+    v_q = joint_twist(carried, int(scene.bodies[j, JOINT]), q, half)[0]
+    a, b, shared = groups[e, GROUP_A], groups[e, GROUP_B], groups[e, GROUP_SHARED]
+    return approach_way(scene.joints, carried, a, b, shared, minus(p, q), minus(v_p, v_q), half)
 
 
 @kernel
