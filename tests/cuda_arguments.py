@@ -131,6 +131,7 @@ TYPES = {
     },
     "collision.interval.has_exact_ball": {**_each("kind other", WHOLE)},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR},
+    "collision.interval.spheres_way": {"e": WHOLE, "pair": types.UniTuple(WHOLE, 2), "centres": TWO_VECTORS},
     "collision.interval.gap_or_contact": {**_each("first second", ROW)},
     "collision.continuous": {**_each("q_a q_b", NUMBERS)},
     "collision.continuous.pair_speed": {**_each("a b", WHOLE)},
