@@ -64,18 +64,19 @@ def pair_of_circles(x, out):
     store(out, 0, angle[0])
     store(out, 1, angle[1])
     store(out, 2, sure)
-    store(out, 3, where(meets, slope, where(load(x, 6) > 0.0, one, other)))
+    passes = ((load(x, 6) > 0.0) & one) | ((load(x, 6) < 0.0) & other)
+    store(out, 3, where(meets, slope, where(passes, -1.0, -1e-40)))
     second = other_of_pair(u, b_1, b_2, angle)
     store(out, 4, second[0])
     store(out, 5, second[1])
 
 
 def pair_of_lines(x, out):
-    """x: k, a, b, d of k + a cos + b sin + d cos 2 angle, and what it is off by; out: what its two lines are (``passing``)."""
+    """x: k, a, b, d of k + a cos + b sin + d cos 2 angle, and what it is off by; out: 1 for a line that passes (``passing``)."""
     form = load(x, 0), load(x, 1), load(x, 2), load(x, 3)
     one, other = passing(form, lines_of(form[0], form[1], form[2], form[3]), load(x, 4))
-    store(out, 0, one)
-    store(out, 1, other)
+    store(out, 0, where(one, 1.0, 0.0))
+    store(out, 1, where(other, 1.0, 0.0))
 
 
 def one_branch(table, x, out):

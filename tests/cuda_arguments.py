@@ -86,7 +86,7 @@ TYPES = {
     "chain.quartic_arm.square_of_size": {**_each("u v", ANGLE)},
     "chain.quartic_arm.first_of_circles": {**_each("u b_1 b_2", ANGLE), "inverse": NUMBER},
     "chain.quartic_arm.one_of_pencil": {
-        "both": types.Tuple((ANGLE, SIZE, SIZE, NUMBER)), "passing_lines": ANGLE, "line": NUMBER,
+        "both": types.Tuple((ANGLE, SIZE, SIZE, NUMBER)), "passing_lines": types.UniTuple(TRUTH, 2), "line": NUMBER,
     },
     "chain.quartic_arm.circles": {**_each("first second", VECTOR)},
     "chain.two_circles": {

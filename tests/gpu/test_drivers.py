@@ -40,7 +40,7 @@ DRIVERS = {
     "distances of boxes": (distances_of(JOINTS, BODIES), (*BOXES, A3, A3, A3, A2, A1, FLAG), 255, 64),
     "distances of any shapes": (distances_of(JOINTS, BODIES), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
     "searches": (searches_of(7), (A2, A2, A2, A2, A1, A1, NEXT, A3, A2, A2, NEXT), 255, 64),
-    "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 64),
+    "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 128),
     "either": (either, (BOOLS, BOOLS), 20, 0),
     "least": (least, (A1, A1), 20, 0),
     "taken": (taken, (A2, COLUMNS, A2), 33, 0),

@@ -167,7 +167,7 @@ def test_what_passes_for_certain_has_no_root_though_the_equation_be_off(run, kin
     form = of_roots(np.column_stack([first, other, other.conj()]))
     form = form[:, form[3] > 1e-8]  # else it is a straight line
     off = 10.0 ** rng.uniform(-7, -2, form.shape[1])
-    passing = run(probes.pair_of_lines, np.vstack([form, off]), 2) <= -1.0
+    passing = run(probes.pair_of_lines, np.vstack([form, off]), 2) > 0.0
     assert 0.02 < passing.mean() < 0.9
     change = rng.normal(size=(6, *form.shape))
     change[:3] = np.eye(4)[0][:, None] * rng.choice([-1.0, 1.0], size=(3, 1, form.shape[1]))

@@ -26,6 +26,7 @@ from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate
 
 _ROWS_OFF = 1e-12  # what two rows are off by: the axes of an exact form may miss by that
 _ROUNDING = 1e-15  # of the squares of u and B
+_COMPLEX, _IN_DOUBT = -1.0, -1e-40  # of a pair that is not real, as ``apart`` is compared (``accuracy``)
 
 
 @kernel
@@ -56,7 +57,7 @@ def square_of_size(u, v):
 
 @kernel
 def first_of_circles(near, p, u, b_1, b_2, inverse):
-    """``near`` behind y = u - B x (``accuracy``), and the pencil with what its lines are if they pass the circle.
+    """``near`` behind y = u - B x (``accuracy``), the pencil, and which of its lines pass the circle for certain.
 
     u and B are off by |L^-1| times what the two rows are; y by up to |B| times what x is off by.
     """
@@ -73,7 +74,8 @@ def one_of_pencil(near, both, passing_lines, line, sign, free):
     axes, form, lines, size = both
     angle, sure, slope, meets = angle_of_pair(axes, form, lines, size, line, sign, free)
     near, sure, apart = accuracy(near, sure, slope, DOUBLE_OF_QUARTIC)
-    return angle, near, sure, where(meets, apart, where(line > 0.0, passing_lines[0], passing_lines[1]))
+    passes = ((line > 0.0) & passing_lines[0]) | ((line < 0.0) & passing_lines[1])
+    return angle, near, sure, where(meets, apart, where(passes, _COMPLEX, _IN_DOUBT))
 
 
 @kernel

@@ -29,7 +29,6 @@ _DAMPING = 1e-16  # of the square of a slope: at a double root value and slope a
 _FOUND = 1e-14  # of step 1 before the last step; else the line is not known well enough
 _FAR = 1e-4  # rad: a longer Newton step is none towards this root
 _CERTAIN = 10.0  # times what the equation is off by
-_COMPLEX, _IN_DOUBT = -1.0, -1e-40  # of a pair, as ``apart`` is compared (``accuracy``)
 _MEETS = -1e-10  # of the discriminant: a line that passes the circle has no root, and Newton's would be that of another line
 
 
@@ -112,7 +111,7 @@ def angle_of_pair(axes, form, lines, size, line, sign, free):
 
 @kernel
 def passing(form, lines, off):
-    """Step 5: of both lines what ``apart`` is if they pass the circle, as it is compared; off: what step 1 is off by."""
+    """Step 5: whether the first line, and the second, passes the circle for certain; off: what step 1 is off by."""
     (k, a, b, d), (alpha, beta, n_a, n_b) = form, lines
     straight = d < _STRAIGHT
     amplitude = sqrt(where(straight, a * a + b * b, 2.0 * d))
@@ -128,10 +127,7 @@ def passing(form, lines, off):
     )
     left = k - where(straight, k, n_a * n_a - n_b * n_b + 0.5 * (alpha * alpha - beta * beta))
     off = _CERTAIN * (off + abs(left) + where(straight, 0.0, abs(2.0 * alpha * n_a - a) + abs(2.0 * beta * n_b - b)))
-    return (
-        where(maximum(passes_1 * least, both) > off, _COMPLEX, _IN_DOUBT),
-        where(maximum(passes_2 * least, both) > off, _COMPLEX, _IN_DOUBT),
-    )
+    return maximum(passes_1 * least, both) > off, maximum(passes_2 * least, both) > off
 
 
 @kernel
