@@ -10,7 +10,8 @@ sqrt(delta / a). The equations of the angles behind it are off by that much inst
 3. apart, as a signed square, times 1e4 near a^2, or 1e10 near a^2 below 0, if that is less than 1, is compared with COINCIDING
    and COMPLEX. So two roots count as one, and a pair as neither real nor complex for certain, if they are nearer than about
    ten, or a hundred, times what apart is off by.
-4. A branch that misses its target is none if a pair is complex for certain. One angle in doubt stays so, whatever another is.
+4. A branch that misses its target is certainly no solution if one of its pairs is certainly complex. If it is in doubt whether
+   a pair is complex, the branch stays in doubt, whatever its other angles are.
 """
 
 from ulna.engine.decorators import kernel

@@ -72,10 +72,10 @@ def first_of_circles(near, p, u, b_1, b_2, inverse):
 def one_of_pencil(near, both, passing_lines, line, sign, free):
     """An angle of the first circle; ``near`` behind it, how well it is determined, and ``apart`` as it is compared."""
     axes, form, lines, size = both
-    angle, sure, slope, meets = angle_of_pair(axes, form, lines, size, line, sign, free)
+    angle, sure, slope, is_root = angle_of_pair(axes, form, lines, size, line, sign, free)
     near, sure, apart = accuracy(near, sure, slope, DOUBLE_OF_QUARTIC)
     passes = ((line > 0.0) & passing_lines[0]) | ((line < 0.0) & passing_lines[1])
-    return angle, near, sure, where(meets, apart, where(passes, _COMPLEX, _IN_DOUBT))
+    return angle, near, sure, where(is_root, apart, where(passes, _COMPLEX, _IN_DOUBT))
 
 
 @kernel
