@@ -14,14 +14,6 @@ SMALL = ulna.Box((0.01, 0.01, 0.01))
 
 
 @pytest.fixture(scope="module")
-def world():
-    world = ulna.World()
-    world.add("post", ulna.Box((0.1, 0.1, 1.6)), ulna.pose((0.35, 0, 0.6)))
-    world.add("shelf", ulna.Box((0.5, 2, 0.05)), ulna.pose((0.6, 0, 0.95)))
-    return world
-
-
-@pytest.fixture(scope="module")
 def plan(panda, world):
     left, right = panda.home.copy(), panda.home.copy()
     left[0], right[0] = 1, -1

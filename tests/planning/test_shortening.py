@@ -3,17 +3,8 @@
 import numpy as np
 import pytest
 
-import ulna
 from ulna.planning.motion import edges_of
 from ulna.planning.search import confirmed, shortened
-
-
-@pytest.fixture(scope="module")
-def world():
-    world = ulna.World()
-    world.add("post", ulna.Box((0.1, 0.1, 1.6)), ulna.pose((0.35, 0, 0.6)))
-    world.add("shelf", ulna.Box((0.5, 2, 0.05)), ulna.pose((0.6, 0, 0.95)))
-    return world
 
 
 @pytest.fixture(scope="module")

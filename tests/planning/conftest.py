@@ -1,0 +1,13 @@
+"""The world of most of these plans: a post and a shelf before a Panda, which goes from one side of the post to the other."""
+
+import pytest
+
+import ulna
+
+
+@pytest.fixture(scope="module")
+def world():
+    world = ulna.World()
+    world.add("post", ulna.Box((0.1, 0.1, 1.6)), ulna.pose((0.35, 0, 0.6)))
+    world.add("shelf", ulna.Box((0.5, 2, 0.05)), ulna.pose((0.6, 0, 0.95)))
+    return world
