@@ -40,9 +40,16 @@ DRAGS = (
 
 @dataclass(frozen=True)
 class Step:
-    """The mouse in one frame: its place [pixel x, y]; and True if its button is pressed, False if released, else None."""
+    """The mouse in one frame.
+
+    Attributes:
+        place: Where it is [pixel x, y].
+        press: True if its button is pressed, False if released, else None.
+        box: Where the box is to be then [m], shape (3,).
+    """
 
     place: Array
+    box: Array
     press: bool | None = None
 
 
@@ -58,10 +65,11 @@ def steps(n_frames: int, box: Callable[[], Array], project: Callable[[Array], Ar
     for drag in DRAGS:
         axis, start = np.array(_AXES[drag.axis]), box()
         n = max(round(drag.lasts * n_frames), 3) - 2
-        yield Step(project(start + GRIP * axis))  # RViz must see the pointer over the arrow before the button goes down
-        yield Step(project(start + GRIP * axis), press=True)
+        yield Step(project(start + GRIP * axis), start)  # RViz must see the pointer over the arrow before the button goes down
+        yield Step(project(start + GRIP * axis), start, press=True)
         for k in range(1, n + 1):
-            yield Step(project(start + (GRIP + drag.way * k / n) * axis), press=False if k == n else None)
+            there = start + drag.way * k / n * axis
+            yield Step(project(there + GRIP * axis), there, press=False if k == n else None)
         ends += (drag.lasts + drag.rests) * n_frames
         done += n + 2
         while done < round(ends):

@@ -33,9 +33,10 @@ from ulna.viewer.palette import RED
 # The programs, and Debian's packages that have them.
 _NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xdotool": "xdotool"}
 _APPEARS_WITHIN_S, _DRAWS_WITHIN_S = 120.0, 2.0
+_HOLDS_WITHIN_S = 5.0  # longer than RViz stands still: a press that it takes later would be mistaken for the next
 _LOOK_S = 0.05  # interval between screenshots
 LEAST_SECONDS = 3.0  # a few pictures for each drag
-_GRIPS = 10  # presses on an arrow before the recording fails
+_GRIPS = 10  # presses on an arrow, or moves to its end, before the recording fails
 _LIGHT_PIXELS = 200  # of its colour, if it is seen
 MISSED = 0.05  # [m] the largest distance from its start at which the box may end
 Tell = Callable[[int], object]
@@ -112,8 +113,7 @@ class Screencast:
             if step is not None and step.press is True:
                 self._grip(step.place)
             elif step is not None and step.press is False:
-                self._screen.press(down=False)
-                self._wait_until(lambda: not self._box.is_held, _APPEARS_WITHIN_S)  # RViz has followed the pointer to its end
+                self._finish(step.place, step.box)
             self._tell(k + 1)
             yield before
         if np.abs(self._place_of_box() - BOX_START).max() > MISSED:
@@ -156,13 +156,28 @@ class Screencast:
         """
         for _ in range(_GRIPS):
             self._screen.press(down=True)
-            if self._wait_until(lambda: self._box.is_held, _DRAWS_WITHIN_S):
+            if self._wait_until(lambda: self._box.is_held, _HOLDS_WITHIN_S):
                 return
             self._screen.press(down=False)
             for aside in (1.0, 0.0):
                 self._screen.move_mouse(place + aside)
                 time.sleep(1.0 / RATE_HZ)
         raise RVizError(f"RViz does not hold the box after {_GRIPS} presses on an arrow of it at pixel {place.round()}")
+
+    def _finish(self, place: NDArray[np.float64], box: NDArray[np.float64]) -> None:
+        """Release the button once RViz has the box where it is to be: moves just before a release are lost if it stands still."""
+
+        def is_there() -> bool:
+            return float(np.abs(self._place_of_box() - box).max()) < MISSED
+
+        for _ in range(_GRIPS):
+            if self._wait_until(is_there, _DRAWS_WITHIN_S):
+                break
+            for aside in (1.0, 0.0):
+                self._screen.move_mouse(place + aside)
+                time.sleep(1.0 / RATE_HZ)
+        self._screen.press(down=False)
+        self._wait_until(lambda: not self._box.is_held, _APPEARS_WITHIN_S)
 
     def _wait_until(self, is_so: Callable[[], bool], limit: float) -> bool:
         """Wait until it is so, at most for a limit [s]; return whether it is."""

@@ -37,12 +37,12 @@ def children(parent, name):
 
 
 def stall_rviz(process):
-    """Stop RViz for two seconds of four, until the process ends: as on a machine that is busy with other programs."""
+    """Stop RViz for 2.7 seconds of 4.7, until the process ends: as on a machine that is busy with other programs."""
     while process.poll() is None:
         for number in children(process.pid, "rviz"):
             with contextlib.suppress(ProcessLookupError):  # it has just ended
                 os.kill(number, signal.SIGSTOP)
-                time.sleep(2.0)
+                time.sleep(2.7)
                 os.kill(number, signal.SIGCONT)
         time.sleep(2.0)
 
