@@ -34,11 +34,8 @@ def turner():
 
 
 @pytest.fixture(scope="module")
-def post():
+def post(world):
     """A post in front of the Panda, and a shelf above."""
-    world = ulna.World()
-    world.add("post", ulna.Box((0.1, 0.1, 1.6)), ulna.pose((0.35, 0, 0.6)))
-    world.add("shelf", ulna.Box((0.5, 2, 0.05)), ulna.pose((0.6, 0, 0.95)))
     return world
 
 

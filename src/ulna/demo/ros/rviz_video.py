@@ -159,10 +159,14 @@ class Screencast:
             if self._wait_until(lambda: self._box.is_held, _HOLDS_WITHIN_S):
                 return
             self._screen.press(down=False)
-            for aside in (1.0, 0.0):
-                self._screen.move_mouse(place + aside)
-                time.sleep(1.0 / RATE_HZ)
+            self._nudge(place)
         raise RVizError(f"RViz does not hold the box after {_GRIPS} presses on an arrow of it at pixel {place.round()}")
+
+    def _nudge(self, place: NDArray[np.float64]) -> None:
+        """Move the pointer by a pixel and back, so that RViz looks at it again."""
+        for aside in (1.0, 0.0):
+            self._screen.move_mouse(place + aside)
+            time.sleep(1.0 / RATE_HZ)
 
     def _finish(self, place: NDArray[np.float64], box: NDArray[np.float64]) -> None:
         """Release the button once RViz has the box where it is to be: moves just before a release are lost if it stands still."""
@@ -173,9 +177,9 @@ class Screencast:
         for _ in range(_GRIPS):
             if self._wait_until(is_there, _DRAWS_WITHIN_S):
                 break
-            for aside in (1.0, 0.0):
-                self._screen.move_mouse(place + aside)
-                time.sleep(1.0 / RATE_HZ)
+            self._nudge(place)
+        else:
+            raise RVizError(f"the box is at {self._place_of_box().round(3)} m, and the pointer has dragged it to {box.round(3)}")
         self._screen.press(down=False)
         self._wait_until(lambda: not self._box.is_held, _APPEARS_WITHIN_S)
 
