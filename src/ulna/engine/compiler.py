@@ -37,7 +37,7 @@ def compiled(function: Callable, flags: dict[str, Any]) -> Any:
 
     Compiled code calls a twin of it, of which no machine code is made (``without_code``).
     """
-    dispatcher = _njit(**flags)(function)
+    dispatcher = _njit(pipeline_class=WholeCompiler, **flags)(function)
     if not is_disabled():
         _let_callers_use(_njit(pipeline_class=IRCompiler, no_cpython_wrapper=True, **flags)(function), dispatcher)
     return dispatcher

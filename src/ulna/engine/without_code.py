@@ -1,7 +1,7 @@
 """Translates what only compiled code calls, and leaves its optimisation to its callers. Used by ``compiler``.
 
 Numba optimises every function that it compiles, with a copy of all that this calls, and makes machine code of it. Most of ours
-are then copied into their callers, and optimised there once more, at each level. Here they are only translated. An entry, or a
+are then copied into their callers, and optimised there once more, at each level. Here each is translated and made short by itself. An entry, or a
 shared routine, takes all that it calls, directly or through others, each once; LLVM optimises the whole from the bottom up.
 """
 
@@ -14,9 +14,6 @@ from numba.core.compiler import Compiler
 class IRLibrary(JITCodeLibrary):
     """A library that has only LLVM's intermediate representation of its own function, and the libraries of what that calls."""
 
-    def _optimize_functions(self, ll_module: Any) -> None:
-        ll_module.data_layout = self._codegen._data_layout  # noqa: SLF001 - as Numba's own does, and no more
-
     def finalize(self) -> None:
         """Keep it as it is."""
         self._raise_if_finalized()
@@ -24,6 +21,17 @@ class IRLibrary(JITCodeLibrary):
             self._reload_init.update(library._reload_init)  # noqa: SLF001 - Numba's own name for what a caller inherits
         self._finalize_dynamic_globals()
         self._finalized = True
+
+    def own_module(self) -> Any:
+        """A module to be linked into others, of its own function alone."""
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> Any:
+        """The same with all that it calls, for a library of Numba's own."""
+        module = self.own_module().clone()
+        for library in _with_callees(self._linking_libraries):
+            module.link_in(_Own(library)._get_module_for_linking(), preserve=True)  # noqa: SLF001 - as below
+        return module
 
     def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002 - Numba's signature
         """0: there is no machine code."""
@@ -46,13 +54,23 @@ class WholeLibrary(JITCodeLibrary):
 
     def finalize(self) -> None:
         """Take what is called, optimise, and make machine code."""
-        self._linking_libraries = _with_callees(self._linking_libraries)
+        self._linking_libraries = list(map(_Own, _with_callees(self._linking_libraries)))
         super().finalize()
 
     def _optimize_final_module(self) -> None:
         """LLVM's passes once: Numba's cheaper ones before them would inline the kernels before these are made short."""
         passes, builder = self._codegen._module_pass_manager()  # noqa: SLF001 - as Numba's own does
         passes.run(self._final_module, builder)
+
+
+class _Own:
+    """Of a library what Numba links: without what it calls, if that is linked beside it."""
+
+    def __init__(self, library: Any) -> None:
+        self._library, self._reload_init = library, library._reload_init  # noqa: SLF001 - Numba's own names
+
+    def _get_module_for_linking(self) -> Any:
+        return self._library.own_module() if isinstance(self._library, IRLibrary) else self._library._get_module_for_linking()  # noqa: SLF001
 
 
 def _with_callees(libraries: list[Any]) -> list[Any]:

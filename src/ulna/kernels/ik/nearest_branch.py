@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.engine.decorators import kernel, shared_routine
+from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, rint, splat, store, where
 from ulna.kernels.chain.closed_form_layout import IS_WITHIN, N_KNOWN, REACHED, RESIDUAL
 from ulna.kernels.spatial.elementary import maximum, minimum
@@ -10,7 +10,7 @@ from ulna.kernels.spatial.elementary import maximum, minimum
 AT_LIMIT = 1e-9  # rad or m: no further beyond a limit than this, a joint is at it
 
 
-@shared_routine
+@routine
 def nearest_branch(q_rows, known_rows, seed_rows, bound_rows, best_rows, cost_rows):
     """For each lane the branch whose largest change of a joint is the least, whole turns made towards the seed.
 
@@ -43,7 +43,7 @@ def turned_towards(q, seed, bound_rows, j):
     return q, (q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT)
 
 
-@shared_routine
+@routine
 def turn_within(q_rows, known_rows, branch, seed_rows, bound_rows):
     """Turn one branch towards the seed within the bounds, where it is real; its q is NaN elsewhere.
 
