@@ -1,8 +1,9 @@
 """Translates what only compiled code calls, and leaves its optimisation to its callers. Used by ``compiler``.
 
 Numba optimises every function that it compiles, with a copy of all that this calls, and makes machine code of it. Most of ours
-are then copied into their callers, and optimised there once more, at each level. Here each is translated and made short by itself. An entry, or a
-shared routine, takes all that it calls, directly or through others, each once; LLVM optimises the whole from the bottom up.
+are then copied into their callers, and optimised there once more, at each level. Here each is translated, and made short by
+itself. An entry, or a shared routine, takes all that it calls, directly or through others, each once; LLVM optimises the whole
+from the bottom up.
 """
 
 from typing import Any, ClassVar
@@ -74,14 +75,18 @@ class _Own:
 
 
 def _with_callees(libraries: list[Any]) -> list[Any]:
-    """Some libraries, and those of what they call, each once."""
-    found, waiting = {}, libraries[::-1]
-    while waiting:
-        library = waiting.pop()
-        if library not in found:
-            found[library] = None
-            waiting += library._linking_libraries[::-1] if isinstance(library, IRLibrary) else []  # noqa: SLF001 - as above
-    return list(found)
+    """Some libraries, and those of what they call, each once: callers first, for LLVM links only what is named already."""
+    ended: dict[Any, None] = {}
+
+    def visit(library: Any) -> None:
+        if library not in ended:
+            for callee in library._linking_libraries if isinstance(library, IRLibrary) else ():  # noqa: SLF001 - as above
+                visit(callee)
+            ended[library] = None
+
+    for library in libraries:
+        visit(library)
+    return list(ended)[::-1]
 
 
 class _LibraryCompiler(Compiler):
