@@ -47,7 +47,7 @@ from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytica
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
-from ulna.planning.options import MAX_CHECKS, PlanOptions
+from ulna.planning.options import MAX_CHECKS, as_options
 from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
 
@@ -967,7 +967,7 @@ class Robot(Quick):
             >>> str(plan.status), plan.certified
             ('solved', True)
         """
-        options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit)
+        options = as_options(certify, clearance, seed, max_checks, shorten, escape, time_limit)
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
