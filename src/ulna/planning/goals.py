@@ -115,7 +115,7 @@ def as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None 
     if given.shape[-1] == tree.n_dof and is_within(given, tree):
         return given.reshape(-1, tree.n_dof)
     refuse_out_of_range(given, "goal")
-    if given.shape[-1] != tree.n_dof:
+    if group is not None and given.shape[-1] != tree.n_dof:
         own, given = given, np.tile(start, (*given.shape[:-1], 1))
         given[..., list(group.columns)] = own
     rows = given.reshape(-1, tree.n_dof)
