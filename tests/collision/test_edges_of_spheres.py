@@ -88,15 +88,15 @@ def test_a_body_that_comes_by_an_object_between_the_middles_of_all_intervals_is_
 @pytest.mark.parametrize("spread", [0.1, 1.0, 4.0])
 @pytest.mark.parametrize("kind", OBJECTS)
 def test_no_sample_of_an_edge_that_is_free_of_objects_touches_and_few_free_ones_are_refused(rng, kind, spread):
-    """Spheres that graze thin plates, rods and balls among which they move, near and far from the base."""
+    """Of spheres among thin plates, rods and balls, or beside a wall."""
     arm = arm_of_spheres(("0 0 1", "0 1 0", "1 0 0", "0 1 0", "0 0 1"))
     world = ulna.World()
     for k in range(6):
         T = ulna.pose(rng.normal(size=3) * (0.3, 1.0)[k % 2] + [1.5, 0, 0], rng.uniform(-3, 3, 3))
         thin = ulna.Box(rng.permutation([0.001, 0.3, 3.0])) if kind == "box" else OBJECTS[kind]
-        far = ulna.pose((-1, 0, 0), (0, np.pi / 2, 0))
+        wall = ulna.pose((0, -0.6, 0), (-np.pi / 2, 0, 0))
         if kind != "plane" or k == 0:
-            world.add(f"{k}", thin, far if kind == "plane" else T)
+            world.add(f"{k}", thin, wall if kind == "plane" else T)
     q = rng.uniform(arm.lower, arm.upper, (3000, arm.n_dof))
     a = q[~arm.in_collision(q, world, self_collision=False)][:200]
     b = np.clip(a + spread * rng.normal(size=a.shape), arm.lower, arm.upper)
