@@ -57,9 +57,15 @@ def column(jacobian_rows, row, down):
 @kernel
 def store_column(jacobian_rows, row, down, v, w):
     """Write both parts of a column."""
+    store_part(jacobian_rows, row, down, v)
+    store_part(jacobian_rows, row + 3 * down, down, w)
+
+
+@kernel
+def store_part(jacobian_rows, row, down, part):
+    """Write the linear part of the column that begins at a row, or the angular part that begins there."""
     for k in range(3):
-        store(jacobian_rows, row + down * k, v[k])
-        store(jacobian_rows, row + down * (3 + k), w[k])
+        store(jacobian_rows, row + down * k, part[k])
 
 
 @kernel
@@ -74,6 +80,7 @@ def move_column(jacobian_rows, row, down, end, expressed_in):
     """Steps 2 and 3 for one column."""
     v, w = column(jacobian_rows, row, down)
     v = plus(v, cross(w, origin(end)))
-    if expressed_in == LINK:
-        v, w = rotate_inverse(end, v), rotate_inverse(end, w)
-    store_column(jacobian_rows, row, down, v, w)
+    if expressed_in != LINK:
+        store_part(jacobian_rows, row, down, v)
+        return
+    store_column(jacobian_rows, row, down, rotate_inverse(end, v), rotate_inverse(end, w))
