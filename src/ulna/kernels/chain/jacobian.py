@@ -62,10 +62,10 @@ def store_column(jacobian_rows, row, down, v, w):
 
 
 @kernel
-def store_part(jacobian_rows, row, down, part):
-    """Write the linear part of the column that begins at a row, or the angular part that begins there."""
+def store_part(jacobian_rows, row, down, v):
+    """Write the three numbers of one part, of which the first goes to a row."""
     for k in range(3):
-        store(jacobian_rows, row + down * k, part[k])
+        store(jacobian_rows, row + down * k, v[k])
 
 
 @kernel
