@@ -54,12 +54,10 @@ class IKSolutions:
             self.proof.flags.writeable = False
 
     @classmethod
-    def of_one(cls, q: Array, truths: Truths, proof: Proof, family: str) -> "IKSolutions":
-        """Those of one target, made in less time: ``truths`` are valid and real, shape (2, m)."""
-        q.setflags(write=False)
-        truths.setflags(write=False)
+    def of_one(cls, q: Array, valid: Truths, real: Truths, proof: Proof, family: str) -> "IKSolutions":
+        """Those of one target, made in less time, of arrays that are read-only (``native/method.c`` does the same)."""
         found = object.__new__(cls)
-        _put(found, "__dict__", {"q": q, "valid": truths[0], "real": truths[1], "proof": proof, "family": family})
+        _put(found, "__dict__", {"q": q, "valid": valid, "real": real, "proof": proof, "family": family})
         return found
 
     def __setstate__(self, state: dict[str, Any]) -> None:
