@@ -28,7 +28,6 @@ from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-_PROOFS = np.array(PROOFS)
 _One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]
 _ONE, _MATRIX, _TRUTHS = (N_BRANCHES, N_AXES), (4, 4), (2, N_BRANCHES)
 _SPREAD = 16  # solutions of a continuum that a search returns
@@ -88,15 +87,11 @@ class AllSolutions:
             as_pose(targets.reshape(*batch, 4, 4))
         if whole_turns:
             found = _with_turns(tree, query.link, found)
-        proof = _PROOFS[found.proof].reshape(batch)
         m, n_dof = found.q.shape[1:]
-        return IKSolutions(
-            q=found.q.reshape(*batch, m, n_dof),
-            valid=found.valid.reshape(*batch, m),
-            real=found.real.reshape(*batch, m),
-            proof=proof if batch else Proof(str(proof)),
-            family=self._family,
-        )
+        q, valid, real = found.q.reshape(*batch, m, n_dof), found.valid.reshape(*batch, m), found.real.reshape(*batch, m)
+        if not batch:
+            return IKSolutions(q, valid, real, PROOFS[found.proof[0]], self._family)
+        return IKSolutions.of_many(q, valid, real, found.proof.reshape(batch), self._family)
 
     def _one_by_entry(self) -> Callable[[ArrayLike], _One | None]:
         """The way of one target, in C if the extension is there."""
