@@ -155,8 +155,8 @@ def speed_table() -> Iterator[str]:
     brackets is that of the first, when what the work before it has read is there.
     """
     yield (
-        "| arm | all branches, 2,048 at once | EAIK, batch | ratio | `all_solutions`, 2,048 at once | ratio | one call | EAIK | ratio | "
-        "`inverse_kinematics`, 2,048 at once | one call |"
+        "| arm | all branches, 2,048 at once | EAIK, batch | ratio | `all_solutions`, 2,048 at once | ratio | one call | "
+        "EAIK | ratio | `inverse_kinematics`, 2,048 at once | one call |"
     )
     yield "|" + "---|" * 11
     for name, robot in arms():
