@@ -100,6 +100,7 @@ class Robot(Quick):
             _checker=checker,
             _inverse_kinematics=inverse_kinematics,
             _quick_search=inverse_kinematics.quick,
+            _quick_solutions=inverse_kinematics.quick_solutions,
         )
 
     @classmethod
@@ -1151,7 +1152,7 @@ class Robot(Quick):
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
 
 
-put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "in_collision", "signed_distance"))
+put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", "in_collision", "signed_distance"))
 
 
 def _one_configuration(tree: Tree, home: ArrayLike) -> Array:
