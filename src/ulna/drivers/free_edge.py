@@ -9,7 +9,7 @@
 
 import numpy as np
 
-from ulna.engine.decorators import routine, workspace
+from ulna.engine.decorators import routine, shared_routine, workspace
 from ulna.engine.lanes import load, store
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.ball_motion import fastest_ball, place_balls, write_motion
@@ -194,7 +194,7 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_
     return False
 
 
-@routine
+@shared_routine
 def outcome_at(scene, carried, work, q_a, q_b, instant, finest, margin, of_world):
     """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``.
 

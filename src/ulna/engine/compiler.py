@@ -16,7 +16,7 @@ from ulna.engine.cache import KernelCache, RoutineCache, cache_folder
 from ulna.engine.interrupts import interrupts_deferred
 from ulna.engine.shared import share
 from ulna.engine.signatures import Array, Group, Kind, Signature
-from ulna.engine.without_code import IRCompiler
+from ulna.engine.without_code import IRCompiler, WholeCompiler
 
 _njit: Any = njit  # its annotations leave out some of our flags
 _ELEMENTS = {"bool": "boolean"}  # as Numba calls them, where the name is another than NumPy's
@@ -37,7 +37,7 @@ def compiled(function: Callable, flags: dict[str, Any]) -> Any:
 
     Compiled code calls a twin of it, of which no machine code is made (``without_code``).
     """
-    dispatcher = _njit(**flags)(function)
+    dispatcher = _njit(pipeline_class=WholeCompiler, **flags)(function)
     if not is_disabled():
         _let_callers_use(_njit(pipeline_class=IRCompiler, no_cpython_wrapper=True, **flags)(function), dispatcher)
     return dispatcher
@@ -47,7 +47,7 @@ def compiled_once(function: Callable, flags: dict[str, Any]) -> Any:
     """The same, compiled once for all that call it (``shared``), and kept on disk."""
     dispatcher = _njit(**flags)(function)
     if not is_disabled():
-        within = _njit(no_cpython_wrapper=True, **flags)(function)
+        within = _njit(pipeline_class=WholeCompiler, no_cpython_wrapper=True, **flags)(function)
         if cache_folder() is not None:
             within._cache = RoutineCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
         share(within)
@@ -63,7 +63,7 @@ def _let_callers_use(within: Any, dispatcher: Any) -> None:
 
 def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Callable[[Any], None]) -> Any:
     """The same, kept on disk; ``may_compile`` raises where it may not be compiled now."""
-    dispatcher = _njit(**flags)(function)
+    dispatcher = _njit(pipeline_class=WholeCompiler, **flags)(function)
     if is_disabled():
         return dispatcher
     if cache_folder() is not None:

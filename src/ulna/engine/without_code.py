@@ -1,22 +1,38 @@
-"""Compiles what only compiled code calls, and makes no machine code of it. Used by ``compiler``.
+"""Translates what only compiled code calls, and leaves its optimisation to its callers. Used by ``compiler``.
 
-Numba makes machine code of every function that it compiles. Most of ours are then copied into their callers, and LLVM makes
-machine code of the whole once more: that of an entry is all that is ever run.
+Numba optimises every function that it compiles, with a copy of all that this calls, and makes machine code of it. Most of ours
+are then copied into their callers, and optimised there once more, at each level. Here each is translated, and made short by
+itself. An entry, or a shared routine, takes all that it calls, directly or through others, each once; LLVM optimises the whole
+from the bottom up.
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
 
 class IRLibrary(JITCodeLibrary):
-    """A library that has only LLVM's intermediate representation, for its callers."""
+    """A library that has only LLVM's intermediate representation of its own function, and the libraries of what that calls."""
 
-    def _finalize_final_module(self) -> None:
+    def finalize(self) -> None:
+        """Keep it as it is."""
+        self._raise_if_finalized()
+        for library in self._linking_libraries:
+            self._reload_init.update(library._reload_init)  # noqa: SLF001 - Numba's own name for what a caller inherits
         self._finalize_dynamic_globals()
-        self._verify_declare_only_symbols()
         self._finalized = True
+
+    def own_module(self) -> Any:
+        """A module to be linked into others, of its own function alone."""
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> Any:
+        """The same with all that it calls, for a library of Numba's own."""
+        module = self.own_module().clone()
+        for library in _with_callees(self._linking_libraries):
+            module.link_in(_Own(library)._get_module_for_linking(), preserve=True)  # noqa: SLF001 - as below
+        return module
 
     def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002 - Numba's signature
         """0: there is no machine code."""
@@ -34,9 +50,64 @@ class _NoEnvironments:
         pass
 
 
-class IRCompiler(Compiler):
-    """Numba's compiler, which writes into such a library."""
+class WholeLibrary(JITCodeLibrary):
+    """A library of machine code: of a function and of all that it calls, optimised at once."""
+
+    def finalize(self) -> None:
+        """Take what is called, optimise, and make machine code."""
+        self._linking_libraries = list(map(_Own, _with_callees(self._linking_libraries)))
+        super().finalize()
+
+    def _optimize_final_module(self) -> None:
+        """LLVM's passes once: Numba's cheaper ones before them would inline the kernels before these are made short."""
+        passes, builder = self._codegen._module_pass_manager()  # noqa: SLF001 - as Numba's own does
+        passes.run(self._final_module, builder)
+
+
+class _Own:
+    """Of a library what Numba links: without what it calls, if that is linked beside it."""
+
+    def __init__(self, library: Any) -> None:
+        self._library, self._reload_init = library, library._reload_init  # noqa: SLF001 - Numba's own names
+
+    def _get_module_for_linking(self) -> Any:
+        return self._library.own_module() if isinstance(self._library, IRLibrary) else self._library._get_module_for_linking()  # noqa: SLF001
+
+
+def _with_callees(libraries: list[Any]) -> list[Any]:
+    """Some libraries, and those of what they call, each once: callers first, for LLVM links only what is named already."""
+    ended: dict[Any, None] = {}
+
+    def visit(library: Any) -> None:
+        if library not in ended:
+            for callee in library._linking_libraries if isinstance(library, IRLibrary) else ():  # noqa: SLF001 - as above
+                visit(callee)
+            ended[library] = None
+
+    for library in libraries:
+        visit(library)
+    return list(ended)[::-1]
+
+
+class _LibraryCompiler(Compiler):
+    """Numba's compiler, which writes into a library of ours where it is not given one."""
+
+    library: ClassVar[type[JITCodeLibrary]]
 
     def __init__(self, typing_context: Any, target_context: Any, library: Any, *arguments: Any) -> None:
-        ours = IRLibrary(target_context.codegen(), "without code") if library is None else library
-        super().__init__(typing_context, target_context, ours, *arguments)
+        if library is None:
+            library = self.library(target_context.codegen(), "ulna")
+            library.enable_object_caching()
+        super().__init__(typing_context, target_context, library, *arguments)
+
+
+class IRCompiler(_LibraryCompiler):
+    """The compiler of what only compiled code calls."""
+
+    library = IRLibrary
+
+
+class WholeCompiler(_LibraryCompiler):
+    """The compiler of what has machine code."""
+
+    library = WholeLibrary

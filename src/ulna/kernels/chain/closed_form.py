@@ -7,7 +7,7 @@
    target, compared where they come together.
 """
 
-from ulna.engine.decorators import kernel, routine
+from ulna.engine.decorators import kernel, shared_routine
 from ulna.engine.lanes import any_lane
 from ulna.kernels.chain.closed_form_layout import (
     ANY_THREE_AXES,
@@ -35,7 +35,7 @@ from ulna.kernels.spatial.vectors import axis, chosen, dot, minus, origin, plus,
 _ONCE = 1e-17  # of the square of a fault: one step leaves no more than rounding
 
 
-@routine
+@shared_routine
 def closed_form(table, target_rows, sign_rows, n, free_rows, q_rows, known_rows):
     """Steps 1 and 2.
 

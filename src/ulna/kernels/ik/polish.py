@@ -5,7 +5,7 @@
 3. Keep the step of a lane if its error is smaller then.
 """
 
-from ulna.engine.decorators import routine
+from ulna.engine.decorators import shared_routine
 from ulna.engine.lanes import any_lane, load, sqrt, store, where
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE
@@ -17,7 +17,7 @@ ENOUGH = 1e-12  # of an error: below it a step is not worth its time
 _LEAST_DAMPING = 1e-13
 
 
-@routine
+@shared_routine
 def polish(chain, target_rows, q_rows, error_rows, inverse_reach, most, steps, jacobian_rows, system_rows, last_rows):
     """At most ``steps`` of the above for the lanes whose error is above ENOUGH and at most ``most``.
 
