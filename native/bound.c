@@ -22,7 +22,8 @@ static int fits(Bound *bound, const Overload *overload, const Way *way) {
         kind += kinds_of(kind);
     }
     for (const char *axes = way->rest; *axes; axes++, kind++) {
-        if (kind->what != 'a' || kind->dimensions != *axes - '0' || kind->type != NPY_DOUBLE) return 0;
+        int truths = *axes == 't', dimensions = truths ? 2 : *axes - '0';
+        if (kind->what != 'a' || kind->dimensions != dimensions || kind->type != (truths ? NPY_BOOL : NPY_DOUBLE)) return 0;
     }
     return 1;
 }
@@ -44,8 +45,8 @@ static int read_numbers(Bound *bound, const Way *way, PyObject *numbers) {
     for (int k = 0; k < way->n_numbers; k++) {
         bound->numbers[k] = PyNumber_AsSsize_t(PyTuple_GetItem(numbers, k), PyExc_OverflowError);
         if (PyErr_Occurred()) return -1;
-        int is_size = way != &TRUTH;
-        if (is_size && (bound->numbers[k] < 1 || (way == &NUMBER && bound->numbers[k] > MOST_SCRATCH))) {
+        int is_size = way != &TRUTH, in_scratch = way == &NUMBER || way == &BRANCHES;
+        if (is_size && (bound->numbers[k] < 1 || (in_scratch && bound->numbers[k] > MOST_SCRATCH))) {
             return PyErr_SetString(PyExc_ValueError, "a size out of range"), -1;
         }
     }

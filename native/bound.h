@@ -3,7 +3,7 @@
 #define ULNA_BOUND_H
 #include "entry.h"
 
-#define MOST_SCRATCH 16 /* numbers that the way NUMBER has room for */
+#define MOST_SCRATCH 16 /* numbers that the way NUMBER has room for, and branches that BRANCHES has */
 
 typedef PyObject *(*Call)(PyObject *, PyObject *const *, Py_ssize_t, PyObject *);
 
@@ -11,7 +11,7 @@ typedef PyObject *(*Call)(PyObject *, PyObject *const *, Py_ssize_t, PyObject *)
 typedef struct {
     const char *name;
     Call call;
-    const char *rest; /* the kinds that follow the leading arguments: arrays of float64, by their number of axes */
+    const char *rest; /* what follows the leading arguments: arrays of float64, by their number of axes; 't': truths, 2 axes */
     char result;
     int n_numbers;
 } Way;
@@ -32,7 +32,7 @@ typedef struct {
 
 extern PyType_Spec bound_spec;
 extern PyTypeObject *bound_type;
-extern const Way POSE, TRUTH, NUMBER, SEARCH;
+extern const Way POSE, TRUTH, NUMBER, SEARCH, BRANCHES;
 
 /* bind(entry, way, leading, n, numbers, otherwise): see bound.c. */
 PyObject *bind_entry(PyObject *module, PyObject *arguments);
@@ -46,6 +46,8 @@ PyObject *truth_of(Bound *bound, PyObject *q);
 PyObject *number_of(Bound *bound, PyObject *q);
 /* 1 and two new arrays, 0 if there is no solution, -1 with an exception, -2 if Python must be asked. */
 int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyObject **info);
+/* What is proved, and three new arrays that cannot be written to; -1, with or without an exception: as with NULL above. */
+int branches_of(Bound *bound, PyObject *target, PyObject **q, PyObject **valid, PyObject **real);
 
 /* Calls a callable with the arguments as they were, ``first`` before them unless it is NULL. */
 PyObject *call_with(PyObject *function, PyObject *first, PyObject *const *arguments, Py_ssize_t n, PyObject *names);

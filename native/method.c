@@ -8,6 +8,7 @@ makes the bound function for the next time. What is looked at, by name:
     in_collision(q, world=None, self_collision=True)        robot._checker._quick: of which objects, self_collision, and two made
     signed_distance(q, world=None, self_collision=True)     by bind; world._objects, or None where there is no world
     inverse_kinematics(T, q_seed=None, link=None)           robot._quick_search[link]: see below
+    all_solutions(T, link=None)                             robot._quick_solutions[link]: see below
 */
 #include "method.h"
 
@@ -15,21 +16,23 @@ makes the bound function for the next time. What is looked at, by name:
 
 #include "bases.h"
 
-enum { FORWARD, JACOBIAN, IN_COLLISION, DISTANCE, INVERSE, N_METHODS };
+enum { FORWARD, JACOBIAN, IN_COLLISION, DISTANCE, INVERSE, SOLUTIONS, N_METHODS };
 
 static PyObject *in_python[N_METHODS]; /* the methods of the same name in Python */
 
 /* The names that are looked up, interned. */
 static PyObject *OUT, *LINK, *SEED, *WORLD, *ITSELF;                              /* arguments */
-static PyObject *FORWARDS, *JACOBIANS, *CHECKER, *QUICK, *OBJECTS, *SEARCHES;     /* what robots, checkers and worlds keep */
+static PyObject *FORWARDS, *JACOBIANS, *CHECKER, *QUICK, *OBJECTS, *SEARCHES, *BRANCHED; /* what robots, checkers and worlds keep */
 static PyObject *Q, *INFO, *BATCH, *TOLERANCES, *EXPLANATION, *NO_BATCH;          /* of a result */
+static PyObject *VALID, *REAL, *PROOF, *FAMILY;                                   /* of all solutions, besides */
 
 int make_names(void) {
     const struct { PyObject **place; const char *name; } all[] = {
         {&OUT, "out"}, {&LINK, "link"}, {&SEED, "q_seed"}, {&WORLD, "world"}, {&ITSELF, "self_collision"},
         {&FORWARDS, "_forward"}, {&JACOBIANS, "_jacobian"}, {&CHECKER, "_checker"}, {&QUICK, "_quick"}, {&OBJECTS, "_objects"},
         {&SEARCHES, "_quick_search"}, {&Q, "q"}, {&INFO, "info"}, {&BATCH, "_batch"}, {&TOLERANCES, "tolerances"},
-        {&EXPLANATION, "explanation"},
+        {&EXPLANATION, "explanation"}, {&BRANCHED, "_quick_solutions"}, {&VALID, "valid"}, {&REAL, "real"}, {&PROOF, "proof"},
+        {&FAMILY, "family"},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
         if (!(*all[k].place = PyUnicode_InternFromString(all[k].name))) return -1;
@@ -176,6 +179,44 @@ static PyObject *inverse_kinematics(PyObject *self, PyObject *const *arguments, 
     return result;
 }
 
+/* ---- all solutions ----
+robot._quick_solutions[link] is a tuple of: the branches of a target, the class of the result, what is proved by code, the family. */
+
+enum { BRANCHES_OF, SOLUTIONS_CLASS, PROOFS, OF_FAMILY, N_PARTS_OF_SOLUTIONS };
+
+static PyObject *solutions_of(PyObject *parts, PyObject *target) {
+    PyObject *q, *valid, *real, *result = NULL;
+    Bound *bound = bound_of(PyTuple_GetItem(parts, BRANCHES_OF), &BRANCHES);
+    int code = bound ? branches_of(bound, target, &q, &valid, &real) : -1;
+    if (code < 0) return NULL;
+    PyObject *proof = PyTuple_GetItem(PyTuple_GetItem(parts, PROOFS), code);
+    if (proof) result = PyType_GenericAlloc((PyTypeObject *)PyTuple_GetItem(parts, SOLUTIONS_CLASS), 0);
+    if (result && (PyObject_GenericSetAttr(result, Q, q) || PyObject_GenericSetAttr(result, VALID, valid) ||
+                   PyObject_GenericSetAttr(result, REAL, real) || PyObject_GenericSetAttr(result, PROOF, proof) ||
+                   PyObject_GenericSetAttr(result, FAMILY, PyTuple_GetItem(parts, OF_FAMILY)))) {
+        Py_CLEAR(result);
+    }
+    Py_DECREF(q);
+    Py_DECREF(valid);
+    Py_DECREF(real);
+    return result;
+}
+
+static PyObject *all_solutions(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    PyObject *link = n > 1 ? arguments[1] : Py_None, *result = NULL;
+    Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
+    int plain = n == 1 || n == 2;
+    if (plain && n_names) {
+        plain = n == 1 && n_names == 1 && PyTuple_GetItem(names, 0) == LINK;
+        link = arguments[1];
+    }
+    PyObject *parts = plain ? entry_of(kept(self, BRANCHED), link) : NULL;
+    if (parts && PyTuple_Size(parts) == N_PARTS_OF_SOLUTIONS) result = solutions_of(parts, arguments[0]);
+    Py_XDECREF(parts);
+    if (result || PyErr_Occurred()) return result;
+    return call_with(in_python[SOLUTIONS], self, arguments, n, names);
+}
+
 /* ---- making one ---- */
 
 static const struct { const char *name; Call call; } methods[N_METHODS] = {
@@ -184,6 +225,7 @@ static const struct { const char *name; Call call; } methods[N_METHODS] = {
     [IN_COLLISION] = {"in_collision", in_collision},
     [DISTANCE] = {"signed_distance", signed_distance},
     [INVERSE] = {"inverse_kinematics", inverse_kinematics},
+    [SOLUTIONS] = {"all_solutions", all_solutions},
 };
 static PyMethodDef definitions[N_METHODS];
 

@@ -1,10 +1,12 @@
-/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are four:
+/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are five:
 
     pose      f(q, out=None, threads=None)  entry(*leading, q, out) -> bool; an array of the shape ``numbers``
     truth     f(q)                          entry(*leading, q) -> int; False or True for the two codes in ``numbers``
     number    f(q)                          entry(*leading, q[None], scratch) -> bool; the first of as many as ``numbers`` says
     search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, of as many as ``numbers`` says,
                                             or None if there is no solution
+    branches  f(target)                     entry(*leading, target, q, truths) -> int; q, both rows of truths, and the code; or None if
+                                            the code proves nothing. ``numbers``: of branches, and of codes that prove something
 */
 #include "bound.h"
 
@@ -43,10 +45,14 @@ static int64_t *put_matrix(int64_t *slots, const void *data, npy_intp rows, npy_
 
 static void *data_of(PyObject *array) { return PyArray_DATA((PyArrayObject *)array); }
 
-static PyObject *new_array(int dimensions, npy_intp rows, npy_intp columns) {
+static PyObject *new_array_of(int type, int dimensions, npy_intp rows, npy_intp columns) {
     npy_intp shape[2] = {rows, columns};
-    PyArray_Descr *numbers = PyArray_DescrFromType(NPY_DOUBLE);
-    return PyArray_NewFromDescr(&PyArray_Type, numbers, dimensions, shape, NULL, NULL, 0, NULL); /* SimpleNew asks for more first */
+    PyArray_Descr *elements = PyArray_DescrFromType(type);
+    return PyArray_NewFromDescr(&PyArray_Type, elements, dimensions, shape, NULL, NULL, 0, NULL); /* SimpleNew asks for more first */
+}
+
+static PyObject *new_array(int dimensions, npy_intp rows, npy_intp columns) {
+    return new_array_of(NPY_DOUBLE, dimensions, rows, columns);
 }
 
 /* The slots of a call: those that are bound, and room for the rest, which ``bind`` has counted. Where the machine code keeps the
@@ -56,7 +62,7 @@ static int64_t *slots_of(Bound *bound, int64_t *copy) {
     return memcpy(copy, bound->slots, bound->n_slots * sizeof *copy);
 }
 
-/* ---- the four ways ---- */
+/* ---- the five ways ---- */
 
 PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out) {
     int64_t copy[MOST_SLOTS], good;
@@ -116,6 +122,37 @@ int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyOb
     return PyErr_Occurred() ? -1 : 0;
 }
 
+static PyObject *read_only(PyObject *array) {
+    if (array) PyArray_CLEARFLAGS((PyArrayObject *)array, NPY_ARRAY_WRITEABLE);
+    return array;
+}
+
+static PyObject *truths_of(const npy_bool *row, npy_intp n) {
+    PyObject *array = new_array_of(NPY_BOOL, 1, n, 0);
+    if (array) memcpy(data_of(array), row, n);
+    return read_only(array);
+}
+
+int branches_of(Bound *bound, PyObject *target, PyObject **q, PyObject **valid, PyObject **real) {
+    int64_t copy[MOST_SLOTS], code = -1;
+    npy_bool truths[2 * MOST_SCRATCH];
+    npy_intp n = bound->numbers[0];
+    *valid = *real = NULL;
+    if (!is_matrix(target, 4, 4, 0) || !(*q = new_array(2, n, bound->n))) return -1;
+    int64_t *slots = slots_of(bound, copy), *next = put_matrix(slots + bound->n_slots, data_of(target), 4, 4);
+    put_matrix(put_matrix(next, data_of(*q), n, bound->n), truths, 2, n);
+    if (!run_machine_code(bound->entry, bound->overload, slots, &code) && code >= 0 && code < bound->numbers[1]) {
+        read_only(*q);
+        *valid = truths_of(truths, n);
+        *real = truths_of(truths + n, n);
+        if (*valid && *real) return (int)code;
+    }
+    Py_CLEAR(*q);
+    Py_CLEAR(*valid);
+    Py_CLEAR(*real);
+    return -1;
+}
+
 /* ---- the same as functions that Python calls ---- */
 
 PyObject *call_with(PyObject *function, PyObject *first, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
@@ -169,13 +206,21 @@ static PyObject *call_search(PyObject *self, PyObject *const *arguments, Py_ssiz
     return both;
 }
 
+static PyObject *call_branches(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    Bound *bound = (Bound *)self;
+    PyObject *q, *valid, *real;
+    int code = !names && n == 1 ? branches_of(bound, arguments[0], &q, &valid, &real) : -1;
+    return code < 0 ? or_in_python(NULL, bound, arguments, n, names) : Py_BuildValue("NNNi", q, valid, real, code);
+}
+
 const Way POSE = {"pose", call_pose, "12", 'b', 2};
 const Way TRUTH = {"truth", call_truth, "1", 'i', 2};
 const Way NUMBER = {"number", call_number, "22", 'b', 1};
 const Way SEARCH = {"search", call_search, "2122", 'b', 1};
+const Way BRANCHES = {"branches", call_branches, "22t", 'i', 2};
 
 const Way *way_of(const char *name) {
-    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &SEARCH};
+    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &SEARCH, &BRANCHES};
     for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
         if (!strcmp(ways[k]->name, name)) return ways[k];
     }

@@ -120,7 +120,7 @@ TYPES = {
     "collision": {
         **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,
         "points": TABLE, "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
-        **_each("within half clear margin speed bend turning slack", NUMBER), **_each("n p node top", WHOLE),
+        **_each("within half clear margin speed bend turning slack slope fastest extent", NUMBER), **_each("n p node top", WHOLE),
         **_each("finest still", TRUTH),
         "carried": CARRIED,
     },

@@ -1,5 +1,6 @@
 """``robot.all_solutions``: shapes, limits, whole turns, seven joints, worlds and ranks, by forward kinematics and by counting."""
 
+import copy
 import dataclasses
 import itertools
 import pickle
@@ -42,6 +43,25 @@ def test_solutions_cannot_be_changed_and_may_be_pickled():
         found.q[0] = 0
     assert pickle.loads(pickle.dumps(found)).proof.tolist() == ["complete"] * 2  # noqa: S301
     assert "8 solutions" in str(found)
+
+
+def test_the_proof_of_a_batch_is_made_once_and_is_the_same_in_copies():
+    robot = ur5()
+    T = robot.forward_kinematics(np.stack([Q, Q, Q * [1, 1, 1, 1, 0, 1]]).reshape(3, 1, 6))
+    for read_first in (False, True):
+        found = robot.all_solutions(T)
+        if read_first:
+            assert found.proof is found.proof
+        for each in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found), dataclasses.replace(found), found):  # noqa: S301
+            assert each.proof.tolist() == [["complete"], ["complete"], ["continuum"]]
+            assert each.q.tobytes() == found.q.tobytes()
+            assert "proof=array(" in repr(each)
+            with pytest.raises(ValueError, match="read-only"):
+                each.proof[0] = "searched"
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            found.proof = None  # type: ignore[misc]
+    with pytest.raises(AttributeError, match="has no attribute 'proofs'"):
+        _ = found.proofs  # type: ignore[attr-defined]
 
 
 def test_limits_make_solutions_invalid_and_leave_them_real():

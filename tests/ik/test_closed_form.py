@@ -21,10 +21,6 @@ from ulna.ik.problem import make_problem
 from ulna.ik.query import Query
 
 TURN = 2 * np.pi
-PUMA = [
-    (0, 0.6718, np.pi / 2, 0), (0.4318, 0, 0, 0), (0.0203, 0.15005, -np.pi / 2, 0),
-    (0, 0.4318, np.pi / 2, 0), (0, 0, -np.pi / 2, 0), (0, 0, 0, 0),
-]  # fmt: skip
 
 
 def of_dh(rows):
@@ -88,8 +84,8 @@ def test_a_search_from_many_starts_finds_the_same_branches(family):
 
 SPOTS = {
     "ur5, wrist": (robots.UR5, 4, 0.0), "ur5, wrist turned": (robots.UR5, 4, np.pi), "ur5, elbow": (robots.UR5, 2, 0.0),
-    "ur5, folded": (robots.UR5, 2, np.pi), "puma, wrist": (PUMA, 4, 0.0),
-    "puma, elbow": (PUMA, 2, np.arctan2(0.0203, 0.4318) + np.pi / 2),
+    "ur5, folded": (robots.UR5, 2, np.pi), "puma, wrist": (robots.PUMA, 4, 0.0),
+    "puma, elbow": (robots.PUMA, 2, np.arctan2(0.0203, 0.4318) + np.pi / 2),
 }  # fmt: skip
 
 
@@ -120,7 +116,7 @@ def test_at_and_near_a_singularity_the_pose_is_reached_by_the_branch_of_its_conf
 
 
 def test_a_seed_chooses_the_angle_that_may_be_any():
-    robot, puma = of_dh(robots.UR5), of_dh(PUMA)
+    robot, puma = of_dh(robots.UR5), of_dh(robots.PUMA)
     q = np.array([0.3, -1.2, 1.1, 0.4, 0.0, 0.7])
     np.testing.assert_allclose(robot.inverse_kinematics(robot.forward_kinematics(q), q).q, q, atol=1e-9)
     np.testing.assert_allclose(puma.inverse_kinematics(puma.forward_kinematics(q), q).q, q, atol=1e-9)
@@ -141,7 +137,7 @@ def test_the_stretched_arm_with_a_singular_wrist_has_its_one_solution():
 
 def test_arms_of_makers_have_their_families(panda):
     assert of_dh(robots.UR5E).closed_form.family == "axes 2, 3 and 4 parallel, 5 and 6 intersecting"
-    assert of_dh(PUMA).closed_form.family == "spherical wrist, axes 2 and 3 parallel"
+    assert of_dh(robots.PUMA).closed_form.family == "spherical wrist, axes 2 and 3 parallel"
     form = panda.closed_form
     assert (form.family, form.held, form.from_end, form.is_exact) == (
         "spherical wrist, axes 1 and 2 intersecting", "panda_joint7", True, True

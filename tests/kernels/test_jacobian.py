@@ -101,6 +101,17 @@ def test_the_entries_give_six_rows_a_configuration(rng, frame):
     assert_close(first, J[0], atol=1e-14)
 
 
+@pytest.mark.parametrize("n_dof", range(1, 10))
+def test_every_row_of_a_batch_is_written_whatever_its_length(rng, n_dof):
+    kinds = (["revolute", "revolute", "prismatic"] * 3)[:n_dof]
+    description = robots.of_chain(*kinds, axis=(0.6, 0.0, 0.8), origin=robots.place(1))
+    tree, link = build_tree(description), f"l{n_dof}"
+    for n in (1, 7, 8, 9, 17):
+        q, J = rng.uniform(-1, 1, (n, tree.n_dof)), np.full((n, 6, tree.n_dof), np.nan)
+        assert jacobian_batch(tree.chain(link), BASE, q, J)
+        assert_close(J, [formulas.jacobian(description, x, link, "base") for x in q], atol=1e-9)
+
+
 def test_the_entries_report_an_entry_out_of_range(rng):
     tree = build_tree(ROBOT)
     q, chain = rng.normal(size=(9, tree.n_dof)), tree.chain("hand")

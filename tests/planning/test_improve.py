@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
+from ulna.engine.width import WIDTH
 from ulna.errors import InputError
 from ulna.kernels.planning.planning_layout import BOUND, HIGH, LOW
 from ulna.planning.motion import edges_of
@@ -132,15 +133,25 @@ def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(
     assert length < bound
     capacity = search._parents.shape[1]
     for tree in (0, 1):
-        n = int(search.state[tree])
+        n = int(search.state[0, tree])
         costs = search._costs[tree * len(search._costs) // 2 :].reshape(-1)[:capacity]
-        q = np.array([search._branch(tree, node)[0] for node in range(n)])
+        nodes = search._rows[tree].reshape(-1, 7, WIDTH).swapaxes(1, 2).reshape(-1, 7)
+        q = nodes[:n]
         for node in range(n):
-            branch = search._branch(tree, node)
+            branch = nodes[branch_of(search, tree, node)]
             assert np.isclose(costs[node], np.linalg.norm(np.diff(branch, axis=0), axis=1).sum(), atol=1e-12)
         others = ends[1 - tree]
         assert (costs[:n] + np.linalg.norm(q - others, axis=1) < bound).all()
         assert np.isinf(costs[n:]).all()
+
+
+def branch_of(search, tree, node):
+    """The nodes from one to its root."""
+    nodes = []
+    while node >= 0:
+        nodes.append(node)
+        node = int(search._parents[tree, node])
+    return nodes
 
 
 def test_all_that_is_within_the_ellipsoid_is_within_the_limits_of_the_samples(plans, rng):

@@ -1,5 +1,9 @@
 """A search is cut into slices of about the same time, however long an edge takes."""
 
+import numpy as np
+
+import ulna
+from ulna.planning import search
 from ulna.planning.slices import _FIRST_SLICE, _LONGEST_SLICE, Pace
 
 
@@ -21,3 +25,31 @@ def test_a_slice_that_ended_early_counts_by_the_edges_that_were_checked():
     pace = Pace()
     pace.adapt(1e-3, 1)
     assert pace.checks == _FIRST_SLICE // 2
+
+
+def test_where_slices_end_and_how_much_room_there_was_at_first_for_the_path_changes_no_bit(panda, world, monkeypatch):
+    left, right = panda.home.copy(), panda.home.copy()
+    left[0], right[0] = 1.0, -1.0
+    whole = [panda.plan(left, right, world, seed=seed) for seed in range(4)]
+    monkeypatch.setattr(search, "_POINTS", 1)
+    monkeypatch.setattr(Pace, "adapt", lambda pace, *_: setattr(pace, "checks", 1))
+    for seed, plan in enumerate(whole):
+        again = panda.plan(left, right, world.copy(), seed=seed)
+        assert np.array_equal(again.path, plan.path)
+        assert again.effort == plan.effort
+        assert again.certified
+
+
+def test_a_plan_keeps_the_world_as_it_was_and_the_next_one_sees_what_has_moved(panda):
+    left, right = panda.home.copy(), panda.home.copy()
+    left[0], right[0] = 1.0, -1.0
+    world = ulna.World()
+    world.add("post", ulna.Box((0.1, 0.1, 1.6)), ulna.pose((0.35, 0, 5)))
+    free, kept = panda.plan(left, right, world), world.snapshot()
+    assert world.snapshot() is kept
+    world.move("post", ulna.pose((0.35, 0, 0.6)))
+    assert world.snapshot() is not kept
+    assert kept.pose("post")[2, 3] == 5
+    round_it = panda.plan(left, right, world)
+    assert free.clearance > 1 > round_it.clearance
+    assert len(free.path) == 2 < len(round_it.path)

@@ -2,12 +2,14 @@
 
 import json
 import os
+import pkgutil
 import shutil
 import subprocess
 import sys
 
 import pytest
 
+import ulna
 from ulna import FileError, InputError, UlnaError
 from ulna.engine import _calls, ahead
 
@@ -26,6 +28,15 @@ def test_first_answers_need_no_compiler_and_little_else(module):
     ask = "T = p.forward_kinematics(p.home); p.inverse_kinematics(T), p.jacobian(p.home), p.in_collision(p.home)"
     code = f"import sys, ulna; p = ulna.load('panda'); {ask}; print({module!r} in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+
+
+def test_only_the_engine_needs_a_compiler():
+    modules = [
+        m.name for m in pkgutil.walk_packages(ulna.__path__, "ulna.") if not m.name.startswith(("ulna.engine.", "ulna.demo.ros"))
+    ]
+    code = "import importlib, sys; [importlib.import_module(name) for name in sys.argv[1:]]"
+    subprocess.run([sys.executable, "-c", code, *modules], check=True)
+    assert len(modules) > 200
 
 
 def test_the_highest_level_that_the_cpu_has_is_used_and_a_lower_one_can_be_asked_for(folder):

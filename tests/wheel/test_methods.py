@@ -11,7 +11,7 @@ import pytest
 
 import ulna
 
-METHODS = "forward_kinematics", "jacobian", "inverse_kinematics", "in_collision", "signed_distance"
+METHODS = "forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", "in_collision", "signed_distance"
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def test_a_method_in_c_has_the_signature_and_the_docstring_of_the_one_in_python(
     method = getattr(ulna.Robot, name)
     assert type(method) is type(str.join)
     signature = inspect.signature(method)
-    assert list(signature.parameters)[:2] == ["self", "T" if name == "inverse_kinematics" else "q"]
+    assert list(signature.parameters)[:2] == ["self", "T" if name in {"inverse_kinematics", "all_solutions"} else "q"]
     assert signature.parameters["threads"].kind is inspect.Parameter.KEYWORD_ONLY
     assert "\nArgs:\n" in inspect.getdoc(method)
     assert "\nRaises:\n" in inspect.getdoc(method)

@@ -34,6 +34,7 @@ class World:
         self._poses: dict[str, NDArray[np.float64]] = {}
         self._touch_links: dict[str, frozenset[str]] = {}
         self._objects: Objects | None = None
+        self._kept: tuple[Objects | None, World | None] = (None, None)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -145,6 +146,15 @@ class World:
             other.__setstate__(self._contents())
             other._objects = self._objects
         return other
+
+    def snapshot(self) -> "World":
+        """A copy that nobody changes; the same one until an object changes."""
+        objects = self.objects()  # made once, and kept by the copy
+        known, kept = self._kept
+        if kept is None or known is not objects:
+            kept = self.copy()
+            self._kept = kept.objects(), kept
+        return kept
 
     def items(self) -> tuple[tuple[str, Obstacle, NDArray[np.float64]], ...]:
         """The name, the shape and T_base_object, shape (4, 4), of every object, as a snapshot.

@@ -53,8 +53,18 @@ def gather_poses(matrices, start, pose_rows):
 
 @kernel
 def scatter_rows(rows, n, out, start):
-    """Write n rows, a multiple of eight, to out[start], out[start + 1], ..., which have n numbers each."""
-    for k in range(0, n, WIDTH):
+    """Write n rows to out[start], out[start + 1], ..., which have n numbers each.
+
+    Eight rows at a time are transposed and written as they lie; the last eight may repeat some of those before.
+    """
+    if n < WIDTH:
+        flat = out.reshape(-1)
+        for lane in range(min(WIDTH, out.shape[0] - start)):
+            for k in range(n):
+                flat[(start + lane) * n + k] = rows[k, lane]
+        return
+    for first in range(0, n, WIDTH):
+        k = min(first, n - WIDTH)
         numbers = transposed(
             load(rows, k), load(rows, k + 1), load(rows, k + 2), load(rows, k + 3),
             load(rows, k + 4), load(rows, k + 5), load(rows, k + 6), load(rows, k + 7),

@@ -43,6 +43,7 @@ def iterate_cheaper(edges, samples, start_rows, goal_rows, parents, radii, costs
     if other < 0:
         return False
     state[layout.JOINED_START], state[layout.JOINED_GOAL] = (node, other) if own == 0 else (other, node)
+    state[layout.JOINED] = 1
     return True
 
 

@@ -217,15 +217,38 @@ def outcome_at(scene, carried, work, q_a, q_b, instant, finest, margin, of_world
 
 @routine
 def edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world):
-    """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them q_b."""
-    _, lane_rows, _, _, _ = work
+    """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them q_b.
+
+    Those in an eighth of the edge that is certified at one look need no look of their own.
+    """
+    _, lane_rows, waiting, _, _ = work
     write_motion(scene.joints, q_a, q_b, spread, carried)
-    for block in range(n_blocks):
-        for lane in range(WIDTH):
-            lane_rows[0, lane], lane_rows[1, lane] = (lane * n_blocks + block + 1.0) / (WIDTH * n_blocks), 0.0
-        if outcome_at(scene, carried, work, q_a, q_b, 0.0, block >= 0, margin, of_world):
-            return False
-        for lane in range(WIDTH):
-            if lane_rows[2, lane] == 0.0:
+    for lane in range(WIDTH):
+        lane_rows[0, lane], lane_rows[1, lane], lane_rows[2, lane] = (lane + 0.5) / WIDTH, 0.5 / WIDTH, 0.0
+    if n_blocks > 1 and outcome_at(scene, carried, work, q_a, q_b, INSTANT, n_blocks <= 1, margin, of_world):
+        return False
+    for lane in range(WIDTH):
+        waiting[lane, 0] = lane_rows[2, lane]
+    n = 0
+    for i in range(WIDTH * n_blocks):
+        block, lane = i // WIDTH, i % WIDTH
+        if waiting[lane, 0] == 0.0:
+            lane_rows[0, n] = (lane * n_blocks + block + 1.0) / (WIDTH * n_blocks)
+            n += 1
+        if n == WIDTH or (n > 0 and i == WIDTH * n_blocks - 1):
+            if touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
                 return False
+            n = 0
     return True
+
+
+@routine
+def touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
+    """Whether the robot is not free at the first n configurations of eight, n > 0."""
+    lane_rows = work[1]
+    for lane in range(WIDTH):
+        lane_rows[0, lane], lane_rows[1, lane] = lane_rows[0, min(lane, n - 1)], 0.0
+    touches = outcome_at(scene, carried, work, q_a, q_b, 0.0, n > 0, margin, of_world)
+    for lane in range(WIDTH):
+        touches = touches or lane_rows[2, lane] == 0.0
+    return touches

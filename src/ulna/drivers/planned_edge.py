@@ -33,6 +33,15 @@ def edges_of(scene, may_touch, settings, space):
     return Edges(scene, carried, work, settings, space, world_rounding(scene), np.zeros(space.shape[1]))
 
 
+@workspace
+def straight_edges_of(edges):
+    """The same for a path, whose differences are taken as they are."""
+    space = edges.space.copy()
+    for k in range(space.shape[1]):
+        space[layout.PERIOD, k] = 0.0
+    return Edges(edges.scene, edges.carried, edges.work, edges.settings, space, edges.of_world, edges.no_spread)
+
+
 @routine
 def is_free(edges, q_a, q_b, spread):
     """Whether all within ``spread`` of the edge from q_a to q_b is free: certainly, or at samples, as the settings say."""

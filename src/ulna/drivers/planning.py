@@ -1,4 +1,4 @@
-"""Grows two trees towards each other until an edge joins them, and shortens a path. Used by ``ulna.planning``.
+"""Grows two trees towards each other until an edge joins them, and shortens the path. Used by ``ulna.planning``.
 
 RRT-Connect (Kuffner and LaValle, RRT-Connect: an efficient approach to single-query path planning, ICRA 2000), with the domains
 of Jaillet et al. (Adaptive tuning of the sampling domain for dynamic-domain RRTs, IROS 2005):
@@ -21,38 +21,58 @@ its bits do not depend on where. There is no clock in it: the samples are given,
 import numpy as np
 
 from ulna.drivers.cheaper import iterate_cheaper
-from ulna.drivers.planned_edge import edges_of, is_free
+from ulna.drivers.found_path import drop_repeats, rows_for, write_found
+from ulna.drivers.planned_edge import edges_of, is_free, straight_edges_of
 from ulna.drivers.shortening import shorten_path
 from ulna.drivers.tree_nodes import add_node, nearest_node, next_tree, pass_over, read_node, read_sample
 from ulna.engine.decorators import entry, routine
-from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS
+from ulna.engine.signatures import INDEX_ROWS, MATRIX, NUMBERS, SCENES, TRUTH_ROWS
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
 
-_MORE = (TRUTH_ROWS, NUMBERS, MATRIX, MATRIX, MATRIX, MATRIX, INDEX_ROWS, MATRIX, MATRIX, MATRIX, INDICES)
+_TREES = MATRIX, MATRIX, MATRIX, INDEX_ROWS, MATRIX, MATRIX
+_MORE = (TRUTH_ROWS, NUMBERS, MATRIX, *_TREES, MATRIX, MATRIX, INDEX_ROWS, INDEX_ROWS)
 
 
 @entry(*((*scene, *_MORE) for scene in SCENES))
 def plan_slice(
     joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed,
-    may_touch, settings, space, samples, start_rows, goal_rows, parents, radii, costs, path, state,
+    may_touch, settings, space, samples, start_rows, goal_rows, parents, radii, costs, spreads, path, known, state,
 ):  # fmt: skip
-    """Go on with a search, or with the shortening of a path if there is one, until state[UNTIL] edges were checked.
+    """Go on with a search, and then with the shortening of the path, until state[0, UNTIL] or state[1, UNTIL] edges were checked.
 
-    It is one entry, since each compiles what decides whether an edge is free, which takes longest. With a path, ``samples`` is
-    empty, or holds how far beside each of its edges all is to be free too, shape (n - 1, n_dof).
+    It is one entry, since each compiles what decides whether an edge is free, which takes longest, and since a call takes as long
+    as an edge.
 
-    samples: (n, n_dof or more) of numbers in [0, 1), the first that of index state[FIRST_SAMPLE]; start_rows, goal_rows: the
+    samples: (n, n_dof or more) of numbers in [0, 1), the first that of index state[0, FIRST_SAMPLE]; start_rows, goal_rows: the
     trees (``kernels.planning.space``); parents, radii: (2, capacity), -1 for a root; costs: of the nodes of the first tree and
-    then the second, (2 capacity / WIDTH, WIDTH), or (0, WIDTH); path: (capacity, n_dof), or (0, n_dof) in a search; state:
-    N_STATE whole numbers. To shorten a path ``parents`` is its ``known``. Returns what ``grow_trees`` or ``shorten_path`` does.
+    then the second, (2 capacity / WIDTH, WIDTH), or (0, WIDTH); spreads: how far beside each edge of the path all is to be free
+    too, shape (n - 1, n_dof), or (0, n_dof); path: (capacity, n_dof); known: (1, capacity), 0 at first; state: (2, N_STATE) whole
+    numbers, of the search and of the shortening. If there are points already, there is no search. Returns what ``grow_trees`` or
+    ``shorten_path`` does; NO_ROOM if there is not room for the path.
     """
     scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
     edges, steps = edges_of(scene, may_touch, settings, space), np.empty((4, max(1, space.shape[1])))
-    if path.shape[0] > 0:
-        return shorten_path(edges, path, parents, samples, steps, state)
-    return grow_trees(edges, samples, start_rows, goal_rows, parents, radii, costs, steps, state)
+    search, shortening = state[0], state[1]
+    if shortening[layout.POINTS] == 0:
+        if search[layout.JOINED] == 0:
+            code = grow_trees(edges, samples, start_rows, goal_rows, parents, radii, costs, steps, search)
+            if code != layout.SOLVED:
+                return code
+        n = write_found(start_rows, goal_rows, parents, space, steps[0], path, search)
+        if n < 0:
+            return layout.NO_ROOM
+        shortening[layout.POINTS], shortening[layout.ROWS] = n, rows_for(n)
+        left = max(1, search[layout.UNTIL] - search[layout.CHECKS])
+        shortening[layout.UNTIL] = max(shortening[layout.UNTIL], shortening[layout.CHECKS] + left)
+    if shortening[layout.PASS] == layout.AS_FOUND:
+        return layout.SOLVED
+    points = path[: shortening[layout.ROWS]]
+    code = shorten_path(straight_edges_of(edges), points, known, spreads, steps, shortening)
+    if code != layout.PAUSED:
+        drop_repeats(points, shortening)
+    return code
 
 
 @routine
@@ -89,7 +109,7 @@ def joins_directly(edges, start_rows, goal_rows, steps, state):
     state[layout.CHECKS] += 1
     if not is_free(edges, steps[0], steps[2], edges.no_spread):
         return False
-    state[layout.JOINED_START], state[layout.JOINED_GOAL] = 0, goal
+    state[layout.JOINED_START], state[layout.JOINED_GOAL], state[layout.JOINED] = 0, goal, 1
     return True
 
 
@@ -121,6 +141,7 @@ def iterate(edges, samples, start_rows, goal_rows, parents, radii, steps, state)
     if other < 0:
         return False
     state[layout.JOINED_START], state[layout.JOINED_GOAL] = (node, other) if own == 0 else (other, node)
+    state[layout.JOINED] = 1
     return True
 
 

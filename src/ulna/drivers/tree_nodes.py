@@ -61,6 +61,10 @@ def read_node(rows, node, q):
 def add_node(rows, parents, radii, tree, state, q, parent, radius):
     """Add a node to a tree; its number."""
     node, n_dof = state[tree], q.shape[0]
+    if node % WIDTH == 0:  # the first of its block: there are no others yet
+        for k in range(n_dof):
+            for lane in range(1, WIDTH):
+                rows[node // WIDTH * n_dof + k, lane] = np.inf
     for k in range(n_dof):
         rows[node // WIDTH * n_dof + k, node % WIDTH] = q[k]
     parents[tree, node], radii[tree, node] = parent, radius

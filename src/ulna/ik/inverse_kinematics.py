@@ -42,7 +42,7 @@ class InverseKinematics:
         checker: The robot's collision checker.
     """
 
-    __slots__ = ("_all_of", "_make_all_of", "_prepare", "_prepared", "_query", "quick")
+    __slots__ = ("_all_of", "_make_all_of", "_prepare", "_prepared", "_query", "quick", "quick_solutions")
 
     def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
         self._query = partial(_query, tree, home, checker)
@@ -50,7 +50,9 @@ class InverseKinematics:
         """By link: what ``native/method.c`` needs to solve for it with default options, once that was asked."""
         self._prepare = partial(_solvers, self._query, self.quick)
         self._prepared = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._prepare)
-        self._make_all_of = partial(_all_of, self._query)
+        self.quick_solutions: dict[str | None, tuple] = {}
+        """The same for all solutions."""
+        self._make_all_of = partial(_all_of, self._query, self.quick_solutions)
         self._all_of = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._make_all_of)
 
     def solve(
@@ -138,10 +140,18 @@ class InverseKinematics:
 
 
 def _all_of(
-    query_of: Callable[[str | None, Options], Query], link: str | None, redundancy: str | None, *options: Any
+    query_of: Callable[[str | None, Options], Query],
+    quick: dict[str | None, tuple],
+    link: str | None,
+    redundancy: str | None,
+    *options: Any,
 ) -> AllSolutions:
     task, threads = options
-    return AllSolutions(query_of(link, Options(task=as_task(task), threads=threads)), redundancy)
+    query = query_of(link, Options(task=as_task(task), threads=threads))
+    every = AllSolutions(query, redundancy)
+    if every.in_c is not None and redundancy is None and query.options == Options():
+        quick[link] = every.in_c
+    return every
 
 
 def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options: Options) -> Query:

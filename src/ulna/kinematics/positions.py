@@ -45,6 +45,11 @@ def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
     raise InputError(f"{name}[{index}]", f"{value} is {reason}")
 
 
+def is_within(q: NDArray[np.float64], tree: Tree) -> bool:
+    """Whether every entry of q, shape (..., n_dof), is within the limits, and not too large to compute with."""
+    return bool(((tree.least <= q) & (q <= tree.most)).all())
+
+
 def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """The batch as one axis, shape (n, n_dof)."""
     return q.reshape(prod(q.shape[:-1]), q.shape[-1])

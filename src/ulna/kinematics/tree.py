@@ -26,7 +26,7 @@ from ulna.description.structure import (
     velocity_limits_of_q,
 )
 from ulna.errors import InputError, UnknownNameError
-from ulna.kernels.layout import BASE, COLUMN, FIXED, FRAME_WIDTH, KIND, PARENT, PRISMATIC, RATIO, REVOLUTE, TABLE_WIDTH
+from ulna.kernels.layout import BASE, COLUMN, FIXED, FRAME_WIDTH, KIND, LARGEST, PARENT, PRISMATIC, RATIO, REVOLUTE, TABLE_WIDTH
 
 X, Y, Z = np.eye(3)
 # For each joint type its motions in order: kind, axis (None: the joint's own), entry of the joint's part of q.
@@ -75,6 +75,16 @@ class Tree:
     def q_shape(self) -> tuple[int]:
         """The shape of one q."""
         return (self.n_dof,)
+
+    @cached_property
+    def least(self) -> NDArray[np.float64]:
+        """The lower limits, but no lower than can be computed with, shape (n_dof,)."""
+        return np.maximum(self.lower, -LARGEST)
+
+    @cached_property
+    def most(self) -> NDArray[np.float64]:
+        """The upper limits, but no higher than can be computed with, shape (n_dof,)."""
+        return np.minimum(self.upper, LARGEST)
 
     @cached_property
     def limits(self) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,7 @@ from ulna.ik.options import Options
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.groups import JointGroup
-from ulna.kinematics.positions import refuse_out_of_range
+from ulna.kinematics.positions import is_within, refuse_out_of_range
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
 from ulna.planning.plan_status import PlanStatus
@@ -29,8 +29,7 @@ SPREAD = 16  # configurations for a pose of a redundant arm, or places of the jo
 _SEEDS = 16  # from which a pose is searched with joints held
 
 
-@dataclass(frozen=True, eq=False)
-class Goals:
+class Goals(NamedTuple):
     """Configurations that a plan may end in.
 
     Attributes:
@@ -46,8 +45,7 @@ class Goals:
     reason: Report | IKResult | str | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Question:
+class Question(NamedTuple):
     """What a plan is asked for, checked.
 
     Attributes:
@@ -106,18 +104,20 @@ def as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None 
         InputError: It is neither; or a configuration lies outside the limits; or a pose is not a rigid motion.
     """
     given = as_floats("goal", goal)
-    columns = list(range(tree.n_dof) if group is None else group.columns)
-    if given.size and is_pose(given, tree.n_dof) and is_pose(given, len(columns)):
+    n_own = tree.n_dof if group is None else len(group.columns)
+    if given.size and is_pose(given, tree.n_dof) and is_pose(given, n_own):
         poses = given.reshape(-1, 4, 4)
         for T in poses:
             as_pose(T)
         return poses
-    if given.ndim not in {1, 2} or given.shape[-1] not in {tree.n_dof, len(columns)} or not given.size:
+    if given.ndim not in {1, 2} or given.shape[-1] not in {tree.n_dof, n_own} or not given.size:
         raise InputError("goal", f"shape {given.shape}; {_expected(tree, group)}, are expected")
+    if given.shape[-1] == tree.n_dof and is_within(given, tree):
+        return given.reshape(-1, tree.n_dof)
     refuse_out_of_range(given, "goal")
-    if given.shape[-1] != tree.n_dof:
+    if group is not None and given.shape[-1] != tree.n_dof:
         own, given = given, np.tile(start, (*given.shape[:-1], 1))
-        given[..., columns] = own
+        given[..., list(group.columns)] = own
     rows = given.reshape(-1, tree.n_dof)
     beyond = ((rows < tree.lower) | (rows > tree.upper)) & (rows != start)
     if beyond.any():

@@ -7,8 +7,8 @@ other, each with new trees and other samples. What a search finds is shortened, 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ulna.errors import InputError
 from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import refuse_unless, refuse_unless_count
-from ulna.planning.search import Search, finished
+from ulna.planning.search import Search
 
 if TYPE_CHECKING:
     from ulna.planning.plan import Plan
@@ -26,8 +26,7 @@ _WORTH = 1e-4  # of the length: a path is to be shorter by more
 _FIRST_CHECKS = 256  # of a search, until one has failed
 
 
-@dataclass(frozen=True, eq=False)
-class Searched:
+class Searched(NamedTuple):
     """What was searched for, so that the search can go on.
 
     Attributes:
@@ -75,20 +74,17 @@ def improved(plan: Plan, searched: Searched | None, max_checks: int, time_limit:
         if length * (1.0 - _WORTH) <= straight or (left is not None and left <= 0.0):
             break
         search = Search(edges, searched.start, searched.goals, (searched.seed, n_searches), length * (1.0 - _WORTH))
-        found, n_searches = search.run(min(budget, most - effort.checks), left), n_searches + 1
+        found, n_searches = search.finish(min(budget, most - effort.checks), left, shorten=True), n_searches + 1
         effort = effort.plus(search.effort)
         if found is None:
             budget *= 2  # not all at once: a small tree costs less, and other samples may do better
-            continue
-        candidate, checks = finished(edges, found, shorten=True)
-        effort = replace(effort, checks=effort.checks + checks)
-        if candidate is not None and space.lengths(np.diff(candidate, axis=0)).sum() < length:
-            path, goal, certified = candidate, int(searched.of[search.goal]), searched.certify
+        elif found.confirmed and space.lengths(np.diff(found.path, axis=0)).sum() < length:
+            path, goal, certified = found.path, int(searched.of[search.goal]), searched.certify
     return replace(
         plan,
         path=np.concatenate([outside, path]),
         certified=certified,
         effort=effort,
         goal=goal,
-        _searched=replace(searched, n_searches=n_searches),
+        _searched=searched._replace(n_searches=n_searches),
     )

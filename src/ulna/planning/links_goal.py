@@ -6,7 +6,6 @@ one solution for each link is a solution for all. Which of these choices are fre
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -68,10 +67,10 @@ def find_links_goals(question: Question, poses: Mapping[str, Array], held: NDArr
     """
     tree, none, of_none = question.tree, np.empty((0, question.tree.n_dof)), np.empty(0, dtype=np.int64)
     slices = zip(tree.joint_names, tree.joint_slices, strict=True)
-    alone = replace(question, world=None, held=tuple(name for name, part in slices if held[part].any()))
+    alone = question._replace(world=None, held=tuple(name for name, part in slices if held[part].any()))
     own, each = own_columns(poses, tree), {}
     for link, T in poses.items():
-        found = _of_link(replace(alone, link=link), T, held | ~own[link])
+        found = _of_link(alone._replace(link=link), T, held | ~own[link])
         if isinstance(found, IKResult):
             return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, f"{link}: {found}")
         each[link] = _nearest_first(found, question.start, own[link])

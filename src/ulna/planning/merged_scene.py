@@ -1,6 +1,7 @@
 """Puts a robot and all objects of a world into one scene, those that some links may touch too. Used by ``planner``."""
 
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from ulna.collision.world import World
 from ulna.description.robot_description import frozen
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.layout import BODY_WIDTH, FIRST_VERTEX, HALF_SPACE, REACH, SHAPE
+from ulna.planning.slices import Pace
 
 Array = NDArray[np.float64]
 
@@ -51,6 +53,17 @@ def merged_scene(checker: Checker, objects: Objects) -> MergedScene:
         may_touch[rows, at : at + len(some.table)] = True
         at += len(some.table)
     return MergedScene(scene_of(checker.tree.joints, bodies, checker.pairs, whole), may_touch)
+
+
+_kept: WeakKeyDictionary[Checker, tuple[Objects, MergedScene, Pace]] = WeakKeyDictionary()
+
+
+def kept_scene(checker: Checker, objects: Objects) -> tuple[MergedScene, Pace]:
+    """The scene of a world, and how many edges a slice has in it, which is learnt. Those of a robot's last world are kept."""
+    kept = _kept.get(checker)
+    if kept is None or kept[0] is not objects:
+        kept = _kept[checker] = objects, merged_scene(checker, objects), Pace()
+    return kept[1:]
 
 
 def _starts(vertices: list[Array]) -> list[int]:

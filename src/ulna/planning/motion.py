@@ -1,5 +1,6 @@
 """Holds what a plan was found with, so that more can be asked of it. Used by ``planner`` and ``plan``."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -8,9 +9,8 @@ from numpy.typing import NDArray
 from ulna.collision.checker import NO_OBJECTS, Checker
 from ulna.collision.world import World
 from ulna.kernels.planning import planning_layout as layout
-from ulna.planning.merged_scene import merged_scene
+from ulna.planning.merged_scene import kept_scene
 from ulna.planning.search import Edges, confirmed
-from ulna.planning.slices import Pace
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
@@ -51,12 +51,18 @@ class Motion(NamedTuple):
 
 def edges_of(checker: Checker, world: World | None, space: Space, margin: float, *, certify: bool) -> Edges:
     """What it takes to decide whether an edge is free."""
-    objects = NO_OBJECTS if world is None else world.objects()
+    merged, pace = kept_scene(checker, NO_OBJECTS if world is None else world.objects())
+    return Edges(merged, _settings(space.n_moving, space.diameter, margin, certify=certify), space, pace)
+
+
+@lru_cache(maxsize=64)
+def _settings(n_moving: int, diameter: float, margin: float, *, certify: bool) -> Array:
+    """``planning_layout``'s settings, which are only read."""
     settings = np.zeros(layout.N_SETTINGS)
     settings[layout.RANGE], settings[layout.RESOLUTION], settings[layout.MARGIN] = RANGE, RESOLUTION, margin
     settings[layout.SAMPLED] = 0.0 if certify else SAMPLES_APART
-    wide = RANGE * np.sqrt(max(1.0, np.count_nonzero(space.moving) / 7))  # as the distances of samples grow
+    wide = RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow
     settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN] = _DOMAIN * wide, _LEAST_DOMAIN * wide
     settings[layout.ADAPTATION], settings[layout.MOST_BLOCKS] = _ADAPTATION, MOST_BLOCKS
-    settings[layout.ROOM] = min(4 + np.ceil(space.diameter / RANGE), _MOST_STEPS)
-    return Edges(merged_scene(checker, objects), settings, space, Pace())
+    settings[layout.ROOM] = min(4 + np.ceil(diameter / RANGE), _MOST_STEPS)
+    return settings

@@ -1,6 +1,7 @@
 """Checks the options of a plan. Used by ``planner``, ``improve``."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from numbers import Real
 from typing import Any
 
@@ -45,6 +46,24 @@ class PlanOptions:
         refuse_unless_count("max_checks", self.max_checks, 1)
         if self.time_limit is not None:
             refuse_unless("time_limit", self.time_limit, 0.0, "a time [s] above 0", above=True)
+
+
+@lru_cache(maxsize=64, typed=True)
+def _kept(*options: Any) -> PlanOptions:
+    return PlanOptions(*options)
+
+
+def as_options(*options: Any) -> PlanOptions:
+    """The options of a plan, checked once: those of recent calls are kept.
+
+    Raises:
+        InputError: One of them cannot be taken; its name is in the message.
+    """
+    try:
+        hash(options)
+    except TypeError:
+        return PlanOptions(*options)
+    return _kept(*options)
 
 
 def refuse_unless(name: str, value: Any, least: float, expected: str, *, above: bool = False) -> None:

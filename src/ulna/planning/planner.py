@@ -16,7 +16,7 @@ from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.groups import JointGroup, configuration, state_named, tip_of
-from ulna.kinematics.positions import as_positions, refuse_out_of_range
+from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.escape import escape_from
 from ulna.planning.goals import Goals, Question, as_goal, find_goals, held_for
@@ -27,7 +27,7 @@ from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
 from ulna.planning.plan_status import PlanStatus
-from ulna.planning.search import Search, finished, without_repeats
+from ulna.planning.search import Search
 from ulna.planning.space import held_columns, make_space, slides_without_end
 
 Array = NDArray[np.float64]
@@ -64,24 +64,22 @@ def plan_motion(
     if world is not None and not isinstance(world, World):
         raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
     if world is not None:
-        world.objects()  # made once, and kept by the copy
-        world = world.copy()  # what is planned in does not change under the plan
+        world = world.snapshot()  # what is planned in does not change under the plan
     margin = float(options.clearance)
     question = Question(checker, inverse_kinematics, world, margin, start, names, link, task, int(options.seed))
     of_links = held_for_links(targets, tree) if isinstance(targets, dict) else held_for(targets, question)
     fixed = held_columns(tree, names) | of_links
     nothing = np.empty((0, tree.n_dof))
-    if ((start < tree.lower) | (start > tree.upper)).any():
+    if not is_within(start, tree):
         return Plan(PlanStatus.START_BEYOND_LIMITS, nothing, certified=False, reason=_beyond(checker, start))
     depth, first = 0.0, start
-    given = np.vstack([start, targets]) if isinstance(targets, np.ndarray) and targets.ndim == 2 else start[None]
-    free = question.is_free(given)  # one call for all
+    free = question.is_free(_given(start, targets))
     if not free[0]:
         left = escape_from(question, fixed) if options.escape else None
         if left is None:
             return Plan(PlanStatus.START_IN_COLLISION, nothing, certified=False, reason=question.report(start))
         first, depth = left
-    question = question if first is start else replace(question, start=first)
+    question = question if first is start else question._replace(start=first)
     if isinstance(targets, dict):
         goals = find_links_goals(question, targets, fixed)
     else:
@@ -96,29 +94,21 @@ def plan_motion(
 
 def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
     far = farthest(question.world) if slides_without_end(question.tree) else 0.0
-    space = make_space(question.tree, np.vstack([start, goals.q]), fixed, far)
-    edges = edges_of(question.checker, question.world, space, question.margin, certify=bool(options.certify))
-    order = np.zeros(1, dtype=np.int64)
-    if len(goals.q) > 1:
-        order = np.argsort(space.lengths(space.shortest_way(goals.q - start)), kind="stable")
+    q, of, certify = goals.q, goals.of, bool(options.certify)
+    space = make_space(question.tree, np.concatenate([start[None], q]), fixed, far)
+    edges = edges_of(question.checker, question.world, space, question.margin, certify=certify)
+    if len(q) > 1:
+        order = np.argsort(space.lengths(space.shortest_way(q - start)), kind="stable")
+        q, of = q[order], of[order]
     motion = Motion(space, question.checker, question.world, question.margin)
-    searched = Searched(motion, start, goals.q[order], goals.of[order], bool(options.certify), int(options.seed))
-    search = Search(edges, start, searched.goals, (searched.seed,))
-    path = search.run(int(options.max_checks), options.time_limit)
-    if path is None:
+    searched = Searched(motion, start, q, of, certify, int(options.seed))
+    search = Search(edges, start, q, (searched.seed,))
+    found = search.finish(int(options.max_checks), options.time_limit, shorten=bool(options.shorten))
+    if found is None:
         nothing = np.empty((0, question.tree.n_dof))
         return Plan(PlanStatus.BUDGET_SPENT, nothing, certified=False, effort=search.effort)
-    certified, effort = bool(options.certify), search.effort
-    found, checks = finished(edges, path, shorten=bool(options.shorten))
-    effort = replace(effort, checks=effort.checks + checks)
-    return Plan(
-        PlanStatus.SOLVED,
-        without_repeats(path) if found is None else found,
-        certified and found is not None,
-        effort=effort,
-        goal=int(searched.of[search.goal]),
-        _searched=searched,
-    )
+    certified, goal = certify and found.confirmed, int(of[search.goal])
+    return Plan(PlanStatus.SOLVED, found.path, certified, effort=search.effort, goal=goal, _searched=searched)
 
 
 def _as_targets(
@@ -128,6 +118,12 @@ def _as_targets(
     if isinstance(goal, str):
         goal = configuration(state_named(goal, states, group), tree, start)
     return as_links_goal(goal, tree) if isinstance(goal, Mapping) else as_goal(goal, tree, start, group)
+
+
+def _given(start: Array, targets: Array | dict[str, Array]) -> Array:
+    """The configurations that are given, shape (n, n_dof): whether they are free is decided by one call."""
+    given = start[None]
+    return np.concatenate([given, targets]) if isinstance(targets, np.ndarray) and targets.ndim == 2 else given
 
 
 def _link_of(targets: Array | dict[str, Array], link: str | None, group: JointGroup | None) -> str | None:
@@ -177,7 +173,8 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> Array:
         raise InputError("q_start", f"shape {start.shape}; one configuration, shape ({checker.tree.n_dof},), is expected")
     if not checker.tree.n_dof:
         raise InputError("q_start", "the robot has no moving joints, so there is nothing to plan")
-    refuse_out_of_range(start, "q_start")
+    if not is_within(start, checker.tree):
+        refuse_out_of_range(start, "q_start")
     return start.copy()
 
 

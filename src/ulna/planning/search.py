@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 _FIRST_CAPACITY = 512  # nodes
 _BLOCK = 1024  # samples
 _NONE = 2**62
+_POINTS = 384  # of a path, with the spare ones: more are made room for when they are needed
+_SHORTEN = 0  # the first pass of shortening
 _OWN_STREAM = 0x706C616E  # a caller who draws configurations with the same seed must not draw the same numbers
 
 
@@ -38,6 +40,20 @@ class Edges(NamedTuple):
         settings = self.settings.copy()
         settings[layout.BOUND] = bound
         return Edges(self.merged, settings, self.space.within(bound, start, goals), self.pace)
+
+
+class Found(NamedTuple):
+    """A path that was found.
+
+    Attributes:
+        path: Its points, shape (n, n_dof).
+        confirmed: Whether each of its edges was found free as it is.
+        checks: How many edges were checked for that, and to shorten it.
+    """
+
+    path: Array
+    confirmed: bool
+    checks: int
 
 
 @dataclass(eq=False)
@@ -64,22 +80,20 @@ class Search:
     _costs: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        self.state = np.zeros(layout.N_STATE, dtype=np.int64)
-        n_dof, capacity = len(self.start), max(_FIRST_CAPACITY, 2 * (len(self.goals) + int(self.edges.settings[layout.ROOM])))
-        capacity = -(-capacity // WIDTH) * WIDTH
-        self._rows = [np.full((capacity // WIDTH * n_dof, WIDTH), np.inf) for _ in range(2)]
-        self._parents, self._radii = np.full((2, capacity), -1), np.full((2, capacity), np.inf)
-        for tree, roots in enumerate((self.start[None], self.goals)):
-            for i, q in enumerate(roots):
-                self._rows[tree][i // WIDTH * n_dof : (i // WIDTH + 1) * n_dof, i % WIDTH] = q
-            self.state[tree] = len(roots)
-        self.state[layout.ACTIVE], self.state[layout.GOAL_ROOTS] = 1, len(self.goals)
-        self._costs = np.empty((0, WIDTH))
-        if np.isfinite(self.bound):
-            self.state[layout.DIRECT] = _NONE  # no straight edges: they were tried
+        n_goals, room = len(self.goals), int(self.edges.settings[layout.ROOM])
+        capacity = -(-max(_FIRST_CAPACITY, 2 * (n_goals + room)) // WIDTH) * WIDTH
+        self.state = np.zeros((2, layout.N_STATE), dtype=np.int64)
+        self._rows = [_tree_of(roots, capacity) for roots in (self.start[None], self.goals)]
+        self._parents, self._radii = np.empty((2, capacity), dtype=np.int64), np.empty((2, capacity))
+        self._parents[:, :n_goals], self._radii[:, :n_goals] = -1, np.inf
+        search = self.state[0]
+        search[:2], search[layout.ACTIVE], search[layout.GOAL_ROOTS] = (1, n_goals), 1, n_goals
+        self._costs = _nothing(WIDTH)
+        if self.bound < np.inf:
+            search[layout.DIRECT] = _NONE  # no straight edges: they were tried
             self._costs = np.full((2 * capacity // WIDTH, WIDTH), np.inf)
             self._costs[0, 0] = 0.0
-            self._costs[capacity // WIDTH :].reshape(-1)[: len(self.goals)] = 0.0
+            self._costs[capacity // WIDTH :].reshape(-1)[:n_goals] = 0.0
             self.edges = self.edges.below(self.bound, self.start, self.goals)
 
     def run(self, max_checks: int, time_limit: float | None) -> Array | None:
@@ -87,72 +101,91 @@ class Search:
 
         Of the samples of which nothing comes, 64 count as one edge.
         """
+        found = self._found(max_checks, time_limit, layout.AS_FOUND)
+        return None if found is None else found.path
+
+    def finish(self, max_checks: int, time_limit: float | None, *, shorten: bool) -> Found | None:
+        """The same, and the path confirmed edge by edge: shortened, or as it is where that fails; None if there is no path."""
+        found = self._found(max_checks, time_limit, _SHORTEN if shorten else layout.CONFIRM)
+        if found is None or found.confirmed or not shorten:
+            return found
+        return self._found(max_checks, time_limit, layout.CONFIRM)
+
+    def _found(self, max_checks: int, time_limit: float | None, first_pass: int) -> Found | None:
         merged, settings, space, pace = self.edges
-        grow, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit, pace)
-        no_path = np.empty((0, len(self.start)))
-        self.state[layout.MOST] = max_checks
-        while slices.another(self.state):
-            code = grow(
+        call, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit, pace)
+        search, shortening = self.state
+        search[layout.MOST] = max_checks
+        if search[layout.JOINED]:  # the path is made ready again
+            shortening[layout.POINTS] = shortening[layout.AT] = shortening[layout.OTHER] = 0
+            slices.go_over(-int(shortening[layout.CHECKS]))
+        shortening[layout.PASS] = first_pass
+        n_dof = len(self.start)
+        path, known, none = np.empty((_POINTS, n_dof)), np.zeros((1, _POINTS), dtype=np.int64), _nothing(n_dof)
+        while slices.another(shortening if search[layout.JOINED] else search):
+            searching = not search[layout.JOINED]
+            code = call(
                 *merged.scene, merged.may_touch, settings, space.table, self._samples(),
-                *self._rows, self._parents, self._radii, self._costs, no_path, self.state,
+                *self._rows, self._parents, self._radii, self._costs, none, path, known, self.state,
             )  # fmt: skip
-            if code == layout.SOLVED:
-                return self._path()
+            if code in {layout.SOLVED, layout.NOT_FREE}:
+                points = path[: shortening[layout.POINTS]].copy()
+                return Found(points, code == layout.SOLVED, int(shortening[layout.CHECKS]))
+            if searching and search[layout.JOINED]:
+                slices.go_over(int(search[layout.CHECKS]))
             if code == layout.FULL:
                 self._grow()
+            if code == layout.NO_ROOM:
+                n = 2 * int(search[layout.STARTS] + search[layout.GOALS]) + layout.SPARE_POINTS
+                path, known = np.empty((n, n_dof)), np.zeros((1, n), dtype=np.int64)
         return None
 
     @property
     def effort(self) -> Effort:
-        """What it took so far."""
-        checks, iterations = self.state[layout.CHECKS], self.state[layout.ITERATIONS]
-        return Effort(int(checks), int(iterations), *self.state[:2].tolist())
+        """What it took so far, the shortening too."""
+        search = self.state[0].tolist()
+        return Effort(search[layout.CHECKS] + int(self.state[1, layout.CHECKS]), search[layout.ITERATIONS], *search[:2])
 
     @property
     def goal(self) -> int:
         """Which goal was reached."""
-        node = int(self.state[layout.JOINED_GOAL])
-        while self._parents[1, node] >= 0:
-            node = int(self._parents[1, node])
-        return node
+        return int(self.state[0, layout.REACHED])
 
     def _samples(self) -> Array:
-        block = int(self.state[layout.SAMPLE]) // _BLOCK
-        self.state[layout.FIRST_SAMPLE] = block * _BLOCK
+        block = int(self.state[0, layout.SAMPLE]) // _BLOCK
+        self.state[0, layout.FIRST_SAMPLE] = block * _BLOCK
         return samples(len(self.start) + (len(self._costs) > 0), self.stream, block)
 
     def _grow(self) -> None:
         more = 3 * self._parents.shape[1]
         n_dof = len(self.start)
-        self._rows = [np.concatenate([rows, np.full((more // WIDTH * n_dof, WIDTH), np.inf)]) for rows in self._rows]
-        self._parents = np.concatenate([self._parents, np.full((2, more), -1)], axis=1)
-        self._radii = np.concatenate([self._radii, np.full((2, more), np.inf)], axis=1)
+        self._rows = [np.concatenate([rows, np.empty((more // WIDTH * n_dof, WIDTH))]) for rows in self._rows]
+        self._parents = np.concatenate([self._parents, np.empty((2, more), dtype=np.int64)], axis=1)
+        self._radii = np.concatenate([self._radii, np.empty((2, more))], axis=1)
         if len(self._costs):
             infinite = np.full((more // WIDTH, WIDTH), np.inf)
             self._costs = np.concatenate([part for half in np.split(self._costs, 2) for part in (half, infinite)])
 
-    def _path(self) -> Array:
-        """From the start to a goal; the second part turned by whole turns to where the first one ends."""
-        there = self._branch(0, int(self.state[layout.JOINED_START]))[::-1]
-        back = self._branch(1, int(self.state[layout.JOINED_GOAL]))
-        difference, direct = there[-1] - back[0], len(there) == 1 and not np.array_equal(there[-1], back[0])
-        shift = difference - self.edges.space.shortest_way(difference)
-        rest = back + shift if shift.any() else back
-        return np.concatenate([there, rest if direct else rest[1:]])
 
-    def _branch(self, tree: int, node: int) -> Array:
-        """From a node to its root, shape (n, n_dof)."""
-        nodes, n_dof = [], len(self.start)
-        while node >= 0:
-            nodes.append(node)
-            node = int(self._parents[tree, node])
-        at = np.array(nodes)
-        return self._rows[tree].reshape(-1, n_dof, WIDTH)[at // WIDTH, :, at % WIDTH]
+def _tree_of(roots: Array, capacity: int) -> Array:
+    """Room for a tree (``kernels.planning.space``), with its roots, shape (n, n_dof); the others of their blocks infinite."""
+    n, n_dof = roots.shape
+    rows = np.empty((capacity // WIDTH, n_dof, WIDTH))
+    for block in range(-(-n // WIDTH)):
+        some = roots[block * WIDTH : (block + 1) * WIDTH]
+        rows[block], rows[block, :, : len(some)] = np.inf, some.T
+    return rows.reshape(-1, WIDTH)
+
+
+@lru_cache(maxsize=64)
+def _nothing(width: int) -> Array:
+    """An array without rows."""
+    return np.empty((0, width))
 
 
 def shortened(edges: Edges, path: Array) -> tuple[Array | None, int]:
     """A shorter path, confirmed edge by edge, or None where that failed; and how many edges were checked."""
-    return _run(edges, path, np.empty((0, path.shape[1])), 0)
+    return _run(edges, path, _nothing(path.shape[1]), _SHORTEN)
 
 
 def confirmed(edges: Edges, path: Array, spreads: Array | None = None) -> tuple[Array | None, int]:
@@ -160,51 +193,23 @@ def confirmed(edges: Edges, path: Array, spreads: Array | None = None) -> tuple[
 
     spreads: how far beside each edge all is to be free, shape (n - 1, n_dof) [rad or m]; nowhere unless given.
     """
-    return _run(edges, path, np.empty((0, path.shape[1])) if spreads is None else spreads, layout.CONFIRM)
-
-
-def finished(edges: Edges, path: Array, *, shorten: bool) -> tuple[Array | None, int]:
-    """A path that was found, confirmed edge by edge: shortened, or as it is where that fails; None if both do; and the checks."""
-    n_checks = 0
-    for attempt in (shortened, confirmed) if shorten else (confirmed,):
-        found, checks = attempt(edges, path)
-        n_checks += checks
-        if found is not None:
-            return without_repeats(found), n_checks
-    return None, n_checks
-
-
-def without_repeats(path: Array) -> Array:
-    """The path without configurations that are the same as the one before."""
-    repeats = (path[1:] == path[:-1]).all(axis=1)
-    return path[np.concatenate([[True], ~repeats])] if repeats.any() else path
+    return _run(edges, path, _nothing(path.shape[1]) if spreads is None else spreads, layout.CONFIRM)
 
 
 def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Array | None, int]:
-    n, state = len(path), np.zeros(layout.N_STATE, dtype=np.int64)
-    points = np.zeros((2 * n + 128, path.shape[1]))
-    points[:n], state[layout.POINTS], state[layout.PASS] = path, n, first_pass
-    plan_slice, slices, straight = entry("planning.plan_slice"), Slices(2**62, None, edges.pace), edges.space.straight
-    none, known, radii = np.empty((0, path.shape[1])), np.zeros((1, len(points)), dtype=np.int64), np.empty((2, 0))
-    costs = np.empty((0, WIDTH))
-    while slices.another(state):
-        code = plan_slice(
-            *edges.merged.scene,
-            edges.merged.may_touch,
-            edges.settings,
-            straight,
-            spreads,
-            none,
-            none,
-            known,
-            radii,
-            costs,
-            points,
-            state,
-        )
+    n, state = len(path), np.zeros((2, layout.N_STATE), dtype=np.int64)
+    points, shortening = np.empty((2 * n + layout.SPARE_POINTS, path.shape[1])), state[1]
+    points[:n], shortening[layout.POINTS], shortening[layout.PASS], shortening[layout.ROWS] = path, n, first_pass, len(points)
+    call, slices = entry("planning.plan_slice"), Slices(2**62, None, edges.pace)
+    none, known, radii = _nothing(path.shape[1]), np.zeros((1, len(points)), dtype=np.int64), _nothing(0)
+    while slices.another(shortening):
+        code = call(
+            *edges.merged.scene, edges.merged.may_touch, edges.settings, edges.space.table, none,
+            none, none, known, radii, _nothing(WIDTH), spreads, points, known, state,
+        )  # fmt: skip
         if code != layout.PAUSED:
-            found = points[: state[layout.POINTS]].copy() if code == layout.SOLVED else None
-            return found, int(state[layout.CHECKS])
+            found = points[: shortening[layout.POINTS]].copy() if code == layout.SOLVED else None
+            return found, int(shortening[layout.CHECKS])
     raise AssertionError("shortening ends by itself")
 
 

@@ -53,7 +53,7 @@ class Slices:
     """
 
     def __init__(self, max_checks: int, time_limit: float | None, pace: Pace) -> None:
-        self._most, self._pace, self._before = max_checks, pace, 0
+        self._most, self._pace, self._before, self._ran = max_checks, pace, 0, False
         self._began = self._last = time.perf_counter()
         self._end = np.inf if time_limit is None else self._began + time_limit
 
@@ -65,8 +65,13 @@ class Slices:
         if now >= self._end or state[layout.CHECKS] >= self._most:
             return False
         checks = int(state[layout.CHECKS])
-        if state[layout.UNTIL] > 0:
+        if self._ran:
             self._pace.adapt(now - self._last, checks - self._before)
-        self._last, self._before = now, checks
+        self._last, self._before, self._ran = now, checks, True
         state[layout.UNTIL] = min(self._most, checks + self._pace.checks)
         return True
+
+    def go_over(self, checks: int) -> None:
+        """From a search, which ended after so many checked edges, to the shortening of its path, which ends by itself."""
+        self._before -= checks
+        self._most, self._end = 2**62, np.inf

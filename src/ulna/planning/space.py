@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -30,14 +30,12 @@ class Space:
     table: Array
     moving: NDArray[np.bool_]
 
-    @property
-    def straight(self) -> Array:
-        """The same for a path, whose differences are taken as they are."""
-        table = self.table.copy()
-        table[PERIOD] = 0.0
-        return table
+    @cached_property
+    def n_moving(self) -> int:
+        """How many entries of q the plan may change."""
+        return int(np.count_nonzero(self.moving))
 
-    @property
+    @cached_property
     def diameter(self) -> float:
         """The greatest distance of two configurations."""
         extent = np.where(self.table[PERIOD] > 0, 0.5 * self.table[PERIOD], self.table[HIGH] - self.table[LOW])
@@ -75,8 +73,10 @@ def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_], far: float =
     An angle has weight 1; a slide the inverse of the robot's length, so that it moves a robot about as far.
     """
     whole = _whole_space(tree)
-    table, turning = whole.table.copy(), whole.table[PERIOD] > 0
-    if whole.below.any() or whole.above.any():
+    if not held.any() and ((whole.least <= corners) & (corners <= whole.most)).all():
+        return whole.space  # the most frequent case
+    table, turning = whole.space.table.copy(), whole.space.table[PERIOD] > 0
+    if whole.endless:
         beside = whole.length + far
         table[LOW] = np.where(whole.below, np.maximum(tree.lower, corners.min(axis=0) - beside), table[LOW])
         table[HIGH] = np.where(whole.above, np.minimum(tree.upper, corners.max(axis=0) + beside), table[HIGH])
@@ -88,17 +88,22 @@ def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_], far: float =
 
 def slides_without_end(tree: Tree) -> bool:
     """Whether a slide has no limit to one side or both, so that ``make_space`` asks how far objects are."""
-    whole = _whole_space(tree)
-    return bool(whole.below.any() or whole.above.any())
+    return _whole_space(tree).endless
 
 
 class _WholeSpace(NamedTuple):
-    """The space of a robot without a start and goals: its table, its slides without a limit, and its length [m]."""
+    """The space of a robot without a start and goals, its slides without a limit, and its length [m].
 
-    table: Array
+    And where a start and goals leave it as it is: from ``least`` to ``most``; nowhere if there is a slide without a limit.
+    """
+
+    space: Space
     below: NDArray[np.bool_]
     above: NDArray[np.bool_]
     length: float
+    endless: bool
+    least: Array
+    most: Array
 
 
 @lru_cache(maxsize=16)
@@ -110,7 +115,11 @@ def _whole_space(tree: Tree) -> _WholeSpace:
     table[PERIOD] = np.where(endless & turning_columns(tree.joints, tree.n_dof), TURN, 0.0)
     table[WEIGHT] = np.where(slides, 1.0 / length, 1.0)
     below, above = (slides & (np.abs(limits) > LARGEST) for limits in (tree.lower, tree.upper))
-    return _WholeSpace(table, below, above, length)
+    without_end, turning = bool(below.any() or above.any()), table[PERIOD] > 0
+    least, most = np.where(turning, -np.inf, table[LOW]), np.where(turning, np.inf, table[HIGH])
+    space = Space(table, np.ones(tree.n_dof, dtype=bool))
+    least = np.full(tree.n_dof, np.inf) if without_end else least
+    return _WholeSpace(space, below, above, length, without_end, least, most)
 
 
 def held_columns(tree: Tree, held: Iterable[str]) -> NDArray[np.bool_]:
@@ -119,7 +128,10 @@ def held_columns(tree: Tree, held: Iterable[str]) -> NDArray[np.bool_]:
     Raises:
         UnknownNameError: There is no such joint.
     """
-    columns, slices = np.zeros(tree.n_dof, dtype=bool), dict(zip(tree.joint_names, tree.joint_slices, strict=True))
+    columns, held = np.zeros(tree.n_dof, dtype=bool), tuple(held)
+    if not held:
+        return columns
+    slices = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
     for name in held:
         if name not in slices:
             raise UnknownNameError("joint", str(name), tree.joint_names)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,6 @@ from ulna.description.arrays import as_floats
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.engine import gpu
-from ulna.engine.single import in_single
 from ulna.errors import InputError
 from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.closed_form.solutions import as_samples
@@ -226,7 +226,7 @@ class GpuRobot:
         flag = gpu.on_device(np.zeros(1, dtype=np.int32))
         out = gpu.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype or number)
         gpu.run(
-            gpu.compiled(in_single(driver) if number is np.float32 else driver),
+            gpu.compiled(_over_float32(driver) if number is np.float32 else driver),
             constants,
             rows,
             (out,),
@@ -283,3 +283,9 @@ class GpuRobot:
 
 def _on_host(hits: Any) -> NDArray[np.bool_]:
     return hits.copy_to_host() if gpu.is_on_device(hits) else hits
+
+
+def _over_float32(driver: Callable) -> Any:
+    from ulna.engine.single import in_single  # noqa: PLC0415 - imports the compiler, which a wheel is installed without
+
+    return in_single(driver)

@@ -47,7 +47,7 @@ from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytica
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
-from ulna.planning.options import MAX_CHECKS, PlanOptions
+from ulna.planning.options import MAX_CHECKS, as_options
 from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
 
@@ -100,6 +100,7 @@ class Robot(Quick):
             _checker=checker,
             _inverse_kinematics=inverse_kinematics,
             _quick_search=inverse_kinematics.quick,
+            _quick_solutions=inverse_kinematics.quick_solutions,
         )
 
     @classmethod
@@ -967,7 +968,7 @@ class Robot(Quick):
             >>> str(plan.status), plan.certified
             ('solved', True)
         """
-        options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit)
+        options = as_options(certify, clearance, seed, max_checks, shorten, escape, time_limit)
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
@@ -1151,7 +1152,7 @@ class Robot(Quick):
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
 
 
-put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "in_collision", "signed_distance"))
+put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", "in_collision", "signed_distance"))
 
 
 def _one_configuration(tree: Tree, home: ArrayLike) -> Array:

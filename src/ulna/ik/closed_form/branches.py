@@ -18,7 +18,7 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 Found = tuple[Array, Truths, NDArray[np.int64]]
-PROOFS = (Proof.COMPLETE, Proof.COINCIDING, Proof.CONTINUUM, Proof.SEARCHED)
+PROOFS = tuple(Proof)
 _AT_LIMIT = 1e-9  # rad: no further beyond a limit than this, a joint is at it
 
 

@@ -1,6 +1,6 @@
 """Holds all solutions of targets, and what is proved of them. Used by ``Robot.all_solutions``."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any
 
@@ -19,6 +19,9 @@ class Proof(StrEnum):
     COINCIDING = "complete but for coinciding branches"
     CONTINUUM = "continuum"
     SEARCHED = "searched"
+
+
+_WORDS = np.array(tuple(Proof))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +57,32 @@ class IKSolutions:
             self.proof.flags.writeable = False
 
     @classmethod
-    def of_one(cls, q: Array, truths: Truths, proof: Proof, family: str) -> "IKSolutions":
-        """Those of one target, made in less time: ``truths`` are valid and real, shape (2, m)."""
-        q.setflags(write=False)
-        truths.setflags(write=False)
+    def of_one(cls, q: Array, valid: Truths, real: Truths, proof: Proof, family: str) -> "IKSolutions":
+        """Those of one target, made in less time, of arrays that are read-only (``native/method.c`` does the same)."""
         found = object.__new__(cls)
-        _put(found, "__dict__", {"q": q, "valid": truths[0], "real": truths[1], "proof": proof, "family": family})
+        _put(found, "__dict__", {"q": q, "valid": valid, "real": real, "proof": proof, "family": family})
         return found
+
+    @classmethod
+    def of_many(cls, q: Array, valid: Truths, real: Truths, proved: NDArray[np.int64], family: str) -> "IKSolutions":
+        """Those of a batch: ``proved`` are the places in ``Proof``, of which ``proof`` is made when it is first read."""
+        for each in (q, valid, real):
+            each.setflags(write=False)
+        found = object.__new__(cls)
+        _put(found, "__dict__", {"q": q, "valid": valid, "real": real, "_proved": proved, "family": family})
+        return found
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        """The proof of a batch: its words take as long to write as a tenth of the solutions."""
+        if name != "proof" or "_proved" not in self.__dict__:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
+        proof = _WORDS[self.__dict__["_proved"]]
+        proof.setflags(write=False)
+        return self.__dict__.setdefault("proof", proof)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields, all of them made."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Copies are read-only as well: arrays are copied, and read from a file, without that."""

@@ -1,11 +1,14 @@
 """Finds all solutions of targets, by closed form or by search, and says what is proved. Used by ``Robot.all_solutions``."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.drivers import entry
+from ulna.engine.bound import bind
 from ulna.errors import InputError
 from ulna.ik.all_solutions import all_solutions
 from ulna.ik.closed_form.axes import N_AXES
@@ -25,8 +28,7 @@ from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-_PROOFS = np.array(PROOFS)
-_OF_CODE = dict(enumerate(PROOFS[:UNPROVED]))
+_One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]
 _ONE, _MATRIX, _TRUTHS = (N_BRANCHES, N_AXES), (4, 4), (2, N_BRANCHES)
 _SPREAD = 16  # solutions of a continuum that a search returns
 _SAME = 1e-3  # rad or m: nearer than this to a branch of the closed form, what a search finds is that branch
@@ -45,7 +47,7 @@ class AllSolutions:
         UnknownNameError: There is no such joint.
     """
 
-    __slots__ = ("_elbow", "_family", "_form", "_query", "_run", "_six", "_tables", "_workers")
+    __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "_workers", "in_c")
 
     def __init__(self, query: Query, redundancy: str | None, workers: Workers = None) -> None:
         self._query, tree = query, query.tree
@@ -60,6 +62,8 @@ class AllSolutions:
             self._six = joints_at(form, query.home)
             self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
             self._run = entry("closed_form.all_branches_of_one")
+        self._of_one = None if self._six is None else self._one_by_entry()
+        self.in_c = None if self._of_one is None else (self._of_one, IKSolutions, PROOFS, self._family)
 
     def of(self, T: ArrayLike, n_samples: int, *, whole_turns: bool) -> IKSolutions:
         """See ``Robot.all_solutions``.
@@ -67,10 +71,9 @@ class AllSolutions:
         Raises:
             InputError: T is not an array of poses.
         """
-        if self._six is not None and not whole_turns:
-            one = as_floats("T", T)
-            if one.shape == _MATRIX and (alone := self._of_one(one)) is not None:
-                return alone
+        if self._of_one is not None and not whole_turns and (alone := self._of_one(T)) is not None:
+            q, valid, real, proved = alone
+            return IKSolutions.of_one(q, valid, real, PROOFS[proved], self._family)
         targets = as_floats("T", T)
         if self._six is None or targets.shape[-2:] != _MATRIX:  # the kernel of six joints says what is no pose
             targets = as_pose(targets)
@@ -84,21 +87,26 @@ class AllSolutions:
             as_pose(targets.reshape(*batch, 4, 4))
         if whole_turns:
             found = _with_turns(tree, query.link, found)
-        proof = _PROOFS[found.proof].reshape(batch)
         m, n_dof = found.q.shape[1:]
-        return IKSolutions(
-            q=found.q.reshape(*batch, m, n_dof),
-            valid=found.valid.reshape(*batch, m),
-            real=found.real.reshape(*batch, m),
-            proof=proof if batch else Proof(str(proof)),
-            family=self._family,
-        )
+        q, valid, real = found.q.reshape(*batch, m, n_dof), found.valid.reshape(*batch, m), found.real.reshape(*batch, m)
+        if not batch:
+            return IKSolutions(q, valid, real, PROOFS[found.proof[0]], self._family)
+        return IKSolutions.of_many(q, valid, real, found.proof.reshape(batch), self._family)
 
-    def _of_one(self, T: Array) -> IKSolutions | None:
-        """The solutions for one target (4, 4), by the kernel alone; None if that proves nothing, or T is no pose."""
+    def _one_by_entry(self) -> Callable[[ArrayLike], _One | None]:
+        """The way of one target, in C if the extension is there."""
+        return bind(self._run, "branches", self._tables, N_AXES, (N_BRANCHES, UNPROVED), self._in_python) or self._in_python
+
+    def _in_python(self, T: ArrayLike) -> _One | None:
+        """q, valid, real and the place of the proof; None if this is not one target, is no pose, or nothing is proved."""
+        T = as_floats("T", T)
+        if T.shape != _MATRIX:
+            return None
         q, truths = np.empty(_ONE), np.empty(_TRUTHS, dtype=np.bool_)
-        proof = _OF_CODE.get(self._run(*self._tables, T, q, truths))
-        return None if proof is None else IKSolutions.of_one(q, truths, proof, self._family)
+        proved = self._run(*self._tables, T, q, truths)
+        q.setflags(write=False)
+        truths.setflags(write=False)
+        return (q, truths[0], truths[1], proved) if 0 <= proved < UNPROVED else None
 
 
 def as_samples(n_samples: int) -> int:

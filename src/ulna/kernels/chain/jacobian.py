@@ -8,7 +8,7 @@ Source: Lynch and Park, Modern Robotics (2017), chapter 5; Siciliano et al., Rob
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, store
 from ulna.kernels.chain.jacobian_frames import LINK, SPATIAL
-from ulna.kernels.chain.poses import joint_pose
+from ulna.kernels.chain.poses import joint_pose, turned_joint_pose
 from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import compose
 from ulna.kernels.spatial.vectors import axis, cross, origin, plus, rotate_inverse, scaled
@@ -18,32 +18,66 @@ from ulna.kernels.spatial.vectors import axis, cross, origin, plus, rotate_inver
 def chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, across, down):
     """Write J, entry (k, j) to row across * j + down * k, and return the end's pose. Rows are v_x, v_y, v_z, w_x, w_y, w_z.
 
-    1. Walk the chain. A joint along or about z_i, whose frame has its origin at p_i, moves the point at the base's origin: a
-       revolute one with v = p_i x z_i and w = z_i, a prismatic one with v = z_i. Add that, times the joint's ratio, to the column
-       of the entry of q that drives the joint: mimic joints share one. That is J for SPATIAL.
+    1. Walk the chain and add the twist of each joint. That is J for SPATIAL.
     2. The end's origin o moves with v + w x o. That is J for BASE.
     3. For LINK, turn both into the end's axes.
     """
-    zero = splat(0.0, load(q_rows, 0))
+    clear(jacobian_rows, load(q_rows, 0))
+    end = joint_pose(chain, 0, q_rows)
+    add_joint(chain, 0, end, jacobian_rows, across, down)
+    for i in range(1, chain.shape[0]):
+        end = compose(end, joint_pose(chain, i, q_rows))
+        add_joint(chain, i, end, jacobian_rows, across, down)
+    express(end, expressed_in, jacobian_rows, across, down)
+    return end
+
+
+@kernel
+def turned_chain_jacobian(chain, turn_rows, expressed_in, jacobian_rows, across, down):
+    """``chain_jacobian`` by what ``joint_turns`` wrote."""
+    clear(jacobian_rows, load(turn_rows, 0))
+    end = turned_joint_pose(chain, 0, turn_rows)
+    add_joint(chain, 0, end, jacobian_rows, across, down)
+    for i in range(1, chain.shape[0]):
+        end = compose(end, turned_joint_pose(chain, i, turn_rows))
+        add_joint(chain, i, end, jacobian_rows, across, down)
+    express(end, expressed_in, jacobian_rows, across, down)
+    return end
+
+
+@kernel
+def clear(jacobian_rows, like):
+    """Write zeros."""
+    zero = splat(0.0, like)
     for k in range(jacobian_rows.shape[0]):
         store(jacobian_rows, k, zero)
-    end = joint_pose(chain, 0, q_rows)
-    for i in range(chain.shape[0]):
-        if i > 0:
-            end = compose(end, joint_pose(chain, i, q_rows))
-        kind = int(chain[i, KIND])
-        if kind == FIXED:
-            continue
-        z = axis(end, 2)
-        if kind == PRISMATIC:
-            v, w = z, (zero, zero, zero)
-        else:
-            v, w = cross(origin(end), z), z
-        add_twist(jacobian_rows, across * int(chain[i, COLUMN]), down, scaled(v, chain[i, RATIO]), scaled(w, chain[i, RATIO]))
+
+
+@kernel
+def add_joint(chain, i, end, jacobian_rows, across, down):
+    """Add the twist of joint i, whose pose is ``end``, to the column of the entry of q that drives it: mimic joints share one.
+
+    A joint along or about z, whose frame has its origin at p, moves the point at the base's origin: a revolute one with v = p x z
+    and w = z, a prismatic one with v = z. That is times the joint's ratio.
+    """
+    kind = int(chain[i, KIND])
+    if kind == FIXED:
+        return
+    z = axis(end, 2)
+    if kind == PRISMATIC:
+        zero = splat(0.0, z[0])
+        v, w = z, (zero, zero, zero)
+    else:
+        v, w = cross(origin(end), z), z
+    add_twist(jacobian_rows, across * int(chain[i, COLUMN]), down, scaled(v, chain[i, RATIO]), scaled(w, chain[i, RATIO]))
+
+
+@kernel
+def express(end, expressed_in, jacobian_rows, across, down):
+    """Steps 2 and 3."""
     if expressed_in != SPATIAL:
         for j in range(jacobian_rows.shape[0] // 6):
             move_column(jacobian_rows, across * j, down, end, expressed_in)
-    return end
 
 
 @kernel
@@ -57,9 +91,15 @@ def column(jacobian_rows, row, down):
 @kernel
 def store_column(jacobian_rows, row, down, v, w):
     """Write both parts of a column."""
+    store_part(jacobian_rows, row, down, v)
+    store_part(jacobian_rows, row + 3 * down, down, w)
+
+
+@kernel
+def store_part(jacobian_rows, row, down, v):
+    """Write the three numbers of one part, of which the first goes to a row."""
     for k in range(3):
         store(jacobian_rows, row + down * k, v[k])
-        store(jacobian_rows, row + down * (3 + k), w[k])
 
 
 @kernel
@@ -74,6 +114,7 @@ def move_column(jacobian_rows, row, down, end, expressed_in):
     """Steps 2 and 3 for one column."""
     v, w = column(jacobian_rows, row, down)
     v = plus(v, cross(w, origin(end)))
-    if expressed_in == LINK:
-        v, w = rotate_inverse(end, v), rotate_inverse(end, w)
-    store_column(jacobian_rows, row, down, v, w)
+    if expressed_in != LINK:
+        store_part(jacobian_rows, row, down, v)
+        return
+    store_column(jacobian_rows, row, down, rotate_inverse(end, v), rotate_inverse(end, w))

@@ -8,8 +8,15 @@ distance that p can have from the axis of k (1 if k slides),
 
 since the derivative of dp/dq_k by a joint i that carries k turns that vector about the axis of i; |r_k| counts only where k
 turns. The sum of |r_k| M_k bounds |p'| everywhere, and the smaller of the two bounds is taken. Seen from a joint that carries two
-bodies, both move by the joints behind it alone: that bounds how much their distance changes. Of two points, only the part of
-their velocities along the line between them counts at first order.
+bodies, both move by the joints behind it alone: that bounds how much their distance changes.
+
+The distance of a point from a convex body is a convex function of the point, and that of two points one of their difference. So
+it stays above its tangent at the middle: with n its gradient there,
+
+    d(t) >= d(c) - h |n . p'(c)| - h^2 / 2 max |p''|.
+
+Only the part of the velocity along the line between the two counts at first order; where the gradient is that of a point to
+which rounding has moved p, the inequality holds but for that rounding. A ball that turns about its own centre stays where it is.
 
 Source of the idea of the second-order bound: Redon, Kheddar and Coquillart, Fast continuous collision detection between rigid
 bodies (Eurographics 2002); the bound is that of the product of exponentials (Murray, Li and Sastry 1994, chapter 3).
@@ -157,14 +164,21 @@ def turning_at(carried, joint, still, like):
 
 
 @kernel
-def body_way(carried, g, n, p, turning, half, still):
-    """How far a body with its centre at p, of ball g, gets within ``half``, where its turning moves it by ``turning`` [m].
+def body_velocity(carried, g, k, still, like):
+    """The velocity of the centre of body k, of ball g, along the edge [m]; 0 if it is not asked for."""
+    if still:
+        return splat(0.0, like), splat(0.0, like), splat(0.0, like)
+    return joint_twist(carried, int(carried.balls[g, BALL_JOINT]), load_vector(carried.centre_rows, 3 * k), like)[0]
+
+
+@kernel
+def body_way(carried, g, n, v, turning, half, still):
+    """How far a body of ball g, whose centre has the velocity v, gets within ``half``, where its turning moves it by ``turning``.
 
     n: the number of joints.
     """
     if still:
         return splat(0.0, half)
-    v = joint_twist(carried, int(carried.balls[g, BALL_JOINT]), p, half)[0]
     return way_of(carried.speeds[g, n], carried.bends[g, n], v, turning, half)
 
 
@@ -200,14 +214,36 @@ def pair_bounds(joints, carried, a, b, shared):
 def approach_way(joints, carried, a, b, shared, d, v, half):
     """How much nearer two points that are fixed to two balls come within ``half``.
 
-    d: their difference; v: that of their velocities, from any joint: what turns both does not change ``dot(d, v)``. A distance
-    is a convex function of the difference, so that at first order only the part of v along d counts.
+    d: their difference; v: that of their velocities, from any joint: what turns both does not change ``dot(d, v)``.
     """
     n = joints.shape[0]
     speed, bend = pair_bounds(joints, carried, a, b, shared)
-    rounding = ROUNDING * (carried.speeds[a, n] + carried.speeds[b, n])
-    along = abs(dot(d, v)) / maximum(sqrt(dot(d, d)), LEAST_DISTANCE) + rounding
-    return minimum(speed * half, half * along + (0.5 * bend) * half * half) * (1.0 + ROUNDING)
+    return tangent_way(speed, bend, along(d, v), carried.speeds[a, n] + carried.speeds[b, n], half)
+
+
+@kernel
+def along(d, v):
+    """The part of v in the direction of d; 0 if d is 0."""
+    return dot(d, v) / maximum(sqrt(dot(d, d)), LEAST_DISTANCE)
+
+
+@kernel
+def centre_way(carried, g, n, slope, half):
+    """How much nearer the centre of a body of ball g, or of the ball, comes to a convex object within ``half``.
+
+    n: the number of joints; slope: how fast its distance changes at the middle.
+    """
+    return tangent_way(carried.speeds[g, n], carried.bends[g, n], slope, carried.speeds[g, n], half)
+
+
+@kernel
+def tangent_way(speed, bend, slope, fastest, half):
+    """How much a distance shrinks within ``half``, by its slope at the middle, or by the greatest speed.
+
+    fastest: that of the points as the base sees them, of which rounding may add a share to the slope.
+    """
+    by_tangent = half * (abs(slope) + ROUNDING * fastest) + (0.5 * bend) * half * half
+    return minimum(speed * half, by_tangent) * (1.0 + ROUNDING)
 
 
 @kernel

@@ -7,8 +7,9 @@ An interval has one of three outcomes, each from one distance at its middle, d, 
 - between: unknown, and the interval is split.
 
 Balls first: the ball that holds all bodies of a joint is compared with the box that holds an object, the balls of two joints
-with each other. Only where these are near are bodies placed and compared, by their own bounding balls first. For a sphere and a
-sphere, capsule, box or half-space that is their distance. For other shapes a lower bound of the distance is computed
+with each other. Only where these are near are bodies placed and compared, by their own bounding balls first. Of a ball, only the
+motion of its centre towards the box counts (``ball_motion``). For a sphere and a sphere, capsule, box or half-space that is their
+distance. For other shapes a lower bound of the distance is computed
 (``posed_pair.rows_gap``), only as far as it takes to know that it is not above ``reach``; where it says "touches" it is computed
 once more, as far as it takes for that. So "clear" is certain; "touches" is certain but for the resolution of that bound.
 """
@@ -17,8 +18,11 @@ from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, load, splat, sqrt, where
 from ulna.kernels.chain.poses import frame_pose
 from ulna.kernels.collision.ball_motion import (
+    along,
     approach_way,
+    body_velocity,
     body_way,
+    centre_way,
     joint_twist,
     load_vector,
     pair_way,
@@ -40,7 +44,7 @@ from ulna.kernels.collision.posed_pair import BALLS, rows_gap
 from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, JOINT, RADIUS, REACH, SHAPE, SPHERE
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import constant_pose
-from ulna.kernels.spatial.vectors import dot, minus, origin, transform_inverse
+from ulna.kernels.spatial.vectors import dot, minus, origin, rotate_inverse, transform_inverse
 
 
 @kernel
@@ -55,7 +59,7 @@ def world_outcome(scene, carried, half, still, margin, of_world, finest, stack, 
         g = balls.shape[0] - 1 - back
         joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin
         p, reach = load_vector(carried.ball_rows, 7 * g), load(carried.ball_rows, 7 * g + 6) + slack
-        n_near = objects_near(scene, carried, g, p, reach, finest, stack, found)
+        n_near = objects_near(scene, carried, g, p, reach, half, still, slack, finest, stack, found)
         if n_near < 0:
             return False, splat(0.0, like)
         if n_near == 0:
@@ -64,38 +68,54 @@ def world_outcome(scene, carried, half, still, margin, of_world, finest, stack, 
         turning = turning_at(carried, joint, still, like)
         for m in range(carried.first[g], carried.first[g + 1]):
             k = carried.order[m]
-            p = load_vector(carried.centre_rows, 3 * k)
-            way = body_way(carried, g, n, p, turning * bodies[k, REACH], half, still) + slack
+            p, v = load_vector(carried.centre_rows, 3 * k), body_velocity(carried, g, k, still, like)
+            way = body_way(carried, g, n, v, turning * bodies[k, REACH], half, still) + slack
             for i in range(n_near):
                 o = carried.near[i]
                 if o < scene.n_unindexed and carried.may_touch[k, o]:
                     continue
-                b = constant_pose(scene.objects, o, like)
-                distance = point_gap(p, scene.objects, o, b) - BALLS * bodies[k, REACH]
-                if not any_lane((distance <= way) & (clear > 0.0)):
-                    continue
-                if not has_exact_ball(int(bodies[k, SHAPE]), int(scene.objects[o, SHAPE])):
-                    a = frame_pose(bodies, k, carried.joint_rows, like)
-                    ours, theirs = (bodies, scene.vertices, k, a), (scene.objects, scene.points, o, b)
-                    distance = gap_or_contact(ours, theirs, way, margin, slack - margin)
-                if any_lane(distance <= margin):
+                touches, clear = body_outcome(scene, carried, g, k, o, p, v, way, slack, half, still, margin, clear)
+                if touches:
                     return True, clear
-                clear = where(distance > way, clear, 0.0)
     return False, clear
 
 
 @kernel
-def objects_near(scene, carried, g, p, reach, finest, stack, found):
-    """Write to ``near`` the objects that a ball with its centre p may reach in any lane; how many, or -1 of a crowd."""
-    balls, objects, n, like = carried.balls, scene.objects, 0, p[0]
+def body_outcome(scene, carried, g, k, o, p, v, way, slack, half, still, margin, clear):
+    """The same for body k, of ball g, and object o.
+
+    p, v: the body's centre and its velocity; way: how far a point of it gets within ``half``, and ``slack``.
+    """
+    bodies, objects, n, b = scene.bodies, scene.objects, scene.joints.shape[0], constant_pose(scene.objects, o, half)
+    distance, nearer = point_gap(p, objects, o, b) - BALLS * bodies[k, REACH], way
+    if not any_lane((distance <= way) & (clear > 0.0)):
+        return False, clear
+    if not still:
+        nearer = minimum(way, centre_way(carried, g, n, point_slope(p, v, objects, o, b), half) + slack)
+        if not any_lane((distance <= nearer) & (clear > 0.0)):
+            return False, clear
+    away = distance > nearer
+    if not has_exact_ball(int(bodies[k, SHAPE]), int(objects[o, SHAPE])):
+        a = frame_pose(bodies, k, carried.joint_rows, half)
+        ours, theirs = (bodies, scene.vertices, k, a), (objects, scene.points, o, b)
+        distance = gap_or_contact(ours, theirs, way, margin, slack - margin)
+        away = away | (distance > way)
+    return any_lane(distance <= margin), where(away, clear, 0.0)
+
+
+@kernel
+def objects_near(scene, carried, g, p, reach, half, still, slack, finest, stack, found):
+    """Write to ``near`` the objects that a ball with its centre p may reach in any lane; how many, or -1 of a crowd.
+
+    reach: how far a point of it gets within ``half``, and ``slack``.
+    """
+    balls, objects, n = carried.balls, scene.objects, 0
     radius = BALLS * balls[g, BALL_RADIUS]
     for o in range(scene.n_unindexed):
         d, most = minus(p, (objects[o, 3], objects[o, 7], objects[o, 11])), reach + (radius + BALLS * objects[o, REACH])
-        if any_lane(dot(d, d) <= most * most):
-            gap = point_gap(p, objects, o, constant_pose(objects, o, like))
-            if any_lane(gap <= reach + radius):
-                carried.near[n] = o
-                n += 1
+        if any_lane(dot(d, d) <= most * most) and is_near(scene, carried, g, p, o, reach, half, still, slack):
+            carried.near[n] = o
+            n += 1
     n_indexed = objects.shape[0] - scene.n_unindexed
     if n_indexed > 0:
         widest = radius + span_of(reach)[1]
@@ -106,10 +126,21 @@ def objects_near(scene, carried, g, p, reach, finest, stack, found):
             return -1
         for i in range(n_found):
             o = scene.n_unindexed + found[i]
-            if any_lane(point_gap(p, objects, o, constant_pose(objects, o, like)) <= reach + radius):
+            if is_near(scene, carried, g, p, o, reach, half, still, slack):
                 carried.near[n] = o
                 n += 1
     return n
+
+
+@kernel
+def is_near(scene, carried, g, p, o, reach, half, still, slack):
+    """Whether a ball with its centre p may reach object o in any lane."""
+    b, radius, n = constant_pose(scene.objects, o, p[0]), BALLS * carried.balls[g, BALL_RADIUS], scene.joints.shape[0]
+    gap = point_gap(p, scene.objects, o, b) - radius
+    if still or not any_lane(gap <= reach):
+        return any_lane(gap <= reach)
+    slope = point_slope(p, load_vector(carried.ball_rows, 7 * g + 3), scene.objects, o, b)
+    return any_lane(gap <= centre_way(carried, g, n, slope, half) + slack)
 
 
 @kernel
@@ -185,6 +216,25 @@ def gap_or_contact(first, second, reach, margin, rounding):
 def posed_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding):
     """``posed_pair.rows_gap``, called and not inlined: it takes longest to compile."""
     return rows_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding)
+
+
+@kernel
+def point_slope(p, v, others, j, b):
+    """How fast ``point_gap`` changes where p has the velocity v: the part of v along its gradient, 0 within the core."""
+    if int(others[j, SHAPE]) == SPHERE:
+        return along(minus(p, origin(b)), v)
+    x, u = transform_inverse(b, p), rotate_inverse(b, v)
+    if int(others[j, SHAPE]) == HALF_SPACE:
+        return u[2]
+    c = HALF_EXTENTS
+    e = beyond(x[0], others[j, c]), beyond(x[1], others[j, c + 1]), beyond(x[2], others[j, c + 2])
+    return along(e, u)
+
+
+@kernel
+def beyond(x, extent):
+    """How far x is beyond -extent or extent, with its sign; 0 between."""
+    return x - minimum(maximum(x, -extent), extent)
 
 
 @kernel

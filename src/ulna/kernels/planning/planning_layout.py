@@ -19,10 +19,15 @@ STARTS, GOALS = 0, 1  # the numbers of nodes of the two trees
 SAMPLE, CHECKS, UNTIL, DIRECT, ACTIVE, JOINED_START, JOINED_GOAL, ITERATIONS, FIRST_SAMPLE = 2, 3, 4, 5, 6, 7, 8, 9, 10
 GOAL_ROOTS = 11  # how many of the nodes of the second tree are goals: the first ones
 PASSED, MOST = 12, 13  # how many samples were skipped; how many edges the whole search may check
-N_STATE = 14
+JOINED = 14  # 1 once the trees are joined
+REACHED = 15  # the root of the second tree that the path leads to
+N_STATE = 16
 PASSED_A_CHECK = 64  # samples that were skipped count as one checked edge: they take about as long
-# How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left.
-SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE = 0, 1, 2, 3, 4
-# State of shortening, besides CHECKS and UNTIL: how many points, the pass, and where in it. The last pass confirms every edge.
-POINTS, PASS, AT, OTHER = 0, 1, 2, 5
-CONFIRM = 5
+# How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left; an edge that is not free; no
+# room for the path.
+SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE, NO_ROOM = 0, 1, 2, 3, 4, 5
+# State of shortening, besides CHECKS and UNTIL: how many points, the pass, where in it, and for how many points there is room.
+# The last pass confirms every edge; with AS_FOUND there is none.
+POINTS, PASS, AT, OTHER, ROWS = 0, 1, 2, 5, 6
+CONFIRM, AS_FOUND = 5, 6
+SPARE_POINTS = 128  # besides twice the points of a path: room to shorten it

@@ -1,0 +1,13 @@
+"""What a person sees who asks for a GPU without the extra."""
+
+import pytest
+
+import ulna
+from ulna.engine import gpu
+
+
+@pytest.mark.parametrize("float32", [False, True])
+def test_the_missing_extra_is_named(monkeypatch, float32):
+    monkeypatch.setattr(gpu, "cuda", None)
+    with pytest.raises(ulna.MissingExtraError, match=r"pip install 'ulna\[cuda\]'"):
+        ulna.load("panda").on_gpu(float32=float32)
