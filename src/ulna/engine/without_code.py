@@ -58,11 +58,6 @@ class WholeLibrary(JITCodeLibrary):
         self._linking_libraries = list(map(_Own, _with_callees(self._linking_libraries)))
         super().finalize()
 
-    def _optimize_final_module(self) -> None:
-        """LLVM's passes once: Numba's cheaper ones before them would inline the kernels before these are made short."""
-        passes, builder = self._codegen._module_pass_manager()  # noqa: SLF001 - as Numba's own does
-        passes.run(self._final_module, builder)
-
 
 class _Own:
     """Of a library what Numba links: without what it calls, if that is linked beside it."""
