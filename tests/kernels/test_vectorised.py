@@ -12,14 +12,14 @@ from numba.core.errors import TypingError
 
 import kernel_modes
 import kernel_probes
-from ulna.drivers.closed_form import all_branches
 from ulna.drivers.forward import forward_batch, forward_one, frames_batch
 from ulna.drivers.jacobian import jacobian_batch
 from ulna.drivers.multi_start import search_jobs
 from ulna.drivers.overlap import overlap_batch
 from ulna.drivers.single_start import follow_each
 from ulna.engine import decorators as compiling
-from ulna.kernels.chain.closed_form_layout import N_ROWS
+from ulna.kernels.chain.closed_form import closed_form
+from ulna.kernels.chain.closed_form_layout import N_BRANCHES, N_KNOWN, N_ROWS
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL
@@ -30,7 +30,7 @@ N, DOF, LINKS = 8, 7, 10
 CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
 Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), np.zeros(N_SETTINGS)
 TARGETS, INFO, ORDER, TRACE = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.arange(N), np.zeros((0, 4))
-CLOSED_FORM, PLAN = np.zeros((N_ROWS, 3)), np.zeros(16)
+CLOSED_FORM, ROWS = np.zeros((N_ROWS, 3)), [np.zeros((n, 8)) for n in (12, 6, 12, 6 * N_BRANCHES, N_KNOWN * N_BRANCHES)]
 PAIRS, NODES = np.zeros((3, 2), dtype=np.int64), np.zeros((0, 8))
 
 NO_VERTICES, SCRATCH_ARRAYS = np.zeros((0, 3)), tuple(np.zeros(shape) for shape in SCRATCH)
@@ -43,11 +43,11 @@ ENTRIES = {
     "overlap_batch": (overlap_batch, (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, 12, Q, np.zeros(N, dtype=np.bool_))),
     "search_jobs": (search_jobs, (CHAIN, TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0], SETTINGS, Q, INFO)),
     "follow_each": (follow_each, (0, CHAIN, TARGETS, Q, BOUNDS, SETTINGS, Q, INFO, TRACE)),
-    "all_branches": (all_branches, (CLOSED_FORM, CHAIN, PLAN, TARGETS, Q[:, :6].copy(), TARGETS, Q, PLAN)),
+    "closed_form": (closed_form, (CLOSED_FORM, *ROWS[:2], 2, *ROWS[2:])),  # that of ``all_branches``, and shared
     "two_bodies": (kernel_modes.compiled(kernel_probes.two_bodies), TWO_BODIES),
 }
-# Targets come and answers go lane by lane, a tree is searched and a depth worked out in plain numbers.
-IN_PART = {"all_branches", "search_jobs", "follow_each", "overlap_batch", "two_bodies"}
+# Targets come and results go lane by lane, a tree is searched and a depth worked out in plain numbers.
+IN_PART = {"closed_form", "search_jobs", "follow_each", "overlap_batch", "two_bodies"}
 ARITHMETIC = re.compile(r"= f(?:mul|add|sub)\b[^\n]*<8 x double>|@llvm\.fmuladd\.v8f64|@llvm\.fma\.v8f64")
 
 

@@ -46,6 +46,7 @@ _NARROWED = {
     Status.BEYOND_MAX_STEP: "found only beyond max_step",
     Status.HELD_JOINTS: "found only if what is held moved",
 }
+_ROUNDING = 1e-9  # mm or degrees: a sentence calls less 0
 _OF_CODE = {float(code): status for status, code in CODES.items()}
 
 
@@ -208,7 +209,8 @@ class IKResult:
 
 def one_as_text(result: IKResult) -> str:
     """A sentence about one target."""
-    off = f"{result.position_error * 1e3:.3g} mm and {np.degrees(result.rotation_error):.3g} deg from the target"
+    position, rotation = (x if x > _ROUNDING else 0.0 for x in (result.position_error * 1e3, np.degrees(result.rotation_error)))
+    off = f"{position:.3g} mm and {rotation:.3g} deg from the target"
     steps = f"after {result.iterations} step{'s' * (result.iterations != 1)}"
     if result.success:
         return f"solved: {off} {steps}"
