@@ -82,9 +82,17 @@ $(CUDA_VENV)/.cuda: pyproject.toml
 test-without-demo: $(VENV)/.dev
 	$(RUN)/python tests/without_demo.py -n auto $(ARGS)
 
-# The peers, side by side with Ulna: writes benchmarks/results/. ARGS="--robot panda --n 10000" asks for less or more.
-bench: $(BENCH_VENV)/.bench
+# The peers, side by side with Ulna: writes benchmarks/results/. ARGS="--robot panda --n 10000" asks for less or more. WHEEL=1 measures
+# the wheel with machine code, instead of code that is compiled here.
+ifeq ($(WHEEL),1)
+bench: wheel $(BENCH_VENV)/.bench
+	$(BENCH_VENV)/bin/python -m pip install --quiet --force-reinstall --no-deps "$$(ls -t $(WHEEL_DIR)/ulna-*-abi3-*.whl | head -1)"
 	$(BENCH_VENV)/bin/python -m benchmarks $(ARGS)
+else
+bench: $(BENCH_VENV)/.bench
+	$(BENCH_VENV)/bin/python -m pip install --quiet --no-deps --editable .
+	$(BENCH_VENV)/bin/python -m benchmarks $(ARGS)
+endif
 
 # An environment of its own: some peers hold back the versions of packages that the tests use. One that cannot be installed is
 # named, and the rest is measured without it.
@@ -134,17 +142,17 @@ wheel:
 	ULNA_AHEAD=$(AHEAD) $(PYTHON) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir $(WHEEL_DIR) .
 
 # The tests with the wheel, in an environment without Numba: all at the lowest level of CPU but those about the compiler, then at each
-# level that this CPU has the bits of every entry beside those of code compiled now, and the tests of the kernels. What the build
-# compiles it leaves in build/now, for Numba.
-test-wheel: export NUMBA_CACHE_DIR = $(CURDIR)/build/now
+# level that this CPU has the bits of every entry beside those of code that is compiled now, in another order and another process, and
+# the tests of the kernels.
 test-wheel: wheel $(VENV)/.dev
-	rm -rf $(WHEEL_VENV) build/bits && mkdir -p build/bits
+	rm -rf $(WHEEL_VENV) build/bits build/now && mkdir -p build/bits
 	$(PYTHON) -m venv $(WHEEL_VENV)
 	$(WHEEL_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
 	$(WHEEL_VENV)/bin/python -m pip install --quiet "$$(ls -t $(WHEEL_DIR)/ulna-*-abi3-*.whl | head -1)[viewer,meshes]" --group tests
 	! $(WHEEL_VENV)/bin/python -c "import numba" 2>/dev/null
 	for level in $$($(WHEEL_VENV)/bin/python tests/wheel/levels.py); do \
-	    NUMBA_CPU_NAME=$$level NUMBA_CPU_FEATURES= PYTHONHASHSEED=0 $(RUN)/python tests/wheel/every_entry.py build/bits/$$level.json || exit 1; \
+	    export NUMBA_CACHE_DIR=$$PWD/build/now NUMBA_CPU_NAME=$$level NUMBA_CPU_FEATURES= PYTHONHASHSEED=0; \
+	    $(RUN)/ulna warmup && $(RUN)/python tests/wheel/every_entry.py build/bits/$$level.json || exit 1; \
 	done
 	ULNA_CPU=$$($(WHEEL_VENV)/bin/python tests/wheel/levels.py | head -1) ULNA_BITS=$$PWD/build/bits \
 	    $(WHEEL_VENV)/bin/python -m pytest -n auto -m "not compiler $(BUT)" $(LOWEST) $(ARGS)

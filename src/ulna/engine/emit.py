@@ -23,9 +23,10 @@ from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
+from numba.core.caching import NullCache
 from numba.core.config import CPU_FEATURES, CPU_NAME  # pyright: ignore[reportAttributeAccessIssue] - made when it is loaded
 
-from ulna.engine.cache import KernelCache, compiler_hash
+from ulna.engine.cache import compiler_hash
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
 from ulna.engine.entries import Entries
@@ -44,14 +45,6 @@ def write_objects(entries: Entries, folder: Path, part: str) -> None:
     write_whole(folder / f"{part}.json", json.dumps(index, indent=1).encode())
 
 
-class _Saved(KernelCache):
-    """Saves machine code for tests of what Numba compiles, and loads none: what is loaded has no module any more."""
-
-    def load_overload(self, sig, target_context):  # noqa: ARG002 - Numba's signature
-        """None, so that it is compiled."""
-        return
-
-
 def _part_of(entries: Entries, name: str) -> str:
     return "together" if name.partition(".")[0] in entries.compiled_together else "rest"
 
@@ -59,7 +52,8 @@ def _part_of(entries: Entries, name: str) -> str:
 def _write_entry(entries: Entries, name: str, folder: Path) -> dict[str, Any]:
     marked = entries.marked(name)
     for dispatcher in (marked, *DISPATCHERS):
-        dispatcher._cache = _Saved(dispatcher.py_func)  # noqa: SLF001 - as engine.compiler sets it
+        dispatcher._cache = NullCache()  # noqa: SLF001 - as engine.compiler sets it: what is loaded from disk has no module any more
+        dispatcher.targetctx.refresh()  # as the cache does: Numba's own functions are then found in the same order
     calls, overloads, results = ENTRIES[marked], [], set()
     hashed = sources_hash(marked.py_func.__code__.co_filename)
     for k, signature in enumerate(calls.signatures):

@@ -30,7 +30,7 @@ from ulna.kernels.chain.sliding_arm import sliding_arm
 from ulna.kernels.chain.spherical_wrist import spherical_wrist
 from ulna.kernels.chain.three_parallel import three_parallel
 from ulna.kernels.spatial.se3 import compose, load_pose
-from ulna.kernels.spatial.vectors import axis, chosen, dot, minus, origin, plus, rotate
+from ulna.kernels.spatial.vectors import chosen, dot, minus, origin, plus, rotate, x_axis, y_axis, z_axis
 
 _ONCE = 1e-17  # of the square of a fault: one step leaves no more than rounding
 
@@ -92,7 +92,7 @@ def made_rigid(a):
     far = square > _ONCE
     if any_lane(far):
         c, _ = nearer_rotation(b)
-        x, y, z = chosen(far, axis(c, 0), axis(b, 0)), chosen(far, axis(c, 1), axis(b, 1)), chosen(far, axis(c, 2), axis(b, 2))
+        x, y, z = chosen(far, x_axis(c), x_axis(b)), chosen(far, y_axis(c), y_axis(b)), chosen(far, z_axis(c), z_axis(b))
         return x[0], y[0], z[0], a[3], x[1], y[1], z[1], a[7], x[2], y[2], z[2], a[11]
     return b
 

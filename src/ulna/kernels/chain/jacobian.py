@@ -11,7 +11,7 @@ from ulna.kernels.chain.jacobian_frames import LINK, SPATIAL
 from ulna.kernels.chain.poses import joint_pose, turned_joint_pose
 from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import compose
-from ulna.kernels.spatial.vectors import axis, cross, origin, plus, rotate_inverse, scaled
+from ulna.kernels.spatial.vectors import cross, origin, plus, rotate_inverse, scaled, z_axis
 
 
 @kernel
@@ -63,7 +63,7 @@ def add_joint(chain, i, end, jacobian_rows, across, down):
     kind = int(chain[i, KIND])
     if kind == FIXED:
         return
-    z = axis(end, 2)
+    z = z_axis(end)
     if kind == PRISMATIC:
         zero = splat(0.0, z[0])
         v, w = z, (zero, zero, zero)

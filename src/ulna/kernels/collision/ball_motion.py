@@ -30,7 +30,7 @@ from ulna.kernels.collision.continuous import ANGLE, ROUNDING
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
-from ulna.kernels.spatial.vectors import add_scaled, axis, cross, dot, minus, origin, plus, transform
+from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, origin, plus, transform, z_axis
 
 LEAST_DISTANCE = 1e-150  # [m]: what is divided by; points nearer than rounding are not found clear
 
@@ -109,9 +109,9 @@ def write_twists(joints, carried, like):
         a, parent = load_pose(carried.joint_rows, i), int(joints[i, PARENT])
         v, w = joint_twist(carried, parent, origin(a), like)
         if int(joints[i, KIND]) == PRISMATIC:
-            v = add_scaled(v, carried.rates[i], axis(a, 2))
+            v = add_scaled(v, carried.rates[i], z_axis(a))
         else:
-            w = add_scaled(w, carried.rates[i], axis(a, 2))
+            w = add_scaled(w, carried.rates[i], z_axis(a))
         store_vector(carried.twist_rows, 6 * i, v)
         store_vector(carried.twist_rows, 6 * i + 3, w)
 

@@ -8,7 +8,7 @@ from ulna.kernels.collision.collision_layout import DISTANCE, NORMAL, WITNESS_A,
 from ulna.kernels.collision.posed_pair import rows_contact
 from ulna.kernels.layout import COLUMN, JOINT, KIND, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
-from ulna.kernels.spatial.vectors import axis, cross, dot, minus, origin
+from ulna.kernels.spatial.vectors import cross, dot, minus, origin, z_axis
 
 
 @kernel
@@ -45,7 +45,7 @@ def add_speeds(joints, joint_rows, joint, contacts, row, witness, sign, out):
     normal = contacts[row, NORMAL], contacts[row, NORMAL + 1], contacts[row, NORMAL + 2]
     while joint >= 0:
         pose = load_pose(joint_rows, joint)
-        z = axis(pose, 2)
+        z = z_axis(pose)
         if int(joints[joint, KIND]) != PRISMATIC:
             z = cross(z, minus(point, origin(pose)))
         out[row, int(joints[joint, COLUMN])] += sign * joints[joint, RATIO] * dot(normal, z)

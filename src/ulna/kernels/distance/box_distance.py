@@ -20,7 +20,6 @@ from ulna.kernels.distance.box_sat import boxes_overlap, columns, point_in_a, re
 from ulna.kernels.spatial.elementary import clamp, maximum, minimum
 from ulna.kernels.spatial.vectors import (
     add_scaled,
-    axis,
     chosen,
     cross,
     dot,
@@ -31,6 +30,9 @@ from ulna.kernels.spatial.vectors import (
     rotate_inverse,
     scaled,
     transform,
+    x_axis,
+    y_axis,
+    z_axis,
 )
 
 # A tilt [rad] that decides which edge is outermost where two are level, as in boxes with parallel faces; the same tilt for
@@ -83,7 +85,7 @@ def axis_from(a, b, index):
 @kernel
 def pose_axis(a, k):
     """Axis k of a pose, k a number."""
-    return chosen(k < 0.5, axis(a, 0), chosen(k < 1.5, axis(a, 1), axis(a, 2)))
+    return chosen(k < 0.5, x_axis(a), chosen(k < 1.5, y_axis(a), z_axis(a)))
 
 
 @kernel

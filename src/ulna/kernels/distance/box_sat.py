@@ -10,7 +10,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import splat, sqrt, where
 from ulna.kernels.layout import CONTACT
 from ulna.kernels.spatial.elementary import maximum
-from ulna.kernels.spatial.vectors import dot
+from ulna.kernels.spatial.vectors import dot, origin, rotate_inverse, transform_inverse, x_axis, y_axis, z_axis
 
 # Two edges within 1e-8 rad of parallel give no axis of their own: the product of unit vectors so close carries no
 # direction, and the face normals already separate as well as that axis would, to 1e-8 of the boxes' size.
@@ -22,14 +22,8 @@ _ROUNDING = 2e-15  # of the boxes' size: of a gap that is still times the length
 @kernel
 def relative_pose(a, b):
     """R_a_b, as three rows of three, and t_a_b: pose b seen from pose a."""
-    d = b[3] - a[3], b[7] - a[7], b[11] - a[11]
-    r = transpose_times(a, 0, b), transpose_times(a, 1, b), transpose_times(a, 2, b)
-    t = (
-        a[0] * d[0] + a[4] * d[1] + a[8] * d[2],
-        a[1] * d[0] + a[5] * d[1] + a[9] * d[2],
-        a[2] * d[0] + a[6] * d[1] + a[10] * d[2],
-    )
-    return r, t
+    r = rotate_inverse(b, x_axis(a)), rotate_inverse(b, y_axis(a)), rotate_inverse(b, z_axis(a))
+    return r, transform_inverse(a, origin(b))
 
 
 @kernel
@@ -49,16 +43,6 @@ def rotate_by_transpose(r, v):
 def point_in_a(r, t, p):
     """A point of the frame of B in the frame of A: R p + t."""
     return dot(r[0], p) + t[0], dot(r[1], p) + t[1], dot(r[2], p) + t[2]
-
-
-@kernel
-def transpose_times(a, i, b):
-    """Row i of R_a' R_b."""
-    return (
-        a[i] * b[0] + a[4 + i] * b[4] + a[8 + i] * b[8],
-        a[i] * b[1] + a[4 + i] * b[5] + a[8 + i] * b[9],
-        a[i] * b[2] + a[4 + i] * b[6] + a[8 + i] * b[10],
-    )
 
 
 @kernel

@@ -41,7 +41,19 @@ from ulna.kernels.distance.epa_polytope import (
 from ulna.kernels.distance.gjk import nearest_cores
 from ulna.kernels.layout import CYLINDER
 from ulna.kernels.spatial.elementary import sincos
-from ulna.kernels.spatial.vectors import add_scaled, axis, cross, dot, origin, rotate, scaled, transform, transform_inverse
+from ulna.kernels.spatial.vectors import (
+    add_scaled,
+    cross,
+    dot,
+    origin,
+    rotate,
+    scaled,
+    transform,
+    transform_inverse,
+    x_axis,
+    y_axis,
+    z_axis,
+)
 
 SCRATCH = (MAX_POINTS, POINT_WIDTH), (MAX_FACES, FACE_WIDTH), (MAX_EDGES, 2)  # shapes of the points, faces and edges
 _EXACT = 1e-10  # of the bodies' size: the bounds have converged; much smaller faces have no usable normals
@@ -85,7 +97,7 @@ def vector_with(v, lane, w):
 @kernel
 def pose_of(a, lane):
     """A pose of one lane."""
-    x, y, z, t = vector_of(axis(a, 0), lane), vector_of(axis(a, 1), lane), vector_of(axis(a, 2), lane), vector_of(origin(a), lane)
+    x, y, z, t = vector_of(x_axis(a), lane), vector_of(y_axis(a), lane), vector_of(z_axis(a), lane), vector_of(origin(a), lane)
     return x[0], y[0], z[0], t[0], x[1], y[1], z[1], t[1], x[2], y[2], z[2], t[2]
 
 

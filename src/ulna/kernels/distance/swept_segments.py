@@ -9,7 +9,6 @@ from ulna.engine.lanes import sqrt, where
 from ulna.kernels.spatial.elementary import clamp, maximum
 from ulna.kernels.spatial.vectors import (
     add_scaled,
-    axis,
     chosen,
     cross,
     dot,
@@ -19,6 +18,8 @@ from ulna.kernels.spatial.vectors import (
     scaled,
     transform,
     transform_inverse,
+    x_axis,
+    z_axis,
 )
 
 _NEAR = 1e-12  # [m] two points this close give no normal
@@ -49,7 +50,7 @@ def segment_segment(a, half_a, b, half_b):
        again the point of a nearest to that (Ericson, Real-Time Collision Detection, 2005, section 5.1.9).
     2. Where they intersect, the shortest way apart is their common perpendicular; for parallel ones any perpendicular.
     """
-    u, v, r = axis(a, 2), axis(b, 2), minus(origin(a), origin(b))
+    u, v, r = z_axis(a), z_axis(b), minus(origin(a), origin(b))
     n = cross(u, v)
     square, cosine = dot(n, n), dot(u, v)
     crossed = square > _PARALLEL
@@ -57,7 +58,7 @@ def segment_segment(a, half_a, b, half_b):
     s = clamp(where(crossed, (cosine * along_b - along_a) / where(crossed, square, 1.0), 0.0), half_a)
     t = clamp(along_b + cosine * s, half_b)
     s = clamp(cosine * t - along_a, half_a)
-    perpendicular = chosen(crossed, scaled(n, 1.0 / sqrt(where(crossed, square, 1.0))), axis(a, 0))
+    perpendicular = chosen(crossed, scaled(n, 1.0 / sqrt(where(crossed, square, 1.0))), x_axis(a))
     return of_points(add_scaled(origin(a), s, u), add_scaled(origin(b), t, v), perpendicular)
 
 

@@ -47,9 +47,21 @@ def chosen(mask, a, b):
 
 
 @kernel
-def axis(a, k):
-    """Axis k (0, 1 or 2, a plain number) of a pose."""
-    return a[k], a[4 + k], a[8 + k]
+def x_axis(a):
+    """The x axis of a pose."""
+    return a[0], a[4], a[8]
+
+
+@kernel
+def y_axis(a):
+    """The y axis of a pose."""
+    return a[1], a[5], a[9]
+
+
+@kernel
+def z_axis(a):
+    """The z axis of a pose."""
+    return a[2], a[6], a[10]
 
 
 @kernel
