@@ -34,7 +34,8 @@ def summary(data: dict, name: str) -> str:
     facts = data["machine"]
     versions = ", ".join(f"{peer} {version}" for peer, version in data["versions"].items())
     machine = (
-        f"{facts['processor']}, {facts['cores']} cores, {facts['register_bits']}-bit registers; Python {facts['python']}, "
+        f"{facts['processor']}, {facts['cores']} cores, {facts['register_bits']}-bit registers; "
+        f"machine code {facts['machine_code']}; Python {facts['python']}, "
         f"NumPy {facts['numpy']}, Numba {facts['numba']}; {versions}. Everything of this run: `benchmarks/results/{name}`."
     )
     parts = [machine]

@@ -66,7 +66,18 @@ def test_the_description_of_the_machine_has_no_host_names():
     assert facts["numpy"] == np.__version__
     assert facts["cores"] >= 1
     assert facts["register_bits"] in (128, 256, 512, None)
-    assert set(facts) == {"processor", "cores", "register_bits", "system", "python", "ulna", "numpy", "numba", "llvmlite"}
+    assert set(facts) == {
+        "processor",
+        "cores",
+        "register_bits",
+        "machine_code",
+        "system",
+        "python",
+        "ulna",
+        "numpy",
+        "numba",
+        "llvmlite",
+    }
 
 
 @pytest.mark.compiler

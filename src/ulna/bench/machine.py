@@ -5,19 +5,21 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from ulna.engine.ahead import is_ahead, level
 from ulna.engine.processors import n_processors
 
 PACKAGES = ("numpy", "numba", "llvmlite")
 
 
 def machine_facts() -> dict[str, object]:
-    """The processor, the cores that may be used, the widest register that the kernels use, and the versions."""
+    """The processor, the cores that may be used, the kernels' widest register and where their code is from, and the versions."""
     from ulna.engine.register_width import register_bits  # noqa: PLC0415 -- it loads the compiler, which other commands may not need
 
     return {
         "processor": processor_name(),
         "cores": n_processors(),
         "register_bits": register_bits(),
+        "machine_code": f"ahead ({level()})" if is_ahead() else "compiled here",
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "ulna": installed_version("ulna"),
