@@ -60,6 +60,8 @@ def of_kind(name, rng):
         "RPP": ("RPP", (a, b, e), ()),
         "PPR": ("PPR", (a, b, e), ()),
         "RPR, 1 and 2 parallel": ("RPR", (a, a, b), [(0, 2)]),
+        "RR, planar": ("RR", (a, -a), ()),
+        "RRR, planar": ("RRR", (a, -a, a), ()),
         "RRRP, SCARA": ("RRRP", (Z, Z, Z, -Z), ()),
         "RRPR, SCARA": ("RRPR", (Z, -Z, Z, Z), ()),
         "PRRR, SCARA": ("PRRR", (Z, Z, Z, Z), ()),
@@ -87,7 +89,8 @@ THREE = [
     "RRP, 1 and 2 intersecting", "PRR, 2 and 3 parallel", "RPP", "PPR", "RPR, 1 and 2 parallel",
 ]  # fmt: skip
 ALL = [
-    *THREE, "RRRP, SCARA", "RRPR, SCARA", "PRRR, SCARA", "RPRR, SCARA", "RRRR, 2 and 3 parallel", "RRRR, 2, 3 and 4 parallel",
+    *THREE, "RR, planar", "RRR, planar", "RRRP, SCARA", "RRPR, SCARA", "PRRR, SCARA", "RPRR, SCARA", "RRRR, 2 and 3 parallel",
+    "RRRR, 2, 3 and 4 parallel",
     "PPPR", "RRRRR, 2, 3 and 4 parallel", "RRRRR, as so100 is", "RRRRR, 2 and 3 parallel, 4 and 5 intersecting",
     "RRRRR, 1 and 2 intersecting, 3, 4 and 5 parallel", "RRRRR, 1, 2 and 3 in a point, 4 and 5 parallel", "PRRRR", "PPPRRR",
     "RRPRRR, Stanford", "PRRRRR, on a rail", "RRRPRR, from its end",
@@ -283,3 +286,43 @@ def test_named_arms_of_five_joints_have_their_forms():
     assert (found.proof == "complete").all()
     assert np.nanmin(np.abs(found.q - q[:, None]).max(axis=-1), axis=1).max() < 1e-9
     assert "with 1 of the joints added" in str(so100.closed_form)
+
+
+LENGTHS = 0.3, 0.2, 0.1
+PLANAR = [(length, 0, 0, 0) for length in LENGTHS]  # a, d, alpha, theta_offset
+
+
+@pytest.mark.parametrize(("n", "task"), [(2, "position"), (3, "pose")])
+def test_a_planar_arm_has_the_two_solutions_of_the_textbook(n, task):
+    # Law of cosines in the triangle of the first two links; three joints turn the hand by what the angles add up to.
+    robot = Robot.from_dh(PLANAR[:n], convention="standard", limits=[(-np.pi, np.pi)] * n)
+    a, b = LENGTHS[:2]
+    T = robot.forward_kinematics(robot.random(300, seed=4))
+    found = robot.all_solutions(T, task=task)
+    turn = np.arctan2(T[:, 1, 0], T[:, 0, 0])
+    x, y = (T[:, k, 3] - (LENGTHS[2] * T[:, k, 0] if n == 3 else 0.0) for k in (0, 1))
+    elbow = np.arccos((x**2 + y**2 - a**2 - b**2) / (2 * a * b))
+    assert set(found.proof) == {"complete"}
+    assert set(found.real.sum(axis=1)) == {2}
+    for second in (elbow, -elbow):
+        first = np.arctan2(y, x) - np.arctan2(b * np.sin(second), a + b * np.cos(second))
+        q = np.stack([first, second, turn - first - second][:n], axis=1)
+        difference = np.remainder(found.q - q[:, None] + np.pi, TURN) - np.pi
+        assert (np.nanmin(np.abs(difference).max(axis=2), axis=1) < 1e-8).all()
+
+
+def test_a_planar_arm_with_more_joints_than_a_task_needs_has_no_closed_form():
+    robot = Robot.from_dh(PLANAR, convention="standard")
+    assert closed_form_of(robot.tree, str(robot.tip), None, ulna.Task.position()) is None
+    assert Robot.from_dh([*PLANAR, (0.1, 0, 0, 0)], convention="standard").closed_form is None
+    assert Robot.from_dh([(0, 0, 0, 0), *PLANAR[:2]], convention="standard").closed_form is None  # two joints about one axis
+
+
+def test_a_pose_out_of_the_plane_of_a_planar_arm_has_no_solution():
+    robot = Robot.from_dh(PLANAR[:2], convention="standard")
+    T = robot.forward_kinematics([0.4, 0.9])
+    T[2, 3] += 1e-6
+    for task in ("pose", "position"):
+        found = robot.all_solutions(T, task=task)
+        assert found.proof == "complete"
+        assert not found.real.any()

@@ -1,16 +1,19 @@
 """Adds joints to an arm of fewer than six, so that it is one of six. Used by ``closed_form.six_joints``.
 
 An added joint is *free* where the task leaves its turn open: three about the link's origin for a position, one about the axis of
-a pointing. Otherwise it is *at rest*: a solution of the six joints is one of the arm where the added joint does not turn. All are
-behind the arm's own joints, where they cost no branch and complete a family:
+a pointing. Otherwise it is *at rest*: a solution of the six joints is one of the arm where the added joint does not turn. They
+are behind the arm's own joints, where they complete a family:
 
 1. One at rest intersects the last axis where that intersects the one before it (a wrist), or at the link's height on it.
 2. Two at rest intersect the last axis: these three are a wrist. Three are a wrist at the link's origin, or anywhere on the link.
    The wrist is not on an axis before it that turns, for then that axis would not move it: far from it instead.
 3. A wrist is singular where its first and last axes are parallel: their angles with the one between are made to differ, so that
    they never are. Where the three lie in a plane its two branches are one: at rest two added ones do not.
+4. The axes of a planar arm are parallel. It has one at rest before them, across them, so far away that its two branches never are
+   one; then it is of the family of three parallel axes.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +31,8 @@ _POSITION = Task.position().slack
 _PARALLEL = 1e-12  # rad
 _NEAR = 0.03  # of the unit
 _LEAST = {0: 3, 1: 5, 3: 3}  # joints that an arm needs, by how many are free
+_PLANAR = {0: (2, 3), 3: (2,)}  # those of a planar arm
+_FAR = 3.0  # units from the first axis of a planar arm to the one before it: more than it reaches
 
 
 def free_turns(task: Task) -> int | None:
@@ -41,6 +46,8 @@ def free_turns(task: Task) -> int | None:
 
 def of_six(axes: Axes, n_free: int) -> list[Axes]:
     """Arms of six joints that an arm is with joints added, the first the likeliest to have a closed form."""
+    if len(axes.directions) in _PLANAR.get(n_free, ()) and _is_planar(axes):
+        return [_planar(axes, n_free)]
     return [arm for own in _orders(axes) for arm in _completed(own, n_free)]
 
 
@@ -64,6 +71,25 @@ def _completed(axes: Axes, n_free: int) -> list[Axes]:
         fifth = _normal(last)
         return [_with(axes, [(at, fifth), (at, (fifth + np.cross(last, fifth)) / np.sqrt(2.0))])]
     return [_with(axes, [(point, _leaning(last, axes.directions[-2]))]) for point in (_nearest_to_before(axes), at)]
+
+
+def _is_planar(axes: Axes) -> bool:
+    """Whether all joints turn about axes that are parallel, and each away from the one before it."""
+    h = axes.directions
+    across = np.linalg.norm(np.cross(h[:-1], h[1:]), axis=1).max() < _PARALLEL
+    return across and not axes.slides.any() and not any(_is_on(axes, j, point) for j, point in enumerate(axes.points[1:]))
+
+
+def _planar(axes: Axes, n_free: int) -> Axes:
+    """A planar arm of two or three joints with one before it, and a wrist of those that are missing at the link's origin."""
+    origin, h = axes.end[:3, 3], axes.directions[-1]
+    across = _normal(h)
+    third: Array = np.cross(across, h).astype(np.float64)
+    wrist = [(origin, across), (origin, third)]
+    if len(axes.directions) + 3 < N_AXES:
+        parallel = origin + across * (axes.unit if not n_free and _is_on(axes, -1, origin) else 0.0)
+        wrist = [(parallel, h), *wrist]
+    return _with(axes, wrist, [(axes.points[0] - _FAR * axes.unit * third, across)])
 
 
 def _is_on(axes: Axes, j: int, point: Array) -> bool:
@@ -105,11 +131,19 @@ def _leaning(h: Array, other: Array) -> Array:
     return np.cos(lean) * h + np.sin(lean) * _normal(h)
 
 
-def _with(axes: Axes, added: list[Line]) -> Axes:
-    """Axes with joints about further lines behind them, and the chain of all."""
-    n, m = len(axes.directions), len(added)
-    directions, points = (np.vstack([rows, *(line[i] for line in added)]) for i, rows in ((1, axes.directions), (0, axes.points)))
-    slides, entries = np.append(axes.slides, [False] * m), np.append(axes.entries, np.arange(n, n + m))
+def _with(axes: Axes, behind: list[Line], before: Sequence[Line] = ()) -> Axes:
+    """Axes with joints about further lines behind them, or before them, and the chain of all."""
+    n, first, added = len(axes.directions), len(before), [*before, *behind]
+
+    def with_added(rows: Array, new: Array) -> Array:
+        return np.concatenate([new[:first], rows, new[first:]])
+
+    directions, points = (
+        with_added(rows, np.array([line[i] for line in added]).reshape(-1, 3))
+        for i, rows in ((1, axes.directions), (0, axes.points))
+    )
+    slides = with_added(axes.slides, np.zeros(len(added), dtype=bool))
+    entries = with_added(axes.entries, np.arange(n, n + len(added)))
     rows, frame = [], np.eye(4)
     for point, direction, slide, entry in zip(points, directions, slides, entries, strict=True):
         own = _frame(point, direction)

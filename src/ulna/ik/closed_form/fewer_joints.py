@@ -1,7 +1,7 @@
 """Takes from the branches of six joints, some of them added, those of the arm's own joints. Used by ``closed_form.branches``.
 
 1. All branches of the six joints.
-2. Where joints were added that have to be at rest: a branch in which they nearly are is a start. Newton steps of the arm's own
+2. Where joints were added that have to be at rest: a branch in which they nearly are is a start. Newton steps of the other
    joints follow, for at the end of a branch a rounded target turns the added joints by the square root of its rounding, and
    behind two ends by more: there a start that does not lead to a solution leaves in doubt whether there is one.
 3. A branch that differs from one before it only in added joints is left out.
@@ -32,15 +32,15 @@ def branches_of_fewer(six: SixJoints, targets: Array, seeds: Array, workers: Wor
     q, known, _ = six.branches(targets, padded, workers)
     known = known.astype(np.int64)
     real = (known & layout.IS_REAL) > 0
-    at_rest = q[..., n_own : N_AXES - six.n_free]
-    own = np.ascontiguousarray(q[..., :n_own])
+    own, at_rest, free = np.split(q, [n_own, N_AXES - six.n_free], axis=-1)
+    own = np.ascontiguousarray(own)
     if at_rest.shape[-1]:
         at_end = (known & layout.IS_COINCIDING) > 0
         real &= np.abs(_turned(at_rest)).max(axis=-1) <= np.where(at_end, _NEARLY_AT_END, _NEARLY)
         order, branch = np.nonzero(real)
-        starts, errors = own[order, branch], np.full(len(order), _NEARLY)
-        entry("closed_form.polish_all")(six.own, targets[order], starts, share, _STEPS, errors)
-        own[order, branch], real[order, branch] = starts, errors <= layout.REACHED
+        starts, errors = np.hstack([own[order, branch], free[order, branch]]), np.full(len(order), _NEARLY)
+        entry("closed_form.polish_all")(six.without_rest, targets[order], starts, share, _STEPS, errors)
+        own[order, branch], real[order, branch] = starts[:, :n_own], errors <= layout.REACHED
         lost = order[errors > layout.REACHED], branch[errors > layout.REACHED]
         known[lost] |= np.where(at_end[lost], layout.IS_HARDLY_DETERMINED, 0)
     real &= ~_repeated(np.where(six.slides, own * share, own), six.slides, real)

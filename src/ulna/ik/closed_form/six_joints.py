@@ -18,7 +18,7 @@ from ulna.ik.closed_form.families import EXACT, Family, family_of
 from ulna.ik.closed_form.table import table_of
 from ulna.ik.turns import TURN
 from ulna.kernels.chain import closed_form_layout as layout
-from ulna.kernels.layout import KIND, PRISMATIC
+from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC
 
 Array = NDArray[np.float64]
 Found = tuple[Array, NDArray[Any], NDArray[Any]]
@@ -58,6 +58,16 @@ class SixJoints:
     def is_exact(self) -> bool:
         """Whether the branches are all there are."""
         return self.family.miss <= EXACT
+
+    @property
+    def without_rest(self) -> Array:
+        """The chain of the arm's own joints and the free ones; those at rest are part of the links."""
+        chain, n_own, n_rest = self.chain.copy(), len(self.columns), N_AXES - len(self.columns) - self.n_free
+        moving, entry_of = chain[:, KIND] != FIXED, chain[:, COLUMN]
+        at_rest = moving & (entry_of >= n_own) & (entry_of < n_own + n_rest)
+        chain[moving & (entry_of >= n_own + n_rest), COLUMN] -= n_rest
+        chain[at_rest, KIND] = FIXED
+        return chain
 
     def plan(self, lower: Array, upper: Array, tolerances: tuple[float, float] = (0.0, 0.0)) -> Array:
         """What the kernels take as the bounds of all entries of q, shapes (n_dof,) (``drivers.closed_form``)."""
