@@ -3,7 +3,9 @@
 Nothing else need be imported to compile, and nothing that is compiled ahead imports it.
 """
 
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from numba import njit, types
@@ -69,7 +71,8 @@ def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Calla
     if cache_folder() is not None:
         dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
     _ask_before_compiling(dispatcher, may_compile)
-    _defer_interrupts(dispatcher)
+    # Ctrl-C waits while an entry is compiled or loaded from disk.
+    dispatcher.compile = _garbage_kept()(interrupts_deferred()(dispatcher.compile))
     return dispatcher
 
 
@@ -84,9 +87,17 @@ def _ask_before_compiling(dispatcher: Any, may_compile: Callable[[Any], None]) -
     dispatcher._compile_for_args = compile_if_permitted  # noqa: SLF001
 
 
-def _defer_interrupts(dispatcher: Any) -> None:
-    """Let Ctrl-C wait while an entry is compiled or loaded from disk."""
-    dispatcher.compile = interrupts_deferred()(dispatcher.compile)
+@contextmanager
+def _garbage_kept() -> Iterator[None]:
+    """Within it the garbage collector does not run: a compilation makes millions of objects, nearly all of them kept."""
+    if not gc.isenabled():
+        yield
+        return
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
 
 
 def _numba_type(kind: Kind) -> types.Type:

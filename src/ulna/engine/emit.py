@@ -13,7 +13,6 @@ The index of what was written goes to ``together.json`` and ``rest.json``: for e
 interpreter's lock, and the symbol, the signature and the object files of each of its compilations.
 """
 
-import gc
 import hashlib
 import importlib
 import json
@@ -141,7 +140,6 @@ def _remove_unused(module: llvm.ModuleRef) -> None:
 def _main() -> None:
     place, folder, part = sys.argv[1:]
     module, _, name = place.partition(":")
-    gc.set_threshold(50_000)  # a compilation makes millions of objects, nearly all of them kept
     write_objects(getattr(importlib.import_module(module), name), Path(folder), part)
 
 

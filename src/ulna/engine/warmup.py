@@ -1,6 +1,5 @@
 """Compiles every entry ahead, so that no call waits for the compiler. Used by ``cli.warmup``."""
 
-import gc
 import multiprocessing
 import time
 from collections.abc import Iterator
@@ -13,8 +12,6 @@ from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES, is_plain
 from ulna.engine.entries import Entries
 from ulna.engine.signatures import NONE
-
-_RARELY = 50_000  # new objects between two runs of the garbage collector: a compilation makes millions, nearly all of them kept
 
 
 class Job(NamedTuple):
@@ -86,4 +83,3 @@ def compile_one(job: Job) -> Compiled:
 
 def _begin_quietly() -> None:
     Announcements.enabled = False
-    gc.set_threshold(_RARELY)

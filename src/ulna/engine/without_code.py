@@ -11,6 +11,8 @@ from typing import Any, ClassVar
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
+from ulna.engine.typing_context import with_memory
+
 
 class IRLibrary(JITCodeLibrary):
     """A library that has only LLVM's intermediate representation of its own function, and the libraries of what that calls."""
@@ -85,7 +87,7 @@ def _with_callees(libraries: list[Any]) -> list[Any]:
 
 
 class _LibraryCompiler(Compiler):
-    """Numba's compiler, which writes into a library of ours where it is not given one."""
+    """Numba's compiler, which writes into a library of ours where it is not given one, and remembers the types of operators."""
 
     library: ClassVar[type[JITCodeLibrary]]
 
@@ -94,6 +96,7 @@ class _LibraryCompiler(Compiler):
             library = self.library(target_context.codegen(), "ulna")
             library.enable_object_caching()
         super().__init__(typing_context, target_context, library, *arguments)
+        self.state.typingctx = with_memory(typing_context)
 
 
 class IRCompiler(_LibraryCompiler):
