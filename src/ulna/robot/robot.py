@@ -639,7 +639,7 @@ class Robot(Quick):
         Arms of six joints of a family with a closed form have at most eight solutions, whole turns aside. For arms of seven
         joints one is held at ``n_samples`` places, and all solutions are found at each. Arms of three joints have a closed form
         for a position, arms of five for a pointing; for whole poses those of three, four and five have one that says which of the
-        poses they reach. Other arms are searched for each pose.
+        poses they reach; so do planar arms of two and three joints. Other arms are searched for each pose.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
@@ -648,8 +648,8 @@ class Robot(Quick):
             redundancy: The joint of seven that is held; that of ``closed_form`` unless given. Or ``"elbow"``, for arms with a
                 spherical shoulder and wrist: the angle by which the arm is turned about the line between them.
             n_samples: The number of places at which it is held, spread evenly over its range.
-            whole_turns: Whether to list every whole turn that the limits allow. Otherwise each solution is listed once, as near
-                to ``home`` as whole turns within the limits bring it.
+            whole_turns: Whether to list every whole turn that the limits allow, and no solution beyond the limits. Otherwise
+                each solution is listed once, as near to ``home`` as whole turns within the limits bring it.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
@@ -657,7 +657,7 @@ class Robot(Quick):
 
         Raises:
             InputError: T is not an array of poses, the robot has several tips and no link is named, ``redundancy`` is not a joint
-                of an arm of seven, or another argument cannot be taken.
+                of an arm of seven or there is no closed form with it held, or another argument cannot be taken.
             UnknownNameError: There is no such link or joint.
 
         Example:

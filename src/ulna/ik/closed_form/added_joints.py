@@ -15,6 +15,7 @@ are behind the arm's own joints, where they complete a family:
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,7 +136,7 @@ def _with(axes: Axes, behind: list[Line], before: Sequence[Line] = ()) -> Axes:
     """Axes with joints about further lines behind them, or before them, and the chain of all."""
     n, first, added = len(axes.directions), len(before), [*before, *behind]
 
-    def with_added(rows: Array, new: Array) -> Array:
+    def with_added(rows: NDArray[Any], new: NDArray[Any]) -> NDArray[Any]:
         return np.concatenate([new[:first], rows, new[first:]])
 
     directions, points = (

@@ -69,7 +69,7 @@ def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, worke
 
 def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Found:
     """q, real and proof, whatever the limits."""
-    six = joints_at(form, seeds[0])
+    six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
     if form.n_joints < N_AXES:
         angles, known = branches_of_fewer(six, targets, seeds, workers)
     else:
@@ -121,9 +121,10 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
         here[:, column] = places.ravel()
         q, real, proof = _raw_of_each(form, tree, np.repeat(targets, k, axis=0), here, workers)
     found = within_limits(form.chain, tree, q, real, proof, here)
-    real, valid = found.real.reshape(n, -1), found.valid.reshape(n, -1)
+    m = layout.N_BRANCHES * k
+    real, valid = found.real.reshape(n, m), found.valid.reshape(n, m)
     proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
-    return Branches(found.q.reshape(n, -1, tree.n_dof), real, valid, proof)
+    return Branches(found.q.reshape(n, m, tree.n_dof), real, valid, proof)
 
 
 def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Found:

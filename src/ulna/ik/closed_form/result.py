@@ -30,11 +30,11 @@ class IKSolutions:
 
     ========================================= ==========================================================================
     ``complete``                              The closed form gives every solution; a target without one is out of reach.
-    ``complete but for coinciding branches``  The same, and some of them are one to within a millionth of a radian.
+    ``complete but for coinciding branches``  The same, and two of them are nearly one: their angle is known less well.
     ``continuum``                             A joint may have any angle as far as rounding can tell, or the arm has a joint more
                                               than it needs: they are examples.
-    ``searched``                              They were found by a search, or by the closed form where rounding leaves in doubt
-                                              whether it has all: some may be missing.
+    ``searched``                              They were found by a search, to its tolerances and within the limits, or by the
+                                              closed form where rounding leaves in doubt whether it has all: some may be missing.
     ========================================= ==========================================================================
 
     Attributes:
@@ -93,5 +93,7 @@ class IKSolutions:
         counts, proofs = np.atleast_1d(self.valid.sum(axis=-1)).ravel(), np.atleast_1d(self.proof)
         words = [f"{count} {word}" for word in Proof if (count := np.count_nonzero(proofs == word))]
         proved = str(self.proof) if isinstance(self.proof, Proof) else ", ".join(words)
-        found = " to ".join(str(count) for count in sorted({counts.min(), counts.max()})) if counts.size else "no"
+        if not counts.size:
+            return "no targets"
+        found = " to ".join(str(count) for count in sorted({counts.min(), counts.max()}))
         return f"{found} solutions within the limits ({proved})" + (f"; {self.family}" if self.family else "")

@@ -11,7 +11,7 @@ from ulna.drivers import entry
 from ulna.engine.bound import bind
 from ulna.errors import InputError
 from ulna.ik.all_solutions import all_solutions
-from ulna.ik.closed_form.axes import N_AXES
+from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled_branches, within_limits
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
@@ -43,7 +43,8 @@ class AllSolutions:
         workers: What computes the branches; the threads of the options unless given.
 
     Raises:
-        InputError: ``redundancy`` is not a joint of an arm of seven, or the arm has no elbow.
+        InputError: ``redundancy`` is not a joint of an arm of seven, one without a closed form where it is held, or the arm has
+            no elbow.
         UnknownNameError: There is no such joint.
     """
 
@@ -55,6 +56,8 @@ class AllSolutions:
         by_elbow = redundancy == ELBOW and ELBOW not in entry_names(tree)
         self._elbow = _elbow(query) if by_elbow else None
         self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)
+        if redundancy is not None and not by_elbow and form is None:
+            raise InputError("redundancy", f"{redundancy!r}; {_held_with_form(query)}")
         self._family = FAMILY if self._elbow else "" if form is None else form.family
         self._six = None
         in_order = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
@@ -109,16 +112,26 @@ class AllSolutions:
         return (q, truths[0], truths[1], proved) if 0 <= proved < UNPROVED else None
 
 
+def _held_with_form(query: Query) -> str:
+    """Which joints may be held for a closed form, in words."""
+    tree = query.tree
+    order = turning_order(tree.chain(query.link))
+    names = [name for k, name in enumerate(entry_names(tree)) if k in order and closed_form_of(tree, query.link, name)]
+    if not names or query.options.task.kind != WHOLE_POSE:
+        return "there is no closed form with this joint held, nor with another"
+    return f"there is no closed form with this joint held; there is one with {', '.join(names)}"
+
+
 def as_samples(n_samples: int) -> int:
     """A number of samples.
 
     Raises:
         InputError: It is no whole number from 1 on.
     """
-    if type(n_samples) is not int or n_samples < 1:
+    if type(n_samples) is not int:
         n_samples = as_count("n_samples", n_samples)
-        if not n_samples:
-            raise InputError("n_samples", "0; at least 1 is expected")
+    if n_samples < 1:
+        raise InputError("n_samples", f"{n_samples}; at least 1 is expected")
     return n_samples
 
 

@@ -52,7 +52,7 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_al
         ending = rule(facts)
         if ending is not None:
             return ending
-    many = f"{len(facts.ends)} configuration{'s' * (len(facts.ends) != 1)} led to the pose before; " if k else ""
+    many = f"{len(facts.all_ends)} configuration{'s' * (len(facts.all_ends) != 1)} led to the pose before; " if k else ""
     return facts.ending(PathStatus.NO_BRANCH, f"{many}{facts.step_in_words()}, and {course.max_step:.3g} is allowed")
 
 
