@@ -25,6 +25,10 @@ from ulna.kernels.collision.collision_layout import (
     GROUP_FIRST,
     GROUP_SHARED,
     GROUP_WIDTH,
+    RUN_BODY,
+    RUN_END,
+    RUN_FIRST,
+    RUN_WIDTH,
 )
 from ulna.kernels.collision.continuous import INSTANT, offset_length
 from ulna.kernels.collision.interval import self_outcome, world_outcome
@@ -43,10 +47,10 @@ def free_edge_work(scene, may_touch):
     """
     n_joints = scene.joints.shape[0]
     balls, order, first = balls_of(scene.bodies, n_joints)
-    groups, pair_order = groups_of(scene.joints, scene.bodies, scene.pairs, balls)
+    groups, runs, others = groups_of(scene.joints, scene.bodies, scene.pairs, balls)
     n_balls = balls.shape[0]
     return Carried(
-        balls, order, first, groups, pair_order, may_touch, offset_lengths(scene.joints),
+        balls, order, first, groups, runs, others, may_touch, offset_lengths(scene.joints),
         np.empty(n_joints), np.empty(n_joints), np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)),
         np.empty(n_balls), np.empty((12 * n_joints, WIDTH)), np.empty((6 * n_joints, WIDTH)), np.empty((7 * n_balls, WIDTH)),
         np.empty((3 * scene.bodies.shape[0], WIDTH)), np.zeros(n_balls, np.int64),
@@ -119,33 +123,50 @@ def write_ball(bodies, order, joint, first, g, balls):
 
 @workspace
 def groups_of(joints, bodies, pairs, balls):
-    """The pairs by the two balls that they belong to, and the pairs in that order."""
-    n = balls.shape[0]
-    number, counts = np.zeros(joints.shape[0] + 1, np.int64), np.zeros(n * n + 1, np.int64)
-    for g in range(n):
+    """The pairs by the two balls that they belong to, the larger one first, and by their body in it (``scene.Carried``)."""
+    n_balls, n = balls.shape[0], pairs.shape[0]
+    number = np.zeros(joints.shape[0] + 1, np.int64)
+    for g in range(n_balls):
         number[int(balls[g, BALL_JOINT]) + 1] = g
-    for p in range(pairs.shape[0]):
-        a, b = number[int(bodies[pairs[p, 0], JOINT]) + 1], number[int(bodies[pairs[p, 1], JOINT]) + 1]
-        counts[a * n + b + 1] += 1
-    starts, n_groups = np.cumsum(counts), np.count_nonzero(counts)
-    order, filled, groups = np.empty(pairs.shape[0], np.int64), starts.copy(), np.empty((n_groups, GROUP_WIDTH), np.int64)
-    for p in range(pairs.shape[0]):
-        a, b = number[int(bodies[pairs[p, 0], JOINT]) + 1], number[int(bodies[pairs[p, 1], JOINT]) + 1]
-        order[filled[a * n + b]] = p
-        filled[a * n + b] += 1
-    e = 0
-    for at in range(n * n):
-        if starts[at + 1] > starts[at]:
-            a, b = at // n, at % n
-            groups[e, GROUP_A], groups[e, GROUP_B], groups[e, GROUP_FIRST], groups[e, GROUP_END] = (
-                a,
-                b,
-                starts[at],
-                starts[at + 1],
-            )
-            groups[e, GROUP_SHARED] = shared_joint(joints, int(balls[a, BALL_JOINT]), int(balls[b, BALL_JOINT]))
-            e += 1
-    return groups, order
+    bodies_of_pairs, group = np.empty((2, n), np.int64), np.empty(n, np.int64)
+    for p in range(n):
+        i, j = pairs[p, 0], pairs[p, 1]
+        a, b = number[int(bodies[i, JOINT]) + 1], number[int(bodies[j, JOINT]) + 1]
+        if balls[a, BALL_RADIUS] < balls[b, BALL_RADIUS]:
+            a, b, i, j = b, a, j, i
+        bodies_of_pairs[0, p], bodies_of_pairs[1, p], group[p] = i, j, a * n_balls + b
+    order = counted_order(bodies_of_pairs[0], bodies.shape[0], np.arange(n))
+    order = counted_order(group, n_balls * n_balls, order)
+    groups, runs, others = np.empty((min(n, n_balls * n_balls), GROUP_WIDTH), np.int64), np.empty((n, RUN_WIDTH), np.int64), order
+    n_groups, n_runs, before, body = 0, 0, -1, -1
+    for at in range(n):
+        p = order[at]
+        if group[p] != before:
+            before, body = group[p], -1
+            a, b = before // n_balls, before % n_balls
+            groups[n_groups, GROUP_A], groups[n_groups, GROUP_B], groups[n_groups, GROUP_FIRST] = a, b, n_runs
+            groups[n_groups, GROUP_SHARED] = shared_joint(joints, int(balls[a, BALL_JOINT]), int(balls[b, BALL_JOINT]))
+            n_groups += 1
+        if bodies_of_pairs[0, p] != body:
+            body = bodies_of_pairs[0, p]
+            runs[n_runs, RUN_BODY], runs[n_runs, RUN_FIRST] = body, at
+            n_runs += 1
+        runs[n_runs - 1, RUN_END], groups[n_groups - 1, GROUP_END], others[at] = at + 1, n_runs, bodies_of_pairs[1, p]
+    return groups[:n_groups], runs[:n_runs], others
+
+
+@workspace
+def counted_order(keys, n_keys, order):
+    """An order of things, by their keys below n_keys; those of one key stay as they are in it."""
+    starts, result = np.zeros(n_keys + 1, np.int64), np.empty_like(order)
+    for p in range(keys.shape[0]):
+        starts[keys[p] + 1] += 1
+    for k in range(n_keys):
+        starts[k + 1] += starts[k]
+    for p in order:
+        result[starts[keys[p]]] = p
+        starts[keys[p]] += 1
+    return result
 
 
 @routine

@@ -14,6 +14,9 @@ EDGE_FREE, EDGE_CONTACT, EDGE_OUT_OF_RANGE = 0, 1, 2
 # A ball that holds the bodies of one joint: the joint, the centre in its frame [m], the radius [m].
 BALL_JOINT, BALL_CENTRE, BALL_RADIUS = 0, 1, 4
 BALL_WIDTH = 5
-# The pairs of two balls: the balls, the joint that carries both, the first pair and the one after the last.
+# The pairs of two balls, the larger one first: the balls, the joint that carries both, the first run and the one after the last.
 GROUP_A, GROUP_B, GROUP_SHARED, GROUP_FIRST, GROUP_END = 0, 1, 2, 3, 4
 GROUP_WIDTH = 5
+# A run, the pairs of one body of the first ball: the body, the first pair and the one after the last.
+RUN_BODY, RUN_FIRST, RUN_END = 0, 1, 2
+RUN_WIDTH = 3
