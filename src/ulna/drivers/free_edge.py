@@ -193,18 +193,11 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_
     waiting[0, 0], waiting[0, 1] = 0.5, 0.5
     oldest, newest = 0, 1
     for _ in range(most_blocks):
-        n = min(newest - oldest, WIDTH // 2)
-        share, shortest = WIDTH // n, 1.0
-        for lane in range(WIDTH):
-            i, part = min(lane // share, n - 1), lane % share
-            middle, half = waiting[oldest + i, 0], waiting[oldest + i, 1] / share
-            lane_rows[0, lane], lane_rows[1, lane] = middle + (2 * part + 1 - share) * half, half
-            shortest = min(shortest, half)
+        n, shortest = split_oldest(waiting, oldest, newest, lane_rows)
         oldest += n
-        touches = outcome_at(scene, carried, work, q_a, q_b, INSTANT, 2.0 * shortest * fastest <= resolution, margin, of_world)
-        if touches:
+        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, 2.0 * shortest * fastest <= resolution, margin, of_world):
             return False
-        for lane in range(n * share):
+        for lane in range(WIDTH // n * n):
             if lane_rows[2, lane] == 0.0:
                 if 2.0 * lane_rows[1, lane] * fastest <= resolution or newest == MOST_WAITING:
                     return False
@@ -213,6 +206,22 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_
         if oldest == newest:
             return True
     return False
+
+
+@routine
+def split_oldest(waiting, oldest, newest, lane_rows):
+    """Write the middles and half lengths of eight intervals, the parts of the n oldest that wait; n, and the least half length.
+
+    The last of them are repeats where n does not divide eight.
+    """
+    n, shortest = min(newest - oldest, WIDTH // 2), 1.0
+    share = WIDTH // n
+    for lane in range(WIDTH):
+        i, part = min(lane // share, n - 1), lane % share
+        middle, half = waiting[oldest + i, 0], waiting[oldest + i, 1] / share
+        lane_rows[0, lane], lane_rows[1, lane] = middle + (2 * part + 1 - share) * half, half
+        shortest = min(shortest, half)
+    return n, shortest
 
 
 @shared_routine
@@ -240,27 +249,44 @@ def outcome_at(scene, carried, work, q_a, q_b, instant, finest, margin, of_world
 def edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world):
     """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them q_b.
 
-    Those in an eighth of the edge that is certified at one look need no look of their own.
+    Those in an interval that is certified need no look of their own. Intervals are looked at as in ``edge_is_free``, as long as
+    the last look settled more samples than it has lanes.
     """
     _, lane_rows, waiting, _, _ = work
     write_motion(scene.joints, q_a, q_b, spread, carried)
-    for lane in range(WIDTH):
-        lane_rows[0, lane], lane_rows[1, lane], lane_rows[2, lane] = (lane + 0.5) / WIDTH, 0.5 / WIDTH, 0.0
-    if n_blocks > 1 and outcome_at(scene, carried, work, q_a, q_b, INSTANT, n_blocks <= 1, margin, of_world):
-        return False
-    for lane in range(WIDTH):
-        waiting[lane, 0] = lane_rows[2, lane]
+    waiting[0, 0], waiting[0, 1] = 0.5, 0.5
+    oldest, newest, left, settled = 0, 1, WIDTH * n_blocks, WIDTH + 1
+    while left > WIDTH and settled > WIDTH and newest + WIDTH <= MOST_WAITING:
+        n, _ = split_oldest(waiting, oldest, newest, lane_rows)
+        oldest, before, left = oldest + n, left, 0
+        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, n_blocks <= 0, margin, of_world):
+            return False
+        for lane in range(WIDTH // n * n):
+            if lane_rows[2, lane] == 0.0:
+                waiting[newest, 0], waiting[newest, 1] = lane_rows[0, lane], lane_rows[1, lane]
+                newest += 1
+        for i in range(oldest, newest):
+            first, end = samples_in(waiting, i, n_blocks)
+            left += end - first
+        settled = before - left
     n = 0
-    for i in range(WIDTH * n_blocks):
-        block, lane = i // WIDTH, i % WIDTH
-        if waiting[lane, 0] == 0.0:
-            lane_rows[0, n] = (lane * n_blocks + block + 1.0) / (WIDTH * n_blocks)
+    for i in range(oldest, newest):
+        first, end = samples_in(waiting, i, n_blocks)
+        for sample in range(first, end):
+            lane_rows[0, n] = sample / (WIDTH * n_blocks)
             n += 1
-        if n == WIDTH or (n > 0 and i == WIDTH * n_blocks - 1):
-            if touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
-                return False
-            n = 0
-    return True
+            if n == WIDTH:
+                if touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
+                    return False
+                n = 0
+    return n == 0 or not touches_at(scene, carried, work, q_a, q_b, n, margin, of_world)
+
+
+@routine
+def samples_in(waiting, i, n_blocks):
+    """Which of 8 n_blocks samples, the first at a share of 1 / (8 n_blocks), are in an interval: the first, and the one after."""
+    middle, half, n = waiting[i, 0], waiting[i, 1], WIDTH * n_blocks
+    return int((middle - half) * n) + 1, int((middle + half) * n) + 1
 
 
 @routine
