@@ -9,7 +9,7 @@
 
 import numpy as np
 
-from ulna.engine.decorators import routine, shared_routine, workspace
+from ulna.engine.decorators import kernel, routine, shared_routine, workspace
 from ulna.engine.lanes import load, store
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.ball_motion import fastest_ball, place_balls, write_motion
@@ -180,7 +180,7 @@ def shared_joint(joints, i, j):
     return max(i, BASE)
 
 
-@routine
+@kernel
 def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_world, most_blocks):
     """Whether the edge from q_a to q_b is certainly free, and nothing of the world is nearer than a margin [m].
 
@@ -245,7 +245,7 @@ def outcome_at(scene, carried, work, q_a, q_b, instant, finest, margin, of_world
     return touches
 
 
-@routine
+@kernel
 def edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world):
     """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them q_b.
 
@@ -289,7 +289,7 @@ def samples_in(waiting, i, n_blocks):
     return int((middle - half) * n) + 1, int((middle + half) * n) + 1
 
 
-@routine
+@kernel
 def touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
     """Whether the robot is not free at the first n configurations of eight, n > 0."""
     lane_rows = work[1]
