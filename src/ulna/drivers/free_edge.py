@@ -17,6 +17,7 @@ from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import (
     BALL_CENTRE,
     BALL_JOINT,
+    BALL_LENGTH,
     BALL_RADIUS,
     BALL_WIDTH,
     GROUP_A,
@@ -29,6 +30,8 @@ from ulna.kernels.collision.collision_layout import (
     RUN_END,
     RUN_FIRST,
     RUN_WIDTH,
+    STEP_LENGTH,
+    STEP_WIDTH,
 )
 from ulna.kernels.collision.continuous import INSTANT, offset_length
 from ulna.kernels.collision.interval import self_outcome, world_outcome
@@ -50,11 +53,10 @@ def free_edge_work(scene, may_touch):
     groups, runs, others = groups_of(scene.joints, scene.bodies, scene.pairs, balls)
     n_balls = balls.shape[0]
     return Carried(
-        balls, order, first, groups, runs, others, may_touch, offset_lengths(scene.joints),
-        np.empty(n_joints), np.empty(n_joints), np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)),
-        np.empty(n_balls), np.empty((12 * n_joints, WIDTH)), np.empty((6 * n_joints, WIDTH)), np.empty((7 * n_balls, WIDTH)),
-        np.empty((3 * scene.bodies.shape[0], WIDTH)), np.zeros(n_balls, np.int64),
-        np.empty(scene.objects.shape[0], np.int64),
+        balls, order, first, groups, runs, others, may_touch, steps_of(scene.joints),
+        np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)), np.empty(n_balls),
+        np.empty((12 * n_joints, WIDTH)), np.empty((6 * n_joints, WIDTH)), np.empty((7 * n_balls, WIDTH)),
+        np.empty((3 * scene.bodies.shape[0], WIDTH)), np.zeros(n_balls, np.int64), np.empty(scene.objects.shape[0], np.int64),
     )  # fmt: skip
 
 
@@ -72,12 +74,12 @@ def interval_work(scene, n_dof):
 
 
 @workspace
-def offset_lengths(joints):
-    """How far the frame of each joint is from its parent's [m]."""
-    lengths = np.empty(joints.shape[0])
+def steps_of(joints):
+    """Room for the joints along an edge, with what is so for all edges."""
+    steps = np.empty((joints.shape[0], STEP_WIDTH))
     for i in range(joints.shape[0]):
-        lengths[i] = offset_length(joints, i)
-    return lengths
+        steps[i, STEP_LENGTH] = offset_length(joints, i)
+    return steps
 
 
 @workspace
@@ -119,6 +121,8 @@ def write_ball(bodies, order, joint, first, g, balls):
             d = bodies[k, 4 * axis + 3] - balls[g, BALL_CENTRE + axis]
             square += d * d
         balls[g, BALL_RADIUS] = max(balls[g, BALL_RADIUS], np.sqrt(square) + bodies[k, REACH])
+    x, y, z = balls[g, BALL_CENTRE], balls[g, BALL_CENTRE + 1], balls[g, BALL_CENTRE + 2]
+    balls[g, BALL_LENGTH] = balls[g, BALL_RADIUS] + np.sqrt(x * x + y * y + z * z)
 
 
 @workspace
