@@ -9,7 +9,7 @@
 
 import numpy as np
 
-from ulna.engine.decorators import routine, shared_routine, workspace
+from ulna.engine.decorators import kernel, routine, shared_routine, workspace
 from ulna.engine.lanes import load, store
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.ball_motion import fastest_ball, place_balls, write_motion
@@ -17,6 +17,7 @@ from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import (
     BALL_CENTRE,
     BALL_JOINT,
+    BALL_LENGTH,
     BALL_RADIUS,
     BALL_WIDTH,
     GROUP_A,
@@ -25,6 +26,12 @@ from ulna.kernels.collision.collision_layout import (
     GROUP_FIRST,
     GROUP_SHARED,
     GROUP_WIDTH,
+    RUN_BODY,
+    RUN_END,
+    RUN_FIRST,
+    RUN_WIDTH,
+    STEP_LENGTH,
+    STEP_WIDTH,
 )
 from ulna.kernels.collision.continuous import INSTANT, offset_length
 from ulna.kernels.collision.interval import self_outcome, world_outcome
@@ -43,14 +50,13 @@ def free_edge_work(scene, may_touch):
     """
     n_joints = scene.joints.shape[0]
     balls, order, first = balls_of(scene.bodies, n_joints)
-    groups, pair_order = groups_of(scene.joints, scene.bodies, scene.pairs, balls)
+    groups, runs, others = groups_of(scene.joints, scene.bodies, scene.pairs, balls)
     n_balls = balls.shape[0]
     return Carried(
-        balls, order, first, groups, pair_order, may_touch, offset_lengths(scene.joints),
-        np.empty(n_joints), np.empty(n_joints), np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)),
-        np.empty(n_balls), np.empty((12 * n_joints, WIDTH)), np.empty((6 * n_joints, WIDTH)), np.empty((7 * n_balls, WIDTH)),
-        np.empty((3 * scene.bodies.shape[0], WIDTH)), np.zeros(n_balls, np.int64),
-        np.empty(scene.objects.shape[0], np.int64),
+        balls, order, first, groups, runs, others, may_touch, steps_of(scene.joints),
+        np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)), np.empty(n_balls),
+        np.empty((12 * n_joints, WIDTH)), np.empty((6 * n_joints, WIDTH)), np.empty((7 * n_balls, WIDTH)),
+        np.empty((3 * scene.bodies.shape[0], WIDTH)), np.zeros(n_balls, np.int64), np.empty(scene.objects.shape[0], np.int64),
     )  # fmt: skip
 
 
@@ -68,12 +74,12 @@ def interval_work(scene, n_dof):
 
 
 @workspace
-def offset_lengths(joints):
-    """How far the frame of each joint is from its parent's [m]."""
-    lengths = np.empty(joints.shape[0])
+def steps_of(joints):
+    """Room for the joints along an edge, with what is so for all edges."""
+    steps = np.empty((joints.shape[0], STEP_WIDTH))
     for i in range(joints.shape[0]):
-        lengths[i] = offset_length(joints, i)
-    return lengths
+        steps[i, STEP_LENGTH] = offset_length(joints, i)
+    return steps
 
 
 @workspace
@@ -115,37 +121,56 @@ def write_ball(bodies, order, joint, first, g, balls):
             d = bodies[k, 4 * axis + 3] - balls[g, BALL_CENTRE + axis]
             square += d * d
         balls[g, BALL_RADIUS] = max(balls[g, BALL_RADIUS], np.sqrt(square) + bodies[k, REACH])
+    x, y, z = balls[g, BALL_CENTRE], balls[g, BALL_CENTRE + 1], balls[g, BALL_CENTRE + 2]
+    balls[g, BALL_LENGTH] = balls[g, BALL_RADIUS] + np.sqrt(x * x + y * y + z * z)
 
 
 @workspace
 def groups_of(joints, bodies, pairs, balls):
-    """The pairs by the two balls that they belong to, and the pairs in that order."""
-    n = balls.shape[0]
-    number, counts = np.zeros(joints.shape[0] + 1, np.int64), np.zeros(n * n + 1, np.int64)
-    for g in range(n):
+    """The pairs by the two balls that they belong to, the larger one first, and by their body in it (``scene.Carried``)."""
+    n_balls, n = balls.shape[0], pairs.shape[0]
+    number = np.zeros(joints.shape[0] + 1, np.int64)
+    for g in range(n_balls):
         number[int(balls[g, BALL_JOINT]) + 1] = g
-    for p in range(pairs.shape[0]):
-        a, b = number[int(bodies[pairs[p, 0], JOINT]) + 1], number[int(bodies[pairs[p, 1], JOINT]) + 1]
-        counts[a * n + b + 1] += 1
-    starts, n_groups = np.cumsum(counts), np.count_nonzero(counts)
-    order, filled, groups = np.empty(pairs.shape[0], np.int64), starts.copy(), np.empty((n_groups, GROUP_WIDTH), np.int64)
-    for p in range(pairs.shape[0]):
-        a, b = number[int(bodies[pairs[p, 0], JOINT]) + 1], number[int(bodies[pairs[p, 1], JOINT]) + 1]
-        order[filled[a * n + b]] = p
-        filled[a * n + b] += 1
-    e = 0
-    for at in range(n * n):
-        if starts[at + 1] > starts[at]:
-            a, b = at // n, at % n
-            groups[e, GROUP_A], groups[e, GROUP_B], groups[e, GROUP_FIRST], groups[e, GROUP_END] = (
-                a,
-                b,
-                starts[at],
-                starts[at + 1],
-            )
-            groups[e, GROUP_SHARED] = shared_joint(joints, int(balls[a, BALL_JOINT]), int(balls[b, BALL_JOINT]))
-            e += 1
-    return groups, order
+    bodies_of_pairs, group = np.empty((2, n), np.int64), np.empty(n, np.int64)
+    for p in range(n):
+        i, j = pairs[p, 0], pairs[p, 1]
+        a, b = number[int(bodies[i, JOINT]) + 1], number[int(bodies[j, JOINT]) + 1]
+        if balls[a, BALL_RADIUS] < balls[b, BALL_RADIUS]:
+            a, b, i, j = b, a, j, i
+        bodies_of_pairs[0, p], bodies_of_pairs[1, p], group[p] = i, j, a * n_balls + b
+    order = counted_order(bodies_of_pairs[0], bodies.shape[0], np.arange(n))
+    order = counted_order(group, n_balls * n_balls, order)
+    groups, runs, others = np.empty((min(n, n_balls * n_balls), GROUP_WIDTH), np.int64), np.empty((n, RUN_WIDTH), np.int64), order
+    n_groups, n_runs, before, body = 0, 0, -1, -1
+    for at in range(n):
+        p = order[at]
+        if group[p] != before:
+            before, body = group[p], -1
+            a, b = before // n_balls, before % n_balls
+            groups[n_groups, GROUP_A], groups[n_groups, GROUP_B], groups[n_groups, GROUP_FIRST] = a, b, n_runs
+            groups[n_groups, GROUP_SHARED] = shared_joint(joints, int(balls[a, BALL_JOINT]), int(balls[b, BALL_JOINT]))
+            n_groups += 1
+        if bodies_of_pairs[0, p] != body:
+            body = bodies_of_pairs[0, p]
+            runs[n_runs, RUN_BODY], runs[n_runs, RUN_FIRST] = body, at
+            n_runs += 1
+        runs[n_runs - 1, RUN_END], groups[n_groups - 1, GROUP_END], others[at] = at + 1, n_runs, bodies_of_pairs[1, p]
+    return groups[:n_groups], runs[:n_runs], others
+
+
+@workspace
+def counted_order(keys, n_keys, order):
+    """An order of things, by their keys below n_keys; those of one key stay as they are in it."""
+    starts, result = np.zeros(n_keys + 1, np.int64), np.empty_like(order)
+    for p in range(keys.shape[0]):
+        starts[keys[p] + 1] += 1
+    for k in range(n_keys):
+        starts[k + 1] += starts[k]
+    for p in order:
+        result[starts[keys[p]]] = p
+        starts[keys[p]] += 1
+    return result
 
 
 @routine
@@ -159,7 +184,7 @@ def shared_joint(joints, i, j):
     return max(i, BASE)
 
 
-@routine
+@kernel
 def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_world, most_blocks):
     """Whether the edge from q_a to q_b is certainly free, and nothing of the world is nearer than a margin [m].
 
@@ -172,18 +197,11 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_
     waiting[0, 0], waiting[0, 1] = 0.5, 0.5
     oldest, newest = 0, 1
     for _ in range(most_blocks):
-        n = min(newest - oldest, WIDTH // 2)
-        share, shortest = WIDTH // n, 1.0
-        for lane in range(WIDTH):
-            i, part = min(lane // share, n - 1), lane % share
-            middle, half = waiting[oldest + i, 0], waiting[oldest + i, 1] / share
-            lane_rows[0, lane], lane_rows[1, lane] = middle + (2 * part + 1 - share) * half, half
-            shortest = min(shortest, half)
+        n, shortest = split_oldest(waiting, oldest, newest, lane_rows)
         oldest += n
-        touches = outcome_at(scene, carried, work, q_a, q_b, INSTANT, 2.0 * shortest * fastest <= resolution, margin, of_world)
-        if touches:
+        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, 2.0 * shortest * fastest <= resolution, margin, of_world):
             return False
-        for lane in range(n * share):
+        for lane in range(WIDTH // n * n):
             if lane_rows[2, lane] == 0.0:
                 if 2.0 * lane_rows[1, lane] * fastest <= resolution or newest == MOST_WAITING:
                     return False
@@ -192,6 +210,22 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_
         if oldest == newest:
             return True
     return False
+
+
+@routine
+def split_oldest(waiting, oldest, newest, lane_rows):
+    """Write the middles and half lengths of eight intervals, the parts of the n oldest that wait; n, and the least half length.
+
+    The last of them are repeats where n does not divide eight.
+    """
+    n, shortest = min(newest - oldest, WIDTH // 2), 1.0
+    share = WIDTH // n
+    for lane in range(WIDTH):
+        i, part = min(lane // share, n - 1), lane % share
+        middle, half = waiting[oldest + i, 0], waiting[oldest + i, 1] / share
+        lane_rows[0, lane], lane_rows[1, lane] = middle + (2 * part + 1 - share) * half, half
+        shortest = min(shortest, half)
+    return n, shortest
 
 
 @shared_routine
@@ -215,34 +249,51 @@ def outcome_at(scene, carried, work, q_a, q_b, instant, finest, margin, of_world
     return touches
 
 
-@routine
+@kernel
 def edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world):
     """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them q_b.
 
-    Those in an eighth of the edge that is certified at one look need no look of their own.
+    Those in an interval that is certified need no look of their own. Intervals are looked at as in ``edge_is_free``, as long as
+    the last look settled more samples than it has lanes.
     """
     _, lane_rows, waiting, _, _ = work
     write_motion(scene.joints, q_a, q_b, spread, carried)
-    for lane in range(WIDTH):
-        lane_rows[0, lane], lane_rows[1, lane], lane_rows[2, lane] = (lane + 0.5) / WIDTH, 0.5 / WIDTH, 0.0
-    if n_blocks > 1 and outcome_at(scene, carried, work, q_a, q_b, INSTANT, n_blocks <= 1, margin, of_world):
-        return False
-    for lane in range(WIDTH):
-        waiting[lane, 0] = lane_rows[2, lane]
+    waiting[0, 0], waiting[0, 1] = 0.5, 0.5
+    oldest, newest, left, settled = 0, 1, WIDTH * n_blocks, WIDTH + 1
+    while left > WIDTH and settled > WIDTH and newest + WIDTH <= MOST_WAITING:
+        n, _ = split_oldest(waiting, oldest, newest, lane_rows)
+        oldest, before, left = oldest + n, left, 0
+        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, n_blocks <= 0, margin, of_world):
+            return False
+        for lane in range(WIDTH // n * n):
+            if lane_rows[2, lane] == 0.0:
+                waiting[newest, 0], waiting[newest, 1] = lane_rows[0, lane], lane_rows[1, lane]
+                newest += 1
+        for i in range(oldest, newest):
+            first, end = samples_in(waiting, i, n_blocks)
+            left += end - first
+        settled = before - left
     n = 0
-    for i in range(WIDTH * n_blocks):
-        block, lane = i // WIDTH, i % WIDTH
-        if waiting[lane, 0] == 0.0:
-            lane_rows[0, n] = (lane * n_blocks + block + 1.0) / (WIDTH * n_blocks)
+    for i in range(oldest, newest):
+        first, end = samples_in(waiting, i, n_blocks)
+        for sample in range(first, end):
+            lane_rows[0, n] = sample / (WIDTH * n_blocks)
             n += 1
-        if n == WIDTH or (n > 0 and i == WIDTH * n_blocks - 1):
-            if touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
-                return False
-            n = 0
-    return True
+            if n == WIDTH:
+                if touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
+                    return False
+                n = 0
+    return n == 0 or not touches_at(scene, carried, work, q_a, q_b, n, margin, of_world)
 
 
 @routine
+def samples_in(waiting, i, n_blocks):
+    """Which of 8 n_blocks samples, the first at a share of 1 / (8 n_blocks), are in an interval: the first, and the one after."""
+    middle, half, n = waiting[i, 0], waiting[i, 1], WIDTH * n_blocks
+    return int((middle - half) * n) + 1, int((middle + half) * n) + 1
+
+
+@kernel
 def touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
     """Whether the robot is not free at the first n configurations of eight, n > 0."""
     lane_rows = work[1]

@@ -25,7 +25,7 @@ from ulna.drivers.found_path import drop_repeats, rows_for, write_found
 from ulna.drivers.planned_edge import edges_of, is_free, straight_edges_of
 from ulna.drivers.shortening import shorten_path
 from ulna.drivers.tree_nodes import add_node, nearest_node, next_tree, pass_over, read_node, read_sample
-from ulna.engine.decorators import entry, routine
+from ulna.engine.decorators import entry, kernel
 from ulna.engine.signatures import INDEX_ROWS, MATRIX, NUMBERS, SCENES, TRUTH_ROWS
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
@@ -75,7 +75,7 @@ def plan_slice(
     return code
 
 
-@routine
+@kernel
 def grow_trees(edges, samples, start_rows, goal_rows, parents, radii, costs, steps, state):
     """Search on until the trees are joined, or state[UNTIL] edges were checked, or nodes or samples run out.
 
@@ -98,7 +98,7 @@ def grow_trees(edges, samples, start_rows, goal_rows, parents, radii, costs, ste
     return layout.PAUSED
 
 
-@routine
+@kernel
 def joins_directly(edges, start_rows, goal_rows, steps, state):
     """Whether the straight edge from the first start to the next node of the second tree is free: at first to each goal."""
     goal = state[layout.DIRECT]
@@ -113,7 +113,7 @@ def joins_directly(edges, start_rows, goal_rows, steps, state):
     return True
 
 
-@routine
+@kernel
 def iterate(edges, samples, start_rows, goal_rows, parents, radii, steps, state):
     """Steps 2 to 5; whether the trees are joined."""
     own = next_tree(state)
@@ -145,7 +145,7 @@ def iterate(edges, samples, start_rows, goal_rows, parents, radii, steps, state)
     return True
 
 
-@routine
+@kernel
 def connect(edges, rows, parents, radii, tree, steps, state):
     """Step from the nearest node of a tree to the configuration steps[2], as long as edges are free; its node, or -1."""
     settings, space = edges.settings, edges.space

@@ -1,7 +1,7 @@
 """Shortens a path of free edges. Used by ``planning``."""
 
 from ulna.drivers.planned_edge import is_free
-from ulna.engine.decorators import routine
+from ulna.engine.decorators import kernel, routine
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import distance, write_step
 
@@ -39,7 +39,7 @@ def shorten_path(edges, path, known, spreads, ends, state):
     return layout.PAUSED
 
 
-@routine
+@kernel
 def goes_on(edges, path, known, ends, state):
     """One edge of the pass; whether the pass goes on."""
     if state[layout.PASS] == 0:
@@ -51,7 +51,7 @@ def goes_on(edges, path, known, ends, state):
     return leave_out(edges, path, known, state)
 
 
-@routine
+@kernel
 def confirms(edges, path, known, spreads, state):
     """Whether the next edge of the path, or what lies within its spread, is free, one way or the other."""
     i = state[layout.AT]
@@ -63,7 +63,7 @@ def confirms(edges, path, known, spreads, state):
     return is_free(edges, path[i], path[i + 1], spread) or is_free(edges, path[i + 1], path[i], spread)
 
 
-@routine
+@kernel
 def jump(edges, path, known, state):
     """One edge of pass 1; whether the pass goes on."""
     n, i = state[layout.POINTS], state[layout.AT]
@@ -80,7 +80,7 @@ def jump(edges, path, known, state):
     return True
 
 
-@routine
+@kernel
 def leave_out(edges, path, known, state):
     """One edge of pass 4; whether the pass goes on."""
     i = state[layout.AT]
@@ -95,7 +95,7 @@ def leave_out(edges, path, known, state):
     return True
 
 
-@routine
+@kernel
 def short_cut(edges, path, known, ends, state):
     """One attempt of pass 2; whether the pass goes on."""
     n, attempt, space = state[layout.POINTS], state[layout.AT], edges.space
@@ -117,7 +117,7 @@ def short_cut(edges, path, known, ends, state):
     return True
 
 
-@routine
+@kernel
 def cut_corner(edges, path, known, ends, state):
     """One edge of pass 3; whether the pass goes on."""
     n, i, space = state[layout.POINTS], state[layout.AT] + 1, edges.space

@@ -25,7 +25,19 @@ bodies (Eurographics 2002); the bound is that of the product of exponentials (Mu
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, sqrt, store
 from ulna.kernels.chain.poses import tree_poses
-from ulna.kernels.collision.collision_layout import BALL_CENTRE, BALL_JOINT, BALL_RADIUS
+from ulna.kernels.collision.collision_layout import (
+    ASIDE,
+    BALL_CENTRE,
+    BALL_JOINT,
+    BALL_LENGTH,
+    BALL_RADIUS,
+    RATE,
+    SLIDE,
+    SLIDES,
+    STEP_LENGTH,
+    SWING,
+    TURN,
+)
 from ulna.kernels.collision.continuous import ANGLE, ROUNDING
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.elementary import maximum, minimum
@@ -41,33 +53,29 @@ def write_motion(joints, q_a, q_b, spread, carried):
 
     spread: (n_dof,) [rad or m].
     """
-    n, balls = joints.shape[0], carried.balls
+    n, balls, steps = joints.shape[0], carried.balls, carried.steps
     for i in range(n):
         column, parent, kind = int(joints[i, COLUMN]), int(joints[i, PARENT]), int(joints[i, KIND])
-        carried.rates[i] = 0.0 if kind == FIXED else joints[i, RATIO] * (q_b[column] - q_a[column])
-        before = carried.turns[parent] if parent >= 0 else 0.0
-        carried.turns[i] = before if kind == PRISMATIC else before + abs(carried.rates[i])
+        rate = 0.0 if kind == FIXED else joints[i, RATIO] * (q_b[column] - q_a[column])
+        before = steps[parent, TURN] if parent >= 0 else 0.0
+        aside = abs(joints[i, RATIO]) * spread[column]
+        travel = abs(joints[i, RATIO]) * max(abs(q_a[column]), abs(q_b[column])) + abs(joints[i, OFFSET]) + aside
+        slides = kind == PRISMATIC
+        steps[i, RATE], steps[i, TURN] = rate, before if slides else before + abs(rate)
+        steps[i, SLIDE], steps[i, ASIDE] = travel if slides else 0.0, aside if slides else ANGLE * travel + aside
+        steps[i, SWING], steps[i, SLIDES] = 2.0 * before if slides else 2.0 * before + abs(rate), 1.0 if slides else 0.0
     for g in range(balls.shape[0]):
-        speed, bend, slack, i = 0.0, 0.0, 0.0, int(balls[g, BALL_JOINT])
-        x, y, z = balls[g, BALL_CENTRE], balls[g, BALL_CENTRE + 1], balls[g, BALL_CENTRE + 2]
-        length = balls[g, BALL_RADIUS] + sqrt(x * x + y * y + z * z)
+        speed, bend, slack, i, length = 0.0, 0.0, 0.0, int(balls[g, BALL_JOINT]), balls[g, BALL_LENGTH]
         while i >= 0:
             carried.speeds[g, i], carried.bends[g, i] = speed, bend
-            column, parent, rate = int(joints[i, COLUMN]), int(joints[i, PARENT]), abs(carried.rates[i])
-            aside = abs(joints[i, RATIO]) * spread[column]
-            travel = abs(joints[i, RATIO]) * max(abs(q_a[column]), abs(q_b[column])) + abs(joints[i, OFFSET]) + aside
-            before = carried.turns[parent] if parent >= 0 else 0.0
-            if int(joints[i, KIND]) == PRISMATIC:
-                length += travel
-                slack += aside
-                speed += rate
-                bend += rate * 2.0 * before
-            else:
-                slack += (ANGLE * travel + aside) * length
-                speed += rate * length
-                bend += rate * length * (2.0 * before + rate)
-            length += carried.offsets[i]
-            i = parent
+            length += steps[i, SLIDE]
+            lever = 1.0 if steps[i, SLIDES] > 0.0 else length
+            rate = abs(steps[i, RATE]) * lever
+            slack += steps[i, ASIDE] * lever
+            speed += rate
+            bend += rate * steps[i, SWING]
+            length += steps[i, STEP_LENGTH]
+            i = int(joints[i, PARENT])
         carried.speeds[g, n], carried.bends[g, n], carried.slacks[g] = speed, bend, slack + ROUNDING * length
 
 
@@ -109,9 +117,9 @@ def write_twists(joints, carried, like):
         a, parent = load_pose(carried.joint_rows, i), int(joints[i, PARENT])
         v, w = joint_twist(carried, parent, origin(a), like)
         if int(joints[i, KIND]) == PRISMATIC:
-            v = add_scaled(v, carried.rates[i], z_axis(a))
+            v = add_scaled(v, carried.steps[i, RATE], z_axis(a))
         else:
-            w = add_scaled(w, carried.rates[i], z_axis(a))
+            w = add_scaled(w, carried.steps[i, RATE], z_axis(a))
         store_vector(carried.twist_rows, 6 * i, v)
         store_vector(carried.twist_rows, 6 * i + 3, w)
 
@@ -205,7 +213,7 @@ def pair_way(joints, carried, a, b, shared, half, like):
 @kernel
 def pair_bounds(joints, carried, a, b, shared):
     """The greatest speed and acceleration of two points of two balls relative to each other, seen from the joint of both."""
-    column, turned = (joints.shape[0], 0.0) if shared < 0 else (shared, carried.turns[shared])
+    column, turned = (joints.shape[0], 0.0) if shared < 0 else (shared, carried.steps[shared, TURN])
     speed = carried.speeds[a, column] + carried.speeds[b, column]
     return speed, max(carried.bends[a, column] + carried.bends[b, column] - 2.0 * turned * speed, 0.0)
 

@@ -11,9 +11,18 @@ DISTANCE, WITNESS_A, WITNESS_B, NORMAL = 0, 1, 4, 7
 CONTACT_WIDTH = 10
 # Of an edge between two configurations.
 EDGE_FREE, EDGE_CONTACT, EDGE_OUT_OF_RANGE = 0, 1, 2
-# A ball that holds the bodies of one joint: the joint, the centre in its frame [m], the radius [m].
-BALL_JOINT, BALL_CENTRE, BALL_RADIUS = 0, 1, 4
-BALL_WIDTH = 5
-# The pairs of two balls: the balls, the joint that carries both, the first pair and the one after the last.
+# A ball that holds the bodies of one joint: the joint, the centre in its frame [m], the radius [m], and how far from the joint's
+# origin its points are at most [m].
+BALL_JOINT, BALL_CENTRE, BALL_RADIUS, BALL_LENGTH = 0, 1, 4, 5
+BALL_WIDTH = 6
+# A joint along an edge: its rate [rad or m]; the sum of the angles that it and those that carry it turn [rad]; how far it slides
+# at most [m]; how far beside the edge it may be, with rounding [rad or m]; what its rate is times for the acceleration of what it
+# moves [rad]; 1 if it slides, else 0; how far its frame is from its parent's [m], which is so for all edges.
+RATE, TURN, SLIDE, ASIDE, SWING, SLIDES, STEP_LENGTH = 0, 1, 2, 3, 4, 5, 6
+STEP_WIDTH = 7
+# The pairs of two balls, the larger one first: the balls, the joint that carries both, the first run and the one after the last.
 GROUP_A, GROUP_B, GROUP_SHARED, GROUP_FIRST, GROUP_END = 0, 1, 2, 3, 4
 GROUP_WIDTH = 5
+# A run, the pairs of one body of the first ball: the body, the first pair and the one after the last.
+RUN_BODY, RUN_FIRST, RUN_END = 0, 1, 2
+RUN_WIDTH = 3

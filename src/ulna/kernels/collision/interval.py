@@ -38,6 +38,9 @@ from ulna.kernels.collision.collision_layout import (
     GROUP_END,
     GROUP_FIRST,
     GROUP_SHARED,
+    RUN_BODY,
+    RUN_END,
+    RUN_FIRST,
 )
 from ulna.kernels.collision.continuous import CROWD, span_of
 from ulna.kernels.collision.posed_pair import BALLS, rows_gap
@@ -87,11 +90,13 @@ def body_outcome(scene, carried, g, k, o, p, v, way, slack, half, still, margin,
     p, v: the body's centre and its velocity; way: how far a point of it gets within ``half``, and ``slack``.
     """
     bodies, objects, n, b = scene.bodies, scene.objects, scene.joints.shape[0], constant_pose(scene.objects, o, half)
-    distance, nearer = point_gap(p, objects, o, b) - BALLS * bodies[k, REACH], way
-    if not any_lane((distance <= way) & (clear > 0.0)):
+    e, radius, nearer = core_offset(p, objects, o, b), core_radius(objects, o) + BALLS * bodies[k, REACH], way
+    most = way + radius
+    if not any_lane((dot(e, e) <= most * most) & (clear > 0.0)):
         return False, clear
+    distance = sqrt(dot(e, e)) - radius
     if not still:
-        nearer = minimum(way, centre_way(carried, g, n, point_slope(p, v, objects, o, b), half) + slack)
+        nearer = minimum(way, centre_way(carried, g, n, core_slope(e, v, objects, o, b), half) + slack)
         if not any_lane((distance <= nearer) & (clear > 0.0)):
             return False, clear
     away = distance > nearer
@@ -136,11 +141,14 @@ def objects_near(scene, carried, g, p, reach, half, still, slack, finest, stack,
 def is_near(scene, carried, g, p, o, reach, half, still, slack):
     """Whether a ball with its centre p may reach object o in any lane."""
     b, radius, n = constant_pose(scene.objects, o, p[0]), BALLS * carried.balls[g, BALL_RADIUS], scene.joints.shape[0]
-    gap = point_gap(p, scene.objects, o, b) - radius
-    if still or not any_lane(gap <= reach):
-        return any_lane(gap <= reach)
-    slope = point_slope(p, load_vector(carried.ball_rows, 7 * g + 3), scene.objects, o, b)
-    return any_lane(gap <= centre_way(carried, g, n, slope, half) + slack)
+    e, radius = core_offset(p, scene.objects, o, b), core_radius(scene.objects, o) + radius
+    most = reach + radius
+    near = any_lane(dot(e, e) <= most * most)
+    if still or not near:
+        return near
+    slope = core_slope(e, load_vector(carried.ball_rows, 7 * g + 3), scene.objects, o, b)
+    most = centre_way(carried, g, n, slope, half) + (slack + radius)
+    return any_lane(dot(e, e) <= most * most)
 
 
 @kernel
@@ -163,28 +171,40 @@ def self_outcome(scene, carried, half, still, clear, like):
             way = pair_way(scene.joints, carried, a, b, shared, half, like) + slack
         place_bodies_of(bodies, carried, a, like)
         place_bodies_of(bodies, carried, b, like)
-        for m in range(groups[e, GROUP_FIRST], groups[e, GROUP_END]):
-            i, j = scene.pairs[carried.pair_order[m], 0], scene.pairs[carried.pair_order[m], 1]
-            p, q = load_vector(carried.centre_rows, 3 * i), load_vector(carried.centre_rows, 3 * j)
-            d, reach = minus(p, q), BALLS * (bodies[i, REACH] + bodies[j, REACH])
-            most = way + reach
+        for run in range(groups[e, GROUP_FIRST], groups[e, GROUP_END]):
+            i = carried.runs[run, RUN_BODY]
+            p = load_vector(carried.centre_rows, 3 * i)
+            d = minus(p, load_vector(carried.ball_rows, 7 * b))
+            most = way + BALLS * (bodies[i, REACH] + balls[b, BALL_RADIUS])
             if not any_lane((dot(d, d) <= most * most) & (clear > 0.0)):
                 continue
-            distance, nearer = sqrt(dot(d, d)) - reach, way
-            if int(bodies[i, SHAPE]) != SPHERE or int(bodies[j, SHAPE]) != SPHERE:
-                of_j = frame_pose(bodies, j, carried.joint_rows, like)
-                distance = point_gap(p, bodies, j, of_j) - BALLS * bodies[i, REACH]
-                if not any_lane((distance <= way) & (clear > 0.0)):
-                    continue
-                of_i = frame_pose(bodies, i, carried.joint_rows, like)
-                ours, theirs = (bodies, scene.vertices, i, of_i), (bodies, scene.vertices, j, of_j)
-                distance = gap_or_contact(ours, theirs, way, 0.0, slack)
-            else:
-                nearer = minimum(way, spheres_way(scene, carried, e, (i, j), (p, q), half, still) + slack)
-            if any_lane(distance <= 0.0):
-                return True, clear
-            clear = where(distance > nearer, clear, 0.0)
+            for m in range(carried.runs[run, RUN_FIRST], carried.runs[run, RUN_END]):
+                touches, clear = pair_outcome(scene, carried, e, i, carried.others[m], p, way, slack, half, still, clear)
+                if touches:
+                    return True, clear
     return False, clear
+
+
+@kernel
+def pair_outcome(scene, carried, e, i, j, p, way, slack, half, still, clear):
+    """The same for bodies i and j, of the two balls of group e. p: the centre of body i; way, slack: as in ``self_outcome``."""
+    bodies, q = scene.bodies, load_vector(carried.centre_rows, 3 * j)
+    d, reach = minus(p, q), BALLS * (bodies[i, REACH] + bodies[j, REACH])
+    most = way + reach
+    if not any_lane((dot(d, d) <= most * most) & (clear > 0.0)):
+        return False, clear
+    distance, nearer = sqrt(dot(d, d)) - reach, way
+    if int(bodies[i, SHAPE]) != SPHERE or int(bodies[j, SHAPE]) != SPHERE:
+        of_j = frame_pose(bodies, j, carried.joint_rows, half)
+        e, most = core_offset(p, bodies, j, of_j), way + (core_radius(bodies, j) + BALLS * bodies[i, REACH])
+        if not any_lane((dot(e, e) <= most * most) & (clear > 0.0)):
+            return False, clear
+        of_i = frame_pose(bodies, i, carried.joint_rows, half)
+        ours, theirs = (bodies, scene.vertices, i, of_i), (bodies, scene.vertices, j, of_j)
+        distance = gap_or_contact(ours, theirs, way, 0.0, slack)
+    else:
+        nearer = minimum(way, spheres_way(scene, carried, e, (i, j), (p, q), half, still) + slack)
+    return any_lane(distance <= 0.0), where(distance > nearer, clear, 0.0)
 
 
 @kernel
@@ -219,16 +239,31 @@ def posed_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding):
 
 
 @kernel
-def point_slope(p, v, others, j, b):
-    """How fast ``point_gap`` changes where p has the velocity v: the part of v along its gradient, 0 within the core."""
+def core_offset(p, others, j, b):
+    """From the smallest box that holds the core of body j, at pose b, to a point, as the body's frame sees it; 0 within [m].
+
+    A sphere's core is its centre; it is seen from the frame of p. That of a half-space is the half-space.
+    """
     if int(others[j, SHAPE]) == SPHERE:
-        return along(minus(p, origin(b)), v)
-    x, u = transform_inverse(b, p), rotate_inverse(b, v)
+        return minus(p, origin(b))
+    x = transform_inverse(b, p)
     if int(others[j, SHAPE]) == HALF_SPACE:
-        return u[2]
+        none = splat(0.0, x[2])
+        return none, none, maximum(x[2], 0.0)
     c = HALF_EXTENTS
-    e = beyond(x[0], others[j, c]), beyond(x[1], others[j, c + 1]), beyond(x[2], others[j, c + 2])
-    return along(e, u)
+    return beyond(x[0], others[j, c]), beyond(x[1], others[j, c + 1]), beyond(x[2], others[j, c + 2])
+
+
+@kernel
+def core_slope(e, v, others, j, b):
+    """How fast the length of ``core_offset``, e, changes where the point has the velocity v; 0 where it is 0."""
+    return along(e, v if int(others[j, SHAPE]) == SPHERE else rotate_inverse(b, v))
+
+
+@kernel
+def core_radius(others, j):
+    """How far body j is round its core [m]: a point at least so far from the core is outside of it."""
+    return 0.0 if int(others[j, SHAPE]) == HALF_SPACE else others[j, RADIUS]
 
 
 @kernel
@@ -241,24 +276,3 @@ def beyond(x, extent):
 def has_exact_ball(kind, other):
     """Whether the distance of a body's bounding ball from the box round another's core is that of the two bodies."""
     return kind == SPHERE and (other <= BOX or other == HALF_SPACE)
-
-
-@kernel
-def point_gap(p, others, j, b):
-    """The distance of a point from the smallest box that holds the core of body j, at pose b, less the core's radius [m].
-
-    A lower bound of the distance from the body; of a half-space the signed distance from its plane.
-    """
-    if int(others[j, SHAPE]) == SPHERE:
-        d = minus(p, origin(b))
-        return sqrt(dot(d, d)) - others[j, RADIUS]
-    x = transform_inverse(b, p)
-    if int(others[j, SHAPE]) == HALF_SPACE:
-        return x[2]
-    c = HALF_EXTENTS
-    e = (
-        maximum(abs(x[0]) - others[j, c], 0.0),
-        maximum(abs(x[1]) - others[j, c + 1], 0.0),
-        maximum(abs(x[2]) - others[j, c + 2], 0.0),
-    )
-    return sqrt(dot(e, e)) - others[j, RADIUS]

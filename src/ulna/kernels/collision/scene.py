@@ -37,7 +37,7 @@ class Scene(NamedTuple):
 class Carried(NamedTuple):
     """The bodies of a scene by the joint that carries them, each group within one ball, and how these move along an edge.
 
-    The first seven fields belong to the scene, the next five to an edge (``ball_motion.write_motion``), the others to eight
+    The first eight fields belong to the scene, the next four to an edge (``ball_motion.write_motion``), the others to eight
     configurations on it (``ball_motion.place_balls``).
     """
 
@@ -49,16 +49,14 @@ class Carried(NamedTuple):
     """Where those of each ball begin in ``order``, and then its length, shape (n_balls + 1,)."""
     groups: NDArray
     """The pairs of two balls: the balls, the joint that carries both, where they begin and end: shape (n_groups, GROUP_WIDTH)."""
-    pair_order: NDArray
-    """The pairs, those of one group one after the other, shape (n_pairs,)."""
+    runs: NDArray
+    """The pairs of one body of a group's first ball: the body, where they begin and end: shape (n_runs, RUN_WIDTH)."""
+    others: NDArray
+    """The other body of each pair, those of one run one after the other, shape (n_pairs,)."""
     may_touch: NDArray
     """Whether a body may touch an unindexed object, shape (n_bodies, n_unindexed)."""
-    offsets: NDArray
-    """How far the frame of each joint is from its parent's [m], shape (n_joints,)."""
-    rates: NDArray
-    """Of each joint along the edge [rad or m], shape (n_joints,)."""
-    turns: NDArray
-    """The sum of the angles that a joint and those that carry it turn along the edge [rad], shape (n_joints,)."""
+    steps: NDArray
+    """Each joint along the edge, shape (n_joints, STEP_WIDTH)."""
     speeds: NDArray
     """The greatest speed of a point of each ball, as a joint sees it; last as the base sees it [m], (n_balls, n_joints + 1)."""
     bends: NDArray
