@@ -77,9 +77,9 @@ class Question(NamedTuple):
 
     def is_free(self, q: Array) -> NDArray[np.bool_]:
         """Which configurations, shape (n, n_dof), touch nothing, and keep the margin from the world."""
-        free = ~np.atleast_1d(self.checker.in_collision(q, self.world, self_collision=True))
+        free = np.logical_not(self.checker.in_collision(q, self.world, self_collision=True))
         if self.margin > 0.0 and self.world is not None and self.world.names:
-            free &= np.atleast_1d(self.checker.signed_distance(q, self.world, self_collision=False)) > self.margin
+            free &= self.checker.signed_distance(q, self.world, self_collision=False) > self.margin
         return free
 
     def report(self, q: Array) -> Report:
@@ -161,11 +161,12 @@ def find_goals(question: Question, goal: Array, held: NDArray[np.bool_], free: N
     """
     if goal.ndim == 3:
         return _of_poses(question, goal, held)
-    moved = (goal != question.start) & held
-    if moved.any():
+    if held.any() and (moved := (goal != question.start) & held).any():
         row, k = np.argwhere(moved)[0]
         way = f"joint {_joint_of(k, question.tree)!r} is to go from {question.start[k]:.6g} to {goal[row, k]:.6g}"
         raise InputError("goal", f"{way}, but it keeps its position: it is held, or outside the group")
+    if free.all():
+        return Goals(goal, np.arange(len(goal)))  # the most frequent case
     if free.any():
         return Goals(goal[free], np.flatnonzero(free))
     return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, question.report(goal[0]))

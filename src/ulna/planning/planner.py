@@ -56,7 +56,7 @@ def plan_motion(
     tree, names, _ = checker.tree, as_names(held), as_task(task)
     if link is not None and link not in tree.link_names:
         raise UnknownNameError("link", str(link), tree.link_names)
-    start = _as_start(q_start, checker)
+    start, within = _as_start(q_start, checker)
     targets = _as_targets(goal, tree, start, group, states)
     link = _link_of(targets, link, group)
     _refuse_links_that_stay(targets, link, group, tree)
@@ -68,9 +68,9 @@ def plan_motion(
     margin = float(options.clearance)
     question = Question(checker, inverse_kinematics, world, margin, start, names, link, task, int(options.seed))
     of_links = held_for_links(targets, tree) if isinstance(targets, dict) else held_for(targets, question)
-    fixed = held_columns(tree, names) | of_links
+    fixed = held_columns(tree, names) | of_links if names else of_links
     nothing = np.empty((0, tree.n_dof))
-    if not is_within(start, tree):
+    if not within:
         return Plan(PlanStatus.START_BEYOND_LIMITS, nothing, certified=False, reason=_beyond(checker, start))
     depth, first = 0.0, start
     free = question.is_free(_given(start, targets))
@@ -167,15 +167,17 @@ def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
     return tuple(name for name in tree.joint_names if name not in group.joint_names)
 
 
-def _as_start(q_start: ArrayLike, checker: Checker) -> Array:
+def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
+    """The start, and whether it is within the limits."""
     start = as_positions(q_start, checker.tree, "q_start")
     if start.ndim != 1:
         raise InputError("q_start", f"shape {start.shape}; one configuration, shape ({checker.tree.n_dof},), is expected")
     if not checker.tree.n_dof:
         raise InputError("q_start", "the robot has no moving joints, so there is nothing to plan")
-    if not is_within(start, checker.tree):
+    within = is_within(start, checker.tree)
+    if not within:
         refuse_out_of_range(start, "q_start")
-    return start.copy()
+    return start.copy(), within
 
 
 def _beyond(checker: Checker, start: Array) -> str:

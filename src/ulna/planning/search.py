@@ -82,15 +82,13 @@ class Search:
     def __post_init__(self) -> None:
         n_goals, room = len(self.goals), int(self.edges.settings[layout.ROOM])
         capacity = -(-max(_FIRST_CAPACITY, 2 * (n_goals + room)) // WIDTH) * WIDTH
-        self.state = np.zeros((2, layout.N_STATE), dtype=np.int64)
+        self.state = _first_state(n_goals).copy()
         self._rows = [_tree_of(roots, capacity) for roots in (self.start[None], self.goals)]
         self._parents, self._radii = np.empty((2, capacity), dtype=np.int64), np.empty((2, capacity))
         self._parents[:, :n_goals], self._radii[:, :n_goals] = -1, np.inf
-        search = self.state[0]
-        search[:2], search[layout.ACTIVE], search[layout.GOAL_ROOTS] = (1, n_goals), 1, n_goals
         self._costs = _nothing(WIDTH)
         if self.bound < np.inf:
-            search[layout.DIRECT] = _NONE  # no straight edges: they were tried
+            self.state[0, layout.DIRECT] = _NONE  # no straight edges: they were tried
             self._costs = np.full((2 * capacity // WIDTH, WIDTH), np.inf)
             self._costs[0, 0] = 0.0
             self._costs[capacity // WIDTH :].reshape(-1)[:n_goals] = 0.0
@@ -165,6 +163,15 @@ class Search:
         if len(self._costs):
             infinite = np.full((more // WIDTH, WIDTH), np.inf)
             self._costs = np.concatenate([part for half in np.split(self._costs, 2) for part in (half, infinite)])
+
+
+@lru_cache(maxsize=64)
+def _first_state(n_goals: int) -> NDArray[np.int64]:
+    """The state of a search that has not begun."""
+    state = np.zeros((2, layout.N_STATE), dtype=np.int64)
+    search = state[0]
+    search[:2], search[layout.ACTIVE], search[layout.GOAL_ROOTS] = (1, n_goals), 1, n_goals
+    return state
 
 
 def _tree_of(roots: Array, capacity: int) -> Array:
