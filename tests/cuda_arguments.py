@@ -30,8 +30,8 @@ CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
 SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE), Scene)
 SCENE_OF_BOXES = types.NamedTuple((TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE), Scene)
 CARRIED = types.NamedTuple((
-    MATRIX, INDICES, INDICES, INDEX_ROWS, INDICES, TRUTH_ROWS, NUMBERS, NUMBERS, NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS,
-    NUMBERS, NUMBERS, NUMBERS, INDICES, INDICES,
+    MATRIX, INDICES, INDICES, INDEX_ROWS, INDEX_ROWS, INDICES, TRUTH_ROWS, MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
+    NUMBERS, NUMBERS, INDICES, INDICES,
 ), Carried)  # fmt: skip
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 
@@ -131,6 +131,8 @@ TYPES = {
     },
     "collision.interval.has_exact_ball": {**_each("kind other", WHOLE)},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR},
+    "collision.interval.core_slope": {"e": VECTOR},
+    "collision.interval.pair_outcome": {"e": WHOLE},
     "collision.interval.spheres_way": {"e": WHOLE, "pair": types.UniTuple(WHOLE, 2), "centres": TWO_VECTORS},
     "collision.interval.gap_or_contact": {**_each("first second", ROW)},
     "collision.continuous": {**_each("q_a q_b", NUMBERS)},
