@@ -99,4 +99,4 @@ def nearest_branch(branches, seed, lower, upper):
         near -= turn * np.ceil(np.maximum(near - upper, 0) / turn)
         if np.all((lower <= near) & (near <= upper)):
             found.append(near)
-    return min(found, key=lambda q: np.sum((q - seed) ** 2), default=None)
+    return min(found, key=lambda q: np.abs(q - seed).max(), default=None)

@@ -349,3 +349,9 @@ def test_no_targets_have_a_sentence_of_their_own(panda):
         found = panda.all_solutions(np.zeros((0, 4, 4)), redundancy=redundancy, n_samples=3)
         assert found.q.shape == (0, 24, 7)
         assert str(found) == "no targets"
+
+
+def test_more_whole_turns_than_memory_holds_are_refused():
+    robot = ur5(limit=400.0)
+    with pytest.raises(InputError, match=r"whole_turns: the limits allow .* turns of one solution"):
+        robot.all_solutions(robot.forward_kinematics(Q), whole_turns=True)

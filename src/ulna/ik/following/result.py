@@ -105,7 +105,7 @@ class FollowedPath:
     def __str__(self) -> str:
         if self.ending is None:
             longest = float(self.steps.max(initial=0.0))
-            return f"followed: {len(self.q)} poses, largest joint step {longest:.3g} ({self._proved()})"
+            return f"followed: {len(self.q)} pose{'s' * (len(self.q) != 1)}, largest joint step {longest:.3g} ({self._proved()})"
         return f"{self.status} at pose {self.ends_at} of {len(self.q)}: {self.reason} ({self._proved()})"
 
     def _proved(self) -> str:
