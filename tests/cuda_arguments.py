@@ -61,7 +61,7 @@ TYPES = {
     "spatial.vectors": {**_each("a b", VECTOR)},
     **{
         f"spatial.vectors.{name}": {"a": POSE}
-        for name in ("axis", "origin", "rotate", "rotate_inverse", "transform", "transform_inverse")
+        for name in ("x_axis", "y_axis", "z_axis", "origin", "rotate", "rotate_inverse", "transform", "transform_inverse")
     },
     "spatial.arc_tangent": {**_each("s c", NUMBER)},
     "chain": {
