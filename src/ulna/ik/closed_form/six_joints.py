@@ -5,6 +5,7 @@ Of an arm of fewer joints some are added (``added_joints``).
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,7 @@ class SixJoints:
         """Whether the branches are all there are."""
         return self.family.miss <= EXACT
 
-    @property
+    @cached_property
     def without_rest(self) -> Array:
         """The chain of the arm's own joints and the free ones; those at rest are part of the links."""
         chain, n_own, n_rest = self.chain.copy(), len(self.columns), N_AXES - len(self.columns) - self.n_free
@@ -67,6 +68,7 @@ class SixJoints:
         at_rest = moving & (entry_of >= n_own) & (entry_of < n_own + n_rest)
         chain[moving & (entry_of >= n_own + n_rest), COLUMN] -= n_rest
         chain[at_rest, KIND] = FIXED
+        chain.setflags(write=False)
         return chain
 
     def plan(self, lower: Array, upper: Array, tolerances: tuple[float, float] = (0.0, 0.0)) -> Array:
