@@ -17,11 +17,7 @@ from ulna.kinematics.tree import Tree, lengthened
 
 Array = NDArray[np.float64]
 _POSE = Task.pose()
-_SHARES = (
-    0.43,
-    0.31,
-    0.83,
-)  # of the range of a joint that is held, where a family has to hold; in its middle axes may be parallel
+_SHARES = (0.43, 0.31, 0.83)  # of the range of a held joint: where a family has to hold. In the middle axes may be parallel
 _MOST_LINKS, _MOST_PLACES = 64, 256  # that are kept: of robots, and places of a joint that is held
 
 
