@@ -74,6 +74,10 @@ def of_kind(name, rng):
         "RRRRR, 2 and 3 parallel, 4 and 5 intersecting": ("RRRRR", (a, b, b, e, f), [(3, 4)]),
         "RRRRR, 1 and 2 intersecting, 3, 4 and 5 parallel": ("RRRRR", (a, b, e, e, e), [(0, 1)]),
         "RRRRR, 1, 2 and 3 in a point, 4 and 5 parallel": ("RRRRR", (a, b, e, f, f), [(0, 1), (0, 2)]),
+        "RRRRR, 3, 4 and 5 in a point": ("RRRRR", (a, b, e, f, d(rng)), [(2, 3), (2, 4)]),
+        "RRRRR, 1 and 2 parallel, 3, 4 and 5 in a point": ("RRRRR", (a, -a, e, f, d(rng)), [(2, 3), (2, 4)]),
+        "RRRRR, 1 and 2 intersecting, 3, 4 and 5 in a point": ("RRRRR", (a, b, e, f, d(rng)), [(0, 1), (2, 3), (2, 4)]),
+        "RRRRR, as a Puma without its elbow": ("RRRRR", (Z, Y, X, Y, X), [(2, 3), (2, 4)]),
         "PRRRR": ("PRRRR", (a, b, b, e, f), [(3, 4)]),
         "PPPRRR": ("PPPRRR", (a, b, e, f, d(rng), d(rng)), [(3, 4), (3, 5)]),
         "RRPRRR, Stanford": ("RRPRRR", (Z, Y, Z, Z, Y, Z), [(0, 1), (3, 4), (3, 5)]),
@@ -92,7 +96,9 @@ ALL = [
     *THREE, "RR, planar", "RRR, planar", "RRRP, SCARA", "RRPR, SCARA", "PRRR, SCARA", "RPRR, SCARA", "RRRR, 2 and 3 parallel",
     "RRRR, 2, 3 and 4 parallel",
     "PPPR", "RRRRR, 2, 3 and 4 parallel", "RRRRR, as so100 is", "RRRRR, 2 and 3 parallel, 4 and 5 intersecting",
-    "RRRRR, 1 and 2 intersecting, 3, 4 and 5 parallel", "RRRRR, 1, 2 and 3 in a point, 4 and 5 parallel", "PRRRR", "PPPRRR",
+    "RRRRR, 1 and 2 intersecting, 3, 4 and 5 parallel", "RRRRR, 1, 2 and 3 in a point, 4 and 5 parallel",
+    "RRRRR, 3, 4 and 5 in a point", "RRRRR, 1 and 2 parallel, 3, 4 and 5 in a point",
+    "RRRRR, 1 and 2 intersecting, 3, 4 and 5 in a point", "RRRRR, as a Puma without its elbow", "PRRRR", "PPPRRR",
     "RRPRRR, Stanford", "PRRRRR, on a rail", "RRRPRR, from its end",
 ]  # fmt: skip
 

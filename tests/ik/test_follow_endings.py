@@ -66,6 +66,17 @@ def test_a_start_too_far_away_says_how_far():
     assert robot.follow(T, Q + np.array([0.4, 0, 0, 0, 0, 0]), max_step=0.41).success
 
 
+def test_a_start_beyond_the_limits_is_named_if_it_is_too_far_from_the_first_pose():
+    robot = ur5((0.3, *[np.pi] * 5))
+    T = robot.forward_kinematics(turned(-0.3, -0.1, 5))
+    path = robot.follow(T, Q + np.array([0.5, 0, 0, 0, 0, 0]))
+    assert (path.status, path.ends_at) == ("joint limits", 0)
+    assert path.ending.limit_excess[0] == pytest.approx(0.5)
+    assert path.reason.startswith("q_start is beyond the limits of joint1 by 0.5; from the nearest")
+    assert "a step of 0.3 away" in path.reason
+    assert robot.follow(T, Q + np.array([0.5, 0, 0, 0, 0, 0]), max_step=0.31).success
+
+
 def test_poses_too_far_apart_say_which_step_would_do():
     robot = ur5()
     T = robot.forward_kinematics(turned(0, 1.0, 6))

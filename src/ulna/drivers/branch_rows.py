@@ -3,10 +3,11 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, workspace
-from ulna.engine.lanes import any_lane, load, store, where
+from ulna.engine.lanes import any_lane, load, splat, sqrt, store, where
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.closed_form_layout import (
     APART,
+    COINCIDE,
     COLUMNS,
     COMPLEX,
     FORM,
@@ -16,12 +17,17 @@ from ulna.kernels.chain.closed_form_layout import (
     N_KNOWN,
     POLISH,
     REACHED,
+    RESIDUAL,
     SIGNS,
     STEPS,
 )
+from ulna.kernels.chain.closed_form_rows import proof_of
+from ulna.kernels.chain.poses import chain_pose
+from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.polish import ENOUGH, polish
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.spatial.elementary import maximum, sincos
+from ulna.kernels.spatial.se3 import load_pose
 
 N_AXES = 6
 
@@ -70,6 +76,38 @@ def polish_branches(table, chain, rows, scratch):
                 chain, target_rows, q_rows[N_AXES * k : N_AXES * (k + 1)], known_rows[N_KNOWN * k : N_KNOWN * (k + 1)],
                 table[FORM, INVERSE_REACH], most, steps, jacobian_rows, system_rows, last_rows,
             )  # fmt: skip
+
+
+@workspace
+def polish_seed(table, chain, rows, scratch, seed_rows, q_rows, known_rows, one_target):
+    """Polish the seeds too, where they may lead to a branch that is nearer than those known; False where none does.
+
+    That is so of axes that are nearly of the family, since a polished branch is not the nearest for certain; and where an angle
+    may be any. seed_rows: six; q_rows: six, written; known_rows: N_KNOWN, of which the residual is written, infinite where the
+    seed is not polished; one_target: whether the lanes are the branches of one target.
+    """
+    jacobian_rows, system_rows, last_rows = scratch
+    like, most = load(seed_rows, 0), table[POLISH, MOST_ERROR]
+    asked = splat(1.0, like) > 0.0
+    if table[POLISH, LEAST_ERROR] == 0.0:
+        asked = proof_of(rows[4]) > COINCIDE
+        if not any_lane(asked):
+            return False
+        if one_target:
+            asked = splat(1.0, like) > 0.0
+    for j in range(N_AXES):
+        store(q_rows, j, load(seed_rows, j))
+    p2, r2 = error_squares(pose_error(chain_pose(chain, q_rows), load_pose(rows[2], 0)))
+    error = sqrt(p2 * table[FORM, INVERSE_REACH] ** 2 + r2)
+    near = asked & (error <= most)
+    store(known_rows, RESIDUAL, where(near, error, np.inf))
+    if not any_lane(near):
+        return False
+    polish(
+        chain, rows[2], q_rows, known_rows[:1], table[FORM, INVERSE_REACH], most, int(table[POLISH, STEPS]),
+        jacobian_rows, system_rows, last_rows,
+    )  # fmt: skip
+    return True
 
 
 @workspace

@@ -3,7 +3,15 @@
 import numpy as np
 
 from ulna.drivers.batch import gather, gather_poses, scatter_rows
-from ulna.drivers.branch_rows import N_AXES, branch_state, polish_branches, polish_state, write_free_angles, write_seed
+from ulna.drivers.branch_rows import (
+    N_AXES,
+    branch_state,
+    polish_branches,
+    polish_seed,
+    polish_state,
+    write_free_angles,
+    write_seed,
+)
 from ulna.drivers.lane_state import write_result
 from ulna.engine.decorators import entry, kernel, workspace
 from ulna.engine.lanes import lane_of, load, splat, store, where
@@ -14,6 +22,7 @@ from ulna.kernels.chain.closed_form_layout import (
     IS_REAL,
     IS_WITHIN,
     N_BRANCHES,
+    N_KNOWN,
 )
 from ulna.kernels.chain.closed_form_rows import known_in_one, proof_of, proof_of_lanes
 from ulna.kernels.chain.poses import chain_pose
@@ -161,6 +170,9 @@ def run_targets(table, chain, plan, targets, seeds, q_out, info):
             write_free_angles(table, best[0], rows[1])
         closed_form(table, rows[2], rows[0], 1 if step == 1 else 2, rows[1], rows[3], rows[4])
         polish_branches(table, chain, rows, scratch)
+        best[3][:] = np.inf
+        if polish_seed(table, chain, rows, scratch, best[0], best[5], best[6], step == 1):
+            nearest_branch(best[5], best[6], best[0], best[1], best[2], best[3])
         nearest_branch(rows[3], rows[4], best[0], best[1], best[2], best[3])
         verify(chain, plan, rows[2], best[2], best[3], best[4])
         for lane in range(WIDTH if step > 1 else 1):
@@ -174,14 +186,25 @@ def run_targets(table, chain, plan, targets, seeds, q_out, info):
 
 @workspace
 def best_state(plan):
-    """Rows of the seeds, of the bounds, of the best branches, of their costs, and the state of a search (``lane_state``)."""
-    n_plan = plan.shape[0] - N_OPTIONS
-    block = np.zeros((2 * N_AXES + 1 + N_STATE + n_plan, WIDTH))
-    bounds = block[2 * N_AXES + 1 + N_STATE :]
+    """Rows of the seeds, the bounds, the best branches, their costs, the state of a search, and polished seeds.
+
+    The state is that of ``lane_state``. Of a polished seed: its q, and what is known of it.
+    """
+    n_plan, cost, polished = plan.shape[0] - N_OPTIONS, 2 * N_AXES, 2 * N_AXES + 1 + N_STATE
+    known = polished + N_AXES
+    block = np.zeros((known + N_KNOWN + n_plan, WIDTH))
+    bounds = block[known + N_KNOWN :]
     for k in range(n_plan):
         bounds[k, :] = plan[N_OPTIONS + k]
-    best, cost = block[N_AXES : 2 * N_AXES], block[2 * N_AXES : 2 * N_AXES + 1]
-    return block[:N_AXES], bounds, best, cost, block[2 * N_AXES + 1 : 2 * N_AXES + 1 + N_STATE]
+    return (
+        block[:N_AXES],
+        bounds,
+        block[N_AXES:cost],
+        block[cost : cost + 1],
+        block[cost + 1 : polished],
+        block[polished:known],
+        block[known : known + N_KNOWN],
+    )
 
 
 @kernel

@@ -9,7 +9,9 @@ are behind the arm's own joints, where they complete a family:
    The wrist is not on an axis before it that turns, for then that axis would not move it: far from it instead.
 3. A wrist is singular where its first and last axes are parallel: their angles with the one between are made to differ, so that
    they never are. Where the three lie in a plane its two branches are one: at rest two added ones do not.
-4. The axes of a planar arm are parallel. It has one at rest before them, across them, so far away that its two branches never are
+4. Five joints of which the last three are a wrist have one at rest before them. Its axis intersects the first, or is far from it
+   where that is parallel to the second.
+5. The axes of a planar arm are parallel. It has one at rest before them, across them, so far away that its two branches never are
    one; then it is of the family of three parallel axes.
 """
 
@@ -33,7 +35,7 @@ _PARALLEL = 1e-12  # rad
 _NEAR = 0.03  # of the unit
 _LEAST = {0: 3, 1: 5, 3: 3}  # joints that an arm needs, by how many are free
 _PLANAR = {0: (2, 3), 3: (2,)}  # those of a planar arm
-_FAR = 3.0  # units from the first axis of a planar arm to the one before it: more than it reaches
+_FAR = 3.0  # units from the arm to an axis before it: more than it reaches
 
 
 def free_turns(task: Task) -> int | None:
@@ -64,14 +66,30 @@ def _completed(axes: Axes, n_free: int) -> list[Axes]:
         third: Array = np.cross(across, last).astype(np.float64)
         at = origin + across * (axes.unit if not n_free and _is_on(axes, -1, origin) else 0.0)
         return [_with(axes, [(at, across), (at, last), (at, third)])]
-    if n_free or axes.slides[-1]:
-        return []
+    return [] if n_free or axes.slides[-1] else _with_one_or_two(axes)
+
+
+def _with_one_or_two(axes: Axes) -> list[Axes]:
+    """An arm of four or five joints with one or two at rest."""
+    origin, last = axes.end[:3, 3], axes.directions[-1]
     at = axes.points[-1] + last * ((origin - axes.points[-1]) @ last)
-    if n + 2 == N_AXES:
+    if len(axes.directions) + 2 == N_AXES:
         at = at + last * (axes.unit if _is_on(axes, -2, at) else 0.0)
         fifth = _normal(last)
         return [_with(axes, [(at, fifth), (at, (fifth + np.cross(last, fifth)) / np.sqrt(2.0))])]
-    return [_with(axes, [(point, _leaning(last, axes.directions[-2]))]) for point in (_nearest_to_before(axes), at)]
+    meeting = _nearest_to_before(axes)
+    if not axes.slides.any() and _is_on(axes, -2, meeting) and _is_on(axes, -3, meeting):
+        return [_with(axes, [], [_before(axes)])]
+    return [_with(axes, [(point, _leaning(last, axes.directions[-2]))]) for point in (meeting, at)]
+
+
+def _before(axes: Axes) -> Line:
+    """An axis before the first, across it: it intersects it, or passes it where that is parallel to the second."""
+    h = axes.directions[0]
+    across = _normal(h)
+    is_parallel = np.linalg.norm(np.cross(h, axes.directions[1])) < _PARALLEL
+    way = np.cross(across, h) if is_parallel else h
+    return axes.points[0] - _FAR * axes.unit * way, across
 
 
 def _is_planar(axes: Axes) -> bool:
@@ -83,14 +101,14 @@ def _is_planar(axes: Axes) -> bool:
 
 def _planar(axes: Axes, n_free: int) -> Axes:
     """A planar arm of two or three joints with one before it, and a wrist of those that are missing at the link's origin."""
-    origin, h = axes.end[:3, 3], axes.directions[-1]
+    origin, h, first = axes.end[:3, 3], axes.directions[-1], _before(axes)
     across = _normal(h)
     third: Array = np.cross(across, h).astype(np.float64)
     wrist = [(origin, across), (origin, third)]
     if len(axes.directions) + 3 < N_AXES:
         parallel = origin + across * (axes.unit if not n_free and _is_on(axes, -1, origin) else 0.0)
         wrist = [(parallel, h), *wrist]
-    return _with(axes, wrist, [(axes.points[0] - _FAR * axes.unit * third, across)])
+    return _with(axes, wrist, [first])
 
 
 def _is_on(axes: Axes, j: int, point: Array) -> bool:

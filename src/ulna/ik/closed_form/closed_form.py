@@ -51,13 +51,18 @@ class ClosedForm:
         """How many of the added joints are at rest: so many conditions must a pose satisfy to be reached."""
         return N_AXES - self.n_joints - self.n_free
 
-    def __str__(self) -> str:
+    @property
+    def geometry(self) -> str:
+        """The family, with the joint that is held, the end from which the axes are counted, and how many joints were added."""
         seen = ", counted from the end" if self.from_end else ""
         if self.n_joints < N_AXES:
             seen += f", with {N_AXES - self.n_joints} of the joints added"
         held = f"with {self.held} held: " if self.held else ""
+        return f"{held}{self.family}{seen}"
+
+    def __str__(self) -> str:
         tier = "exact" if self.is_exact else "near"
-        return f"{held}{self.family}{seen}; {tier}, the axes miss it by {self.miss:.1g}"
+        return f"{self.geometry}; {tier}, the axes miss it by {self.miss:.1g}"
 
 
 def joints_at(form: ClosedForm, q: Array) -> SixJoints:

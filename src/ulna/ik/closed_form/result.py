@@ -42,7 +42,8 @@ class IKSolutions:
         valid: Whether they are solutions within the joint limits, shape (..., m).
         real: Whether they are solutions, shape (..., m).
         proof: What is proved, shape (...): for one target a ``Proof``.
-        family: Of the closed form; empty for an arm without a closed form.
+        family: Of the closed form, with the joint that is held and the end from which the axes are counted; empty for an arm
+            without a closed form.
     """
 
     q: Array

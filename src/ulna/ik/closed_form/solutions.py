@@ -58,7 +58,7 @@ class AllSolutions:
         self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)
         if redundancy is not None and not by_elbow and form is None:
             raise InputError("redundancy", f"{redundancy!r}; {_held_with_form(query)}")
-        self._family = FAMILY if self._elbow else "" if form is None else form.family
+        self._family = FAMILY if self._elbow else "" if form is None else form.geometry
         self._six = None
         in_order = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
         if form is not None and in_order and query.task_axes is None and not callable(workers):

@@ -42,6 +42,7 @@ class Course:
         max_step: The largest step of any joint from one pose to the next [rad or m].
         world: What the arm must be clear of; None if nothing is checked.
         solve: Inverse kinematics of one pose from a seed, clear of the world.
+        start_excess: How far beyond the limits the start was that the caller gave, shape (n_dof,).
         one_sided: Whether the turns of joints with one finite limit are counted from it; else they turn as if they had none.
     """
 
@@ -52,6 +53,7 @@ class Course:
     max_step: float
     world: World | None
     solve: Solve
+    start_excess: Array
     one_sided: bool = False
 
     @cached_property

@@ -48,7 +48,7 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_al
         are_all: Whether these are proved to be all, so that no other step counts.
     """
     facts = _Facts(course, k, ends, solutions, are_all=are_all)
-    for rule in (_unsolved, _collision, _limits, _singularity):
+    for rule in (_unsolved, _start_beyond, _collision, _limits, _singularity):
         ending = rule(facts)
         if ending is not None:
             return ending
@@ -132,6 +132,15 @@ def _unsolved(facts: _Facts) -> Ending | None:
     return facts.ending(status, found.reason or "no solution was found", np.asarray(found.limit_excess), depths)
 
 
+def _start_beyond(facts: _Facts) -> Ending | None:
+    """Whether the start that was given is beyond the limits, and the first pose is not near the one within them."""
+    course, excess = facts.course, facts.course.start_excess
+    if facts.k or not (excess > AT_LIMIT).any():
+        return None
+    words = f"q_start is beyond the limits of {_excess_in_words(course, excess)}; from the nearest configuration within them"
+    return facts.ending(PathStatus.LIMITS, f"{words} {facts.step_in_words()}, and {course.max_step:.3g} is allowed", excess)
+
+
 def _collision(facts: _Facts) -> Ending | None:
     course, hit = facts.course, facts.near_within & facts.hits
     if not facts.near_within.any() or course.world is None:
@@ -144,15 +153,20 @@ def _collision(facts: _Facts) -> Ending | None:
 
 
 def _limits(facts: _Facts) -> Ending | None:
-    tree, near = facts.course.query.tree, facts.beyond[facts.near_beyond]
+    near = facts.beyond[facts.near_beyond]
     excess = facts.course.excess(near)
     excess = excess[(excess > AT_LIMIT).any(axis=1)]
     if not len(excess):
         return None
     least = excess[excess.max(axis=1).argmin()]
-    names = [f"{name} by {x:.3g}" for name, x in zip(entry_names(tree), least, strict=True) if x > AT_LIMIT]
-    words = f"leads on only beyond the limits of {', '.join(names)}; else {facts.step_in_words()}"
+    words = f"leads on only beyond the limits of {_excess_in_words(facts.course, least)}; else {facts.step_in_words()}"
     return facts.ending(PathStatus.LIMITS, words, least)
+
+
+def _excess_in_words(course: Course, excess: Array) -> str:
+    """The joints that are beyond their limits, and by how much."""
+    names = entry_names(course.query.tree)
+    return ", ".join(f"{name} by {x:.3g}" for name, x in zip(names, excess, strict=True) if x > AT_LIMIT)
 
 
 def _singularity(facts: _Facts) -> Ending | None:

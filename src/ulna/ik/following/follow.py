@@ -38,9 +38,8 @@ def follow(
         InputError: An argument that cannot be taken.
         GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
     """
-    course = Course(
-        query, _targets(T_path), _start(query, q_start), q_start is not None, positive("max_step", max_step), world, solve
-    )
+    start, excess = _start(query, q_start)
+    course = Course(query, _targets(T_path), start, q_start is not None, positive("max_step", max_step), world, solve, excess)
     refuse_clearance_of_nothing(query.options.rank, world)
     found = _found(course)
     if course.excess(found.q).any():
@@ -78,11 +77,13 @@ def _targets(T_path: ArrayLike) -> Array:
     return np.ascontiguousarray(as_pose(targets, "T_path"))
 
 
-def _start(query: Query, q_start: ArrayLike | None) -> Array:
+def _start(query: Query, q_start: ArrayLike | None) -> tuple[Array, Array]:
+    """The start within the limits, and how far beyond them the one was that is given."""
     if q_start is None:
-        return query.home.copy()
+        return query.home.copy(), np.zeros(len(query.home))
     start = as_positions(q_start, query.tree, "q_start")
     if start.ndim != 1:
         raise InputError("q_start", f"shape {start.shape}; one configuration, shape ({query.tree.n_dof},), is expected")
     refuse_out_of_range(start, "q_start")
-    return np.clip(start, query.tree.lower, query.tree.upper)
+    within = np.clip(start, query.tree.lower, query.tree.upper)
+    return within, np.abs(start - within)

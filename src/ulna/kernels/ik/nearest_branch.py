@@ -3,7 +3,7 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine
-from ulna.engine.lanes import load, rint, splat, store, where
+from ulna.engine.lanes import load, rint, store, where
 from ulna.kernels.chain.closed_form_layout import IS_WITHIN, N_KNOWN, REACHED, RESIDUAL
 from ulna.kernels.spatial.elementary import maximum, minimum
 
@@ -14,12 +14,13 @@ AT_LIMIT = 1e-9  # rad or m: no further beyond a limit than this, a joint is at 
 def nearest_branch(q_rows, known_rows, seed_rows, bound_rows, best_rows, cost_rows):
     """For each lane the branch whose largest change of a joint is the least, whole turns made towards the seed.
 
+    One that is written already stays where none has a smaller change.
+
     q_rows: six a branch; known_rows: N_KNOWN a branch; seed_rows: six, within the bounds; bound_rows: of each of the first n
     joints, the arm's own, the lower bounds, the upper ones, what a whole turn adds, and 1 over it; best_rows: six, written;
-    cost_rows: one, written: the largest change [rad or m], infinite where no branch is within.
+    cost_rows: one, changed: the largest change [rad or m], infinite where no branch is within.
     """
-    like, n = load(seed_rows, 0), bound_rows.shape[0] // 4
-    store(cost_rows, 0, splat(np.inf, like))
+    n = bound_rows.shape[0] // 4
     for k in range(q_rows.shape[0] // 6):
         cost = where(load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED, 0.0, np.inf)
         for j in range(n):
