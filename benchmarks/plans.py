@@ -3,7 +3,7 @@
 The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda, ur5, fetch or baxter, with 700 problems
 each. The robot has VAMP's own spheres, the objects are VAMP's. With ``--boxes`` it is Ulna's Panda of twelve boxes, among exact
 cylinders, less the objects that start or goal touch, as those that are grasped. ``vamp`` is timed if it is installed, and named
-if not.
+if not; ``ompl`` and ``roboplan`` too with ``--others``. RoboPlan has no capsules; its cylinders are exact.
 
 Each problem is solved by all in turn, several times, in one thread; the least time of each counts. Ulna's is the thread's for
 the whole call, so that a busy machine counts less; VAMP's is that of its own clock, and beside it the thread's for the calls of
@@ -12,6 +12,7 @@ VAMP's checker, and with ``--coal`` by Coal, an independent library, where it co
 """
 
 import argparse
+import importlib
 import json
 import os
 import sys
@@ -32,7 +33,12 @@ from benchmarks.vamp_problems import PlanningProblem, read_problems, spheres
 
 FINER = 64 * 32  # samples a radian
 ROUNDED = 1e-4  # [rad or m]
-JUDGED = "Ulna, sampled", "Ulna, certified", "VAMP"  # the others' paths are the same, or are not what one would move along
+JUDGED = (
+    "Ulna, sampled",
+    "Ulna, certified",
+    "VAMP",
+    "OMPL",
+)  # the others' paths are the same, or are not what one would move along
 
 
 class Solved(NamedTuple):
@@ -49,8 +55,9 @@ def main() -> None:
     """Solve, judge and print."""
     options = _options()
     robot = ulna.load("panda") if options.boxes else spheres(options.folder)
-    vamp, why = _vamp(options.folder.name)
+    vamp, why = _vamp(options.folder.name, robot.joint_names)
     print(f"{robot.name}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors" + (f"; vamp {why}" if why else ""))
+    others = _others(robot, options.folder) if options.others else {}
     rows: list[dict] = []
     for given in read_problems(options.folder, robot.joint_names)[options.first :: options.every]:
         problem = within_limits(robot, given)
@@ -60,7 +67,9 @@ def main() -> None:
         if problem is None or robot.in_collision([problem.start, problem.goal], world).any():
             print(f"{given.name} {given.index}: start or goal touches, or is outside the limits", file=sys.stderr)
             continue
-        for solved in solve(robot, vamp, problem, world, environment, options.repeats):
+        solutions = solve(robot, vamp, problem, world, environment, options.repeats)
+        solutions += [each for who, other in others.items() for each in _of_other(who, problem, other.solve(problem, world))]
+        for solved in solutions:
             row = {"who": solved.who, "set": problem.name, "index": problem.index, "us": 1e6 * solved.seconds}
             row |= {"solved": solved.path is not None, "checks": solved.checks}
             if solved.path is not None:
@@ -132,16 +141,32 @@ def judged(robot, judge, world, environment, path: NDArray, *, with_coal: bool) 
     return says
 
 
-def _vamp(name: str):
+def _vamp(name: str, joints: tuple[str, ...]):
     """VAMP's planner for a robot; or None, and why not."""
     try:
         from benchmarks.peers.vamp import Vamp  # noqa: PLC0415 - it may be absent
 
-        return Vamp(name), ""
+        return Vamp(name, joints), ""
     except ImportError as error:
         return None, f"absent: {error}"
     except NotForThisArm as reason:
         return None, str(reason)
+
+
+def _others(robot: ulna.Robot, folder: Path) -> dict:
+    """OMPL and RoboPlan, by name; those that are not to be had are named."""
+    found = {}
+    for who, module, arguments in (("OMPL", "ompl", (robot,)), ("RoboPlan", "roboplan", (robot, folder))):
+        try:
+            found[who] = importlib.import_module(f"benchmarks.peers.{module}").Planner(*arguments)
+        except (ImportError, NotForThisArm) as reason:
+            print(f"{who}: {reason}", file=sys.stderr)
+    return found
+
+
+def _of_other(who: str, problem: PlanningProblem, ways: tuple) -> list[Solved]:
+    """What OMPL or RoboPlan found: the path that it searched, and the one that it then shortened."""
+    return [Solved(name, problem.name, *way) for name, way in zip((f"{who}, not shortened", who), ways, strict=True)]
 
 
 def _options() -> argparse.Namespace:
@@ -151,6 +176,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--first", type=int, default=0, help="from which problem on")
     parser.add_argument("--repeats", type=int, default=3, help="how many times each solves each problem")
     parser.add_argument("--boxes", action="store_true", help="Ulna's Panda of twelve boxes, among exact cylinders")
+    parser.add_argument("--others", action="store_true", help="OMPL, with Ulna's checker, and RoboPlan beside")
     parser.add_argument("--coal", action="store_true", help="let Coal judge the paths too")
     parser.add_argument("--out", type=Path, help="write a row for each problem and way to this .json file")
     return parser.parse_args()

@@ -38,10 +38,13 @@ class Found(NamedTuple):
 class Vamp:
     """Its planner for a robot, with its own settings, and its checker."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, joints: tuple[str, ...]) -> None:
         if name not in vamp.robots:
             raise NotForThisArm(f"it has no robot {name}")
         self._robot, self._plan, self._settings, self._simplify = vamp.configure_robot_and_planner_with_kwargs(name, "rrtc")
+        theirs = list(self._robot.joint_names())
+        self._to_theirs = [joints.index(joint) for joint in theirs]  # it counts the joints of Baxter's left arm first
+        self._to_ours = [theirs.index(joint) for joint in joints]
         self._settings.max_samples = 100_000  # it makes room for so many: a million take longer than most plans
         self._sampler = self._robot.halton()
 
@@ -64,11 +67,11 @@ class Vamp:
 
     def is_free(self, q: NDArray, environment) -> bool:
         """Whether a configuration is free."""
-        return self._robot.validate(q.astype(np.float32), environment)
+        return self._robot.validate(q[self._to_theirs].astype(np.float32), environment)
 
     def solve(self, problem: PlanningProblem, environment) -> Found:
         """Plan and simplify; the same samples for each problem."""
-        start, goal = problem.start.tolist(), [problem.goal.tolist()]
+        start, goal = problem.start[self._to_theirs].tolist(), [problem.goal[self._to_theirs].tolist()]
         self._sampler.reset()
         began = time.thread_time()
         result = self._plan(start, goal, environment, self._settings, self._sampler)
@@ -77,14 +80,14 @@ class Vamp:
         simple = self._robot.simplify(result.path, environment, self._simplify, self._sampler)
         call = time.thread_time() - began
         plan = 1e-9 * result.nanoseconds
-        paths = (np.array(each.path.numpy(), dtype=float) for each in (result, simple))
+        paths = (np.array(each.path.numpy(), dtype=float)[:, self._to_ours] for each in (result, simple))
         return Found(*paths, plan, plan + 1e-9 * simple.nanoseconds, call)
 
     def touches(self, path: NDArray, environment, finer: float) -> bool:
         """Whether a path touches anything, itself or an object, by its checker at so many samples a radian."""
         for a, b in pairwise(path):
             n = max(1, int(np.ceil(np.linalg.norm(b - a) * finer / WIDTH)))
-            q = (a + np.linspace(0.0, 1.0, n + 1)[:, None] * (b - a)).astype(np.float32)
+            q = (a + np.linspace(0.0, 1.0, n + 1)[:, None] * (b - a))[:, self._to_theirs].astype(np.float32)
             # It looks at eight configurations, those at 1/8 to 8/8 of the way, for so short a way.
             if not all(self._robot.validate_motion(q[i], q[i + 1], environment, False) for i in range(n)):  # noqa: FBT003
                 return True

@@ -6,7 +6,8 @@ of Jaillet et al. (Adaptive tuning of the sampling domain for dynamic-domain RRT
 1. If the straight edge from the start to a goal is free, that is the path; also, later, from the start to a new node of the
    second tree.
 2. Take the next sample; unless one tree has twice as many nodes as the other, the trees change roles.
-3. Find the nearest node of the first tree. If the sample lies outside its domain, take the next sample.
+3. Find the nearest node of the first tree. If the sample lies outside its domain, take the next sample; but not more than
+   MOST_IN_A_ROW times.
 4. Step from the node towards the sample, by at most RANGE. If the edge is free, its end is a new node, else the node's domain
    shrinks.
 5. Step from the nearest node of the second tree towards the new node, again and again, until it is reached, which joins the
@@ -124,9 +125,11 @@ def iterate(edges, samples, start_rows, goal_rows, parents, radii, steps, state)
     near = nearest_node(rows, state[own], target, space)
     read_node(rows, near, at)
     way = distance(at, target, space)
-    if way > radii[own, near] or way == 0.0:
+    if way == 0.0 or (way > radii[own, near] and state[layout.IN_A_ROW] < layout.MOST_IN_A_ROW):
+        state[layout.IN_A_ROW] += 1
         pass_over(state)
         return False
+    state[layout.IN_A_ROW] = 0
     state[layout.ITERATIONS] += 1
     write_step(at, target, min(1.0, settings[layout.RANGE] / way), space, new)
     state[layout.CHECKS] += 1

@@ -14,7 +14,8 @@ from ulna.planning.search import Edges, confirmed
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
-RANGE = 1.0  # the longest edge of a tree [rad]
+RANGE = 1.0  # the longest edge of a tree [rad], for up to _FEW joints
+_FEW = 8  # of more joints most samples are far from every node, and fewer long edges are free: no domains, and shorter edges
 RESOLUTION = 1e-4  # [m]
 SAMPLES_APART = 1 / 32  # [rad]: of an edge that is not certified
 MOST_BLOCKS = 64  # of eight intervals of an edge: then it is given up
@@ -59,10 +60,12 @@ def edges_of(checker: Checker, world: World | None, space: Space, margin: float,
 def _settings(n_moving: int, diameter: float, margin: float, *, certify: bool) -> Array:
     """``planning_layout``'s settings, which are only read."""
     settings = np.zeros(layout.N_SETTINGS)
-    settings[layout.RANGE], settings[layout.RESOLUTION], settings[layout.MARGIN] = RANGE, RESOLUTION, margin
+    longest = RANGE * min(1.0, _FEW / max(1, n_moving))
+    settings[layout.RANGE], settings[layout.RESOLUTION], settings[layout.MARGIN] = longest, RESOLUTION, margin
     settings[layout.SAMPLED] = 0.0 if certify else SAMPLES_APART
     wide = RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow
-    settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN] = _DOMAIN * wide, _LEAST_DOMAIN * wide
+    settings[layout.DOMAIN] = _DOMAIN * wide if n_moving <= _FEW else np.inf
+    settings[layout.LEAST_DOMAIN] = _LEAST_DOMAIN * wide
     settings[layout.ADAPTATION], settings[layout.MOST_BLOCKS] = _ADAPTATION, MOST_BLOCKS
-    settings[layout.ROOM] = min(4 + np.ceil(diameter / RANGE), _MOST_STEPS)
+    settings[layout.ROOM] = min(4 + np.ceil(diameter / longest), _MOST_STEPS)
     return settings

@@ -21,8 +21,12 @@ GOAL_ROOTS = 11  # how many of the nodes of the second tree are goals: the first
 PASSED, MOST = 12, 13  # how many samples were skipped; how many edges the whole search may check
 JOINED = 14  # 1 once the trees are joined
 REACHED = 15  # the root of the second tree that the path leads to
-N_STATE = 16
+IN_A_ROW = 16  # how many samples were skipped since the last that was not
+N_STATE = 17
 PASSED_A_CHECK = 64  # samples that were skipped count as one checked edge: they take about as long
+# After so many skipped samples the next is tried wherever it is: where a tree is hemmed in and joints are many, hardly any sample
+# lies within the domains of its few nodes.
+MOST_IN_A_ROW = 16
 # How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left; an edge that is not free; no
 # room for the path.
 SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE, NO_ROOM = 0, 1, 2, 3, 4, 5
