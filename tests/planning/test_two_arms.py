@@ -64,6 +64,19 @@ def test_a_goal_that_the_other_arm_blocks_where_it_is_now_is_reached(robot):
     assert not robot.in_collision(plan.at(np.linspace(0, 1, N))).any()
 
 
+@pytest.mark.parametrize("gap", [0.06, 0.05])
+def test_both_arms_leave_a_slot_in_which_only_short_steps_are_free(robot, gap):
+    world = ulna.World()
+    for side in (-1, 1):
+        world.add(f"board {side}", ulna.Box((0.6, 1.0, 0.02)), ulna.pose((0.8, 0, 0.6 + side * (gap + 0.01))))
+    start, goal = np.zeros(robot.n_dof), np.zeros(robot.n_dof)
+    goal[[2, 7]], goal[[3, 8]] = -1.2, 0.4
+    for seed in range(3):  # with steps of one length two of the six searches end with a tree of one node
+        plan = robot.plan(start, goal, world, max_checks=20_000, seed=seed)
+        assert plan, str(plan)
+        assert not robot.in_collision(plan.at(np.linspace(0, 1, N)), world).any()
+
+
 def test_rows_of_plan_many_are_those_of_plan(robot, crossed):
     start, end = crossed
     goals = {link: np.stack([T, robot.forward_kinematics(start, link)]) for link, T in poses_of(robot, end).items()}

@@ -8,8 +8,8 @@ of Jaillet et al. (Adaptive tuning of the sampling domain for dynamic-domain RRT
 2. Take the next sample; unless one tree has twice as many nodes as the other, the trees change roles.
 3. Find the nearest node of the first tree. If the sample lies outside its domain, take the next sample; but not more than
    MOST_IN_A_ROW times.
-4. Step from the node towards the sample, by at most RANGE. If the edge is free, its end is a new node, else the node's domain
-   shrinks.
+4. Step from the node towards the sample, by at most RANGE, or less if edges of this tree have failed for long. If the edge is
+   free, its end is a new node, else the node's domain shrinks.
 5. Step from the nearest node of the second tree towards the new node, again and again, until it is reached, which joins the
    trees, or an edge is not free.
 
@@ -131,12 +131,14 @@ def iterate(edges, samples, start_rows, goal_rows, parents, radii, steps, state)
         return False
     state[layout.IN_A_ROW] = 0
     state[layout.ITERATIONS] += 1
-    write_step(at, target, min(1.0, settings[layout.RANGE] / way), space, new)
+    halves = min(layout.MOST_HALVES, state[layout.FAILED + own] // layout.FAILED_A_HALF)
+    write_step(at, target, min(1.0, settings[layout.RANGE] * 0.5**halves / way), space, new)
     state[layout.CHECKS] += 1
     extended = is_free(edges, at, new, edges.no_spread)
     radii[own, near] = adapted_domain(
         radii[own, near], extended, settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN], settings[layout.ADAPTATION]
     )
+    state[layout.FAILED + own] = 0 if extended else state[layout.FAILED + own] + 1
     if not extended:
         return False
     node = add_node(rows, parents, radii, own, state, new, near, radii[own, near])
