@@ -56,3 +56,18 @@ def test_a_name_that_is_not_that_of_one_state_is_refused_with_those_there_are(ro
         panda.plan("ready", panda.home)
     with pytest.raises(InputError, match=r"goal: joint 'left_joint2' is to go from 0 to -1\.2, but it keeps its position"):
         robot.plan(start, "left_arm/up", group="right_arm")
+
+
+def test_many_plans_go_between_states(robot):
+    starts = np.stack([robot.home, robot.home + 0.1])
+    named = robot.plan_many(["left_arm/up", "pinch"], ["pinch", "left_arm/up"])
+    for plan, (start, goal) in zip(named, (("left_arm/up", "pinch"), ("pinch", "left_arm/up")), strict=True):
+        assert np.array_equal(plan.path, robot.plan(start, goal).path)
+    for plan, start in zip(robot.plan_many(starts, "pinch"), starts, strict=True):
+        assert np.array_equal(plan.path, robot.plan(start, "pinch").path)
+    for plan, end in zip(robot.plan_many("pinch", starts), starts, strict=True):
+        assert np.array_equal(plan.path, robot.plan("pinch", end).path)
+    with pytest.raises(InputError, match="2 goals, 3 starts and 1 worlds do not go together"):
+        robot.plan_many(["pinch"] * 3, ["pinch", "left_arm/up"])
+    with pytest.raises(UnknownNameError, match="pinched"):
+        robot.plan_many(["pinch", "pinched"], starts)

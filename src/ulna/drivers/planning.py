@@ -132,7 +132,7 @@ def iterate(edges, samples, start_rows, goal_rows, parents, radii, steps, state)
     state[layout.IN_A_ROW] = 0
     state[layout.ITERATIONS] += 1
     halves = min(layout.MOST_HALVES, state[layout.FAILED + own] // layout.FAILED_A_HALF)
-    write_step(at, target, min(1.0, settings[layout.RANGE] * 0.5**halves / way), space, new)
+    write_step(at, target, min(1.0, settings[layout.RANGE] / (1 << halves) / way), space, new)
     state[layout.CHECKS] += 1
     extended = is_free(edges, at, new, edges.no_spread)
     radii[own, near] = adapted_domain(

@@ -1,7 +1,7 @@
 """Plans many motions in several threads. Used by ``Robot.plan_many``."""
 
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 
 def plan_many(
     plan: Callable[[Any, Any, World | None], Plan],
-    q_starts: ArrayLike,
-    goals: ArrayLike | Mapping[str, ArrayLike],
+    q_starts: ArrayLike | str | Sequence[str],
+    goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
     worlds: World | Iterable[World | None] | None,
     threads: int | None,
     *,
@@ -31,14 +31,13 @@ def plan_many(
     Raises:
         InputError: The numbers of starts, goals and worlds do not go together, or a row is refused; the message names the row.
     """
-    starts, targets = as_floats("q_starts", q_starts), _rows(goals)
-    if starts.ndim not in {1, 2}:
-        raise InputError("q_starts", f"shape {starts.shape}; configurations, shape (n, n_dof) or (n_dof,), are expected")
     many = [worlds] if worlds is None or isinstance(worlds, World) else list(worlds)
-    counts = {len(targets)} | ({len(starts)} if starts.ndim == 2 else set()) | ({len(many)} if len(many) != 1 else set())
-    if len(counts) > 1:
-        n_starts = len(starts) if starts.ndim == 2 else 1
-        raise InputError("goals", f"{len(targets)} goals, {n_starts} starts and {len(many)} worlds do not go together")
+    starts, each = _starts(q_starts)
+    counts = ({len(starts)} if each else set()) | ({len(many)} if len(many) != 1 else set())
+    targets = [goals] * max(counts, default=1) if isinstance(goals, str) else _rows(goals)
+    if len(counts | {len(targets)}) > 1:
+        raise InputError("goals", f"{len(targets)} goals, {len(starts)} starts and {len(many)} worlds do not go together")
+    starts = starts if each else starts * len(targets)
     if progress is True:
         from ulna.engine.progress import progress as bar  # noqa: PLC0415 - rich is needed for nothing else
 
@@ -49,7 +48,7 @@ def plan_many(
 
 def _planned(
     plan: Callable[[Any, Any, World | None], Plan],
-    starts: Array,
+    starts: list[Any],
     targets: list[Any],
     many: list[World | None],
     threads: int | None,
@@ -61,10 +60,9 @@ def _planned(
 
     def run(i: int) -> bool:
         nonlocal done
-        start, world = starts if starts.ndim == 1 else starts[i], many[0] if len(many) == 1 else many[i]
         try:
             with stopping(stopped):
-                plans[i] = plan(np.array(start), targets[i], world)
+                plans[i] = plan(starts[i], targets[i], many[0] if len(many) == 1 else many[i])
         except InputError as error:
             raise InputError(f"row {i}: {error.argument}", error.message) from None
         with lock:
@@ -77,7 +75,29 @@ def _planned(
     return tuple(plans)
 
 
-def _rows(goals: ArrayLike | Mapping[str, ArrayLike]) -> list[Any]:
+def _starts(q_starts: ArrayLike | str | Sequence[str]) -> tuple[list[Any], bool]:
+    """The starts, and whether there is one for each problem; else there is one for all.
+
+    Raises:
+        InputError: They are not configurations or names.
+    """
+    if isinstance(q_starts, str):
+        return [q_starts], False
+    if (names := _names(q_starts)) is not None:
+        return names, True
+    starts = as_floats("q_starts", q_starts)
+    if starts.ndim not in {1, 2}:
+        raise InputError("q_starts", f"shape {starts.shape}; configurations, shape (n, n_dof) or (n_dof,), are expected")
+    return ([np.array(row) for row in starts], True) if starts.ndim == 2 else ([np.array(starts)], False)
+
+
+def _names(rows: Any) -> list[Any] | None:
+    """The names, if that is what a sequence holds."""
+    is_names = isinstance(rows, Sequence) and len(rows) > 0 and all(isinstance(row, str) for row in rows)
+    return list(rows) if is_names else None
+
+
+def _rows(goals: ArrayLike | Mapping[str, ArrayLike] | Sequence[str]) -> list[Any]:
     """The goals, one a problem.
 
     Raises:
@@ -89,6 +109,8 @@ def _rows(goals: ArrayLike | Mapping[str, ArrayLike]) -> list[Any]:
         if len(shapes) != 1 or len(shape := shapes.pop()) != 3:
             raise InputError("goals", "poses of as many problems are expected for each link, shape (n, 4, 4)")
         return [{link: poses[i].copy() for link, poses in of_links.items()} for i in range(shape[0])]
+    if (names := _names(goals)) is not None:
+        return names
     rows = as_floats("goals", goals)
     if rows.ndim not in {2, 3}:
         raise InputError("goals", f"shape {rows.shape}; shape (n, n_dof), or (n, 4, 4) for poses, is expected: a goal a row")

@@ -978,8 +978,8 @@ class Robot(Quick):
 
     def plan_many(
         self,
-        q_starts: ArrayLike,
-        goals: ArrayLike | Mapping[str, ArrayLike],
+        q_starts: ArrayLike | str | Sequence[str],
+        goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
         worlds: World | Iterable[World | None] | None = None,
         *,
         threads: int | None = None,
@@ -989,9 +989,9 @@ class Robot(Quick):
         """A plan for each of many problems, in several threads.
 
         Args:
-            q_starts: Where to start [rad or m], shape (n, n_dof), or (n_dof,) for all.
+            q_starts: Where to start [rad or m], shape (n, n_dof), or (n_dof,) for all; or names of states of the SRDF, or one.
             goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem; or poses of several
-                links, shape (n, 4, 4) for each.
+                links, shape (n, 4, 4) for each; or the names of states, or one for all.
             worlds: One for all, or one for each problem.
             threads: How many threads are used at most; ``ULNA_THREADS``, or one a processor, unless given.
             progress: Called with the number of problems that are done, and of all, after each. True: a bar on standard error, if
