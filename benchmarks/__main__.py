@@ -79,7 +79,7 @@ def main() -> None:
         data.update(scaling_with_joints=joint_rows(peak), scaling_with_rows=size_rows(panda, peak, copy))
         with one_processor():  # for so is the bound
             data["bounds"] = bound_rows("panda", panda, peak, copy)
-        data.update(first_use=first_use.first_use_rows(), first_use_ever=cold_rows())
+        data.update(first_use=first_use.first_use_rows(), first_use_ever=[] if is_ahead() else cold_rows())
         data.update(memory=first_use.memory_rows(), size=first_use.size_rows())
     _write(data, options.out)
 

@@ -1,9 +1,9 @@
 """Solves VAMP's planning problems beside VAMP and judges the paths: ``python -m benchmarks.plans RESOURCES/panda``.
 
-The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda, ur5, fetch or baxter, with 700 problems
-each. The robot has VAMP's own spheres, the objects are VAMP's. With ``--boxes`` it is Ulna's Panda of twelve boxes, among exact
-cylinders, less the objects that start or goal touch, as those that are grasped. ``vamp`` is timed if it is installed, and named
-if not; ``ompl`` and ``roboplan`` too with ``--others``. RoboPlan has no capsules; its cylinders are exact.
+The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda, ur5 or fetch, with 700 problems each, or
+baxter, with 1,800. The robot has VAMP's own spheres, the objects are VAMP's. With ``--boxes`` it is Ulna's Panda of twelve boxes,
+among exact cylinders, less the objects that start or goal touch, as those that are grasped. ``vamp`` is timed if it is installed,
+and named if not; ``ompl`` and ``roboplan`` too with ``--others``. RoboPlan has no capsules; its cylinders are exact.
 
 Each problem is solved by all in turn, several times, in one thread; the least time of each counts. Ulna's is the thread's for
 the whole call, so that a busy machine counts less; VAMP's is that of its own clock, and beside it the thread's for the calls of

@@ -47,7 +47,8 @@ def summary(data: dict, name: str) -> str:
         parts += [f"**Inverse kinematics, protocol {protocol}**", table(solver_rows(data["protocols"], protocol))]
     parts += ["**Tracking**", table([_step(row) for row in data["tracking"]])]
     for key, title in GROWTH.items():
-        parts += [f"**{title}**", table(data[key])] if data.get(key) else []
+        compiled = key != "first_use_ever" or "ahead" not in facts["machine_code"]
+        parts += [f"**{title}**", table(data[key])] if data.get(key) and compiled else []
     if data["absent"]:
         parts += ["**Peers that are not in a table**", table(data["absent"])]
     return "\n\n".join(parts)

@@ -78,6 +78,7 @@ def of_kind(name, rng):
         "RRRRR, 1 and 2 parallel, 3, 4 and 5 in a point": ("RRRRR", (a, -a, e, f, d(rng)), [(2, 3), (2, 4)]),
         "RRRRR, 1 and 2 intersecting, 3, 4 and 5 in a point": ("RRRRR", (a, b, e, f, d(rng)), [(0, 1), (2, 3), (2, 4)]),
         "RRRRR, as a Puma without its elbow": ("RRRRR", (Z, Y, X, Y, X), [(2, 3), (2, 4)]),
+        "RRRRR, 4 and 5 intersecting near 3, parallel to 2": ("RRRRR", (a, b, b, e, f), [(3, 4)]),
         "PRRRR": ("PRRRR", (a, b, b, e, f), [(3, 4)]),
         "PPPRRR": ("PPPRRR", (a, b, e, f, d(rng), d(rng)), [(3, 4), (3, 5)]),
         "RRPRRR, Stanford": ("RRPRRR", (Z, Y, Z, Z, Y, Z), [(0, 1), (3, 4), (3, 5)]),
@@ -85,7 +86,10 @@ def of_kind(name, rng):
         "RRRPRR, from its end": ("RRRPRR", (a, b, e, f, d(rng), d(rng)), [(0, 1), (0, 2), (4, 5)]),
     }[name]
     kinds, h, same = geometry
-    return arm(kinds, h, points(rng, len(kinds), same), rng)
+    c = points(rng, len(kinds), same)
+    if "near 3" in name:
+        c[2] = c[3] + 0.01 * d(rng)
+    return arm(kinds, h, c, rng)
 
 
 THREE = [
@@ -97,6 +101,7 @@ ALL = [
     "RRRR, 2, 3 and 4 parallel",
     "PPPR", "RRRRR, 2, 3 and 4 parallel", "RRRRR, as so100 is", "RRRRR, 2 and 3 parallel, 4 and 5 intersecting",
     "RRRRR, 1 and 2 intersecting, 3, 4 and 5 parallel", "RRRRR, 1, 2 and 3 in a point, 4 and 5 parallel",
+    "RRRRR, 4 and 5 intersecting near 3, parallel to 2",
     "RRRRR, 3, 4 and 5 in a point", "RRRRR, 1 and 2 parallel, 3, 4 and 5 in a point",
     "RRRRR, 1 and 2 intersecting, 3, 4 and 5 in a point", "RRRRR, as a Puma without its elbow", "PRRRR", "PPPRRR",
     "RRPRRR, Stanford", "PRRRRR, on a rail", "RRRPRR, from its end",

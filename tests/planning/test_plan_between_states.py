@@ -71,3 +71,5 @@ def test_many_plans_go_between_states(robot):
         robot.plan_many(["pinch"] * 3, ["pinch", "left_arm/up"])
     with pytest.raises(UnknownNameError, match="pinched"):
         robot.plan_many(["pinch", "pinched"], starts)
+    (one,) = robot.plan_many(np.array(["up"]), "apart", group="left_arm")
+    assert np.array_equal(one.path, robot.plan("up", "apart", group="left_arm").path)

@@ -9,7 +9,7 @@ class Effort:
 
     Attributes:
         checks: How many edges were checked.
-        iterations: How many samples were within the domain of their nearest node.
+        iterations: How many samples a node stepped towards; the others were outside its domain.
         start_nodes: How many configurations were reached from the start.
         goal_nodes: How many the goals were reached from.
     """

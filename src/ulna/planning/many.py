@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.engine.threads import in_rows
-from ulna.errors import InputError
+from ulna.errors import InputError, UnknownNameError
 from ulna.planning.plan import Plan
 from ulna.planning.slices import stopping
 
@@ -30,6 +30,7 @@ def plan_many(
 
     Raises:
         InputError: The numbers of starts, goals and worlds do not go together, or a row is refused; the message names the row.
+        UnknownNameError: There is no such link, joint or state; a note names the row.
     """
     many = [worlds] if worlds is None or isinstance(worlds, World) else list(worlds)
     starts, each = _starts(q_starts)
@@ -65,6 +66,9 @@ def _planned(
                 plans[i] = plan(starts[i], targets[i], many[0] if len(many) == 1 else many[i])
         except InputError as error:
             raise InputError(f"row {i}: {error.argument}", error.message) from None
+        except UnknownNameError as error:
+            error.add_note(f"row {i}")
+            raise
         with lock:
             done += 1
             if progress is not None:
@@ -93,6 +97,7 @@ def _starts(q_starts: ArrayLike | str | Sequence[str]) -> tuple[list[Any], bool]
 
 def _names(rows: Any) -> list[Any] | None:
     """The names, if that is what a sequence holds."""
+    rows = rows.tolist() if isinstance(rows, np.ndarray) and rows.dtype.kind == "U" and rows.ndim == 1 else rows
     is_names = isinstance(rows, Sequence) and len(rows) > 0 and all(isinstance(row, str) for row in rows)
     return list(rows) if is_names else None
 

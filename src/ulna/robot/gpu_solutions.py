@@ -98,7 +98,7 @@ def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...
         return proof if batch else Proof(str(proof))
 
     shape = *batch, N_BRANCHES
-    return DeviceSolutions(q.reshape(*shape, N_AXES), valid.reshape(*shape), real.reshape(*shape), form.family, proofs)
+    return DeviceSolutions(q.reshape(*shape, N_AXES), valid.reshape(*shape), real.reshape(*shape), form.geometry, proofs)
 
 
 def _branches(six: SixJoints, targets: Array, seeds: Array, plan: Array) -> Found:

@@ -1004,7 +1004,7 @@ class Robot(Quick):
         Raises:
             InputError: The numbers of starts, goals and worlds do not go together; or ``plan`` refuses a problem, whose number is
                 in the message.
-            UnknownNameError: There is no such link or joint.
+            UnknownNameError: There is no such link, joint or state; a note names the row.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
         if "held" in options:

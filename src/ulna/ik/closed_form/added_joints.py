@@ -78,9 +78,9 @@ def _with_one_or_two(axes: Axes) -> list[Axes]:
         fifth = _normal(last)
         return [_with(axes, [(at, fifth), (at, (fifth + np.cross(last, fifth)) / np.sqrt(2.0))])]
     meeting = _nearest_to_before(axes)
-    if not axes.slides.any() and _is_on(axes, -2, meeting) and _is_on(axes, -3, meeting):
-        return [_with(axes, [], [_before(axes)])]
-    return [_with(axes, [(point, _leaning(last, axes.directions[-2]))]) for point in (meeting, at)]
+    is_wrist = not axes.slides.any() and _is_on(axes, -2, meeting) and _is_on(axes, -3, meeting)
+    behind = [_with(axes, [(point, _leaning(last, axes.directions[-2]))]) for point in (meeting, at)]
+    return [_with(axes, [], [_before(axes)]), *behind] if is_wrist else behind
 
 
 def _before(axes: Axes) -> Line:

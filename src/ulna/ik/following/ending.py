@@ -135,7 +135,8 @@ def _unsolved(facts: _Facts) -> Ending | None:
 def _start_beyond(facts: _Facts) -> Ending | None:
     """Whether the start that was given is beyond the limits, and the first pose is not near the one within them."""
     course, excess = facts.course, facts.course.start_excess
-    if facts.k or not (excess > AT_LIMIT).any():
+    is_near = facts.near_within.any() or facts.smallest_step <= course.max_step
+    if facts.k or is_near or not (excess > AT_LIMIT).any():
         return None
     words = f"q_start is beyond the limits of {_excess_in_words(course, excess)}; from the nearest configuration within them"
     return facts.ending(PathStatus.LIMITS, f"{words} {facts.step_in_words()}, and {course.max_step:.3g} is allowed", excess)

@@ -56,7 +56,8 @@ class FollowedPath:
     ``followed``             Every pose is reached, and no joint takes a longer step than ``max_step``.
     ``unreachable``          The pose has no solution.
     ``joint limits``         A path leads on, beyond the limits; ``ending.limit_excess`` holds by how much. Or the pose
-                             has solutions, all beyond the limits.
+                             has solutions, all beyond the limits. Or ``q_start`` is beyond them, and the first pose is not
+                             near the configuration within them.
     ``in collision``         A path leads on, in collision; ``ending.collisions`` names the pairs.
     ``singular``             The arm is nearly singular, and only the part of the step along its weakest direction makes it
                              too long.

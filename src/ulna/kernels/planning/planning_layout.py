@@ -22,13 +22,13 @@ PASSED, MOST = 12, 13  # how many samples were skipped; how many edges the whole
 JOINED = 14  # 1 once the trees are joined
 REACHED = 15  # the root of the second tree that the path leads to
 IN_A_ROW = 16  # how many samples were skipped since the last that was not
-FAILED = 17  # and 18: of each tree, how many edges from its nodes were not free since the last that was
+FAILED = 17  # and 18: of each tree, how many edges towards samples were not free since the last that was
 N_STATE = 19
 PASSED_A_CHECK = 64  # samples that were skipped count as one checked edge: they take about as long
 # After so many skipped samples the next is tried wherever it is: where a tree is hemmed in and joints are many, hardly any sample
 # lies within the domains of its few nodes.
 MOST_IN_A_ROW = 16
-# So many failed edges halve the steps of a tree, so often; a free edge makes them long again.
+# So many failed edges halve the steps of a tree towards samples, so often; a free edge makes them long again.
 FAILED_A_HALF, MOST_HALVES = 128, 3
 # How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left; an edge that is not free; no
 # room for the path.
