@@ -12,10 +12,9 @@ from ompl import base, geometric, util
 
 import ulna
 from benchmarks.vamp_problems import PlanningProblem
+from ulna.planning.motion import RANGE, SAMPLES_APART
 
 Way = tuple[NDArray | None, float]
-STEP = 1 / 32  # rad between samples of an edge, as VAMP's
-LONGEST = 1.0  # rad of a step of the trees, as Ulna's
 MOST = 10.0  # s
 
 
@@ -30,7 +29,7 @@ class Planner:
             bounds.setLow(j, float(max(robot.lower[j], -2 * np.pi)))
             bounds.setHigh(j, float(min(robot.upper[j], 2 * np.pi)))
         self._space.setBounds(bounds)
-        self._space.setLongestValidSegmentFraction(STEP / self._space.getMaximumExtent())
+        self._space.setLongestValidSegmentFraction(SAMPLES_APART / self._space.getMaximumExtent())
 
     def solve(self, problem: PlanningProblem, world: ulna.World) -> tuple[Way, Way]:
         """The path and the simplified one, and how long each took [s]; the same samples for each problem."""
@@ -46,7 +45,7 @@ class Planner:
 
         setup.setStateValidityChecker(is_free)
         planner = geometric.RRTConnect(setup.getSpaceInformation())
-        planner.setRange(LONGEST)
+        planner.setRange(RANGE)
         setup.setPlanner(planner)
         setup.setStartAndGoalStates(self._state(problem.start), self._state(problem.goal))
         if not setup.solve(MOST) or not setup.haveExactSolutionPath():

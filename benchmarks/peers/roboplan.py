@@ -13,10 +13,9 @@ from roboplan import core, rrt
 import ulna
 from benchmarks.peer import NotForThisArm
 from benchmarks.vamp_problems import PlanningProblem
+from ulna.planning.motion import RANGE, SAMPLES_APART
 
 Way = tuple[NDArray | None, float]
-STEP = 1 / 32  # rad between samples of an edge, as VAMP's
-LONGEST = 1.0  # rad of a step of the trees, as Ulna's
 GROUP = "arm"
 COLOUR = np.ones(4)
 
@@ -35,11 +34,11 @@ class Planner:
         self._planner = rrt.RRT(
             self._scene,
             rrt.RRTOptions(
-                group_name=GROUP, max_nodes=100_000, max_connection_distance=LONGEST, collision_check_step_size=STEP,
+                group_name=GROUP, max_nodes=100_000, max_connection_distance=RANGE, collision_check_step_size=SAMPLES_APART,
                 max_planning_time=10.0, rrt_connect=True,
             ),
         )  # fmt: skip
-        self._shortcutter = core.PathShortcutter(self._scene, core.PathShortcuttingOptions(GROUP, STEP))
+        self._shortcutter = core.PathShortcutter(self._scene, core.PathShortcuttingOptions(GROUP, SAMPLES_APART))
         self._objects: list[str] = []
 
     def solve(self, problem: PlanningProblem, world: ulna.World) -> tuple[Way, Way]:

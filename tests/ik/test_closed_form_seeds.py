@@ -38,7 +38,7 @@ def test_near_such_a_corner_the_answer_is_as_near_as_the_seed_allows():
     T, seeds = robot.forward_kinematics(corners), corners + rng.normal(0, 2e-4, corners.shape)
     found = robot.inverse_kinematics(T, seeds)
     assert found.success.all()
-    assert np.abs(found.q - seeds).max() < 5e-3  # before the seed was polished too, some were at half a turn
+    assert np.abs(found.q - seeds).max() < 5e-3
     assert_bits_of_single_calls(robot, T, seeds, found)
 
 

@@ -71,7 +71,7 @@ def test_both_arms_leave_a_slot_in_which_only_short_steps_are_free(robot, gap):
         world.add(f"board {side}", ulna.Box((0.6, 1.0, 0.02)), ulna.pose((0.8, 0, 0.6 + side * (gap + 0.01))))
     start, goal = np.zeros(robot.n_dof), np.zeros(robot.n_dof)
     goal[[2, 7]], goal[[3, 8]] = -1.2, 0.4
-    for seed in range(3):  # with steps of one length two of the six searches end with a tree of one node
+    for seed in range(3):  # with steps of one length one of the six searches ends with a tree of one node
         plan = robot.plan(start, goal, world, max_checks=20_000, seed=seed)
         assert plan, str(plan)
         assert not robot.in_collision(plan.at(np.linspace(0, 1, N)), world).any()
