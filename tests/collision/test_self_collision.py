@@ -162,3 +162,45 @@ def test_the_choice_of_the_user_outlives_a_pickle_and_a_tool(panda):
     robot = panda.with_allowed_collisions([("panda_link1", "panda_link7")])
     for same in (pickle.loads(pickle.dumps(robot)), robot.with_tool(np.eye(4))):  # noqa: S301 - our own bytes
         assert [str(pair) for pair in same.allowed_collisions] == ["panda_link1 - panda_link7: user"]
+
+
+# A plate turns on the base, face on face; another has a gap of 10 um to the base; a peg slides out of it.
+TURNING = """<robot name="turning">
+  <link name="base"><collision><geometry>{shape}</geometry></collision></link>
+  <link name="post"/>
+  <link name="plate"><collision><origin xyz="0 0 0.3"/><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <link name="hidden"/>
+  <link name="above"><collision><origin xyz="0 0 0.30001"/><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <link name="peg"><collision><origin xyz="0.25 0 0"/><geometry><box size="0.2 0.02 0.02"/></geometry></collision></link>
+  <joint name="a" type="continuous"><parent link="base"/><child link="post"/><axis xyz="0 0 1"/></joint>
+  <joint name="b" type="continuous"><parent link="post"/><child link="plate"/><axis xyz="0 0 1"/></joint>
+  <joint name="c" type="continuous"><parent link="post"/><child link="hidden"/><axis xyz="0 0 1"/></joint>
+  <joint name="d" type="continuous"><parent link="hidden"/><child link="above"/><axis xyz="0 0 1"/></joint>
+  <joint name="e" type="prismatic"><parent link="post"/><child link="peg"/><origin xyz="-0.1 0 0"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="1" velocity="1" effort="1"/></joint>
+</robot>"""
+FIRST_QUESTIONS = {
+    "the counts": lambda robot, _: robot.allowed_collisions,
+    "contact at one q": lambda robot, q: robot.in_collision(q),
+    "contact at each q": lambda robot, q: robot.in_collision([q, q]),
+    "a distance": lambda robot, q: robot.signed_distance(q),
+    "the pairs": lambda robot, q: robot.check_collision(q),
+}
+
+
+@pytest.mark.parametrize("shape", ['<box size="0.4 0.4 0.4"/>', '<cylinder radius="0.2" length="0.4"/>'], ids=["box", "cylinder"])
+@pytest.mark.parametrize("first", FIRST_QUESTIONS)
+def test_which_pairs_are_checked_does_not_depend_on_the_first_question(shape, first):
+    """Also where faces lie on each other: the entries that may find the pairs are compiled apart, and round apart."""
+    robot = ulna.load(TURNING.format(shape=shape))
+    FIRST_QUESTIONS[first](robot, robot.home)
+    checked = {frozenset((pair.link, pair.link_b)) for pair in robot.check_collision(robot.home, max_distance=10.0).pairs}
+    always = {pair.links for pair in robot.allowed_collisions if pair.reason == "always"}
+    assert always == {frozenset(("base", "plate")), frozenset(("above", "plate"))}
+    assert checked == {frozenset(pair) for pair in (("base", "above"), ("base", "peg"), ("plate", "peg"), ("above", "peg"))}
+
+
+def test_robots_that_differ_in_what_is_attached_find_the_pairs_once(panda):
+    with_cup = panda.with_attached("cup", ulna.Box((0.05, 0.05, 0.1)), np.eye(4))
+    assert with_cup.without_attached("cup").allowed_collisions is with_cup.allowed_collisions is panda.allowed_collisions
+    assert panda.with_tool(np.eye(4)).allowed_collisions is not panda.allowed_collisions

@@ -40,10 +40,20 @@ class Bodies:
         """Whether all shapes are boxes."""
         return bool((self.table[:, SHAPE] == BOX).all())
 
+    @cached_property
+    def _rows_of(self) -> dict[str, list[int]]:
+        """The bodies of each owner."""
+        return {owner: [k for k, name in enumerate(self.owners) if name == owner] for owner in self.owners}
+
     def pairs_of(self, owners: Iterable[tuple[str, str]]) -> list[tuple[int, int]]:
         """For each pair of owners, every pair of a body of one and a body of the other."""
-        rows = {owner: [k for k, name in enumerate(self.owners) if name == owner] for owner in self.owners}
-        return [(i, j) for a, b in owners for i in rows[a] for j in rows[b]]
+        return [(i, j) for a, b in owners for i in self._rows_of[a] for j in self._rows_of[b]]
+
+    def table_of_pairs(self, owners: Iterable[tuple[str, str]]) -> NDArray[np.int64]:
+        """The same as the kernels take them: read-only, shape (n, 2)."""
+        pairs = np.array(self.pairs_of(owners), dtype=np.int64).reshape(-1, 2)
+        pairs.setflags(write=False)
+        return pairs
 
 
 def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, ...]) -> Bodies:
@@ -84,9 +94,7 @@ def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attach
         rigid = tree.link_row[carriers[a]] == tree.link_row[carriers[b]] and (a in held or b in held)
         if not rigid and frozenset((a, b)) not in free:
             checked.append((a, b))
-    pairs = np.array(bodies.pairs_of(checked), dtype=np.int64).reshape(-1, 2)
-    pairs.setflags(write=False)
-    return pairs
+    return bodies.table_of_pairs(checked)
 
 
 def _distinct(names: tuple[str, ...], links: tuple[str, ...]) -> tuple[str, ...]:

@@ -9,19 +9,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.allowed import AllowedCollisions, as_link_pairs
+from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
 from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
 from ulna.collision.edge_report import EdgeReport
 from ulna.collision.near_pairs import report_at
 from ulna.collision.objects import Objects
-from ulna.collision.sampled_pairs import find_allowed
+from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.touchable import NO_PAIRS, Part, scene_of, touchable_parts
 from ulna.collision.world import World
 from ulna.description.robot_description import Description
 from ulna.drivers import entry
 from ulna.engine.bound import bind
 from ulna.engine.threads import in_parts
+from ulna.engine.width import WIDTH
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
     BODY,
@@ -40,7 +41,9 @@ from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
+AllTouch = Callable[[Scene, Array], bool]
 NO_OBJECTS = World().objects()
+CERTAIN = 1e-6  # [m]: bodies so far apart do not touch, whatever finds it
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 _NOT_ASKED = False, None, None, None  # of Checker._quick
@@ -56,13 +59,15 @@ class Checker:
         description: The robot.
         tree: The same as arrays.
         attached: The objects attached to it.
-        given: The pairs of links that may touch, if the user has given them; None: they are found when first needed.
+        given: The pairs of links that may touch, if the user has given them.
+        found: Those that are found otherwise, when first needed.
     """
 
     description: Description
     tree: Tree
     attached: tuple[Attached, ...]
     given: AllowedCollisions | None
+    found: FoundPairs
     _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
     _quick: tuple = field(default=_NOT_ASKED, init=False, repr=False)
     _last_others: tuple = field(default=(None, ()), init=False, repr=False)
@@ -76,19 +81,15 @@ class Checker:
         """
         return make_bodies(self.description, self.tree, self.attached)
 
-    @cached_property
+    @property
     def allowed(self) -> AllowedCollisions:
         """The pairs of links that may touch: those given, or else those found and those of the SRDF."""
-        if self.given is not None:
-            return self.given
-        return find_allowed(self.description, self.tree, self.bodies).plus(
-            *as_link_pairs(self.description.srdf.disabled_collisions)
-        )
+        return self.found.counted(self.bodies) if self.given is None else self.given
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
         """The pairs of bodies that are checked, shape (n, 2): those not allowed to touch."""
-        return checked_pairs(self.bodies, self.tree, self.allowed, self.attached)
+        return self._pairs_by(scene_of(self.tree.joints, self.bodies, NO_PAIRS, NO_OBJECTS), self._all_touch)
 
     @cached_property
     def _overlap_one(self) -> Any:
@@ -121,7 +122,7 @@ class Checker:
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision)
+        scene = self._scene(objects, self_collision, lambda itself, rows: self._all_touch_as(q, itself, rows))
         if out is None and threads is None and not objects.touchable:
             return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
         return self._any_touch(objects, scene, q, out, threads)
@@ -156,7 +157,7 @@ class Checker:
             GeometryError: As ``in_collision``.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision)
+        scene = self._scene(objects, self_collision, self._all_touch_by_distance)
         if out is None and threads is None and not objects.touchable:
             return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
         return self._least_distance(objects, scene, q, out, threads)
@@ -189,7 +190,7 @@ class Checker:
             GeometryError: As ``in_collision``.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision)
+        scene = self._scene(objects, self_collision, self._all_touch_by_distance)
         q = as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
         of_rows, nearest = gradient.reshape(rows.shape), self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
@@ -353,16 +354,52 @@ class Checker:
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         return NO_OBJECTS if world is None else world.objects()
 
-    def _scene(self, objects: Objects, self_collision: bool) -> Scene:
-        """The arguments of the kernels: the robot, and the objects that no link may touch. The last ones are kept."""
+    def _scene(self, objects: Objects, self_collision: bool, all_touch: AllTouch | None = None) -> Scene:
+        """The arguments of the kernels: the robot, and the objects that no link may touch. The last ones are kept.
+
+        Where the pairs that may touch have to be found, ``all_touch`` says whether anything of a scene touches at each of some q.
+        """
         last = self._last_scene
         if last[0] is objects and last[1] is self_collision:
             return last[2]
         if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
-        scene = scene_of(self.tree.joints, self.bodies, self.pairs if self_collision else NO_PAIRS, objects)
+        scene = scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects)
+        if self_collision:
+            if "pairs" not in self.__dict__:
+                self.__dict__["pairs"] = self._pairs_by(scene, all_touch or self._all_touch)
+            scene = scene._replace(pairs=self.pairs)
         self.__dict__["_last_scene"] = objects, self_collision, scene
         return scene
+
+    def _pairs_by(self, scene: Scene, all_touch: AllTouch) -> NDArray[np.int64]:
+        """The pairs that are checked. If they have to be found, it is in a scene of the same types as the one to be checked."""
+        allowed = self.given
+        if allowed is None:
+            points = None if scene.points is None else NO_OBJECTS.vertices
+            itself = scene._replace(objects=NO_OBJECTS.table, points=points, nodes=NO_OBJECTS.nodes, n_unindexed=0)
+            allowed = self.found.without_counts(self.bodies, lambda pairs, q: all_touch(itself._replace(pairs=pairs), q))
+        return checked_pairs(self.bodies, self.tree, allowed, self.attached)
+
+    def _all_touch(self, scene: Scene, q: Array) -> bool:
+        """Whether anything of a robot touches at each q."""
+        hits, groups = np.empty((1, len(q)), dtype=np.bool_), np.zeros(len(scene.pairs), dtype=np.int64)
+        entry("overlap.overlap_groups")(scene.joints, scene.bodies, scene.vertices, scene.pairs, groups, q, hits)
+        return bool(hits.all())
+
+    def _all_touch_as(self, asked: ArrayLike, scene: Scene, q: Array) -> bool:
+        """The same, by the entry for one q if one is asked for."""
+        if as_positions(asked, self.tree).ndim == 1:
+            return all(self._overlap_one(*scene, row) == OVERLAPS for row in q)
+        return self._all_touch(scene, q)
+
+    def _all_touch_by_distance(self, scene: Scene, q: Array) -> bool:
+        """The same, by the entry for distances where it is certain and quick: how deep hulls are in each other takes long."""
+        if self.bodies.only_boxes or len(q) <= WIDTH:
+            farthest = self._nearest(q, scene)[:, NEAREST].max()
+            if abs(farthest) > CERTAIN:
+                return bool(farthest < 0.0)
+        return self._all_touch(scene, q)
 
     def _others(self, objects: Objects) -> tuple[Part, ...]:
         """The objects that some links may touch, in groups with the pairs to check. Those of the last world are kept."""

@@ -5,12 +5,13 @@ barrier to entry of complex robotic software, J. Software Engineering for Roboti
 pairs are checked: samples without contact do not prove that there is none, and a pair costs a few nanoseconds.
 """
 
+from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.allowed import ADJACENT, ALWAYS, FIXED, NEVER, SOMETIMES, AllowedCollisions, LinkPair
+from ulna.collision.allowed import ADJACENT, ALWAYS, FIXED, NEVER, SOMETIMES, AllowedCollisions, LinkPair, as_link_pairs
 from ulna.collision.bodies import Bodies
 from ulna.description.robot_description import Description
 from ulna.drivers import entry
@@ -18,24 +19,69 @@ from ulna.kinematics.positions import for_kernel
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
 
+AllTouch = Callable[[NDArray[np.int64], NDArray[np.float64]], bool]
 SAMPLES, SEED = 2000, 0
+_FIRST = 8  # configurations: nearly every pair that moves is free in one of so many
 
 
-def find_allowed(description: Description, tree: Tree, bodies: Bodies) -> AllowedCollisions:
-    """Allows links joined by one joint, links that do not move relative to each other, and links that always touch."""
-    carriers = [link.name for link in description.links if link.collisions]
-    joined = {frozenset((joint.parent, joint.child)) for joint in description.joints}
-    allowed, open_pairs = [], []
-    for a, b in combinations(carriers, 2):
-        if tree.link_row[a] == tree.link_row[b]:
-            allowed.append(LinkPair(a, b, FIXED))
-        elif {a, b} in joined:
-            allowed.append(LinkPair(a, b, ADJACENT))
-        else:
-            open_pairs.append((a, b))
-    seen = sampled(tree, bodies, open_pairs)
-    allowed += [pair for pair in seen if pair.reason == ALWAYS]
-    return AllowedCollisions(tuple(allowed), tuple(pair for pair in seen if pair.reason != ALWAYS))
+class FoundPairs:
+    """The pairs of links of a robot that may touch, found when they are first needed.
+
+    These are links joined by one joint, links that do not move relative to each other, and links that touch in all samples.
+    The robots that differ in what is attached to them share one of these.
+    """
+
+    def __init__(self, description: Description, tree: Tree) -> None:
+        """Of the links of a robot."""
+        self._description, self._tree = description, tree
+        self._counted: AllowedCollisions | None = None
+        self._not_counted: AllowedCollisions | None = None
+
+    def counted(self, bodies: Bodies) -> AllowedCollisions:
+        """The pairs, each with its number of contacts, and the pairs that are checked."""
+        if self._counted is None:
+            allowed, open_pairs = self._by_joints()
+            seen = sampled(self._tree, bodies, open_pairs)
+            allowed += [pair for pair in seen if pair.reason == ALWAYS]
+            self._counted = self._with_srdf(allowed, tuple(pair for pair in seen if pair.reason != ALWAYS))
+        return self._counted
+
+    def without_counts(self, bodies: Bodies, all_touch: AllTouch) -> AllowedCollisions:
+        """The pairs alone. Nearly every other pair is free in one of the first samples, so this takes less time.
+
+        Args:
+            bodies: The collision bodies.
+            all_touch: Whether one of some pairs of bodies, shape (n, 2), touches at each of some q, shape (k, n_dof): by an entry
+                that the caller needs anyway, so that none is compiled for this alone.
+        """
+        if self._counted is not None:
+            return self._counted
+        if self._not_counted is None:
+            allowed, open_pairs = self._by_joints()
+            q = for_kernel(random_positions(self._tree, SAMPLES, SEED))
+            for links in open_pairs:
+                pairs = bodies.table_of_pairs([links])
+                if all(all_touch(pairs, some) for some in (q[:_FIRST], q[_FIRST:])):
+                    allowed.append(LinkPair(*links, ALWAYS))
+            self._not_counted = self._with_srdf(allowed)
+        return self._not_counted
+
+    def _by_joints(self) -> tuple[list[LinkPair], list[tuple[str, str]]]:
+        """Of the links with shapes: the pairs that may touch by how they are joined, and all others."""
+        carriers = [link.name for link in self._description.links if link.collisions]
+        joined = {frozenset((joint.parent, joint.child)) for joint in self._description.joints}
+        allowed, open_pairs = [], []
+        for a, b in combinations(carriers, 2):
+            if self._tree.link_row[a] == self._tree.link_row[b]:
+                allowed.append(LinkPair(a, b, FIXED))
+            elif {a, b} in joined:
+                allowed.append(LinkPair(a, b, ADJACENT))
+            else:
+                open_pairs.append((a, b))
+        return allowed, open_pairs
+
+    def _with_srdf(self, allowed: list[LinkPair], checked: tuple[LinkPair, ...] = ()) -> AllowedCollisions:
+        return AllowedCollisions(tuple(allowed), checked).plus(*as_link_pairs(self._description.srdf.disabled_collisions))
 
 
 def sampled(tree: Tree, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> list[LinkPair]:

@@ -18,6 +18,7 @@ from ulna.collision.allowed import AllowedCollisions, as_allowed
 from ulna.collision.attached import Attached, attach, detach
 from ulna.collision.checker import Checker
 from ulna.collision.edge_report import EdgeReport
+from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.meshes.addresses import with_mesh_paths
@@ -83,12 +84,13 @@ class Robot(Quick):
         home: ArrayLike | None = None,
         attached: Iterable[Attached] = (),
         allowed: AllowedCollisions | None = None,
+        _found: FoundPairs | None = None,
     ) -> None:
         tree = build_tree(description)
         start = np.clip(np.zeros(tree.n_dof) if home is None else _one_configuration(tree, home), tree.lower, tree.upper)
         start.setflags(write=False)
         carried = tuple(attached)
-        checker = Checker(description, tree, carried, allowed)
+        checker = Checker(description, tree, carried, allowed, _found or FoundPairs(description, tree))
         inverse_kinematics = InverseKinematics(tree, start, checker)
         self.__dict__.update(
             description=description,
@@ -1137,6 +1139,8 @@ class Robot(Quick):
 
     def _changed(self, **changes: Any) -> Robot:
         kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._checker.given}
+        if "description" not in changes:
+            kept["_found"] = self._checker.found
         return Robot(**{**kept, **changes})
 
     def __setattr__(self, name: str, value: object) -> None:
