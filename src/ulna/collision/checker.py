@@ -122,7 +122,7 @@ class Checker:
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision, lambda itself, rows: self._all_touch_as(q, itself, rows))
+        scene = self._scene(objects, self_collision, q)
         if out is None and threads is None and not objects.touchable:
             return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
         return self._any_touch(objects, scene, q, out, threads)
@@ -157,7 +157,7 @@ class Checker:
             GeometryError: As ``in_collision``.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision, self._all_touch_by_distance)
+        scene = self._scene(objects, self_collision, by_distance=True)
         if out is None and threads is None and not objects.touchable:
             return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
         return self._least_distance(objects, scene, q, out, threads)
@@ -190,7 +190,7 @@ class Checker:
             GeometryError: As ``in_collision``.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision, self._all_touch_by_distance)
+        scene = self._scene(objects, self_collision, by_distance=True)
         q = as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
         of_rows, nearest = gradient.reshape(rows.shape), self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
@@ -354,10 +354,10 @@ class Checker:
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         return NO_OBJECTS if world is None else world.objects()
 
-    def _scene(self, objects: Objects, self_collision: bool, all_touch: AllTouch | None = None) -> Scene:
+    def _scene(self, objects: Objects, self_collision: bool, q: ArrayLike | None = None, by_distance: bool = False) -> Scene:
         """The arguments of the kernels: the robot, and the objects that no link may touch. The last ones are kept.
 
-        Where the pairs that may touch have to be found, ``all_touch`` says whether anything of a scene touches at each of some q.
+        Where the pairs that may touch have to be found, it is with the entry for contact at ``q``, if given, or for distances.
         """
         last = self._last_scene
         if last[0] is objects and last[1] is self_collision:
@@ -367,7 +367,9 @@ class Checker:
         scene = scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects)
         if self_collision:
             if "pairs" not in self.__dict__:
-                self.__dict__["pairs"] = self._pairs_by(scene, all_touch or self._all_touch)
+                in_contact = self._all_touch if q is None else partial(self._all_touch_as, q)
+                all_touch = self._all_touch_by_distance if by_distance else in_contact
+                self.__dict__["pairs"] = self._pairs_by(scene, all_touch)
             scene = scene._replace(pairs=self.pairs)
         self.__dict__["_last_scene"] = objects, self_collision, scene
         return scene

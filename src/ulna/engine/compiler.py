@@ -16,9 +16,9 @@ import ulna.engine.lane_operators
 import ulna.engine.lane_runs  # noqa: F401 - for their effect: Numba knows the number that is eight numbers
 from ulna.engine.cache import KernelCache, RoutineCache, cache_folder
 from ulna.engine.interrupts import interrupts_deferred
+from ulna.engine.pipelines import IRCompiler, WholeCompiler
 from ulna.engine.shared import share
 from ulna.engine.signatures import Array, Group, Kind, Signature
-from ulna.engine.without_code import IRCompiler, WholeCompiler
 
 _njit: Any = njit  # its annotations leave out some of our flags
 _ELEMENTS = {"bool": "boolean"}  # as Numba calls them, where the name is another than NumPy's
@@ -58,9 +58,20 @@ def compiled_once(function: Callable, flags: dict[str, Any]) -> Any:
 
 
 def _let_callers_use(within: Any, dispatcher: Any) -> None:
-    """Let code that is compiled call ``within`` where it names a dispatcher."""
+    """Let code that is compiled call ``within`` where it names a dispatcher.
+
+    Numba would compile a function once more for each whole number that it is called with in the source. LLVM finds such
+    constants itself, where it copies the function into its caller.
+    """
     dispatcher.within = within
-    dispatcher.get_call_template, dispatcher.get_overload = within.get_call_template, within.get_overload
+    dispatcher.get_call_template = lambda args, kws: within.get_call_template(
+        tuple(map(_without_number, args)), {name: _without_number(kind) for name, kind in kws.items()}
+    )
+    dispatcher.get_overload = within.get_overload
+
+
+def _without_number(kind: Any) -> Any:
+    return types.unliteral(kind) if isinstance(kind, types.IntegerLiteral) else kind
 
 
 def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Callable[[Any], None]) -> Any:

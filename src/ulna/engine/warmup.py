@@ -2,8 +2,9 @@
 
 import multiprocessing
 import time
+from collections import deque
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import ExitStack
 from typing import NamedTuple
 
@@ -54,19 +55,29 @@ def all_jobs(entries: Entries) -> list[Job]:
 def compile_all(jobs: list[Job], *, side_by_side: bool) -> Iterator[Compiled]:
     """Do the jobs, in one process or in two; the result of each, in the order in which they end.
 
-    A kernel that several entries call is compiled once in each process. So the entries that the drivers declare as
-    ``compiled_together`` go to one process, and the others to the other.
+    A kernel that several entries call is translated once in each process. So the entries that the drivers declare as
+    ``compiled_together`` go to one process, and the others to the other. The one that is done first takes the other's last jobs.
     """
     if not side_by_side:
         with quietly():
             yield from map(compile_one, jobs)
         return
+    together = deque(job for job in jobs if job.module in job.entries.compiled_together)
+    others = deque(job for job in jobs if job.module not in job.entries.compiled_together)
     context = multiprocessing.get_context("spawn")  # a fork of a process that has compiled may deadlock
     with ExitStack() as stack:
         first, second = (stack.enter_context(ProcessPoolExecutor(1, context, initializer=_begin_quietly)) for _ in range(2))
-        working = [(first if job.module in job.entries.compiled_together else second).submit(compile_one, job) for job in jobs]
-        for done in as_completed(working):
-            yield done.result()
+        queues = {first: (together, others), second: (others, together)}
+        working: dict[Future[Compiled], ProcessPoolExecutor] = {}
+        free = [first, second]
+        while free or working:
+            for process in free:
+                own, of_other = queues[process]
+                if own or of_other:
+                    working[process.submit(compile_one, own.popleft() if own else of_other.pop())] = process
+            done = wait(working, return_when=FIRST_COMPLETED).done
+            free = [working.pop(future) for future in done]
+            yield from (future.result() for future in done)
 
 
 def compile_one(job: Job) -> Compiled:

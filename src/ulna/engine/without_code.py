@@ -1,4 +1,4 @@
-"""Translates what only compiled code calls, and leaves its optimisation to its callers. Used by ``compiler``.
+"""Translates what only compiled code calls, and leaves its optimisation to its callers. Used by ``pipelines``.
 
 Numba optimises every function that it compiles, with a copy of all that this calls, and makes machine code of it. Most of ours
 are then copied into their callers, and optimised there once more, at each level. Here each is translated, and made short by
@@ -6,12 +6,9 @@ itself. An entry, or a shared routine, takes all that it calls, directly or thro
 from the bottom up.
 """
 
-from typing import Any, ClassVar
+from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
-
-from ulna.engine.typing_context import with_memory
 
 
 class IRLibrary(JITCodeLibrary):
@@ -84,28 +81,3 @@ def _with_callees(libraries: list[Any]) -> list[Any]:
     for library in libraries:
         visit(library)
     return list(ended)[::-1]
-
-
-class _LibraryCompiler(Compiler):
-    """Numba's compiler, which writes into a library of ours where it is not given one, and remembers the types of operators."""
-
-    library: ClassVar[type[JITCodeLibrary]]
-
-    def __init__(self, typing_context: Any, target_context: Any, library: Any, *arguments: Any) -> None:
-        if library is None:
-            library = self.library(target_context.codegen(), "ulna")
-            library.enable_object_caching()
-        super().__init__(typing_context, target_context, library, *arguments)
-        self.state.typingctx = with_memory(typing_context)
-
-
-class IRCompiler(_LibraryCompiler):
-    """The compiler of what only compiled code calls."""
-
-    library = IRLibrary
-
-
-class WholeCompiler(_LibraryCompiler):
-    """The compiler of what has machine code."""
-
-    library = WholeLibrary
