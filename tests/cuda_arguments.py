@@ -69,7 +69,7 @@ TYPES = {
         "motion": POSE, **_each("two three reach v", VECTOR), "both": PAIR,
         **_each("r whole last columns", THREE_VECTORS), "angles": VECTOR,
         **_each("a_s a_c discriminant sign square missed sure apart next_apart near least near_5", NUMBER),
-        **_each("row branch", WHOLE),
+        **_each("row branch", WHOLE), "is_first": INDICES,
     },
     "chain.subproblems": {"k": VECTOR, **_each("b d s c", NUMBER)},
     "chain.frames": {"normals": WHOLE},

@@ -7,6 +7,7 @@ import kernel_modes
 from ulna.drivers.batch import gather, scatter_matrices, scatter_matrix
 from ulna.engine.lanes import load_run, store_run, transposed
 from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
+from ulna.kernels.spatial.se3 import load_pose
 
 BLOCKS = [(1, 0), (7, 0), (8, 0), (9, 0), (9, 8), (16, 8), (17, 8), (20, 8), (20, 16)]
 
@@ -20,11 +21,15 @@ def test_a_block_is_filled_up_with_the_last_problem(rng, n, start, columns):
     assert np.isnan(rows[-1]).all()
 
 
+def scattered(rows, pose_rows, out, start):
+    scatter_matrices(load_pose(rows, 0), pose_rows, out, start)
+
+
 @pytest.mark.parametrize(("n", "start"), BLOCKS)
 def test_poses_are_written_as_the_matrices_of_their_block_and_nowhere_else(rng, n, start):
     rows, around = rng.normal(size=(12, 8)), np.full((n + 2, 4, 4), np.nan)
     out = around[1:-1]
-    scatter_matrices(rows, out, start)
+    kernel_modes.compiled(scattered)(rows, np.empty((12, 8)), out, start)
     written = range(start, min(start + 8, n))
     for k in written:
         assert np.array_equal(out[k], [*rows[:, k - start].reshape(3, 4), [0, 0, 0, 1]])

@@ -9,6 +9,7 @@ same path whatever the batch's length and its own place, so its result is the sa
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, load_run, splat, store, store_run, transposed
 from ulna.engine.width import WIDTH
+from ulna.kernels.spatial.se3 import store_pose
 
 
 @kernel
@@ -75,21 +76,20 @@ def scatter_rows(rows, n, out, start):
 
 
 @kernel
-def scatter_matrices(pose_rows, out, start):
-    """Write a pose of rows to out[start], out[start + 1], ... as homogeneous 4x4 matrices, half of a matrix at a time."""
+def scatter_matrices(pose, pose_rows, out, start):
+    """Write a pose in lanes to out[start], out[start + 1], ... as homogeneous 4x4 matrices, half of a matrix at a time.
+
+    The last block goes by way of pose_rows.
+    """
     if start + WIDTH <= out.shape[0]:
-        zero, one = splat(0.0, load(pose_rows, 0)), splat(1.0, load(pose_rows, 0))
-        upper = transposed(
-            load(pose_rows, 0), load(pose_rows, 1), load(pose_rows, 2), load(pose_rows, 3),
-            load(pose_rows, 4), load(pose_rows, 5), load(pose_rows, 6), load(pose_rows, 7),
-        )  # fmt: skip
-        lower = transposed(
-            load(pose_rows, 8), load(pose_rows, 9), load(pose_rows, 10), load(pose_rows, 11), zero, zero, zero, one,
-        )  # fmt: skip
+        zero, one = splat(0.0, pose[0]), splat(1.0, pose[0])
+        upper = transposed(pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], pose[6], pose[7])
+        lower = transposed(pose[8], pose[9], pose[10], pose[11], zero, zero, zero, one)
         for lane in range(WIDTH):
             store_run(out, start + lane, 0, upper[lane])
             store_run(out, start + lane, WIDTH, lower[lane])
     else:
+        store_pose(pose_rows, 0, pose)
         for lane in range(out.shape[0] - start):
             scatter_matrix(pose_rows, 0, lane, out[start + lane])
 

@@ -34,8 +34,7 @@ def forward_batch(chain, q, out):
         gather(q, start, q_rows)
         good &= all_in_range(q_rows)
         joint_turns(chain, q_rows, turn_rows)
-        store_pose(pose_rows, 0, turned_chain_pose(chain, turn_rows))
-        scatter_matrices(pose_rows, out, start)
+        scatter_matrices(turned_chain_pose(chain, turn_rows), pose_rows, out, start)
     return good
 
 

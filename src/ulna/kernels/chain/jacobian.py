@@ -33,16 +33,29 @@ def chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, across, down):
 
 
 @kernel
-def turned_chain_jacobian(chain, turn_rows, expressed_in, jacobian_rows, across, down):
-    """``chain_jacobian`` by what ``joint_turns`` wrote."""
-    clear(jacobian_rows, load(turn_rows, 0))
+def turned_chain_jacobian(chain, is_first, turn_rows, expressed_in, jacobian_rows, across, down):
+    """``chain_jacobian`` by what ``joint_turns`` wrote.
+
+    A joint adds to its column, or writes it if it is the first of the chain that its entry of q drives: ``is_first`` says so
+    (``first_joints``). So the rows need not be cleared. Those of entries that drive no joint of the chain must be zero before.
+    """
     end = turned_joint_pose(chain, 0, turn_rows)
-    add_joint(chain, 0, end, jacobian_rows, across, down)
+    write_joint(chain, 0, is_first, end, jacobian_rows, across, down)
     for i in range(1, chain.shape[0]):
         end = compose(end, turned_joint_pose(chain, i, turn_rows))
-        add_joint(chain, i, end, jacobian_rows, across, down)
+        write_joint(chain, i, is_first, end, jacobian_rows, across, down)
     express(end, expressed_in, jacobian_rows, across, down)
     return end
+
+
+@kernel
+def first_joints(chain, is_first):
+    """Write 1 for each joint of a chain that moves and is the first that its entry of q drives, else 0."""
+    for i in range(chain.shape[0]):
+        is_first[i] = 1 if chain[i, KIND] != FIXED else 0
+        for k in range(i):
+            if chain[k, KIND] != FIXED and chain[k, COLUMN] == chain[i, COLUMN]:
+                is_first[i] = 0
 
 
 @kernel
@@ -55,21 +68,38 @@ def clear(jacobian_rows, like):
 
 @kernel
 def add_joint(chain, i, end, jacobian_rows, across, down):
-    """Add the twist of joint i, whose pose is ``end``, to the column of the entry of q that drives it: mimic joints share one.
+    """Add the twist of joint i, whose pose is ``end``, to the column of the entry of q that drives it: mimic joints share one."""
+    if int(chain[i, KIND]) != FIXED:
+        v, w = joint_twist(chain, i, end)
+        add_twist(jacobian_rows, across * int(chain[i, COLUMN]), down, v, w)
 
-    A joint along or about z, whose frame has its origin at p, moves the point at the base's origin: a revolute one with v = p x z
-    and w = z, a prismatic one with v = z. That is times the joint's ratio.
+
+@kernel
+def write_joint(chain, i, is_first, end, jacobian_rows, across, down):
+    """The same, or write it as the first."""
+    if int(chain[i, KIND]) != FIXED:
+        v, w = joint_twist(chain, i, end)
+        row = across * int(chain[i, COLUMN])
+        if is_first[i] == 1:
+            store_column(jacobian_rows, row, down, v, w)
+        else:
+            add_twist(jacobian_rows, row, down, v, w)
+
+
+@kernel
+def joint_twist(chain, i, end):
+    """The velocity of the point at the base's origin, and the angular velocity, for a unit rate of the entry that drives joint i.
+
+    A joint along or about z, whose frame has its origin at p, moves that point: a revolute one with v = p x z and w = z, a
+    prismatic one with v = z. That is times the joint's ratio.
     """
-    kind = int(chain[i, KIND])
-    if kind == FIXED:
-        return
     z = z_axis(end)
-    if kind == PRISMATIC:
+    if int(chain[i, KIND]) == PRISMATIC:
         zero = splat(0.0, z[0])
         v, w = z, (zero, zero, zero)
     else:
         v, w = cross(origin(end), z), z
-    add_twist(jacobian_rows, across * int(chain[i, COLUMN]), down, scaled(v, chain[i, RATIO]), scaled(w, chain[i, RATIO]))
+    return scaled(v, chain[i, RATIO]), scaled(w, chain[i, RATIO])
 
 
 @kernel

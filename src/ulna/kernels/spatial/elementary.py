@@ -83,7 +83,9 @@ def first_quadrant_angle(y, x):
 @kernel
 def all_in_range(x_rows):
     """True if every number is finite and at most LARGEST in size."""
-    for i in range(x_rows.shape[0]):  # noqa: SIM110 - Numba compiles no generator
-        if any_lane(logical_not(abs(load(x_rows, i)) <= LARGEST)):
-            return False
-    return True
+    if x_rows.shape[0] == 0:
+        return True
+    good = abs(load(x_rows, 0)) <= LARGEST
+    for i in range(1, x_rows.shape[0]):
+        good = good & (abs(load(x_rows, i)) <= LARGEST)
+    return not any_lane(logical_not(good))
