@@ -89,11 +89,9 @@ def sampled(tree: Tree, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> li
     if not link_pairs:
         return []
     q = random_positions(tree, SAMPLES, SEED)
-    body_pairs = [(g, *pair) for g, links in enumerate(link_pairs) for pair in bodies.pairs_of([links])]
-    table = np.array(body_pairs, dtype=np.int64).reshape(len(body_pairs), 3)
     touching = np.empty((len(link_pairs), SAMPLES), dtype=np.bool_)
-    groups, pairs = np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1:])
-    vertices = None if bodies.only_boxes else bodies.vertices
+    groups = np.repeat(np.arange(len(link_pairs)), [len(bodies.pairs_of([links])) for links in link_pairs])
+    pairs, vertices = bodies.table_of_pairs(link_pairs), None if bodies.only_boxes else bodies.vertices
     entry("overlap.overlap_groups")(tree.joints, bodies.table, vertices, pairs, groups, for_kernel(q), touching)
     return [_judged(a, b, touches, q) for (a, b), touches in zip(link_pairs, touching, strict=True)]
 

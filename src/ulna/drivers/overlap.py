@@ -5,7 +5,7 @@ import numpy as np
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import load, splat, store, where
-from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
+from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
@@ -62,7 +62,7 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
     return good
 
 
-@entry(*((*scene[:3], INDEX_ROWS, INDICES, MATRIX, TRUTH_ROWS) for scene in SCENES))
+@entry(*((*scene[:4], INDICES, MATRIX, TRUTH_ROWS) for scene in SCENES))
 def overlap_groups(joints, bodies, vertices, pairs, groups, q, out):
     """Write to the bools of out, shape (n_groups, n), which groups of pairs touch at each q; pair p belongs to groups[p]."""
     n = q.shape[0]
