@@ -89,6 +89,7 @@ def ask():
         for one in q[:200]:
             robot.in_collision(one, world)
     ask_for_closed_forms()
+    str(panda.allowed_collisions), str(held.with_tool(np.eye(4)).allowed_collisions)
     ask_for_plans([(panda, boxes), (held, mixed)])
     with tempfile.TemporaryDirectory() as folder:
         film.record_robot(film.make_form(Path(folder, "film.mp4"), 0.1, (64, 36)), panda, panda.home)
