@@ -43,7 +43,7 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 AllTouch = Callable[[Scene, Array], bool]
 NO_OBJECTS = World().objects()
-CERTAIN = 1e-6  # [m]: bodies so far apart do not touch, whatever finds it
+CERTAIN = 1e-6  # [m]: where bodies are so far apart, or so deep in each other, every entry agrees whether they touch
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 _NOT_ASKED = False, None, None, None  # of Checker._quick

@@ -19,7 +19,7 @@ from ulna.kinematics.positions import for_kernel
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
 
-AllTouch = Callable[[NDArray[np.int64], NDArray[np.float64]], bool]
+PairsTouch = Callable[[NDArray[np.int64], NDArray[np.float64]], bool]
 SAMPLES, SEED = 2000, 0
 _FIRST = 8  # configurations: nearly every pair that moves is free in one of so many
 
@@ -46,7 +46,7 @@ class FoundPairs:
             self._counted = self._with_srdf(allowed, tuple(pair for pair in seen if pair.reason != ALWAYS))
         return self._counted
 
-    def without_counts(self, bodies: Bodies, all_touch: AllTouch) -> AllowedCollisions:
+    def without_counts(self, bodies: Bodies, all_touch: PairsTouch) -> AllowedCollisions:
         """The pairs alone. Nearly every other pair is free in one of the first samples, so this takes less time.
 
         Args:

@@ -79,7 +79,7 @@ def scatter_rows(rows, n, out, start):
 def scatter_matrices(pose, pose_rows, out, start):
     """Write a pose in lanes to out[start], out[start + 1], ... as homogeneous 4x4 matrices, half of a matrix at a time.
 
-    The last block goes by way of pose_rows.
+    A block that is not full goes by way of pose_rows.
     """
     if start + WIDTH <= out.shape[0]:
         zero, one = splat(0.0, pose[0]), splat(1.0, pose[0])
