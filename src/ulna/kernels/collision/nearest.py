@@ -26,17 +26,21 @@ def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scra
 
 @kernel
 def nearest_unindexed(scene, body_rows, like, scratch):
-    """The nearest of the robot's pairs, and of its bodies and the unindexed objects."""
+    """The nearest of the robot's bodies and the unindexed objects, and of the robot's pairs.
+
+    One loop is for both: the distance of two bodies is compiled for each place that measures it, which takes long.
+    """
     best, bodies, vertices = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), scene.bodies, scene.vertices
-    n = bodies.shape[0]
-    for k in range(n):
-        for w in range(scene.n_unindexed):
-            a, b = load_pose(body_rows, k), constant_pose(scene.objects, w, like)
-            best = nearer_pair(best, bodies, vertices, k, a, scene.objects, scene.points, w, b, n + w, scratch)
-    for p in range(scene.pairs.shape[0]):
-        i, j = scene.pairs[p, 0], scene.pairs[p, 1]
-        a, b = load_pose(body_rows, i), load_pose(body_rows, j)
-        best = nearer_pair(best, bodies, vertices, i, a, bodies, vertices, j, b, j, scratch)
+    n, n_unindexed = bodies.shape[0], scene.n_unindexed
+    n_of_world = n * n_unindexed
+    for m in range(n_of_world + scene.pairs.shape[0]):
+        if m < n_of_world:
+            i, w = m // n_unindexed, m % n_unindexed
+            b, others, points, row, number = constant_pose(scene.objects, w, like), scene.objects, scene.points, w, n + w
+        else:
+            i, row = scene.pairs[m - n_of_world, 0], scene.pairs[m - n_of_world, 1]
+            b, others, points, number = load_pose(body_rows, row), bodies, vertices, row
+        best = nearer_pair(best, bodies, vertices, i, load_pose(body_rows, i), others, points, row, b, number, scratch)
     return best
 
 
