@@ -6,7 +6,7 @@ The last block of a batch is filled up with its last problem, computed and writt
 same path whatever the batch's length and its own place, so its result is the same bit for bit.
 """
 
-from ulna.engine.decorators import kernel
+from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, load_run, splat, store, store_run, transposed
 from ulna.engine.width import WIDTH
 from ulna.kernels.spatial.se3 import store_pose
@@ -31,9 +31,15 @@ def gather(batch, start, rows):
                 if k + j < columns:
                     store(rows, k + j, numbers[j])
         else:
-            for j in range(k, min(k + WIDTH, columns)):
-                for lane in range(WIDTH):
-                    rows[j, lane] = batch[min(start + lane, n - 1), j]
+            gather_one_by_one(batch, start, k, rows)
+
+
+@routine
+def gather_one_by_one(batch, start, k, rows):
+    """The same for at most eight columns from k on, with the last problem again where there are no more."""
+    for j in range(k, min(k + WIDTH, batch.shape[1])):
+        for lane in range(WIDTH):
+            rows[j, lane] = batch[min(start + lane, batch.shape[0] - 1), j]
 
 
 @kernel
