@@ -62,13 +62,11 @@ def gather_poses(matrices, start, pose_rows):
 def scatter_rows(rows, n, out, start):
     """Write n rows to out[start], out[start + 1], ..., which have n numbers each.
 
-    Eight rows at a time are transposed and written as they lie; the last eight may repeat some of those before.
+    Eight rows at a time are transposed and written as they lie; the last eight may repeat some of those before. Fewer rows than
+    eight, and a block that is not full, are written number by number.
     """
-    if n < WIDTH:
-        flat = out.reshape(-1)
-        for lane in range(min(WIDTH, out.shape[0] - start)):
-            for k in range(n):
-                flat[(start + lane) * n + k] = rows[k, lane]
+    if n < WIDTH or start + WIDTH > out.shape[0]:
+        scatter_one_by_one(rows, n, out, start)
         return
     for first in range(0, n, WIDTH):
         k = min(first, n - WIDTH)
@@ -77,8 +75,16 @@ def scatter_rows(rows, n, out, start):
             load(rows, k + 4), load(rows, k + 5), load(rows, k + 6), load(rows, k + 7),
         )  # fmt: skip
         for lane in range(WIDTH):
-            if start + lane < out.shape[0]:
-                store_run(out, start + lane, k, numbers[lane])
+            store_run(out, start + lane, k, numbers[lane])
+
+
+@routine
+def scatter_one_by_one(rows, n, out, start):
+    """The same, number by number."""
+    flat = out.reshape(-1)
+    for lane in range(min(WIDTH, out.shape[0] - start)):
+        for k in range(n):
+            flat[(start + lane) * n + k] = rows[k, lane]
 
 
 @kernel
