@@ -40,8 +40,8 @@ def comparisons(x, out):
 
 def logic(x, out):
     a, b = load(x, 0) > 0.0, load(x, 1) > 0.0
-    masks = (a & b, a | b, logical_not(a), (a | logical_not(b)) & b)
-    for k in range(4):
+    masks = (a & b, a | b, logical_not(a), (a | logical_not(b)) & b, a ^ b)
+    for k in range(5):
         store(out, k, where(masks[k], 1.0, 0.0))
 
 

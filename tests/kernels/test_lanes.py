@@ -30,7 +30,7 @@ def test_comparisons_are_numpys_and_false_of_nan(run):
 def test_masks_combine_as_truth_values(run):
     truth = np.array([[0, 0, 1, 1, np.nan, np.nan], [0, 1, 0, 1, 0, 1]])
     a, b = np.nan_to_num(truth) > 0
-    assert np.array_equal(run(probes.logic, truth, 4), [a & b, a | b, ~a, (a | ~b) & b])
+    assert np.array_equal(run(probes.logic, truth, 5), [a & b, a | b, ~a, (a | ~b) & b, a ^ b])
 
 
 def test_where_takes_numbers_and_plain_ones_on_either_side(run):

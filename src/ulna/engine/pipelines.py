@@ -1,8 +1,8 @@
 """Chooses the passes of Numba that a function of ours needs, and where its code goes. Used by ``compiler``.
 
 Numba runs some thirty passes over a function. Half of them are for what kernels and drivers do not have: closures and
-comprehensions, ``with``, ``literal_unroll``, expressions of whole arrays. They took a tenth of the time of compiling. Around each
-pass it measures times, tells listeners what it does, and tests the result, which took almost as long.
+comprehensions, ``with``, ``literal_unroll``, expressions of whole arrays. They took a tenth of the time of compiling. Numba also
+measures each pass and reports it to listeners, which took almost as long.
 """
 
 from types import CodeType
