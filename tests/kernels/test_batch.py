@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import kernel_modes
-from ulna.drivers.batch import gather, scatter_matrices, scatter_matrix
+from ulna.drivers.batch import gather, scatter_matrices, scatter_matrix, scatter_rows
 from ulna.engine.lanes import load_run, store_run, transposed
 from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.spatial.se3 import load_pose
@@ -34,6 +34,22 @@ def test_poses_are_written_as_the_matrices_of_their_block_and_nowhere_else(rng, 
     for k in written:
         assert np.array_equal(out[k], [*rows[:, k - start].reshape(3, 4), [0, 0, 0, 1]])
     assert np.isnan(np.delete(around, [k + 1 for k in written], axis=0)).all()
+
+
+def rows_scattered(rows, n, out, start):
+    scatter_rows(rows, n, out, start)
+
+
+@pytest.mark.parametrize(("n", "start"), BLOCKS)
+@pytest.mark.parametrize("shape", [(1,), (6,), (7,), (8,), (9,), (2, 3), (6, 7)])
+def test_rows_are_written_to_their_block_and_nowhere_else(rng, n, start, shape):
+    width = int(np.prod(shape))
+    rows, around = rng.normal(size=(width, 8)), np.full((n + 2, *shape), np.nan)
+    kernel_modes.compiled(rows_scattered)(rows, width, around[1:-1], start)
+    end = min(start + 8, n)
+    assert np.array_equal(around[1 + start : 1 + end].reshape(-1, width), rows.T[: end - start])
+    assert np.isnan(around[: 1 + start]).all()
+    assert np.isnan(around[1 + end :]).all()
 
 
 def test_a_lane_of_poses_is_written_as_a_matrix(rng):

@@ -2,8 +2,8 @@
 
 A batch has one problem after the other in memory; rows of lanes have the same number of eight problems together.
 
-The last block of a batch is filled up with its last problem, computed and written more than once: every problem takes the
-same path whatever the batch's length and its own place, so its result is the same bit for bit.
+The last block of a batch is filled up with its last problem, which is computed more than once: every problem takes the same
+path whatever the batch's length and its own place, so its result is the same bit for bit.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -36,7 +36,10 @@ def gather(batch, start, rows):
 
 @routine
 def gather_one_by_one(batch, start, k, rows):
-    """The same for at most eight columns from k on, with the last problem again where there are no more."""
+    """Copy at most eight columns, from k on, number by number. Lanes past the end get the last problem.
+
+    It is a function of its own, since its counters would slow down the loop over full blocks.
+    """
     for j in range(k, min(k + WIDTH, batch.shape[1])):
         for lane in range(WIDTH):
             rows[j, lane] = batch[min(start + lane, batch.shape[0] - 1), j]
@@ -62,8 +65,8 @@ def gather_poses(matrices, start, pose_rows):
 def scatter_rows(rows, n, out, start):
     """Write n rows to out[start], out[start + 1], ..., which have n numbers each.
 
-    Eight rows at a time are transposed and written as they lie; the last eight may repeat some of those before. Fewer rows than
-    eight, and a block that is not full, are written number by number.
+    Eight rows at a time are transposed and written as they lie; the last eight may repeat some of those before. Fewer than eight
+    rows, or a block that is not full, are written number by number.
     """
     if n < WIDTH or start + WIDTH > out.shape[0]:
         scatter_one_by_one(rows, n, out, start)
@@ -80,7 +83,7 @@ def scatter_rows(rows, n, out, start):
 
 @routine
 def scatter_one_by_one(rows, n, out, start):
-    """The same, number by number."""
+    """Write n rows number by number, and only to those of ``out`` that there are."""
     flat = out.reshape(-1)
     for lane in range(min(WIDTH, out.shape[0] - start)):
         for k in range(n):

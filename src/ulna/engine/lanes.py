@@ -2,7 +2,7 @@
 
 Each is a plain function of NumPy, which runs as it is without the compiler (``NUMBA_DISABLE_JIT=1``). Compiled, it is an
 operation on a float64, or on the vector ``f64x8`` (``lane_types``, ``lane_lowering``). Kernels call these instead of ``math.*``,
-which refuses arrays. Besides these a number has ``+ - * /``, ``abs`` and comparisons, and a mask has ``&`` and ``|``.
+which refuses arrays. Besides these a number has ``+ - * /``, ``abs`` and comparisons, and a mask has ``&``, ``|`` and ``^``.
 """
 
 import numpy as np

@@ -27,7 +27,7 @@ _PASSES = (
     untyped_passes.DeadBranchPrune,
     typed_passes.NopythonTypeInference,
     typed_passes.PreLowerStripPhis,
-    typed_passes.IRLegalization,  # where references are counted: it marks where a variable is used last
+    typed_passes.IRLegalization,  # it marks the last use of each variable: only where references are counted
     typed_passes.AnnotateTypes,
     typed_passes.NativeLowering,
     typed_passes.NoPythonBackend,
@@ -35,7 +35,7 @@ _PASSES = (
 
 
 class _Passes(PassManager):
-    """Passes one after the other, with nothing around each."""
+    """Runs the passes one after the other: it measures nothing, reports nothing and prints nothing."""
 
     def _runPass(self, index: int, pss: Any, internal_state: Any) -> None:  # noqa: ARG002, N802  # pyright: ignore - it is Numba's own
         pss.analysis = self._analysis

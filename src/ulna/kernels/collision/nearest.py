@@ -26,9 +26,9 @@ def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scra
 
 @kernel
 def nearest_unindexed(scene, body_rows, like, scratch):
-    """The nearest of the robot's bodies and the unindexed objects, and of the robot's pairs.
+    """The nearest pair: first of the robot's bodies and the unindexed objects, then of the robot's own pairs.
 
-    One loop is for both: the distance of two bodies is compiled for each place that measures it, which takes long.
+    One loop does both, since the code that measures a distance is compiled for each place that calls it, which takes long.
     """
     best, bodies, vertices = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), scene.bodies, scene.vertices
     n, n_unindexed = bodies.shape[0], scene.n_unindexed

@@ -52,9 +52,9 @@ def sincos(x):
         + z * (2.08757232129817482790e-9
         + z * -1.13596475577881948265e-11))))
     ))  # fmt: skip
-    quarter = k - 4.0 * rint(0.25 * k - 0.125)  # -1 .. 2
-    sin_is_negative = quarter * quarter - quarter > 1.0  # of -1 and 2
-    cos_is_negative = quarter > 0.5  # of 1 and 2
+    quarter = k - 4.0 * rint(0.25 * k - 0.125)  # -1 .. 2: by the eighth, half a turn is 2, never -2
+    sin_is_negative = quarter * quarter - quarter > 1.0  # true for -1 and 2
+    cos_is_negative = quarter > 0.5  # true for 1 and 2
     odd = sin_is_negative ^ cos_is_negative
     sin_sign, cos_sign = where(sin_is_negative, -1.0, 1.0), where(cos_is_negative, -1.0, 1.0)
     return where(odd, c, s) * sin_sign, where(odd, s, c) * cos_sign
