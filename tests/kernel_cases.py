@@ -47,7 +47,7 @@ def cases():
     return {
         "arithmetic": (probes.arithmetic, plain, 16, ()),
         "comparisons": (probes.comparisons, plain, 12, ()),
-        "logic": (probes.logic, plain, 4, ()),
+        "logic": (probes.logic, plain, 5, ()),
         "choices": (probes.choices, abs(plain), 9, ()),
         "sine and cosine": (probes.sine_and_cosine, angles, 2, ()),
         "angle in the first quadrant": (probes.angle_in_first_quadrant, abs(plain), 1, ()),
