@@ -7,7 +7,7 @@ processor begins the next joint's meanwhile if they are next to each other, with
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store
-from ulna.kernels.layout import AT_JOINT, COLUMN, FIXED, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO
+from ulna.kernels.layout import AT_JOINT, COLUMN, FIXED, JOINT, KIND, OFFSET, PARENT, PRISMATIC, RATIO, REVOLUTE
 from ulna.kernels.spatial.elementary import sincos
 from ulna.kernels.spatial.se3 import (
     compose,
@@ -49,15 +49,17 @@ def chain_pose(chain, q_rows):
 
 @kernel
 def joint_turns(chain, q_rows, turn_rows):
-    """Write, for joint i, the sine and the cosine of its angle to rows 2 i and 2 i + 1; a length that it slides to row 2 i."""
+    """Write, for joint i, the sine and the cosine of its angle to rows 2 i and 2 i + 1; a length that it slides to row 2 i.
+
+    The values come first, in a loop of their own: which entry of q moves a joint is read from the table, and a sine that waits
+    for that keeps the processor from beginning the next one.
+    """
     for i in range(chain.shape[0]):
-        kind = int(chain[i, KIND])
-        if kind == FIXED:
-            continue
-        if kind == PRISMATIC:
+        if int(chain[i, KIND]) != FIXED:
             store(turn_rows, 2 * i, joint_value(chain, i, q_rows))
-        else:
-            s, c = sincos(joint_value(chain, i, q_rows))
+    for i in range(chain.shape[0]):
+        if int(chain[i, KIND]) == REVOLUTE:
+            s, c = sincos(load(turn_rows, 2 * i))
             store(turn_rows, 2 * i, s)
             store(turn_rows, 2 * i + 1, c)
 
