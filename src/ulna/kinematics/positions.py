@@ -21,7 +21,7 @@ def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float6
     Raises:
         InputError: It is not an array of numbers of that shape.
     """
-    if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape == tree.q_shape and q.flags.carray:
+    if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape[-1:] == tree.q_shape and q.flags.carray:
         return q  # the most frequent case, without another call
     q = as_floats(name, q)
     if q.shape[-1:] != tree.q_shape:
@@ -52,7 +52,7 @@ def is_within(q: NDArray[np.float64], tree: Tree) -> bool:
 
 def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """The batch as one axis, shape (n, n_dof)."""
-    return q.reshape(prod(q.shape[:-1]), q.shape[-1])
+    return q if q.ndim == 2 else q.reshape(prod(q.shape[:-1]), q.shape[-1])
 
 
 def rows_of_both(a: NDArray, b: NDArray, name_a: str, name_b: str) -> tuple[tuple[int, ...], NDArray, NDArray]:
