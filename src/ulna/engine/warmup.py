@@ -1,6 +1,8 @@
 """Compiles every entry ahead, so that no call waits for the compiler. Used by ``cli.warmup``."""
 
+import atexit
 import multiprocessing
+import os
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -94,3 +96,4 @@ def compile_one(job: Job) -> Compiled:
 
 def _begin_quietly() -> None:
     Announcements.enabled = False
+    atexit.register(os._exit, 0)  # at the end Python would take apart all that the compiler has made, which takes seconds
