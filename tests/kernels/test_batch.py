@@ -5,7 +5,7 @@ import pytest
 
 import kernel_modes
 from ulna.drivers.batch import gather, scatter_matrices, scatter_matrix, scatter_rows
-from ulna.engine.lanes import load_run, store_run, transposed
+from ulna.engine.lanes import load_columns, store, store_columns
 from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.spatial.se3 import load_pose
 
@@ -58,21 +58,37 @@ def test_a_lane_of_poses_is_written_as_a_matrix(rng):
     assert np.array_equal(out, [*rows[24:, 5].reshape(3, 4), [0, 0, 0, 1]])
 
 
-def exchanged(batch, k, out):
-    numbers = transposed(
-        load_run(batch, 0, k), load_run(batch, 1, k), load_run(batch, 2, k), load_run(batch, 3, k),
-        load_run(batch, 4, k), load_run(batch, 5, k), load_run(batch, 6, k), load_run(batch, 7, k),
-    )  # fmt: skip
-    for lane in range(8):
-        store_run(out, lane, k, numbers[lane])
+def exchanged(batch, i, k, out):
+    store_columns(out, i, k, load_columns(batch, i, k))
 
 
-@pytest.mark.parametrize("shape", [(8, 8), (9, 13), (8, 3, 5)])
-def test_lanes_and_numbers_are_exchanged_in_place(rng, shape):
+def loaded(batch, i, k, rows):
+    numbers = load_columns(batch, i, k)
+    for j in range(8):
+        store(rows, j, numbers[j])
+
+
+@pytest.mark.parametrize(("i", "k"), [(0, 0), (1, 0), (0, 5)])
+@pytest.mark.parametrize("shape", [(9, 13), (9, 3, 5)])
+def test_eight_columns_are_loaded_and_stored_where_they_were(rng, shape, i, k):
     batch, out = rng.normal(size=shape), np.full(shape, np.nan)
-    kernel_modes.compiled(exchanged)(batch, 0, out)
-    assert np.array_equal(out.reshape(shape[0], -1)[:8, :8].T, batch.reshape(shape[0], -1)[:8, :8])
-    assert np.isnan(out).sum() == out.size - 64
+    kernel_modes.compiled(exchanged)(batch, i, k, out)
+    expected = np.full((9, batch[0].size), np.nan)
+    expected[i : i + 8, k : k + 8] = batch.reshape(9, -1)[i : i + 8, k : k + 8]
+    assert np.array_equal(out.reshape(9, -1), expected, equal_nan=True)
+
+
+@pytest.mark.parametrize("i", [0, 3, 7, 8])
+def test_a_lane_past_the_last_row_has_the_last_row(rng, i):
+    batch, rows = rng.normal(size=(9, 13)), np.empty((8, 8))
+    kernel_modes.compiled(loaded)(batch, i, 4, rows)
+    assert np.array_equal(rows.T, [batch[min(i + lane, 8), 4:12] for lane in range(8)])
+
+
+def test_columns_past_the_end_of_a_row_are_those_of_the_next(rng):
+    batch, rows = rng.normal(size=(9, 7)), np.empty((8, 8))
+    kernel_modes.compiled(loaded)(batch, 0, 0, rows)
+    assert np.array_equal(rows.T, [batch.reshape(-1)[7 * lane : 7 * lane + 8] for lane in range(8)])
 
 
 def test_the_settings_and_the_information_have_a_place_for_each_name():

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+import kernel_modes
 import kernel_probes as probes
 from assertions import assert_close
+from ulna.engine.decorators import workspace
+from ulna.engine.lanes import empty_rows, zero_rows
 
 SPECIAL = np.array([0.0, 1.0, -1.0, 0.5, -0.5, 3.0, 1e-300, -1e300, np.inf, -np.inf, np.nan])
 PAIRS = np.array(np.meshgrid(SPECIAL, SPECIAL)).reshape(2, -1)
@@ -90,3 +93,26 @@ def test_lanes_do_not_mix(run, rng, n):
     whole = run(probes.arithmetic, x, 16)
     for k in range(n):
         assert np.array_equal(run(probes.arithmetic, x[:, k : k + 1], 16)[:, 0], whole[:, k])
+
+
+@workspace
+def made_rows(n):
+    return empty_rows(n), zero_rows(n)
+
+
+@pytest.mark.parametrize("n", [0, 1, 7])
+def test_new_rows_begin_at_multiples_of_their_size(n):
+    empty, zero = made_rows(n)
+    assert empty.shape == zero.shape == (n, 8)
+    assert empty.flags.c_contiguous
+    assert zero.flags.c_contiguous
+    assert not zero.any()
+    if kernel_modes.COMPILED:
+        assert empty.ctypes.data % 64 == zero.ctypes.data % 64 == 0
+
+
+@pytest.mark.compiler
+def test_functions_align_their_part_of_the_stack():
+    made_rows(1)
+    if kernel_modes.COMPILED:
+        assert all("alignstack=64" in code for code in made_rows.inspect_llvm().values())

@@ -7,7 +7,7 @@ path whatever the batch's length and its own place, so its result is the same bi
 """
 
 from ulna.engine.decorators import kernel, routine
-from ulna.engine.lanes import load, load_run, splat, store, store_run, transposed
+from ulna.engine.lanes import load, load_columns, splat, store, store_columns
 from ulna.engine.width import WIDTH
 from ulna.kernels.spatial.se3 import store_pose
 
@@ -22,11 +22,7 @@ def gather(batch, start, rows):
     n, columns = batch.shape
     for k in range(0, columns, WIDTH):
         if start + WIDTH <= n and (start + WIDTH - 1) * columns + k + WIDTH <= batch.size:
-            numbers = transposed(
-                load_run(batch, start, k), load_run(batch, start + 1, k), load_run(batch, start + 2, k),
-                load_run(batch, start + 3, k), load_run(batch, start + 4, k), load_run(batch, start + 5, k),
-                load_run(batch, start + 6, k), load_run(batch, start + 7, k),
-            )  # fmt: skip
+            numbers = load_columns(batch, start, k)
             for j in range(WIDTH):
                 if k + j < columns:
                     store(rows, k + j, numbers[j])
@@ -48,14 +44,8 @@ def gather_one_by_one(batch, start, k, rows):
 @kernel
 def gather_poses(matrices, start, pose_rows):
     """Rows of the upper three rows of eight matrices (n, 4, 4), from ``start`` on."""
-    end = matrices.shape[0] - 1
     for k in range(0, 16, WIDTH):
-        numbers = transposed(
-            load_run(matrices, start, k), load_run(matrices, min(start + 1, end), k), load_run(matrices, min(start + 2, end), k),
-            load_run(matrices, min(start + 3, end), k), load_run(matrices, min(start + 4, end), k),
-            load_run(matrices, min(start + 5, end), k), load_run(matrices, min(start + 6, end), k),
-            load_run(matrices, min(start + 7, end), k),
-        )  # fmt: skip
+        numbers = load_columns(matrices, start, k)
         for j in range(WIDTH):
             if k + j < 12:
                 store(pose_rows, k + j, numbers[j])
@@ -73,12 +63,11 @@ def scatter_rows(rows, n, out, start):
         return
     for first in range(0, n, WIDTH):
         k = min(first, n - WIDTH)
-        numbers = transposed(
+        numbers = (
             load(rows, k), load(rows, k + 1), load(rows, k + 2), load(rows, k + 3),
             load(rows, k + 4), load(rows, k + 5), load(rows, k + 6), load(rows, k + 7),
         )  # fmt: skip
-        for lane in range(WIDTH):
-            store_run(out, start + lane, k, numbers[lane])
+        store_columns(out, start, k, numbers)
 
 
 @routine
@@ -98,11 +87,10 @@ def scatter_matrices(pose, pose_rows, out, start):
     """
     if start + WIDTH <= out.shape[0]:
         zero, one = splat(0.0, pose[0]), splat(1.0, pose[0])
-        upper = transposed(pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], pose[6], pose[7])
-        lower = transposed(pose[8], pose[9], pose[10], pose[11], zero, zero, zero, one)
-        for lane in range(WIDTH):
-            store_run(out, start + lane, 0, upper[lane])
-            store_run(out, start + lane, WIDTH, lower[lane])
+        upper = pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], pose[6], pose[7]
+        lower = pose[8], pose[9], pose[10], pose[11], zero, zero, zero, one
+        store_columns(out, start, 0, upper)
+        store_columns(out, start, WIDTH, lower)
     else:
         store_pose(pose_rows, 0, pose)
         for lane in range(out.shape[0] - start):

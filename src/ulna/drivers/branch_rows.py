@@ -3,7 +3,7 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, workspace
-from ulna.engine.lanes import any_lane, load, splat, sqrt, store, where
+from ulna.engine.lanes import any_lane, load, splat, sqrt, store, where, zero_rows
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.closed_form_layout import (
     APART,
@@ -39,7 +39,7 @@ def branch_state(n):
     target, q, known = 3 * n + 2 * N_AXES, 3 * n + 2 * N_AXES + 12, 3 * n + 2 * N_AXES + 12 + N_AXES * branches
     jacobian = known + N_KNOWN * branches
     system = jacobian + 6 * N_AXES
-    block = np.zeros((system + N_SYSTEM + N_AXES, WIDTH))
+    block = zero_rows(system + N_SYSTEM + N_AXES)
     for k in range(3 * n):
         for lane in range(WIDTH):
             bit = (lane >> (2 - k)) & 1 if n == 1 else k & 1
@@ -113,7 +113,7 @@ def polish_seed(table, chain, rows, scratch, seed_rows, q_rows, known_rows, one_
 @workspace
 def polish_state(n_dof):
     """Rows of the target, q, the errors, a Jacobian, the last q, and the scratch of a polish."""
-    block = np.zeros((13 + 8 * n_dof + N_SYSTEM, WIDTH))
+    block = zero_rows(13 + 8 * n_dof + N_SYSTEM)
     q, error, jacobian, last = 12, 12 + n_dof, 13 + n_dof, 13 + 7 * n_dof
     return (
         block[:q],

@@ -14,7 +14,7 @@ from ulna.drivers.branch_rows import (
 )
 from ulna.drivers.lane_state import write_result
 from ulna.engine.decorators import entry, kernel, workspace
-from ulna.engine.lanes import lane_of, load, splat, store, where
+from ulna.engine.lanes import lane_of, load, splat, store, where, zero_rows
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, TRUTH_ROWS, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.closed_form import closed_form
@@ -192,7 +192,7 @@ def best_state(plan):
     """
     n_plan, cost, polished = plan.shape[0] - N_OPTIONS, 2 * N_AXES, 2 * N_AXES + 1 + N_STATE
     known = polished + N_AXES
-    block = np.zeros((known + N_KNOWN + n_plan, WIDTH))
+    block = zero_rows(known + N_KNOWN + n_plan)
     bounds = block[known + N_KNOWN :]
     for k in range(n_plan):
         bounds[k, :] = plan[N_OPTIONS + k]

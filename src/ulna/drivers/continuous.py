@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ulna.drivers.free_edge import MOST_BLOCKS, edge_is_free, free_edge_work, interval_work
 from ulna.engine.decorators import entry, routine, workspace
-from ulna.engine.lanes import lane_bits, load, logical_not, lowest_bit, store
+from ulna.engine.lanes import empty_rows, lane_bits, load, logical_not, lowest_bit, store, zero_rows
 from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, SCENES
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK
@@ -42,10 +42,10 @@ def edge_work(scene, n_dof):
     """A workspace for the edges of a scene."""
     n_joints, n_bodies = scene.joints.shape[0], scene.bodies.shape[0]
     return EdgeWork(
-        np.zeros((max(1, n_dof), WIDTH)),
-        np.empty((1, WIDTH)),
-        np.empty((12 * n_joints, WIDTH)),
-        np.empty((12 * n_bodies, WIDTH)),
+        zero_rows(max(1, n_dof)),
+        empty_rows(1),
+        empty_rows(12 * n_joints),
+        empty_rows(12 * n_bodies),
         np.empty((n_bodies, n_joints + 2)),
         np.empty(STACK, np.int64),
         np.empty(scene.objects.shape[0] - scene.n_unindexed, np.int64),

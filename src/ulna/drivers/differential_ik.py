@@ -1,9 +1,8 @@
 """Runs one step of differential inverse kinematics over one configuration or a batch. Used by ``ik.differential``."""
 
-import numpy as np
-
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
+from ulna.engine.lanes import empty_rows, zero_rows
 from ulna.engine.signatures import CONSTANTS, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.jacobian import chain_jacobian
@@ -35,11 +34,11 @@ def differential_one(chain, expressed_in, limits, velocity_limits, damping, dt, 
 def differential_batch(chain, expressed_in, limits, velocity_limits, damping, dt, q, twists, out):
     """The same for q (n, n_dof), twists (n or 1, 6) and out (n, n_dof): eight rows at a time."""
     n, n_dof = out.shape
-    q_rows, twist_rows, x_rows = np.zeros((n_dof, WIDTH)), np.zeros((6, WIDTH)), np.zeros((n_dof, WIDTH))
-    jacobian_rows, bound_rows = np.empty((6 * n_dof, WIDTH)), np.empty((2 * n_dof, WIDTH))
+    q_rows, twist_rows, x_rows = zero_rows(n_dof), zero_rows(6), zero_rows(n_dof)
+    jacobian_rows, bound_rows = empty_rows(6 * n_dof), empty_rows(2 * n_dof)
     scratch = (
-        np.empty((n_dof, WIDTH)), np.empty((n_dof, WIDTH)), np.empty((6 * n_dof, WIDTH)), np.empty((N_SYSTEM, WIDTH)),
-        np.empty((N_TURNED, WIDTH)),
+        empty_rows(n_dof), empty_rows(n_dof), empty_rows(6 * n_dof), empty_rows(N_SYSTEM),
+        empty_rows(N_TURNED),
     )  # fmt: skip
     good = True
     for start in range(0, n, WIDTH):

@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.drivers.batch import gather, scatter_matrices, scatter_matrix, share_no_memory, write_matrix
 from ulna.engine.decorators import entry, low_latency_entry
-from ulna.engine.lanes import load
+from ulna.engine.lanes import empty_rows, load, zero_rows
 from ulna.engine.signatures import BLOCKS, MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.poses import chain_pose, frame_pose, joint_turns, tree_poses, turned_chain_pose
@@ -27,8 +27,8 @@ def forward_one(chain, n_dof, q, out):
 @entry((TABLE, MATRIX, MATRICES))
 def forward_batch(chain, q, out):
     """The same for q of shape (n, n_dof), out of shape (n, 4, 4): eight rows at a time."""
-    q_rows, pose_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((12, WIDTH))
-    turn_rows = np.zeros((2 * chain.shape[0], WIDTH))
+    q_rows, pose_rows = zero_rows(max(1, q.shape[1])), empty_rows(12)
+    turn_rows = zero_rows(2 * chain.shape[0])
     good = True
     for start in range(0, q.shape[0], WIDTH):
         gather(q, start, q_rows)
@@ -51,9 +51,9 @@ def frames_one(joints, frames, q, out):
 @entry((TABLE, TABLE, MATRIX, BLOCKS))
 def frames_batch(joints, frames, q, out):
     """The same for q of shape (n, n_dof), out of shape (n, n_frames, 4, 4): eight rows at a time."""
-    q_rows = np.zeros((max(1, q.shape[1]), WIDTH))
-    joint_rows = np.empty((12 * joints.shape[0], WIDTH))
-    frame_rows = np.empty((12 * frames.shape[0], WIDTH))
+    q_rows = zero_rows(max(1, q.shape[1]))
+    joint_rows = empty_rows(12 * joints.shape[0])
+    frame_rows = empty_rows(12 * frames.shape[0])
     good = True
     for start in range(0, q.shape[0], WIDTH):
         gather(q, start, q_rows)

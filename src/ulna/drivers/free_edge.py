@@ -10,7 +10,7 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine, shared_routine, workspace
-from ulna.engine.lanes import load, store
+from ulna.engine.lanes import empty_rows, load, store, zero_rows
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.ball_motion import fastest_ball, place_balls, write_motion
 from ulna.kernels.collision.bvh import STACK
@@ -55,8 +55,8 @@ def free_edge_work(scene, may_touch):
     return Carried(
         balls, order, first, groups, runs, others, may_touch, steps_of(scene.joints),
         np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)), np.empty(n_balls),
-        np.empty((12 * n_joints, WIDTH)), np.empty((6 * n_joints, WIDTH)), np.empty((7 * n_balls, WIDTH)),
-        np.empty((3 * scene.bodies.shape[0], WIDTH)), np.zeros(n_balls, np.int64), np.empty(scene.objects.shape[0], np.int64),
+        empty_rows(12 * n_joints), empty_rows(6 * n_joints), empty_rows(7 * n_balls),
+        empty_rows(3 * scene.bodies.shape[0]), np.zeros(n_balls, np.int64), np.empty(scene.objects.shape[0], np.int64),
     )  # fmt: skip
 
 
@@ -65,8 +65,8 @@ def interval_work(scene, n_dof):
     """Configurations, middles and halves of eight intervals; those that wait; the stack and the finds of the BVH."""
     n_indexed = scene.objects.shape[0] - scene.n_unindexed
     return (
-        np.zeros((max(1, n_dof), WIDTH)),
-        np.empty((3, WIDTH)),
+        zero_rows(max(1, n_dof)),
+        empty_rows(3),
         np.empty((MOST_WAITING, 2)),
         np.empty(STACK, np.int64),
         np.empty(n_indexed, np.int64),

@@ -4,6 +4,7 @@ import numpy as np
 
 from ulna.drivers.batch import gather, scatter_rows, share_no_memory
 from ulna.engine.decorators import entry, low_latency_entry
+from ulna.engine.lanes import zero_rows
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.jacobian import chain_jacobian, first_joints, turned_chain_jacobian
@@ -27,8 +28,8 @@ def jacobian_one(chain, expressed_in, n_dof, q, out):
 def jacobian_batch(chain, expressed_in, q, out):
     """The same for q of shape (n, n_dof), out of shape (n, 6, n_dof): eight rows at a time. False if q is out of range."""
     n_dof = q.shape[1]
-    q_rows, jacobian_rows = np.zeros((max(1, n_dof), WIDTH)), np.zeros((6 * n_dof, WIDTH))
-    turn_rows, is_first = np.zeros((2 * chain.shape[0], WIDTH)), np.empty(chain.shape[0], np.int64)
+    q_rows, jacobian_rows = zero_rows(max(1, n_dof)), zero_rows(6 * n_dof)
+    turn_rows, is_first = zero_rows(2 * chain.shape[0]), np.empty(chain.shape[0], np.int64)
     first_joints(chain, is_first)
     good = True
     for start in range(0, q.shape[0], WIDTH):

@@ -3,8 +3,7 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine, workspace
-from ulna.engine.lanes import sqrt
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import sqrt, zero_rows
 from ulna.kernels.ik.levenberg_marquardt import (
     ALLOWED,
     CHANGE,
@@ -43,7 +42,7 @@ def search_state(n_dof):
     target, bound, state = 2 * n_dof, 2 * n_dof + 12, 4 * n_dof + 12
     jacobian = state + N_STATE
     system = jacobian + 6 * n_dof
-    block = np.zeros((system + N_SYSTEM, WIDTH))
+    block = zero_rows(system + N_SYSTEM)
     rows = block[:n_dof], block[n_dof:target], block[target:bound], block[bound:state], block[state:jacobian]
     return rows, (block[jacobian:system], block[system:])
 

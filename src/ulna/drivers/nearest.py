@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
-from ulna.engine.lanes import lane_of, load, store
+from ulna.engine.lanes import empty_rows, lane_of, load, store, zero_rows
 from ulna.engine.signatures import MATRIX, SCENES
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK, place_bounds
@@ -24,9 +24,9 @@ def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
     """
     scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
     n, n_indexed = q.shape[0], objects.shape[0] - n_unindexed
-    q_rows, best_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((NEAREST_WIDTH, WIDTH))
-    joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))
-    stack, heights, bound_rows = np.empty(STACK, np.int64), np.empty(STACK), np.empty((6 * bodies.shape[0], WIDTH))
+    q_rows, best_rows = zero_rows(max(1, q.shape[1])), empty_rows(NEAREST_WIDTH)
+    joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
+    stack, heights, bound_rows = np.empty(STACK, np.int64), np.empty(STACK), empty_rows(6 * bodies.shape[0])
     scratch = np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])
     good = True
     for start in range(0, n, WIDTH):

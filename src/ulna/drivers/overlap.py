@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
-from ulna.engine.lanes import load, splat, store, where
+from ulna.engine.lanes import empty_rows, load, splat, store, where, zero_rows
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK, place_bounds
@@ -44,9 +44,9 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
     """
     scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
     n, n_indexed = q.shape[0], objects.shape[0] - n_unindexed
-    q_rows, hit_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((1, WIDTH))
-    joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))
-    stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(n_indexed, np.int64), np.empty((6 * bodies.shape[0], WIDTH))
+    q_rows, hit_rows = zero_rows(max(1, q.shape[1])), empty_rows(1)
+    joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
+    stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(n_indexed, np.int64), empty_rows(6 * bodies.shape[0])
     good = True
     for start in range(0, n, WIDTH):
         gather(q, start, q_rows)
@@ -66,8 +66,8 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
 def overlap_groups(joints, bodies, vertices, pairs, groups, q, out):
     """Write to the bools of out, shape (n_groups, n), which groups of pairs touch at each q; pair p belongs to groups[p]."""
     n = q.shape[0]
-    q_rows, hit_rows = np.zeros((max(1, q.shape[1]), WIDTH)), np.empty((out.shape[0], WIDTH))
-    joint_rows, body_rows = np.empty((12 * joints.shape[0], WIDTH)), np.empty((12 * bodies.shape[0], WIDTH))
+    q_rows, hit_rows = zero_rows(max(1, q.shape[1])), empty_rows(out.shape[0])
+    joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
     for start in range(0, n, WIDTH):
         gather(q, start, q_rows)
         place_bodies(joints, bodies, q_rows, joint_rows, body_rows)

@@ -14,7 +14,7 @@ import numpy as np
 from ulna.drivers.batch import gather
 from ulna.drivers.lane_state import search_state, write_bounds, write_result, write_target
 from ulna.engine.decorators import entry, kernel
-from ulna.engine.lanes import any_lane, load, splat, store, where
+from ulna.engine.lanes import any_lane, empty_rows, load, splat, store, where
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.engine.width import WIDTH
 from ulna.kernels.chain.jacobian import chain_jacobian
@@ -132,7 +132,7 @@ def follow_each(method, chain, targets, seeds, bounds, settings, q_out, info, tr
     """
     n, n_dof = q_out.shape
     rows, (jacobian_rows, system_rows) = search_state(n_dof)
-    scratch = jacobian_rows, system_rows, np.empty((6, WIDTH)), np.empty((n_dof, WIDTH))
+    scratch = jacobian_rows, system_rows, empty_rows(6), empty_rows(n_dof)
     for start in range(0, n, WIDTH):
         gather(seeds, start, rows[0])
         for lane in range(WIDTH):

@@ -7,12 +7,16 @@
 ``ahead``                  machine code that a wheel brings, for the CPU at hand
 ``bound``                  functions of one q in C, by the wheel's extension
 ``decorators, signatures`` marks kernels and entries for the compiler; the types of entries' arguments
-``compiler``               hands them to Numba
+``compiler``               hands them to Numba,
+``pipelines``              which runs the passes that they need,
+``without_code, shared``   makes no machine code of what is only copied, and of what is shared once,
+``aligned_stack``          and aligns what it keeps on the stack
 ``interrupts``             Ctrl-C waits until the compiler is done
 ``lane_types``             the lanes for the compiler: the type ``f64x8``,
 ``lane_lowering``          its operations,
 ``lane_operators``         its operators,
-``lane_runs``              and how it is loaded from rows of a batch
+``lane_rows``              its arrays,
+``lane_columns``           and how columns of a batch are loaded and stored
 ``cache, sources``         machine code on disk, found by a hash of the sources that it was compiled from
 ``plain``                  a plain C interface for compiled entries,
 ``emit``                   which are written to object files for a wheel,

@@ -11,9 +11,10 @@ from typing import Any
 from numba import njit, types
 from numba.core import config
 
+import ulna.engine.lane_columns
 import ulna.engine.lane_lowering
 import ulna.engine.lane_operators
-import ulna.engine.lane_runs  # noqa: F401 - for their effect: Numba knows the number that is eight numbers
+import ulna.engine.lane_rows  # noqa: F401 - for their effect: Numba knows the number that is eight numbers
 from ulna.engine.cache import KernelCache, RoutineCache, cache_folder
 from ulna.engine.interrupts import interrupts_deferred
 from ulna.engine.pipelines import IRCompiler, WholeCompiler

@@ -50,6 +50,16 @@ def splat(x, like):
     return np.full(np.shape(like), x, dtype=np.float64)[()]
 
 
+def empty_rows(n):
+    """n rows of lanes, shape (n, 8), whose values are not set. Compiled, each row begins at a multiple of its 64 bytes."""
+    return np.empty((n, WIDTH))
+
+
+def zero_rows(n):
+    """The same, filled with zeros."""
+    return np.zeros((n, WIDTH))
+
+
 def load(rows, i):
     """Number i of rows."""
     return rows[i].copy()
@@ -77,21 +87,20 @@ def with_lane(x, lane, y):
     return values[()]
 
 
-def load_run(array, i, k):
-    """Eight numbers that lie one after the other, from place k of row i of an array on: the lanes of one number.
+def load_columns(array, i, k):
+    """Columns k to k + 7 of an array: eight numbers, whose lanes are rows i to i + 7. A row past the last one is the last one.
 
-    The array has two or more axes, and a row is all that follows the first. A run may go on into the next row.
+    The array has two or more axes, and a row is all that follows the first. Columns past the end of a row are the next row's;
+    past the end of the last row there must be no column to load.
     """
-    first = i * (array.size // array.shape[0]) + k
-    return array.reshape(-1)[first : first + WIDTH].copy()
+    flat, n = array.reshape(-1), array.shape[0]
+    starts = [min(i + lane, n - 1) * (array.size // n) + k for lane in range(WIDTH)]
+    return tuple(np.array([flat[start : start + WIDTH] for start in starts]).T.copy())
 
 
-def store_run(array, i, k, x):
-    """Write the eight lanes of x one after the other, from place k of row i of an array on."""
-    first = i * (array.size // array.shape[0]) + k
-    array.reshape(-1)[first : first + WIDTH] = x
-
-
-def transposed(x0, x1, x2, x3, x4, x5, x6, x7):
-    """Eight numbers of eight lanes with lanes and numbers exchanged: lane j of number i becomes lane i of number j."""
-    return tuple(np.array([x0, x1, x2, x3, x4, x5, x6, x7]).T.copy())
+def store_columns(array, i, k, numbers):
+    """Write eight numbers to columns k to k + 7 of an array, their lanes to rows i to i + 7, all of which it must have."""
+    flat, columns = array.reshape(-1), array.size // array.shape[0]
+    for lane, run in enumerate(np.array(numbers).T):
+        start = (i + lane) * columns + k
+        flat[start : start + WIDTH] = run

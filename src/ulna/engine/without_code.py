@@ -8,10 +8,10 @@ from the bottom up.
 
 from typing import Any
 
-from numba.core.codegen import JITCodeLibrary
+from ulna.engine.aligned_stack import AlignedStackLibrary
 
 
-class IRLibrary(JITCodeLibrary):
+class IRLibrary(AlignedStackLibrary):
     """A library that has only LLVM's intermediate representation of its own function, and the libraries of what that calls."""
 
     def finalize(self) -> None:
@@ -49,7 +49,7 @@ class _NoEnvironments:
         pass
 
 
-class WholeLibrary(JITCodeLibrary):
+class WholeLibrary(AlignedStackLibrary):
     """A library of machine code: of a function and of all that it calls, optimised at once."""
 
     def finalize(self) -> None:
