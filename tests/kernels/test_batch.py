@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 import kernel_modes
-from ulna.drivers.batch import gather, scatter_matrices, scatter_matrix, scatter_rows
+from ulna.drivers.batch import gather, gather_poses, scatter_matrices, scatter_matrix, scatter_rows
 from ulna.engine.lanes import load_columns, store, store_columns
 from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.spatial.se3 import load_pose
 
+PLACES = [(0, 0), (1, 0), (0, 5), (1, 5)]
 BLOCKS = [(1, 0), (7, 0), (8, 0), (9, 0), (9, 8), (16, 8), (17, 8), (20, 8), (20, 16)]
 
 
@@ -19,6 +20,18 @@ def test_a_block_is_filled_up_with_the_last_problem(rng, n, start, columns):
     gather(batch, start, rows)
     assert np.array_equal(rows[:-1].T, [batch[min(start + lane, n - 1)] for lane in range(8)])
     assert np.isnan(rows[-1]).all()
+
+
+def poses_gathered(matrices, start, rows):
+    gather_poses(matrices, start, rows)
+
+
+@pytest.mark.parametrize(("n", "start"), BLOCKS)
+def test_lanes_past_the_last_matrix_get_the_last_one(rng, n, start):
+    matrices, rows = rng.normal(size=(n, 4, 4)), np.full((13, 8), np.nan)
+    kernel_modes.compiled(poses_gathered)(matrices, start, rows)
+    assert np.array_equal(rows[:12].T, [matrices[min(start + lane, n - 1), :3].ravel() for lane in range(8)])
+    assert np.isnan(rows[12]).all()
 
 
 def scattered(rows, pose_rows, out, start):
@@ -68,7 +81,7 @@ def loaded(batch, i, k, rows):
         store(rows, j, numbers[j])
 
 
-@pytest.mark.parametrize(("i", "k"), [(0, 0), (1, 0), (0, 5)])
+@pytest.mark.parametrize(("i", "k"), PLACES)
 @pytest.mark.parametrize("shape", [(9, 13), (9, 3, 5)])
 def test_eight_columns_are_loaded_and_stored_where_they_were(rng, shape, i, k):
     batch, out = rng.normal(size=shape), np.full(shape, np.nan)

@@ -43,7 +43,7 @@ def gather_one_by_one(batch, start, k, rows):
 
 @kernel
 def gather_poses(matrices, start, pose_rows):
-    """Rows of the upper three rows of eight matrices (n, 4, 4), from ``start`` on."""
+    """Rows of the upper three rows of eight matrices (n, 4, 4), from ``start`` on. Lanes past the last one get the last one."""
     for k in range(0, 16, WIDTH):
         numbers = load_columns(matrices, start, k)
         for j in range(WIDTH):

@@ -10,7 +10,7 @@
 ``compiler``               hands them to Numba,
 ``pipelines``              which runs the passes that they need,
 ``without_code, shared``   makes no machine code of what is only copied, and of what is shared once,
-``aligned_stack``          and aligns what it keeps on the stack
+``aligned_stack``          and aligns the stack of what is compiled
 ``interrupts``             Ctrl-C waits until the compiler is done
 ``lane_types``             the lanes for the compiler: the type ``f64x8``,
 ``lane_lowering``          its operations,

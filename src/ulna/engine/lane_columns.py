@@ -1,8 +1,8 @@
 """Compiles loads and stores of eight columns of a batch, whose rows become lanes. Used by ``compiler``.
 
-Eight numbers of eight rows are exchanged in registers, where number by number there would be 64 loads and 64 stores. The exchange
-has three steps: of halves of a register, of quarters, and of neighbours. Halves need no instruction of their own, since they are
-loaded and stored one by one: two steps of eight shuffles are left.
+Eight rows of eight numbers are transposed in registers, where number by number there would be 64 loads and 64 stores. This has
+three steps: an exchange of halves (four of the eight numbers), of quarters, and of neighbours. Halves need no instruction of
+their own, since they are loaded and stored one by one: two steps of eight shuffles are left.
 """
 
 from llvmlite import ir

@@ -1,7 +1,7 @@
 """Compiles the making of rows of lanes. Used by ``compiler``.
 
-A row fills a cache line of 64 bytes. Where rows began anywhere, as in NumPy's and Numba's own arrays, each load and each store of
-one would touch two lines.
+A row fills a cache line of 64 bytes. NumPy's and Numba's own arrays begin at multiples of 16 or 32 bytes: a row may then lie
+across two lines, and each load and each store of it touches both.
 """
 
 from llvmlite import ir

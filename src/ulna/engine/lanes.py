@@ -51,7 +51,7 @@ def splat(x, like):
 
 
 def empty_rows(n):
-    """n rows of lanes, shape (n, 8), whose values are not set. Compiled, each row begins at a multiple of its 64 bytes."""
+    """n rows of lanes, shape (n, 8), n not negative, with any values. Compiled, each row begins at a multiple of its 64 bytes."""
     return np.empty((n, WIDTH))
 
 
@@ -90,8 +90,8 @@ def with_lane(x, lane, y):
 def load_columns(array, i, k):
     """Columns k to k + 7 of an array: eight numbers, whose lanes are rows i to i + 7. A row past the last one is the last one.
 
-    The array has two or more axes, and a row is all that follows the first. Columns past the end of a row are the next row's;
-    past the end of the last row there must be no column to load.
+    The array has two or more axes and at least one row; a row is all that follows the first axis. Columns past the end of a row
+    are the next row's. No column past the end of the last row may be asked for.
     """
     flat, n = array.reshape(-1), array.shape[0]
     starts = [min(i + lane, n - 1) * (array.size // n) + k for lane in range(WIDTH)]

@@ -68,7 +68,7 @@ def compile_all(jobs: list[Job], *, side_by_side: bool) -> Iterator[Compiled]:
     others = deque(job for job in jobs if job.module not in job.entries.compiled_together)
     context = multiprocessing.get_context("spawn")  # a fork of a process that has compiled may deadlock
     with ExitStack() as stack:
-        first, second = (stack.enter_context(ProcessPoolExecutor(1, context, initializer=_begin_quietly)) for _ in range(2))
+        first, second = (stack.enter_context(ProcessPoolExecutor(1, context, initializer=_begin_worker)) for _ in range(2))
         queues = {first: (together, others), second: (others, together)}
         working: dict[Future[Compiled], ProcessPoolExecutor] = {}
         free = [first, second]
@@ -94,6 +94,12 @@ def compile_one(job: Job) -> Compiled:
     return Compiled(job.name.partition(".")[2], shapes, seconds, was_cached)
 
 
-def _begin_quietly() -> None:
+def _begin_worker() -> None:
+    """Announce nothing in this process, and end it at once when its work is done.
+
+    Otherwise Python would first free, for seconds, all that the compiler has made. A process that has no parent is the
+    caller's own and is left as it is.
+    """
     Announcements.enabled = False
-    atexit.register(os._exit, 0)  # at the end Python would take apart all that the compiler has made, which takes seconds
+    if multiprocessing.parent_process() is not None:
+        atexit.register(os._exit, 0)

@@ -51,8 +51,8 @@ def chain_pose(chain, q_rows):
 def joint_turns(chain, q_rows, turn_rows):
     """Write, for joint i, the sine and the cosine of its angle to rows 2 i and 2 i + 1; a length that it slides to row 2 i.
 
-    The values come first, in a loop of their own: which entry of q moves a joint is read from the table, and a sine that waits
-    for that keeps the processor from beginning the next one.
+    The values come first, in a loop of their own: which entry of q moves a joint is read from the table. If a sine had to
+    wait for that, the processor could not begin the next joint's sine meanwhile.
     """
     for i in range(chain.shape[0]):
         if int(chain[i, KIND]) != FIXED:
