@@ -270,7 +270,7 @@ def test_a_line_joins_the_nearest_pair_and_shows_its_distance(view, page, camera
 
 def test_an_obstacle_dragged_into_the_robot_turns_red_and_is_reported(view, page, camera, panda):
     tab(page, "Obstacles")
-    view.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.31, -0.33, 0.5)))
+    view.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.31, -0.33, 0.47)))  # no label over its arrow
     page.get_by_label("Obstacle", exact=True).click()
     page.get_by_role("option", name="crate").click()
     wait_to_see(page, lambda: view.obstacles.chosen == "crate" and view.obstacles.handles.control.visible, "its handles")
