@@ -12,9 +12,9 @@ from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
 from ulna.kernels.collision.scene import Carried, Scene
 
-INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_ROWS, WHOLE = numba_types((
+INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_TABLE, WHOLE = numba_types((
     signatures.INDEX_ROWS, signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS,
-    signatures.TABLE, signatures.TRUTH_ROWS, signatures.WHOLE,
+    signatures.TABLE, signatures.TRUTH_TABLE, signatures.WHOLE,
 ))  # fmt: skip
 TRUTH = types.boolean
 ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
@@ -27,10 +27,10 @@ DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points a
 CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
 POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
 CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
-SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE), Scene)
-SCENE_OF_BOXES = types.NamedTuple((TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE), Scene)
+SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, TRUTH_TABLE), Scene)
+SCENE_OF_BOXES = types.NamedTuple((TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE, TRUTH_TABLE), Scene)
 CARRIED = types.NamedTuple((
-    MATRIX, INDICES, INDICES, INDEX_ROWS, INDEX_ROWS, INDICES, TRUTH_ROWS, MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
+    MATRIX, INDICES, INDICES, INDEX_ROWS, INDEX_ROWS, INDICES, MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
     NUMBERS, NUMBERS, INDICES, INDICES,
 ), Carried)  # fmt: skip
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
@@ -121,7 +121,7 @@ TYPES = {
         **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,
         "points": TABLE, "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
         **_each("within half clear margin speed bend turning slack slope fastest extent", NUMBER), **_each("n p node top", WHOLE),
-        **_each("finest still", TRUTH),
+        **_each("still stop", TRUTH),
         "carried": CARRIED,
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
@@ -129,14 +129,17 @@ TYPES = {
     "collision.ball_motion": {
         **_each("q_a q_b spread rows", NUMBERS), **_each("joint shared a b g", WHOLE), **_each("p w_shared", VECTOR),
     },
-    "collision.interval.has_exact_ball": {**_each("kind other", WHOLE)},
+    "collision.rounded_core.has_exact_ball": {**_each("kind other", WHOLE)},
+    "collision.rounded_core.core_slope": {"e": VECTOR},
+    "collision.rounded_core": {"p": VECTOR},
+    "collision.posed_pair.may_touch": {"w": WHOLE},
+    "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR},
-    "collision.interval.core_slope": {"e": VECTOR},
+    "collision.interval.body_outcome": {"found": types.Tuple((WHOLE, TRUTH, INDICES))},
+    "collision.interval.object_outcome": {"placed": types.Tuple((POSE, VECTOR, VECTOR))},
     "collision.interval.pair_outcome": {"e": WHOLE},
     "collision.interval.spheres_way": {"e": WHOLE, "pair": types.UniTuple(WHOLE, 2), "centres": TWO_VECTORS},
     "collision.interval.gap_or_contact": {**_each("first second", ROW)},
-    "collision.continuous": {**_each("q_a q_b", NUMBERS)},
-    "collision.continuous.pair_speed": {**_each("a b", WHOLE)},
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},

@@ -36,8 +36,8 @@ TABLES = {
     "vertices",
 }
 LANE_LOOPS = {
-    "collision/continuous.py span_of": "one box around a body in eight intervals of one edge: a minimum over the lanes",
-    "collision/continuous.py world_rounding": "the largest coordinate of the bounds of the eight children of the BVH's root",
+    "collision/reached.py least": "one box around a body in eight intervals of one edge: a minimum over the lanes",
+    "collision/ball_motion.py world_rounding": "the largest coordinate of the bounds of the eight children of the BVH's root",
     "distance/epa.py with_penetration": "EPA grows one polytope: it runs lane by lane, in the few lanes whose cores overlap",
 }
 

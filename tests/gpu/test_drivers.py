@@ -18,8 +18,8 @@ from numba import types
 
 from ulna.drivers.gpu.closed_form import branches
 from ulna.drivers.gpu.collision import distances_of, overlaps_of
-from ulna.drivers.gpu.combine import column, converted, either, least, put, taken
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
+from ulna.drivers.gpu.rows import column, converted, put, taken
 from ulna.drivers.gpu.search import searches_of
 from ulna.engine.single import in_single
 
@@ -28,8 +28,8 @@ A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
 FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C"), types.Array(types.int64, 2, "C")
 BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
 COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 2, "C")
-SCENE = (A2, A2, A2, INDICES, A2, A2, A2, types.int64)
-BOXES = (A2, A2, types.none, INDICES, A2, types.none, A2, types.int64)
+SCENE = (A2, A2, A2, INDICES, A2, A2, A2, types.int64, BOOLS_2)
+BOXES = (A2, A2, types.none, INDICES, A2, types.none, A2, types.int64, BOOLS_2)
 # The driver, its arguments' types, and the most registers and bytes spilled (stores).
 DRIVERS = {
     "poses": (poses, (A2, A2, A3, FLAG), 76, 0),
@@ -41,8 +41,6 @@ DRIVERS = {
     "distances of any shapes": (distances_of(JOINTS, BODIES), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
     "searches": (searches_of(7), (A2, A2, A2, A2, A1, A1, NEXT, A3, A2, A2, NEXT), 255, 64),
     "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 128),
-    "either": (either, (BOOLS, BOOLS), 20, 0),
-    "least": (least, (A1, A1), 20, 0),
     "taken": (taken, (A2, COLUMNS, A2), 33, 0),
     "put": (put, (A2, COLUMNS, A2), 35, 0),
     "column": (column, (A2, types.int64, A1), 15, 0),

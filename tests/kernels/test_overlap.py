@@ -51,7 +51,8 @@ def table_of(objects):
 
 
 def scene(panda, bodies, world, pairs=NO_PAIRS):
-    return Scene(panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.n_unindexed)
+    no_touch = np.zeros((len(bodies.table), 1), dtype=bool)
+    return Scene(panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.n_unindexed, no_touch)
 
 
 def placed(panda, q):

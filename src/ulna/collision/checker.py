@@ -16,7 +16,7 @@ from ulna.collision.edge_report import EdgeReport
 from ulna.collision.near_pairs import report_at
 from ulna.collision.objects import Objects
 from ulna.collision.sampled_pairs import FoundPairs
-from ulna.collision.touchable import NO_PAIRS, Part, scene_of, touchable_parts
+from ulna.collision.scene_tables import NO_PAIRS, scene_of
 from ulna.collision.world import World
 from ulna.description.robot_description import Description
 from ulna.drivers import entry
@@ -70,7 +70,6 @@ class Checker:
     found: FoundPairs
     _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
     _quick: tuple = field(default=_NOT_ASKED, init=False, repr=False)
-    _last_others: tuple = field(default=(None, ()), init=False, repr=False)
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -123,24 +122,20 @@ class Checker:
         """
         objects = self._objects(world)
         scene = self._scene(objects, self_collision, q)
-        if out is None and threads is None and not objects.touchable:
+        if out is None and threads is None:
             return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
-        return self._any_touch(objects, scene, q, out, threads)
+        return self._any_touch(scene, q, out, threads)
 
     def _any_touch(
-        self, objects: Objects, scene: Scene, q: ArrayLike, out: NDArray[np.bool_] | None = None, threads: int | None = None
+        self, scene: Scene, q: ArrayLike, out: NDArray[np.bool_] | None = None, threads: int | None = None
     ) -> bool | NDArray[np.bool_]:
         """The same, in Python."""
         q = as_positions(q, self.tree)
-        if q.ndim == 1 and out is None and not objects.touchable:
+        if q.ndim == 1 and out is None:
             return self._touches(q, scene)
         hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)
         self._touch_each(q, scene, hits, threads)
-        for other in self._others(objects):
-            of_other = np.empty_like(hits)
-            self._touch_each(q, other.scene, of_other, threads)
-            hits |= of_other
-        return bool(hits) if q.ndim == 1 and out is None else hits
+        return hits
 
     def signed_distance(
         self,
@@ -158,22 +153,18 @@ class Checker:
         """
         objects = self._objects(world)
         scene = self._scene(objects, self_collision, by_distance=True)
-        if out is None and threads is None and not objects.touchable:
+        if out is None and threads is None:
             return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
-        return self._least_distance(objects, scene, q, out, threads)
+        return self._least_distance(scene, q, out, threads)
 
-    def _least_distance(
-        self, objects: Objects, scene: Scene, q: ArrayLike, out: Array | None = None, threads: int | None = None
-    ) -> Any:
+    def _least_distance(self, scene: Scene, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Any:
         """The same, in Python."""
         q = as_positions(q, self.tree)
-        if q.ndim == 1 and out is None and not objects.touchable:
+        if q.ndim == 1 and out is None:
             return float(self._nearest(q, scene)[NEAREST])
         result = as_out(out, q.shape[:-1], q)
         result[...] = self._nearest(q, scene, threads)[..., NEAREST]
-        for other in self._others(objects):
-            np.minimum(result, self._nearest(q, other.scene, threads)[..., NEAREST], out=result)
-        return float(result) if q.ndim == 1 and out is None else result
+        return result
 
     def distance_gradient(
         self,
@@ -193,14 +184,8 @@ class Checker:
         scene = self._scene(objects, self_collision, by_distance=True)
         q = as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
-        of_rows, nearest = gradient.reshape(rows.shape), self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
-        self._gradients(rows, scene, nearest, of_rows, threads)
-        for other in self._others(objects):
-            of_other = self._nearest(rows, other.scene, threads)
-            nearer = np.flatnonzero(of_other[:, NEAREST] < nearest[:, NEAREST])
-            nearest[nearer], of_nearer = of_other[nearer], np.empty((len(nearer), rows.shape[1]))
-            self._gradients(rows[nearer], other.scene, of_other[nearer], of_nearer, threads)
-            of_rows[nearer] = of_nearer
+        nearest = self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
+        self._gradients(rows, scene, nearest, gradient.reshape(rows.shape), threads)
         return gradient
 
     def edge_in_collision(
@@ -229,12 +214,8 @@ class Checker:
         if (status == EDGE_OUT_OF_RANGE).any():
             refuse_out_of_range(starts, "q_a")
             refuse_out_of_range(ends, "q_b")
-        touching = status == EDGE_CONTACT
-        for other in self._others(objects):
-            status, free_of_other = self._edges(a, b, other.scene, float(resolution), threads)
-            touching, free = touching | (status == EDGE_CONTACT), np.minimum(free, free_of_other)
         q = (a + free[:, None] * (b - a)).reshape(*batch, self.tree.n_dof)
-        hit = touching.reshape(batch)
+        hit = (status == EDGE_CONTACT).reshape(batch)
         return EdgeReport(hit if batch else bool(hit), free.reshape(batch) if batch else float(free[0]), q)
 
     def check_collision(
@@ -249,17 +230,17 @@ class Checker:
         if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
             raise InputError("max_distance", f"{max_distance!r}; a distance [m] of at least 0 is expected")
         objects = self._objects(world)  # read once, so that the report has the names of the objects that were checked
-        parts = Part(self._scene(objects, self_collision), self.bodies, objects.names), *self._others(objects)
+        checked = self._scene(objects, self_collision), self.bodies, objects.names, float(max_distance)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
-            return report_at(q, parts, float(max_distance))
+            return report_at(q, *checked)
         refuse_out_of_range(q)
         reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)
         of_rows = reports.reshape(-1)
 
         def run(part: slice) -> bool:
             for i in range(part.start, part.stop):
-                of_rows[i] = report_at(rows[i], parts, float(max_distance))
+                of_rows[i] = report_at(rows[i], *checked)
             return True
 
         in_parts(run, len(rows), least=REPORTS, threads=threads)
@@ -276,17 +257,17 @@ class Checker:
         if quick[0] is not of or quick[1] is not self_collision:
             quick = of, self_collision, None, None
         if quick[place] is None:
-            quick = *quick[:place], self._bound(place, objects, scene), *quick[place + 1 :]
+            quick = *quick[:place], self._bound(place, scene), *quick[place + 1 :]
             self.__dict__["_quick"] = quick
         return quick[place]
 
-    def _bound(self, place: int, objects: Objects, scene: Scene) -> Callable[[ArrayLike], Any]:
+    def _bound(self, place: int, scene: Scene) -> Callable[[ArrayLike], Any]:
         n = self.tree.n_dof
         if place == _TOUCHES:
-            in_python = partial(self._any_touch, objects, scene)
+            in_python = partial(self._any_touch, scene)
             in_c = bind(self._overlap_one, "truth", tuple(scene), n, (FREE, OVERLAPS), in_python)
         else:
-            in_python = partial(self._least_distance, objects, scene)
+            in_python = partial(self._least_distance, scene)
             in_c = bind(entry("nearest.nearest_batch"), "number", tuple(scene), n, (NEAREST_WIDTH,), in_python)
         return in_c or in_python
 
@@ -339,15 +320,14 @@ class Checker:
             refuse_out_of_range(q)
         return nearest
 
-    def scene_of(self, world: World | None, self_collision: bool) -> tuple[Scene, tuple[Part, ...]]:
-        """What is checked, as the kernels take it; and the objects that some links may touch, in groups.
+    def scene_of(self, world: World | None, self_collision: bool) -> Scene:
+        """What is checked, as the kernels take it.
 
         Raises:
             InputError: There is nothing to check.
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
-        objects = self._objects(world)
-        return self._scene(objects, self_collision), self._others(objects)
+        return self._scene(self._objects(world), self_collision)
 
     def _objects(self, world: World | None) -> Objects:
         if world is not None and not isinstance(world, World):
@@ -355,7 +335,7 @@ class Checker:
         return NO_OBJECTS if world is None else world.objects()
 
     def _scene(self, objects: Objects, self_collision: bool, q: ArrayLike | None = None, by_distance: bool = False) -> Scene:
-        """The arguments of the kernels: the robot, and the objects that no link may touch. The last ones are kept.
+        """The arguments of the kernels: the robot and the objects. The last ones are kept.
 
         Where the pairs that may touch have to be found, it is with the entry for contact at ``q``, if given, or for distances.
         """
@@ -402,13 +382,3 @@ class Checker:
             if abs(farthest) > CERTAIN:
                 return bool(farthest < 0.0)
         return self._all_touch(scene, q)
-
-    def _others(self, objects: Objects) -> tuple[Part, ...]:
-        """The objects that some links may touch, in groups with the pairs to check. Those of the last world are kept."""
-        if not objects.touchable:
-            return ()
-        known, parts = self._last_others
-        if known is not objects:
-            parts = touchable_parts(self.tree.joints, self.bodies, objects)
-            self.__dict__["_last_others"] = objects, parts
-        return parts

@@ -1,31 +1,22 @@
 """Finds the pairs of a report: those that overlap at q, or are near, with depth and witness points. Used by ``checker``."""
 
-from operator import attrgetter
-
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.bodies import Bodies
 from ulna.collision.report import Pair, Report
-from ulna.collision.touchable import Part
 from ulna.drivers import entry
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NORMAL, WITNESS_A, WITNESS_B
 from ulna.kernels.collision.scene import Scene
+from ulna.kernels.layout import TOUCH_SET
 from ulna.kinematics.positions import for_kernel, refuse_out_of_range
 
 Array = NDArray[np.float64]
 FIRST_ROOM = 1024  # pairs; if there are more, the search is repeated with a larger array
 
 
-def report_at(q: Array, parts: tuple[Part, ...], max_distance: float) -> Report:
-    """The pairs of all parts that are at most ``max_distance`` [m] apart at q, shape (n_dof,), the nearest first."""
-    if len(parts) == 1:
-        return Report(_pairs_within(q, parts[0], max_distance))
-    pairs = [pair for part in parts for pair in _pairs_within(q, part, max_distance)]
-    return Report(tuple(sorted(pairs, key=attrgetter("signed_distance"))))
-
-
-def _pairs_within(q: Array, part: Part, max_distance: float) -> tuple[Pair, ...]:
-    scene, object_names = part.scene, part.object_names
+def report_at(q: Array, scene: Scene, bodies: Bodies, object_names: tuple[str, ...], max_distance: float) -> Report:
+    """The pairs that are at most ``max_distance`` [m] apart at q, shape (n_dof,), the nearest first."""
     candidates = _candidates(q, scene, max_distance)
     found = np.empty((len(candidates), CONTACT_WIDTH))
     rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, len(q)))
@@ -34,10 +25,10 @@ def _pairs_within(q: Array, part: Part, max_distance: float) -> tuple[Pair, ...]
         refuse_out_of_range(q)
     near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
     order = near[np.argsort(found[near, DISTANCE], kind="stable")]
-    n, reported = len(part.bodies.names), {}
+    n, reported = len(bodies.names), {}
     for k, (a, b) in zip(order, candidates[order].tolist(), strict=True):  # of an object of many solids the nearest
         reported.setdefault((a, b if b < n else object_names[b - n]), k)
-    return tuple(_pair(part, candidates[k], found[k]) for k in reported.values())
+    return Report(tuple(_pair(bodies, object_names, candidates[k], found[k]) for k in reported.values()))
 
 
 def _candidates(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64]:
@@ -49,11 +40,13 @@ def _candidates(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64
     while len(indexed) < count:
         indexed = np.empty((count, 2), dtype=np.int64)
         count = entry("contacts.indexed_candidates")(*robot, n_indexed, max_distance, for_kernel(q), indexed)
-    return np.concatenate([unindexed, indexed[:count] + np.array((0, n + n_unindexed)), scene.pairs])
+    of_world = np.concatenate([unindexed, indexed[:count] + np.array((0, n + n_unindexed))])
+    touch_set = scene.objects[of_world[:, 1] - n, TOUCH_SET].astype(np.int64)
+    return np.concatenate([of_world[~scene.may_touch[of_world[:, 0], touch_set]], scene.pairs])
 
 
-def _pair(part: Part, candidate: NDArray[np.int64], found: Array) -> Pair:
-    (a, b), names, owners = candidate.tolist(), part.bodies.names, part.bodies.owners
-    name_b, link_b = (names[b], owners[b]) if b < len(names) else (part.object_names[b - len(names)], None)
+def _pair(bodies: Bodies, object_names: tuple[str, ...], candidate: NDArray[np.int64], found: Array) -> Pair:
+    (a, b), names, owners = candidate.tolist(), bodies.names, bodies.owners
+    name_b, link_b = (names[b], owners[b]) if b < len(names) else (object_names[b - len(names)], None)
     points = (found[first : first + 3].copy() for first in (WITNESS_A, WITNESS_B, NORMAL))
     return Pair(names[a], name_b, owners[a], link_b, float(found[DISTANCE]), *points)

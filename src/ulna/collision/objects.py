@@ -1,7 +1,7 @@
 """Makes the tables of a world's objects, and a BVH over them. Used by ``world`` and ``checker``."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from ulna.description.clouds import Obstacle
 from ulna.description.robot_description import frozen
 from ulna.description.shapes import HalfSpace
 from ulna.engine.width import WIDTH
-from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, CONTACT, FIRST_VERTEX, HALF_EXTENTS, RADIUS, SHAPE
+from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, CONTACT, FIRST_VERTEX, HALF_EXTENTS, HALF_SPACE, RADIUS, REACH, SHAPE
 
 MOST_UNINDEXED = 64  # worlds of at most this many objects need no BVH: testing each for eight configurations at once is as fast
 _NOWHERE = 1e300  # bounds that overlap no body
@@ -29,7 +29,7 @@ class Objects:
             indexed.
         n_unindexed: How many solids, the first of the table, are not in the BVH.
         only_boxes: Whether all shapes are boxes.
-        touchable: The objects that some links may touch, with these links: they are not in the other arrays.
+        touch_sets: The sets of links that may touch objects, by the numbers in the table; the first is empty.
     """
 
     names: tuple[str, ...]
@@ -38,29 +38,29 @@ class Objects:
     nodes: NDArray[np.float64]
     n_unindexed: int
     only_boxes: bool
-    touchable: tuple[tuple[frozenset[str], "Objects"], ...] = ()
+    touch_sets: tuple[frozenset[str], ...]
+
+    @property
+    def farthest(self) -> float:
+        """How far from the base's origin the objects reach, half-spaces aside [m]; 0 if there are none."""
+        bounded = self.table[self.table[:, SHAPE] != HALF_SPACE]
+        return float(np.max(np.linalg.norm(bounded[:, 3:12:4], axis=1) + bounded[:, REACH], initial=0.0))
 
 
 def make_objects(
     shapes: Mapping[str, Obstacle], poses: Mapping[str, NDArray[np.float64]], touch_links: Mapping[str, frozenset[str]]
 ) -> Objects:
-    """Named shapes at poses T_base_object. Those that no link may touch are one table; those of the same links one each."""
-    groups: dict[frozenset[str], list[str]] = {frozenset(): []}
-    for name in shapes:
-        groups.setdefault(touch_links.get(name, frozenset()), []).append(name)
-    untouchable = _table_and_tree(groups.pop(frozenset()), shapes, poses)
-    touchable = tuple((links, _table_and_tree(names, shapes, poses)) for links, names in groups.items())
-    return replace(untouchable, touchable=touchable)
-
-
-def _table_and_tree(chosen: Iterable[str], shapes: Mapping[str, Obstacle], poses: Mapping[str, NDArray[np.float64]]) -> Objects:
-    """The table of the chosen objects, and the tree."""
-    kinds = sorted(chosen, key=lambda name: not isinstance(shapes[name], HalfSpace))
+    """Named shapes at poses T_base_object, and the links that may touch each of some."""
+    sets = tuple(dict.fromkeys([frozenset[str](), *touch_links.values()]))
+    kinds = sorted(shapes, key=lambda name: not isinstance(shapes[name], HalfSpace))
     parts = [expand(shapes[name]) for name in kinds]
     names = [name for name, part in zip(kinds, parts, strict=True) for _ in part.places]
     vertices = [part.vertices for part in parts]
     first = np.cumsum([0, *map(len, vertices)])[:-1]
-    rows = [_rows(poses[name], part, k) for name, part, k in zip(kinds, parts, first, strict=True)]
+    rows = [
+        _rows(poses[name], part, k, sets.index(touch_links.get(name, frozenset())))
+        for name, part, k in zip(kinds, parts, first, strict=True)
+    ]
     table = np.concatenate([np.empty((0, BODY_WIDTH)), *rows])
     n_endless = sum(isinstance(shapes[name], HalfSpace) for name in kinds)
     n_unindexed = len(table) if len(table) <= MOST_UNINDEXED else n_endless
@@ -70,13 +70,13 @@ def _table_and_tree(chosen: Iterable[str], shapes: Mapping[str, Obstacle], poses
     points = np.concatenate([np.zeros((0, 3)), *vertices])
     only_boxes = bool((table[:, SHAPE] == BOX).all())
     table, points = frozen(table[order], table.shape), frozen(points, points.shape)  # as a robot's: kernels know one kind of both
-    return Objects(tuple(names[k] for k in order), table, points, nodes, n_unindexed, only_boxes)
+    return Objects(tuple(names[k] for k in order), table, points, nodes, n_unindexed, only_boxes, sets)
 
 
-def _rows(T: NDArray[np.float64], parts: Solids, first_vertex: int) -> NDArray[np.float64]:
+def _rows(T: NDArray[np.float64], parts: Solids, first_vertex: int, touch_set: int) -> NDArray[np.float64]:
     """The rows of the solids of an object at a pose T_base_object."""
     rows = np.empty((len(parts.places), BODY_WIDTH))
-    rows[:, :12], rows[:, 12:14], rows[:, 14:] = T[:3].ravel(), (BASE, 0.0), parts.columns
+    rows[:, :12], rows[:, 12:14], rows[:, 14:] = T[:3].ravel(), (BASE, touch_set), parts.columns
     rows[:, 3:12:4] += parts.places @ T[:3, :3].T
     rows[:, FIRST_VERTEX] = first_vertex
     return rows

@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.free_edge import edge_is_free, edge_is_free_at_samples, free_edge_work, interval_work
+from ulna.drivers.carried import carried_by
+from ulna.drivers.free_edge import edge_is_free, edge_is_free_at_samples, interval_work
 from ulna.engine.decorators import routine, workspace
 from ulna.engine.width import WIDTH
-from ulna.kernels.collision.continuous import world_rounding
+from ulna.kernels.collision.ball_motion import world_rounding
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import distance
@@ -27,9 +28,9 @@ class Edges(NamedTuple):
 
 
 @workspace
-def edges_of(scene, may_touch, settings, space):
+def edges_of(scene, settings, space):
     """The workspaces of a scene."""
-    carried, work = free_edge_work(scene, may_touch), interval_work(scene, space.shape[1])
+    carried, work = carried_by(scene), interval_work(space.shape[1])
     return Edges(scene, carried, work, settings, space, world_rounding(scene), np.zeros(space.shape[1]))
 
 
@@ -52,7 +53,6 @@ def is_free(edges, q_a, q_b, spread):
         return edge_is_free_at_samples(
             edges.scene, edges.carried, edges.work, q_a, q_b, spread, max(1, n_blocks), margin, edges.of_world
         )
-    most = int(settings[layout.MOST_BLOCKS])
     return edge_is_free(
-        edges.scene, edges.carried, edges.work, q_a, q_b, spread, settings[layout.RESOLUTION], margin, edges.of_world, most
+        edges.scene, edges.carried, edges.work, q_a, q_b, spread, settings[layout.RESOLUTION], margin, edges.of_world
     )

@@ -27,19 +27,19 @@ from ulna.drivers.planned_edge import edges_of, is_free, straight_edges_of
 from ulna.drivers.shortening import shorten_path
 from ulna.drivers.tree_nodes import add_node, nearest_node, next_tree, pass_over, read_node, read_sample
 from ulna.engine.decorators import entry, kernel
-from ulna.engine.signatures import INDEX_ROWS, MATRIX, NUMBERS, SCENES, TRUTH_ROWS
+from ulna.engine.signatures import INDEX_ROWS, MATRIX, NUMBERS, SCENES
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
 
 _TREES = MATRIX, MATRIX, MATRIX, INDEX_ROWS, MATRIX, MATRIX
-_MORE = (TRUTH_ROWS, NUMBERS, MATRIX, *_TREES, MATRIX, MATRIX, INDEX_ROWS, INDEX_ROWS)
+_MORE = (NUMBERS, MATRIX, *_TREES, MATRIX, MATRIX, INDEX_ROWS, INDEX_ROWS)
 
 
 @entry(*((*scene, *_MORE) for scene in SCENES))
 def plan_slice(
-    joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed,
-    may_touch, settings, space, samples, start_rows, goal_rows, parents, radii, costs, spreads, path, known, state,
+    joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch,
+    settings, space, samples, start_rows, goal_rows, parents, radii, costs, spreads, path, known, state,
 ):  # fmt: skip
     """Go on with a search, and then with the shortening of the path, until state[0, UNTIL] or state[1, UNTIL] edges were checked.
 
@@ -53,8 +53,8 @@ def plan_slice(
     numbers, of the search and of the shortening. If there are points already, there is no search. Returns what ``grow_trees`` or
     ``shorten_path`` does; NO_ROOM if there is not room for the path.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
-    edges, steps = edges_of(scene, may_touch, settings, space), np.empty((4, max(1, space.shape[1])))
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
+    edges, steps = edges_of(scene, settings, space), np.empty((4, max(1, space.shape[1])))
     search, shortening = state[0], state[1]
     if shortening[layout.POINTS] == 0:
         if search[layout.JOINED] == 0:

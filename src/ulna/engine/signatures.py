@@ -75,9 +75,9 @@ NUMBERED, NEARNESS, LIGHT, PIXELS = Array("int32", 2), Array("float32", 2), Arra
 SKIN = Group((MATRIX, MATRIX, NUMBERS, INDICES))
 # A robot's tables, which are read-only.
 CONSTANTS, TABLE = Array("float64", 1, constant=True), Array("float64", 2, constant=True)
-PAIRS = Array("int64", 2, constant=True)
-# The scene of ``overlap``: joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed. Where all shapes are boxes
-# there are no vertices and no points. Robot and world have the same types, so that the kernels of two bodies are compiled once.
-BOXES = TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE
-SHAPES = TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE
+PAIRS, TRUTH_TABLE = Array("int64", 2, constant=True), Array("bool", 2, constant=True)
+# A ``kernels.collision.scene.Scene``. Where all shapes are boxes there are no vertices and no points. Robot and world have the same
+# types, so that the kernels of two bodies are compiled once.
+BOXES = TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE, TRUTH_TABLE
+SHAPES = TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, TRUTH_TABLE
 SCENES = BOXES, SHAPES

@@ -2,15 +2,18 @@
 
 from functools import lru_cache
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.checker import NO_OBJECTS, Checker
+from ulna.collision.objects import Objects
 from ulna.collision.world import World
+from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
-from ulna.planning.merged_scene import kept_scene
 from ulna.planning.search import Edges, confirmed
+from ulna.planning.slices import Pace
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
@@ -18,7 +21,6 @@ RANGE = 1.0  # the longest edge of a tree [rad], for up to _FEW joints
 _FEW = 8  # of more joints most samples are far from every node, and fewer long edges are free: no domains, and shorter edges
 RESOLUTION = 1e-4  # [m]
 SAMPLES_APART = 1 / 32  # [rad]: of an edge that is not certified
-MOST_BLOCKS = 64  # of eight intervals of an edge: then it is given up
 _DOMAIN, _LEAST_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times RANGE, for up to seven joints; and the rate
 _MOST_STEPS = 4096  # of one iteration
 
@@ -52,8 +54,13 @@ class Motion(NamedTuple):
 
 def edges_of(checker: Checker, world: World | None, space: Space, margin: float, *, certify: bool) -> Edges:
     """What it takes to decide whether an edge is free."""
-    merged, pace = kept_scene(checker, NO_OBJECTS if world is None else world.objects())
-    return Edges(merged, _settings(space.n_moving, space.diameter, margin, certify=certify), space, pace)
+    objects, kept = NO_OBJECTS if world is None else world.objects(), _kept.get(checker)
+    if kept is None or kept[0] is not objects:
+        kept = _kept[checker] = objects, checker.scene_of(world, self_collision=True), Pace()
+    return Edges(kept[1], _settings(space.n_moving, space.diameter, margin, certify=certify), space, kept[2])
+
+
+_kept: WeakKeyDictionary[Checker, tuple[Objects, Scene, Pace]] = WeakKeyDictionary()  # of a robot's last world
 
 
 @lru_cache(maxsize=64)
@@ -66,6 +73,6 @@ def _settings(n_moving: int, diameter: float, margin: float, *, certify: bool) -
     wide = RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow
     settings[layout.DOMAIN] = _DOMAIN * wide if n_moving <= _FEW else np.inf
     settings[layout.LEAST_DOMAIN] = _LEAST_DOMAIN * wide
-    settings[layout.ADAPTATION], settings[layout.MOST_BLOCKS] = _ADAPTATION, MOST_BLOCKS
+    settings[layout.ADAPTATION] = _ADAPTATION
     settings[layout.ROOM] = min(4 + np.ceil(diameter / longest), _MOST_STEPS)
     return settings

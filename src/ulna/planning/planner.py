@@ -22,7 +22,6 @@ from ulna.planning.escape import escape_from
 from ulna.planning.goals import Goals, Question, as_goal, find_goals, held_for
 from ulna.planning.improve import Searched
 from ulna.planning.links_goal import as_links_goal, find_links_goals, held_for_links, own_columns
-from ulna.planning.merged_scene import farthest
 from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
@@ -93,14 +92,15 @@ def plan_motion(
 
 
 def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
-    far = farthest(question.world) if slides_without_end(question.tree) else 0.0
+    world = question.world
+    far = world.objects().farthest if world is not None and slides_without_end(question.tree) else 0.0
     q, of, certify = goals.q, goals.of, bool(options.certify)
     space = make_space(question.tree, np.concatenate([start[None], q]), fixed, far)
-    edges = edges_of(question.checker, question.world, space, question.margin, certify=certify)
+    edges = edges_of(question.checker, world, space, question.margin, certify=certify)
     if len(q) > 1:
         order = np.argsort(space.lengths(space.shortest_way(q - start)), kind="stable")
         q, of = q[order], of[order]
-    motion = Motion(space, question.checker, question.world, question.margin)
+    motion = Motion(space, question.checker, world, question.margin)
     searched = Searched(motion, start, q, of, certify, int(options.seed))
     search = Search(edges, start, q, (searched.seed,))
     found = search.finish(int(options.max_checks), options.time_limit, shorten=bool(options.shorten))

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.engine.width import WIDTH
+from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.planning.effort import Effort
-from ulna.planning.merged_scene import MergedScene
 from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
 
@@ -30,7 +30,7 @@ class Edges(NamedTuple):
     And how many of them a slice has, which is learnt.
     """
 
-    merged: MergedScene
+    scene: Scene
     settings: Array
     space: Space
     pace: Pace
@@ -39,7 +39,7 @@ class Edges(NamedTuple):
         """The same for paths shorter than a bound: samples are taken where such a path may pass."""
         settings = self.settings.copy()
         settings[layout.BOUND] = bound
-        return Edges(self.merged, settings, self.space.within(bound, start, goals), self.pace)
+        return Edges(self.scene, settings, self.space.within(bound, start, goals), self.pace)
 
 
 class Found(NamedTuple):
@@ -110,7 +110,7 @@ class Search:
         return self._found(max_checks, time_limit, layout.CONFIRM)
 
     def _found(self, max_checks: int, time_limit: float | None, first_pass: int) -> Found | None:
-        merged, settings, space, pace = self.edges
+        scene, settings, space, pace = self.edges
         call, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit, pace)
         search, shortening = self.state
         search[layout.MOST] = max_checks
@@ -123,7 +123,7 @@ class Search:
         while slices.another(shortening if search[layout.JOINED] else search):
             searching = not search[layout.JOINED]
             code = call(
-                *merged.scene, merged.may_touch, settings, space.table, self._samples(),
+                *scene, settings, space.table, self._samples(),
                 *self._rows, self._parents, self._radii, self._costs, none, path, known, self.state,
             )  # fmt: skip
             if code in {layout.SOLVED, layout.NOT_FREE}:
@@ -211,7 +211,7 @@ def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Ar
     none, known, radii = _nothing(path.shape[1]), np.zeros((1, len(points)), dtype=np.int64), _nothing(0)
     while slices.another(shortening):
         code = call(
-            *edges.merged.scene, edges.merged.may_touch, edges.settings, edges.space.table, none,
+            *edges.scene, edges.settings, edges.space.table, none,
             none, none, known, radii, _nothing(WIDTH), spreads, points, known, state,
         )  # fmt: skip
         if code != layout.PAUSED:

@@ -25,7 +25,7 @@ from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
 from ulna.robot.gpu_result import DeviceResult
 from ulna.robot.gpu_rows import as_float64
-from ulna.robot.gpu_scene import DeviceScenes, any_of, distance_scratch, least_of
+from ulna.robot.gpu_scene import DeviceScenes, distance_scratch
 from ulna.robot.gpu_search import Search
 from ulna.robot.gpu_solutions import DeviceSolutions, all_solutions
 
@@ -111,11 +111,9 @@ class GpuRobot:
         """
         q = gpu.as_own("q", q)
         n = prod(q.shape[:-1]) if gpu.is_on_device(q) else np.size(q) // self.robot.n_dof
-        found = []
-        for scene in self._scenes.of(world, self_collision, np.float64):
-            constants = *scene.parts, *distance_scratch(scene, n)
-            found.append(self._over_q(distances_of(*scene.sizes), constants, q, (), np.float64, shares_scratch=True))
-        return least_of(found)
+        scene = self._scenes.of(world, self_collision, np.float64)
+        constants = *scene.parts, *distance_scratch(scene, n)
+        return self._over_q(distances_of(*scene.sizes), constants, q, (), np.float64, shares_scratch=True)
 
     def inverse_kinematics(
         self,
@@ -239,13 +237,8 @@ class GpuRobot:
 
     def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any) -> Any:
         """Whether anything touches; boxes are checked over ``number``."""
-        q = gpu.as_own("q", q)
-        return any_of(
-            [
-                self._over_q(overlaps_of(*scene.sizes), scene.parts, q, (), scene.number, dtype=np.bool_)
-                for scene in self._scenes.of(world, self_collision, number)
-            ]
-        )
+        scene = self._scenes.of(world, self_collision, number)
+        return self._over_q(overlaps_of(*scene.sizes), scene.parts, gpu.as_own("q", q), (), scene.number, dtype=np.bool_)
 
     def _rows(self, q: Any, number: Any) -> Any:
         """Configurations (n, n_dof) where q is, as float32 or float64."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.gpu.combine import column, converted, put, taken
+from ulna.drivers.gpu.rows import column, converted, put, taken
 from ulna.engine import gpu
 
 Order = NDArray[np.int64]

@@ -1,9 +1,5 @@
-"""Keeps what is checked for collisions on a GPU, and combines the results of its parts. Used by ``robot.gpu_robot``.
+"""Keeps on a GPU what is checked for collisions. Used by ``robot.gpu_robot``."""
 
-Objects that some links may touch are scenes of their own, with a robot that lacks these links (``collision.touchable``).
-"""
-
-from collections.abc import Sequence
 from math import prod
 from typing import Any, NamedTuple
 
@@ -12,7 +8,6 @@ from numpy.typing import NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
-from ulna.drivers.gpu.combine import either, least
 from ulna.engine import gpu
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
@@ -43,30 +38,29 @@ class DeviceScenes:
     def __init__(self, checker: Checker) -> None:
         self._checker, self._last = checker, {}
 
-    def of(self, world: World | None, self_collision: bool, number: Any) -> list[DeviceScene]:
-        """The scene of all that no link may touch, and one for each set of links that may touch something.
+    def of(self, world: World | None, self_collision: bool, number: Any) -> DeviceScene:
+        """The scene of a world.
 
         Raises:
             InputError: There is nothing to check.
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
-        scene, others = self._checker.scene_of(world, self_collision)
-        last = self._last.get(number)
-        if last is None or last[0] is not scene or last[1] is not others:
-            scenes = [_on_device(each, number) for each in (scene, *(other.scene for other in others))]
-            last = self._last[number] = scene, others, scenes
-        return last[2]
+        scene, last = self._checker.scene_of(world, self_collision), self._last.get(number)
+        if last is None or last[0] is not scene:
+            last = self._last[number] = scene, _on_device(scene, number)
+        return last[1]
 
 
 def _on_device(scene: Scene, number: Any) -> DeviceScene:
+    """The scene, as one whose objects are all tested one by one."""
     of_boxes = scene.vertices is None
-    number = number if of_boxes else np.float64
-    parts = tuple(None if part is None else gpu.on_device(_over(number, part)) for part in scene[:-1])
-    return DeviceScene((*parts, len(scene.objects)), (len(scene.joints), len(scene.bodies)), of_boxes, number)
+    number, every = number if of_boxes else np.float64, scene._replace(n_unindexed=len(scene.objects))
+    parts = tuple(gpu.on_device(_over(number, part)) if isinstance(part, np.ndarray) else part for part in every)
+    return DeviceScene(parts, (len(scene.joints), len(scene.bodies)), of_boxes, number)
 
 
 def _over(number: Any, part: NDArray[Any]) -> NDArray[Any]:
-    """A table over a number; one of whole numbers as it is."""
+    """A table over a number; one of whole numbers or of bools as it is."""
     with np.errstate(over="ignore"):  # an empty child of the BVH has a box at 1e300
         return part.astype(number) if part.dtype == np.float64 else part
 
@@ -78,24 +72,3 @@ def distance_scratch(scene: DeviceScene, n: int) -> list[Any]:
         threads = max(1, int(min(threads, _MOST_SCRATCH * gpu.free_memory() / (_BYTES * sum(map(prod, SCRATCH))))))
         shapes = list(SCRATCH)
     return [gpu.cuda.device_array((threads, *shape), np.float64) for shape in shapes]
-
-
-def any_of(results: Sequence[Any]) -> Any:
-    """Whether any of several results of one shape is true, where they are."""
-    return _combined(results, np.logical_or, either)
-
-
-def least_of(results: Sequence[Any]) -> Any:
-    """The least of several results of one shape, where they are."""
-    return _combined(results, np.minimum, least)
-
-
-def _combined(results: Sequence[Any], on_host: np.ufunc, driver: Any) -> Any:
-    first, *others = results
-    for more in others:
-        if not gpu.is_on_device(first):
-            first = on_host(first, more)
-        elif first.size:
-            out, n = first.reshape(first.size), first.size
-            gpu.compiled(driver)[gpu.blocks(n), gpu.THREADS](more.reshape(n), out)
-    return first

@@ -21,12 +21,12 @@ def overlaps_of(n_joints: int, n_bodies: int):
     """The driver for robots of these sizes: whether each q touches anything, to the bools of out, shape (n,)."""
     of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
 
-    def overlaps(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, q, out, out_of_range):
+    def overlaps(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch, q, out, out_of_range):
         i = cuda.grid(1)
         if i < q.shape[0]:
             if not all_in_range(q[i]):
                 out_of_range[0] = 1
-            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
+            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
             place_bodies(joints, bodies, q[i], joint_rows, body_rows)
             out[i] = overlaps_unindexed(scene, body_rows, q[i, 0]) > 0.0
@@ -43,11 +43,12 @@ def distances_of(n_joints: int, n_bodies: int):
     of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
 
     def distances(
-        joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, corners, faces, edges, q, out, out_of_range
-    ):
+        joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch,
+        corners, faces, edges, q, out, out_of_range,
+    ):  # fmt: skip
         thread = cuda.grid(1)
         if thread < corners.shape[0]:
-            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed)
+            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
             scratch = corners[thread], faces[thread], edges[thread]
             for i in range(thread, q.shape[0], corners.shape[0]):

@@ -18,12 +18,16 @@ it stays above its tangent at the middle: with n its gradient there,
 Only the part of the velocity along the line between the two counts at first order; where the gradient is that of a point to
 which rounding has moved p, the inequality holds but for that rounding. A ball that turns about its own centre stays where it is.
 
+A bound on the rounding errors is added to the motion: for each body a fraction of all lengths between it and the base, and the
+rounding of each angle of q(t) times the lever arm of its joint.
+
 Source of the idea of the second-order bound: Redon, Kheddar and Coquillart, Fast continuous collision detection between rigid
 bodies (Eurographics 2002); the bound is that of the product of exponentials (Murray, Li and Sastry 1994, chapter 3).
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, sqrt, store
+from ulna.engine.width import WIDTH
 from ulna.kernels.chain.poses import tree_poses
 from ulna.kernels.collision.collision_layout import (
     ASIDE,
@@ -38,12 +42,14 @@ from ulna.kernels.collision.collision_layout import (
     SWING,
     TURN,
 )
-from ulna.kernels.collision.continuous import ANGLE, ROUNDING
-from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO
+from ulna.kernels.layout import COLUMN, FIXED, HALF_SPACE, KIND, OFFSET, PARENT, PRISMATIC, RATIO, REACH, SHAPE
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, origin, plus, transform, z_axis
 
+ROUNDING = 1e-12  # of the lengths between a body and the base: more than poses and gaps lose to it
+ANGLE = 2e-15  # of an angle: more than the line in q, a mimic's ratio and the reduction of many turns lose to rounding
+INSTANT = 1e-15  # of t: neighbouring intervals may leave out so much between them
 LEAST_DISTANCE = 1e-150  # [m]: what is divided by; points nearer than rounding are not found clear
 
 
@@ -274,3 +280,24 @@ def store_vector(rows, j, v):
     store(rows, j, v[0])
     store(rows, j + 1, v[1])
     store(rows, j + 2, v[2])
+
+
+@kernel
+def offset_length(table, i):
+    """The distance of the frame of a row from its parent frame [m]."""
+    return sqrt(table[i, 3] * table[i, 3] + table[i, 7] * table[i, 7] + table[i, 11] * table[i, 11])
+
+
+@kernel
+def world_rounding(scene):
+    """A bound on the rounding error of any object's points [m], from the unindexed objects and the AABBs at the BVH's root."""
+    largest, objects, nodes = 0.0, scene.objects, scene.nodes
+    for w in range(scene.n_unindexed):
+        length = offset_length(objects, w)
+        largest = max(largest, length if int(objects[w, SHAPE]) == HALF_SPACE else length + objects[w, REACH])
+    if objects.shape[0] > scene.n_unindexed:
+        for child in range(WIDTH):
+            if nodes[0, child] <= nodes[3, child]:  # else there is none
+                for axis in range(3):
+                    largest = max(largest, 4.0 * max(abs(nodes[axis, child]), abs(nodes[3 + axis, child])))
+    return ROUNDING * largest

@@ -6,19 +6,19 @@ An interval has one of three outcomes, each from one distance at its middle, d, 
 - d > reach + margin: the pair is clear in all of the interval;
 - between: unknown, and the interval is split.
 
-Balls first: the ball that holds all bodies of a joint is compared with the box that holds an object, the balls of two joints
-with each other. Only where these are near are bodies placed and compared, by their own bounding balls first. Of a ball, only the
-motion of its centre towards the box counts (``ball_motion``). For a sphere and a sphere, capsule, box or half-space that is their
-distance. For other shapes a lower bound of the distance is computed
+Balls first: the ball that holds all bodies of a joint is compared with the box that holds an object, and with the boxes of whole
+nodes of the BVH (``reached``); the balls of two joints with each other. Only where these are near are bodies placed and compared,
+by their own bounding balls first. Of a ball, only the motion of its centre towards the box counts (``ball_motion``). For a sphere
+and a sphere, capsule, box or half-space that is their distance. For other shapes a lower bound of the distance is computed
 (``posed_pair.rows_gap``), only as far as it takes to know that it is not above ``reach``; where it says "touches" it is computed
 once more, as far as it takes for that. So "clear" is certain; "touches" is certain but for the resolution of that bound.
 """
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, load, splat, sqrt, where
+from ulna.engine.width import WIDTH
 from ulna.kernels.chain.poses import frame_pose
 from ulna.kernels.collision.ball_motion import (
-    along,
     approach_way,
     body_velocity,
     body_way,
@@ -29,7 +29,7 @@ from ulna.kernels.collision.ball_motion import (
     place_bodies_of,
     turning_at,
 )
-from ulna.kernels.collision.bvh import objects_within
+from ulna.kernels.collision.bvh import first_leaf
 from ulna.kernels.collision.collision_layout import (
     BALL_JOINT,
     BALL_RADIUS,
@@ -42,117 +42,152 @@ from ulna.kernels.collision.collision_layout import (
     RUN_END,
     RUN_FIRST,
 )
-from ulna.kernels.collision.continuous import CROWD, span_of
-from ulna.kernels.collision.posed_pair import BALLS, rows_gap
-from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, JOINT, RADIUS, REACH, SHAPE, SPHERE
-from ulna.kernels.spatial.elementary import maximum, minimum
+from ulna.kernels.collision.posed_pair import BALLS, may_touch, rows_gap
+from ulna.kernels.collision.reached import NEVER, ball_bounds, push_reached, tree_is_reached
+from ulna.kernels.collision.rounded_core import core_offset, core_radius, core_slope, has_exact_ball
+from ulna.kernels.layout import JOINT, REACH, SHAPE, SPHERE
+from ulna.kernels.spatial.elementary import minimum
 from ulna.kernels.spatial.se3 import constant_pose
-from ulna.kernels.spatial.vectors import dot, minus, origin, rotate_inverse, transform_inverse
+from ulna.kernels.spatial.vectors import dot, minus, origin
 
 
 @kernel
-def world_outcome(scene, carried, half, still, margin, of_world, finest, stack, found, like):
+def world_outcome(scene, carried, half, still, margin, of_world, stop, stack, like):
     """Whether a body touches an object in any lane; and 1.0 in the lanes in whose interval all of them are clear, else 0.0.
 
     still: whether ``half`` is 0; margin: how near an object may be [m]; of_world: how far rounding may put a point of an
-    object [m]. The last balls first: a hand touches something more often than a base.
+    object [m]; stop: whether a contact ends the search. Then contacts are looked for in lanes that are not clear too. The last
+    balls first: a hand touches something more often than a base.
     """
-    clear, bodies, balls, n = splat(1.0, like), scene.bodies, carried.balls, scene.joints.shape[0]
+    clear, bodies, balls, objects = splat(1.0, like), scene.bodies, carried.balls, scene.objects
+    n_indexed = objects.shape[0] - scene.n_unindexed
     for back in range(balls.shape[0]):
         g = balls.shape[0] - 1 - back
         joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin
         p, reach = load_vector(carried.ball_rows, 7 * g), load(carried.ball_rows, 7 * g + 6) + slack
-        n_near = objects_near(scene, carried, g, p, reach, half, still, slack, finest, stack, found)
-        if n_near < 0:
-            return False, splat(0.0, like)
-        if n_near == 0:
+        within = where(clear > 0.0, reach, slack if stop else NEVER)
+        n_near = objects_near(scene, carried, g, p, within, half, still, slack)
+        in_tree = n_indexed > 0 and tree_is_reached(scene.nodes, n_indexed, p, within, BALLS * balls[g, BALL_RADIUS], stack)
+        if n_near == 0 and not in_tree:
             continue
         place_bodies_of(bodies, carried, g, like)
         turning = turning_at(carried, joint, still, like)
         for m in range(carried.first[g], carried.first[g + 1]):
-            k = carried.order[m]
-            p, v = load_vector(carried.centre_rows, 3 * k), body_velocity(carried, g, k, still, like)
-            way = body_way(carried, g, n, v, turning * bodies[k, REACH], half, still) + slack
-            for i in range(n_near):
-                o = carried.near[i]
-                if o < scene.n_unindexed and carried.may_touch[k, o]:
-                    continue
-                touches, clear = body_outcome(scene, carried, g, k, o, p, v, way, slack, half, still, margin, clear)
-                if touches:
-                    return True, clear
+            k, found = carried.order[m], (n_near, in_tree, stack)
+            touches, clear = body_outcome(scene, carried, g, k, turning, found, slack, half, still, margin, stop, clear)
+            if touches and stop:
+                return True, clear
+        if not stop and not any_lane(clear > 0.0):
+            return False, clear
     return False, clear
 
 
 @kernel
-def body_outcome(scene, carried, g, k, o, p, v, way, slack, half, still, margin, clear):
+def objects_near(scene, carried, g, p, within, half, still, slack):
+    """Write to ``near`` the unindexed objects that ball g, with its centre p, may reach in any lane; how many.
+
+    within: how far a point of it gets, and ``slack``, which is what rounding and the margin add to it.
+    """
+    objects, n, n_joints, ball = scene.objects, 0, scene.joints.shape[0], BALLS * carried.balls[g, BALL_RADIUS]
+    for o in range(scene.n_unindexed):
+        d, most = minus(p, (objects[o, 3], objects[o, 7], objects[o, 11])), within + (ball + BALLS * objects[o, REACH])
+        if not any_lane((dot(d, d) <= most * most) & (within >= 0.0)):
+            continue
+        b, radius = constant_pose(objects, o, p[0]), core_radius(objects, o) + ball
+        e, most = core_offset(p, objects, o, b), within + radius
+        near = (dot(e, e) <= most * most) & (within >= 0.0)
+        if not still and any_lane(near):
+            slope = core_slope(e, load_vector(carried.ball_rows, 7 * g + 3), objects, o, b)
+            most = centre_way(carried, g, n_joints, slope, half) + (slack + radius)
+            near = near & (dot(e, e) <= most * most)
+        if any_lane(near):
+            carried.near[n] = o
+            n += 1
+    return n
+
+
+@kernel
+def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margin, stop, clear):
+    """The same as ``world_outcome`` for body k, of ball g.
+
+    turning: how fast its joint turns; found: how many objects are in ``near``, whether those of the tree are to be searched, and
+    the stack for that.
+    """
+    bodies, (n_near, in_tree, stack), n_indexed = scene.bodies, found, scene.objects.shape[0] - scene.n_unindexed
+    p, v = load_vector(carried.centre_rows, 3 * k), body_velocity(carried, g, k, still, half)
+    way = body_way(carried, g, scene.joints.shape[0], v, turning * bodies[k, REACH], half, still) + slack
+    a, radius, otherwise = pose_of(bodies, k, carried, p, half), BALLS * bodies[k, REACH], slack if stop else NEVER
+    within = where(clear > 0.0, way, otherwise)
+    bounds, first_object, at, top = ball_bounds(p, within + radius), WIDTH * first_leaf(n_indexed) + 1, 0, 0
+    if in_tree:
+        stack[0], top = 0, 1
+    while at < n_near or top > 0:
+        if at < n_near:
+            o = carried.near[at]
+            at += 1
+        else:
+            top -= 1
+            node = stack[top]
+            if node < first_object:
+                top = push_reached(scene.nodes, node, bounds, bodies, k, a, p, within, stack, top)
+                continue
+            o = scene.n_unindexed + node - first_object
+        if may_touch(scene, k, o):
+            continue
+        touches, now = object_outcome(scene, carried, g, k, o, (a, p, v), way, within, slack, half, still, margin, clear)
+        if touches and stop:
+            return True, now
+        if any_lane(now < clear):
+            clear, within = now, where(now > 0.0, way, otherwise)
+            bounds = ball_bounds(p, within + radius)
+            if not stop and not any_lane(clear > 0.0):
+                return False, clear
+    return False, clear
+
+
+@kernel
+def object_outcome(scene, carried, g, k, o, placed, way, within, slack, half, still, margin, clear):
     """The same for body k, of ball g, and object o.
 
-    p, v: the body's centre and its velocity; way: how far a point of it gets within ``half``, and ``slack``.
+    placed: the body's pose, its centre and the velocity of that; way: how far a point of it gets within ``half``, and ``slack``;
+    within: the same where the lane is clear, else how near a contact is.
     """
-    bodies, objects, n, b = scene.bodies, scene.objects, scene.joints.shape[0], constant_pose(scene.objects, o, half)
+    bodies, objects, b, (a, p, v) = scene.bodies, scene.objects, constant_pose(scene.objects, o, half), placed
     e, radius, nearer = core_offset(p, objects, o, b), core_radius(objects, o) + BALLS * bodies[k, REACH], way
-    most = way + radius
-    if not any_lane((dot(e, e) <= most * most) & (clear > 0.0)):
+    most = within + radius
+    if not any_lane((dot(e, e) <= most * most) & (within >= 0.0)):
         return False, clear
     distance = sqrt(dot(e, e)) - radius
     if not still:
-        nearer = minimum(way, centre_way(carried, g, n, core_slope(e, v, objects, o, b), half) + slack)
-        if not any_lane((distance <= nearer) & (clear > 0.0)):
+        slope = core_slope(e, v, objects, o, b)
+        nearer = minimum(way, centre_way(carried, g, scene.joints.shape[0], slope, half) + slack)
+        if not any_lane(distance <= minimum(nearer, within)):
             return False, clear
     away = distance > nearer
-    if not has_exact_ball(int(bodies[k, SHAPE]), int(objects[o, SHAPE])):
-        a = frame_pose(bodies, k, carried.joint_rows, half)
-        ours, theirs = (bodies, scene.vertices, k, a), (objects, scene.points, o, b)
-        distance = gap_or_contact(ours, theirs, way, margin, slack - margin)
+    kind, other = int(bodies[k, SHAPE]), int(objects[o, SHAPE])
+    if not has_exact_ball(kind, other):
+        e = core_offset(origin(b), bodies, k, a)
+        distance = sqrt(dot(e, e)) - (core_radius(bodies, k) + BALLS * objects[o, REACH])
+        if not any_lane(distance <= within):
+            return False, clear
+        if not has_exact_ball(other, kind):
+            ours, theirs = (bodies, scene.vertices, k, a), (objects, scene.points, o, b)
+            distance = gap_or_contact(ours, theirs, within, margin, slack - margin)
         away = away | (distance > way)
     return any_lane(distance <= margin), where(away, clear, 0.0)
 
 
 @kernel
-def objects_near(scene, carried, g, p, reach, half, still, slack, finest, stack, found):
-    """Write to ``near`` the objects that a ball with its centre p may reach in any lane; how many, or -1 of a crowd.
-
-    reach: how far a point of it gets within ``half``, and ``slack``.
-    """
-    balls, objects, n = carried.balls, scene.objects, 0
-    radius = BALLS * balls[g, BALL_RADIUS]
-    for o in range(scene.n_unindexed):
-        d, most = minus(p, (objects[o, 3], objects[o, 7], objects[o, 11])), reach + (radius + BALLS * objects[o, REACH])
-        if any_lane(dot(d, d) <= most * most) and is_near(scene, carried, g, p, o, reach, half, still, slack):
-            carried.near[n] = o
-            n += 1
-    n_indexed = objects.shape[0] - scene.n_unindexed
-    if n_indexed > 0:
-        widest = radius + span_of(reach)[1]
-        (x, u), (y, v), (z, w) = span_of(p[0]), span_of(p[1]), span_of(p[2])
-        bounds = (x - widest, y - widest, z - widest), (u + widest, v + widest, w + widest)
-        n_found = objects_within(scene.nodes, n_indexed, bounds, stack, found)
-        if n_found > CROWD and not finest:
-            return -1
-        for i in range(n_found):
-            o = scene.n_unindexed + found[i]
-            if is_near(scene, carried, g, p, o, reach, half, still, slack):
-                carried.near[n] = o
-                n += 1
-    return n
+def pose_of(bodies, k, carried, p, like):
+    """The pose of body k, with its centre p; that of a sphere is not turned, since nothing depends on it."""
+    if int(bodies[k, SHAPE]) == SPHERE:
+        one, none = splat(1.0, like), splat(0.0, like)
+        return one, none, none, p[0], none, one, none, p[1], none, none, one, p[2]
+    return frame_pose(bodies, k, carried.joint_rows, like)
 
 
 @kernel
-def is_near(scene, carried, g, p, o, reach, half, still, slack):
-    """Whether a ball with its centre p may reach object o in any lane."""
-    b, radius, n = constant_pose(scene.objects, o, p[0]), BALLS * carried.balls[g, BALL_RADIUS], scene.joints.shape[0]
-    e, radius = core_offset(p, scene.objects, o, b), core_radius(scene.objects, o) + radius
-    most = reach + radius
-    near = any_lane(dot(e, e) <= most * most)
-    if still or not near:
-        return near
-    slope = core_slope(e, load_vector(carried.ball_rows, 7 * g + 3), scene.objects, o, b)
-    most = centre_way(carried, g, n, slope, half) + (slack + radius)
-    return any_lane(dot(e, e) <= most * most)
-
-
-@kernel
-def self_outcome(scene, carried, half, still, clear, like):
+def self_outcome(scene, carried, half, still, stop, clear, like):
     """The same as ``world_outcome`` for the pairs of the robot's own bodies; lanes that are not clear stay so."""
     bodies, balls, groups = scene.bodies, carried.balls, carried.groups
     for e in range(groups.shape[0]):
@@ -180,7 +215,7 @@ def self_outcome(scene, carried, half, still, clear, like):
                 continue
             for m in range(carried.runs[run, RUN_FIRST], carried.runs[run, RUN_END]):
                 touches, clear = pair_outcome(scene, carried, e, i, carried.others[m], p, way, slack, half, still, clear)
-                if touches:
+                if touches and stop:
                     return True, clear
     return False, clear
 
@@ -236,43 +271,3 @@ def gap_or_contact(first, second, reach, margin, rounding):
 def posed_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding):
     """``posed_pair.rows_gap``, called and not inlined: it takes longest to compile."""
     return rows_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding)
-
-
-@kernel
-def core_offset(p, others, j, b):
-    """From the smallest box that holds the core of body j, at pose b, to a point, as the body's frame sees it; 0 within [m].
-
-    A sphere's core is its centre; it is seen from the frame of p. That of a half-space is the half-space.
-    """
-    if int(others[j, SHAPE]) == SPHERE:
-        return minus(p, origin(b))
-    x = transform_inverse(b, p)
-    if int(others[j, SHAPE]) == HALF_SPACE:
-        none = splat(0.0, x[2])
-        return none, none, maximum(x[2], 0.0)
-    c = HALF_EXTENTS
-    return beyond(x[0], others[j, c]), beyond(x[1], others[j, c + 1]), beyond(x[2], others[j, c + 2])
-
-
-@kernel
-def core_slope(e, v, others, j, b):
-    """How fast the length of ``core_offset``, e, changes where the point has the velocity v; 0 where it is 0."""
-    return along(e, v if int(others[j, SHAPE]) == SPHERE else rotate_inverse(b, v))
-
-
-@kernel
-def core_radius(others, j):
-    """How far body j is round its core [m]: a point at least so far from the core is outside of it."""
-    return 0.0 if int(others[j, SHAPE]) == HALF_SPACE else others[j, RADIUS]
-
-
-@kernel
-def beyond(x, extent):
-    """How far x is beyond -extent or extent, with its sign; 0 between."""
-    return x - minimum(maximum(x, -extent), extent)
-
-
-@kernel
-def has_exact_ball(kind, other):
-    """Whether the distance of a body's bounding ball from the box round another's core is that of the two bodies."""
-    return kind == SPHERE and (other <= BOX or other == HALF_SPACE)

@@ -10,7 +10,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_of, splat, where
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import first_leaf, lane_bounds, push_children
-from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, rows_contact
+from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, may_touch, rows_contact
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
 
@@ -36,6 +36,8 @@ def nearest_unindexed(scene, body_rows, like, scratch):
     for m in range(n_of_world + scene.pairs.shape[0]):
         if m < n_of_world:
             i, w = m // n_unindexed, m % n_unindexed
+            if may_touch(scene, i, w):
+                continue
             b, others, points, row, number = constant_pose(scene.objects, w, like), scene.objects, scene.points, w, n + w
         else:
             i, row = scene.pairs[m - n_of_world, 0], scene.pairs[m - n_of_world, 1]
@@ -65,6 +67,8 @@ def nearest_indexed(best, scene, body_rows, bound_rows, lane, stack, heights, sc
                     top = push_children(scene.nodes, node, bounds, nearest, stack, heights, top)
                 else:
                     w = scene.n_unindexed + node - first_object
+                    if may_touch(scene, k, w):
+                        continue
                     b = constant_pose(objects, w, like)
                     best = nearer_pair(best, bodies, scene.vertices, k, a, objects, scene.points, w, b, n + w, scratch)
     return best

@@ -6,7 +6,7 @@ Pairs and unindexed objects are tested one by one, the other objects where the B
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, splat, where
 from ulna.kernels.collision.bvh import lane_bounds, objects_within
-from ulna.kernels.collision.posed_pair import balls_overlap, lane_pose, rows_overlap
+from ulna.kernels.collision.posed_pair import balls_overlap, lane_pose, may_touch, rows_overlap
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
 
@@ -17,7 +17,7 @@ def overlaps_unindexed(scene, body_rows, like):
     for k in range(bodies.shape[0]):
         for w in range(scene.n_unindexed):
             a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
-            if any_lane(balls_overlap(bodies, k, a, objects, w, b)):
+            if any_lane(balls_overlap(bodies, k, a, objects, w, b)) and not may_touch(scene, k, w):
                 hits = where(rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b), 1.0, hits)
     for p in range(scene.pairs.shape[0]):
         hits = where(pair_overlaps(bodies, scene.vertices, scene.pairs, p, body_rows), 1.0, hits)
@@ -43,6 +43,8 @@ def overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found):
         n_found = objects_within(scene.nodes, n_indexed, lane_bounds(bound_rows, k, lane), stack, found)
         for i in range(n_found):
             w = scene.n_unindexed + found[i]
+            if may_touch(scene, k, w):
+                continue
             a, b = lane_pose(body_rows, k, lane), constant_pose(objects, w, 0.0)
             if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b):
                 return True

@@ -10,7 +10,7 @@ from ulna.kernels.chain.poses import frame_pose, tree_poses
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_gap, pair_overlap
-from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, REACH, SHAPE
+from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, REACH, SHAPE, TOUCH_SET
 from ulna.kernels.spatial.se3 import store_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
@@ -75,6 +75,12 @@ def balls_overlap(bodies, i, a, others, j, b):
     reach = BALLS * (bodies[i, REACH] + others[j, REACH])
     d = minus(origin(a), origin(b))
     return dot(d, d) <= reach * reach
+
+
+@kernel
+def may_touch(scene, k, w):
+    """Whether body k may touch object w: their contact is no collision."""
+    return scene.may_touch[k, int(scene.objects[w, TOUCH_SET])]
 
 
 @kernel

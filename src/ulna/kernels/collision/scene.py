@@ -32,12 +32,14 @@ class Scene(NamedTuple):
     """The BVH of the other solids (``bvh``), shape (6 n_nodes, 8)."""
     n_unindexed: int
     """How many solids are not in the BVH."""
+    may_touch: NDArray
+    """Whether a body may touch the objects of a set, shape (n_bodies, n_sets); set 0 is of those that none may touch."""
 
 
 class Carried(NamedTuple):
     """The bodies of a scene by the joint that carries them, each group within one ball, and how these move along an edge.
 
-    The first eight fields belong to the scene, the next four to an edge (``ball_motion.write_motion``), the others to eight
+    The first seven fields belong to the scene, the next four to an edge (``ball_motion.write_motion``), the others to eight
     configurations on it (``ball_motion.place_balls``).
     """
 
@@ -53,8 +55,6 @@ class Carried(NamedTuple):
     """The pairs of one body of a group's first ball: the body, where they begin and end: shape (n_runs, RUN_WIDTH)."""
     others: NDArray
     """The other body of each pair, those of one run one after the other, shape (n_pairs,)."""
-    may_touch: NDArray
-    """Whether a body may touch an unindexed object, shape (n_bodies, n_unindexed)."""
     steps: NDArray
     """Each joint along the edge, shape (n_joints, STEP_WIDTH)."""
     speeds: NDArray
@@ -74,4 +74,4 @@ class Carried(NamedTuple):
     placed: NDArray
     """1 for each ball whose bodies' origins are written, else 0: shape (n_balls,)."""
     near: NDArray
-    """Objects near a ball, shape (n_objects,)."""
+    """The unindexed objects near a ball, shape (n_unindexed,)."""

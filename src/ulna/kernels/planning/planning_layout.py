@@ -7,9 +7,8 @@ MARGIN = 2  # how near an object of the world may be [m]
 SAMPLED = 3  # 0: edges are certified; else the spacing of the samples of an edge, in the metric
 DOMAIN, LEAST_DOMAIN, ADAPTATION = 4, 5, 6  # the radius of a node that could not be extended, its least value, its rate of change
 ROOM = 7  # how many nodes one iteration may add, and two more
-MOST_BLOCKS = 8  # of eight intervals of an edge: then it is given up
-BOUND = 9  # of the cost of a path that is to be cheaper
-N_SETTINGS = 10
+BOUND = 8  # of the cost of a path that is to be cheaper
+N_SETTINGS = 9
 # Rows of the space, shape (N_SPACE, n_dof): where samples are taken from, the weight of each entry of q in the metric, and the
 # whole turn of an entry that may turn for ever, else 0.
 LOW, HIGH, WEIGHT, PERIOD = 0, 1, 2, 3

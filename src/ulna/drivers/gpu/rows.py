@@ -1,4 +1,4 @@
-"""Converts, picks and combines rows on a GPU, so that they need not leave it. Used by ``robot.gpu_rows``, ``gpu_scene``."""
+"""Converts and picks rows on a GPU, so that they need not leave it. Used by ``robot.gpu_rows``."""
 
 from ulna.engine.gpu import cuda
 
@@ -32,17 +32,3 @@ def column(rows, k, out):
     i = cuda.grid(1)
     if i < out.shape[0]:
         out[i] = rows[i, k]
-
-
-def either(more, out):
-    """Write to the bools out, shape (n,), whether they or more are true."""
-    i = cuda.grid(1)
-    if i < out.shape[0]:
-        out[i] = out[i] or more[i]
-
-
-def least(more, out):
-    """Write to out, shape (n,), the smaller of it and more."""
-    i = cuda.grid(1)
-    if i < out.shape[0]:
-        out[i] = min(out[i], more[i])
