@@ -68,7 +68,7 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_
 
 @kernel
 def free_until(scene, carried, work, q_a, q_b, resolution, of_world):
-    """The fraction of an edge that is certainly free, where ``edge_is_free`` has just found, with the same work, that not all is."""
+    """The fraction of an edge that is certainly free, after ``edge_is_free`` has found with the same work that not all of it is."""
     _, lane_rows, waiting, _ = work
     fastest, at_most = fastest_ball(scene.joints, carried), 0.0
     for lane in range(WIDTH):
@@ -108,8 +108,8 @@ def split(waiting, first, n, lane_rows):
 def outcome_at(scene, carried, work, q_a, q_b, instant, margin, of_world, stop):
     """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``.
 
-    instant: what is added to their half lengths; 0 if these are 0, so that nothing moves. stop: whether a contact ends the search:
-    then a lane that is called clear need not be.
+    instant: what is added to their half lengths; 0 if these are 0, so that nothing moves. stop: whether a contact ends the
+    search; then a lane that is called clear need not be.
     """
     q_rows, lane_rows, _, stack = work
     t, half = load(lane_rows, 0), load(lane_rows, 1) + instant

@@ -1,12 +1,12 @@
 """Finds the nodes of the BVH that a body can reach in any of eight intervals of an edge. Used by ``interval``.
 
 The children of a node are tested twice. First all eight at once, a lane each, against one AABB round the body in all intervals.
-Then each that is left against the body in all eight intervals at once, a lane each: the distance of the body's bounding ball, and
-of the box round its core, from the child's AABB is compared with how far the body gets, ``within`` [m]. A child that is farther in
-every interval is clear as a whole. So the time of a search depends on what is near, not on how many objects there are.
+Then each that is left against the body in all eight intervals at once, a lane each: the distance of the body's bounding ball,
+and of the box round its core, from the child's AABB is compared with how far the body gets, ``within`` [m]. A child that is
+farther in every interval is clear as a whole. So the time of a search depends on what is near, not on how many objects there are.
 
-The bound for the box round the core is the gap of two boxes along the body's axes: in the body's frame the child's AABB, with half
-extents h, lies within a box of half extents |R|^T h about the same middle.
+The bound for the box round the core is the gap of two boxes along the body's axes: in the body's frame the child's AABB, with
+half extents h, lies within a box of half extents |R|^T h about the same middle.
 """
 
 from ulna.engine.decorators import kernel
