@@ -68,7 +68,7 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_
 
 @kernel
 def free_until(scene, carried, work, q_a, q_b, resolution, of_world):
-    """The fraction of an edge that is certainly free, after ``edge_is_free`` has found with the same work that not all of it is."""
+    """The fraction of an edge that is certainly free, after ``edge_is_free`` has found with the same work that not all is."""
     _, lane_rows, waiting, _ = work
     fastest, at_most = fastest_ball(scene.joints, carried), 0.0
     for lane in range(WIDTH):
