@@ -28,11 +28,13 @@ if TYPE_CHECKING:
         MissingExtraError,
         MissingROSError,
         SingularityError,
+        TruthError,
         UlnaError,
         UnknownNameError,
     )
     from ulna.ik.closed_form.result import IKSolutions
     from ulna.ik.following.result import Ending, FollowedPath, PathStatus
+    from ulna.ik.reason import Reason
     from ulna.ik.result import IKResult, Status
     from ulna.ik.task import Task
     from ulna.inspection.inspect import inspect
@@ -77,6 +79,7 @@ __all__ = [
     "PlanStatus",
     "PointCloud",
     "ReachabilityMap",
+    "Reason",
     "Report",
     "Robot",
     "Severity",
@@ -85,6 +88,7 @@ __all__ = [
     "Status",
     "Task",
     "Trajectory",
+    "TruthError",
     "UlnaError",
     "UnknownNameError",
     "World",
@@ -121,11 +125,13 @@ _HOMES = {
         "MissingExtraError",
         "MissingROSError",
         "SingularityError",
+        "TruthError",
         "UlnaError",
         "UnknownNameError",
     ),
     "ulna.ik.closed_form.result": ("IKSolutions",),
     "ulna.ik.following.result": ("Ending", "FollowedPath", "PathStatus"),
+    "ulna.ik.reason": ("Reason",),
     "ulna.ik.result": ("IKResult", "Status"),
     "ulna.ik.task": ("Task",),
     "ulna.inspection.inspect": ("inspect",),

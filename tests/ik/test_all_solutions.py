@@ -129,7 +129,7 @@ def test_a_joint_of_six_is_not_redundant():
 
 
 def test_a_link_within_a_longer_chain_has_its_own_form(panda):
-    assert panda.all_solutions(panda.forward_kinematics(panda.home, link="panda_link7"), "panda_link7").q.shape == (128, 7)
+    assert panda.all_solutions(panda.forward_kinematics(panda.home, link="panda_link7"), link="panda_link7").q.shape == (128, 7)
 
 
 # ---- a world, a rank

@@ -261,16 +261,16 @@ def test_joints_that_do_not_move_the_link_stay_at_the_seed():
     seed[[robot.joint_names.index("wheel"), robot.joint_names.index("finger")]] = 0.7, 0.06
     q = np.random.default_rng(6).uniform(-np.pi, np.pi, (5, 6))
     T = of_dh(robots.UR5).forward_kinematics(q)
-    several, found = robot.inverse_kinematics(T, seed, "link6"), robot.all_solutions(T, "link6")
+    several, found = robot.inverse_kinematics(T, seed, link="link6"), robot.all_solutions(T, link="link6")
     assert several.success.all()
     assert (found.proof == "complete").all()
     for row, target in zip(several.q, T, strict=True):
-        one = robot.inverse_kinematics(target, seed, "link6")
+        one = robot.inverse_kinematics(target, seed, link="link6")
         assert one.q.tobytes() == row.tobytes()
         assert (one.iterations, one.q[seed != 0.0].tolist()) == (0, seed[seed != 0.0].tolist())
         np.testing.assert_allclose(robot.forward_kinematics(one.q, link="link6"), target, atol=1e-12)
     with pytest.raises(ulna.InputError, match="q_seed"):
-        robot.inverse_kinematics(T[0], np.where(seed == 0.7, np.nan, seed), "link6")
+        robot.inverse_kinematics(T[0], np.where(seed == 0.7, np.nan, seed), link="link6")
 
 
 def test_every_target_that_is_not_solved_has_its_reason_and_is_no_farther_off_than_by_search(ur5):

@@ -135,11 +135,11 @@ def test_a_slide_of_almost_nothing_before_a_turn_at_its_end_loses_no_solution():
 def test_the_links_of_three_and_four_joints_of_named_robots_have_their_solutions(name, link):
     robot = ulna.load(name)
     q = np.clip(np.random.default_rng(0).uniform(-0.5, 0.5, (10, robot.n_dof)), robot.lower, robot.upper)
-    T = robot.forward_kinematics(q, link)
-    found = robot.all_solutions(T, link)
+    T = robot.forward_kinematics(q, link=link)
+    found = robot.all_solutions(T, link=link)
     assert found.real.any(axis=1).all()
     assert set(found.proof) == {"complete"}
-    reached = robot.forward_kinematics(found.q[found.real], link)
+    reached = robot.forward_kinematics(found.q[found.real], link=link)
     assert np.abs(reached - np.repeat(T, found.real.sum(axis=1), axis=0)).max() < 1e-9
 
 

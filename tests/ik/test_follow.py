@@ -156,10 +156,10 @@ def test_a_wheel_turns_as_often_as_the_path_asks():
 
 def test_joints_that_do_not_move_the_link_stay_at_the_start():
     robot = ur5()
-    T = robot.forward_kinematics(swings(robot, 200), "link5")
+    T = robot.forward_kinematics(swings(robot, 200), link="link5")
     path = robot.follow(T, link="link5")
     assert path.success, str(path)
-    assert np.abs(robot.forward_kinematics(path.q, "link5") - T).max() < 3e-5
+    assert np.abs(robot.forward_kinematics(path.q, link="link5") - T).max() < 3e-5
     assert np.array_equal(path.q[:, 5], np.full(200, robot.home[5]))
 
 

@@ -159,7 +159,7 @@ def test_the_smallest_step_leads_on_and_no_smaller_one_does(seed):
     T = robot.forward_kinematics(rng.uniform(np.maximum(robot.lower, -3.1), np.minimum(robot.upper, 3.1), (2, 6)))
     start = rng.uniform(robot.lower, robot.upper)
     path = robot.follow(T[:1], start)
-    step = path.ending.smallest_step
+    step = path.reason.data.smallest_step
     assert path.ends_at == 0
     assert robot.follow(T[:1], start, max_step=step + 1e-6).success
     assert not robot.follow(T[:1], start, max_step=step - 1e-6).success
@@ -170,8 +170,8 @@ def test_a_singular_start_far_from_all_solutions_is_not_the_reason():
     start = np.array([2.5, -1.2, 1.5, -0.7, 0.0, 0.4])
     T = robot.forward_kinematics(Q)[None]
     path = robot.follow(T, start)
-    assert path.ending.smallest_step > 1.0
-    assert path.ending.least_singular_value < 1e-2
+    assert path.reason.data.smallest_step > 1.0
+    assert path.reason.data.least_singular_value < 1e-2
     assert path.status == "no continuous branch"
 
 
@@ -182,7 +182,7 @@ def test_no_path_is_refused_for_a_step_that_is_allowed():
     T = robot.forward_kinematics(np.array([-2.9, *Q[1:]]))[None]
     path = robot.follow(T, start, max_step=1.0)
     least = min(np.abs(nodes - start).max(axis=1).min() for nodes in nodes_of(robots.UR5, limits, T))
-    assert path.ending.smallest_step == pytest.approx(least, abs=1e-9)
+    assert path.reason.data.smallest_step == pytest.approx(least, abs=1e-9)
 
 
 def test_a_path_to_the_end_of_the_reach_is_followed_within_the_tolerance_and_not_proved():

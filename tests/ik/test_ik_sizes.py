@@ -63,7 +63,7 @@ def test_the_reason_does_not_depend_on_the_size(size):
     T[:3, 3] += 0.01 * size * out / np.linalg.norm(out)
     result = robot.inverse_kinematics(T, position_tolerance=1e-5 * size)
     assert (result.status, result.reach_excess) == ("unreachable", 0.0)
-    assert result.reason.startswith("the closed form has no solution")
+    assert str(result.reason).startswith("the closed form has no solution")
     assert robot.inverse_kinematics(ulna.pose((9e5, 0, 0))).status == "unreachable"
 
 

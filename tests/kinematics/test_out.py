@@ -13,7 +13,7 @@ WORLD = ulna.World()
 WORLD.add("crate", ulna.Box((0.3, 0.3, 0.3)), ulna.pose((0.4, 0.0, 0.4)))
 CALLS = {
     "forward_kinematics": lambda robot, q, **out: robot.forward_kinematics(q, **out),
-    "forward_kinematics of a link": lambda robot, q, **out: robot.forward_kinematics(q, "panda_link4", **out),
+    "forward_kinematics of a link": lambda robot, q, **out: robot.forward_kinematics(q, link="panda_link4", **out),
     "link_poses": lambda robot, q, **out: robot.link_poses(q, **out),
     "jacobian": lambda robot, q, **out: robot.jacobian(q, expressed_in="spatial", **out),
     "analytical_jacobian": lambda robot, q, **out: robot.analytical_jacobian(q, **out),

@@ -21,7 +21,7 @@ def test_a_link_or_a_joint_has_a_name_that_can_be_written(name):
 
 @pytest.mark.parametrize("name", [HALF, 5, None, []])
 def test_a_tool_and_what_is_held_have_names_that_can_be_written(panda, name):
-    for make in (lambda: panda.with_tool(np.eye(4), name), lambda: panda.with_attached(name, ulna.Sphere(0.1), np.eye(4))):
+    for make in (lambda: panda.with_tool(np.eye(4), name=name), lambda: panda.with_attached(name, ulna.Sphere(0.1), np.eye(4))):
         with pytest.raises(ulna.InputError, match="name: "):
             make()
 

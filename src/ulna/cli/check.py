@@ -82,8 +82,8 @@ def check(
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
         world.add(f"box {k}", Box((length, width, height)), pose(place[:3], place[3:]))
     at = positions("--q", q, arm, degrees=degrees)
-    report = arm.check_collision(at, world, itself, max_distance=within)
-    distance = arm.signed_distance(at, world, itself)
+    report = arm.check_collision(at, world, self_collision=itself, max_distance=within)
+    distance = arm.signed_distance(at, world, self_collision=itself)
     show(check_data(arm, at, report, distance), check_table, as_json=as_json)
     raise typer.Exit(1 if report.in_collision else 0)
 

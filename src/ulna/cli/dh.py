@@ -41,7 +41,7 @@ def dh(
     Fixed joints go into the poses of frame 0 and of the tip.
     """
     arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
-    table = arm.dh(convention, link_or_hand(arm, link, quietly=as_json), tolerance=tolerance)
+    table = arm.dh(convention=convention, link=link_or_hand(arm, link, quietly=as_json), tolerance=tolerance)
     show(dh_data(table), dh_table, as_json=as_json)
 
 

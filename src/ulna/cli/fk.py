@@ -48,7 +48,7 @@ def fk(
     arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
     at = positions("--q", q, arm, degrees=degrees)
     link = link_or_hand(arm, link, quietly=as_json)
-    show(fk_data(arm, at, link, arm.forward_kinematics(at, link)), fk_table, as_json=as_json)
+    show(fk_data(arm, at, link, arm.forward_kinematics(at, link=link)), fk_table, as_json=as_json)
 
 
 def fk_data(robot: Robot, q: Array, link: str, T_base_link: Array) -> Data:

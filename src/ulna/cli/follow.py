@@ -91,7 +91,7 @@ def follow(
     poses, world = read_poses(path), None if scene is None else world_of(scene)
     start = None if q_start is None else positions("--q-start", q_start, arm, degrees=degrees)
     with as_options({"max_step": "--max-step", "rank": "--rank", "q_start": "--q-start", "T_path": "--path"}):
-        found = arm.follow(poses, start, link, max_step=max_step, world=world, rank=rank)
+        found = arm.follow(poses, start, link=link, max_step=max_step, world=world, rank=rank)
     if csv is not None:
         write_rows(found, csv)
     if plot is not None:
@@ -126,7 +126,7 @@ def follow_data(robot: Robot, link: str, found: FollowedPath) -> Data:
         "poses": len(found.q),
         "status": str(found.status),
         "success": found.success,
-        "reason": found.reason,
+        "reason": str(found.reason),
         "sentence": str(found),
         "proof": str(found.proof),
         "max_step": found.max_step,
@@ -137,7 +137,7 @@ def follow_data(robot: Robot, link: str, found: FollowedPath) -> Data:
         "lower": robot.lower,
         "upper": robot.upper,
         "q": found.q,
-        **{key: None if found.ending is None else getattr(found.ending, key) for key in _ENDING},
+        **{key: getattr(found.reason.data, key) if found.reason else None for key in _ENDING},
     }
 
 

@@ -81,7 +81,7 @@ def ik(
     link = link_or_hand(arm, link, quietly=as_json)
     T, orientation = _target(arm, link, xyz, rpy, wxyz, degrees=degrees)
     start = None if q_seed is None else positions("--q-seed", q_seed, arm, degrees=degrees)
-    result = arm.inverse_kinematics(T, start, link, method, seed, task=task, trace=trace)
+    result = arm.inverse_kinematics(T, start, link=link, method=method, seed=seed, task=task, trace=trace)
     asked = {"method": method, "task": task}
     show(ik_data(arm, link, T, orientation, asked, result), ik_table, as_json=as_json)
     raise typer.Exit(0 if result.success else 1)
@@ -98,7 +98,7 @@ def _target(
         return pose(position, numbers("--rpy", rpy, RPY, degrees=degrees)), "given"
     if wxyz is not None:
         return pose(position, wxyz=numbers("--wxyz", wxyz, WXYZ)), "given"
-    T = robot.forward_kinematics(robot.home, link)
+    T = robot.forward_kinematics(robot.home, link=link)
     T[:3, 3] = position
     return T, "home"
 
@@ -123,7 +123,7 @@ def ik_data(robot: Robot, link: str, T: NDArray[np.float64], orientation: str, a
         "residual": result.residual,
         "iterations": int(result.iterations),
         "starts": int(result.starts),
-        "reason": result.reason,
+        "reason": str(result.reason),
         "reach_excess": float(result.reach_excess),
         "limit_excess": result.limit_excess,
         "trace": result.trace if result.has_trace else None,

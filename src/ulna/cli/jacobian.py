@@ -65,7 +65,7 @@ def jacobian(
         raise InputError("--expressed-in", "goes with the geometric Jacobian, not with --analytical")
     frame = None if analytical else "base" if expressed_in is None else expressed_in
     link = link_or_hand(arm, link, quietly=as_json)
-    J = arm.analytical_jacobian(at, link) if frame is None else arm.jacobian(at, link, frame)
+    J = arm.analytical_jacobian(at, link=link) if frame is None else arm.jacobian(at, link=link, expressed_in=frame)
     show(jacobian_data(arm, at, link, J, frame), jacobian_table, as_json=as_json)
 
 

@@ -125,7 +125,7 @@ def plan(
     else:
         with as_options(_OPTIONS):
             link = tip_of(members) if members and link is None else link_or_hand(arm, link, quietly=as_json)
-        goal = arm.forward_kinematics(arm.home, link)
+        goal = arm.forward_kinematics(arm.home, link=link)
         if rpy is not None:
             goal = pose(rpy=numbers("--rpy", rpy, RPY, degrees=degrees))
         goal[:3, 3] = numbers("--xyz", str(xyz), XYZ)
@@ -166,7 +166,7 @@ def _poses(goals: list[str], robot: Robot, *, degrees: bool) -> dict[str, NDArra
         if link in poses:
             raise InputError("--goal", f"the link {link!r} is named twice")
         if len(words(values)) == len(XYZ):
-            poses[link] = robot.forward_kinematics(robot.home, link)
+            poses[link] = robot.forward_kinematics(robot.home, link=link)
             poses[link][:3, 3] = numbers("--goal", values, XYZ)
         else:
             given = numbers("--goal", values, (*XYZ, *RPY), degrees=degrees)

@@ -151,8 +151,8 @@ def compute(
 
         try:
             found = reachability_map(
-                arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, tip=link, task=task,
-                clearance=clearance, solutions=solutions, client=client, resume=resume, seed=seed,
+                arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, link=link, task=task,
+                keep_clearance=clearance, keep_solutions=solutions, client=client, resume=resume, seed=seed,
                 max_iterations=max_iterations, threads=threads, progress=note,
             )  # fmt: skip
         except KeyboardInterrupt:
@@ -209,7 +209,7 @@ def map_data(found: ReachabilityMap, seconds: float | None, poses: int) -> Data:
     return {
         "path": str(found.path),
         "robot": found.attributes["robot"],
-        "tip": found.tip,
+        "link": found.link,
         "poses": summary.poses,
         "computed": summary.computed,
         "reached": summary.reached,

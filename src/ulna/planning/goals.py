@@ -16,13 +16,14 @@ from ulna.errors import InputError
 from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
+from ulna.ik.reason import NO_REASON, Reason
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import is_within, refuse_out_of_range
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
-from ulna.planning.plan_status import PlanStatus
+from ulna.planning.plan_status import PlanStatus, in_collision
 
 Array = NDArray[np.float64]
 SPREAD = 16  # configurations for a pose of a redundant arm, or places of the joint that its closed form holds
@@ -36,13 +37,13 @@ class Goals(NamedTuple):
         q: The free ones, shape (n, n_dof).
         of: Which of the goals given each belongs to, shape (n,).
         status: If there is none, why.
-        reason: The report or the result that shows it.
+        reason: The same in words, with the report or the result that shows it.
     """
 
     q: Array
     of: NDArray[np.int64]
     status: PlanStatus = PlanStatus.SOLVED
-    reason: Report | IKResult | str | None = None
+    reason: Reason = NO_REASON
 
 
 class Question(NamedTuple):
@@ -82,9 +83,11 @@ class Question(NamedTuple):
             free &= self.checker.signed_distance(q, self.world, self_collision=False) > self.margin
         return free
 
-    def report(self, q: Array) -> Report:
-        """The pairs that touch at q; with a margin those nearer than that too."""
-        return self.checker.check_collision(q, self.world, self_collision=True, max_distance=self.margin)
+    def collision(self, q: Array) -> Reason:
+        """The pairs that touch at q, or of which an object of the world is nearer than the margin."""
+        near = self.checker.check_collision(q, self.world, self_collision=True, max_distance=self.margin)
+        counted = tuple(pair for pair in near.pairs if pair.link_b is None or pair.signed_distance <= 0.0)
+        return in_collision(Report(counted), self.margin)
 
 
 def is_pose(goal: Array, n_dof: int) -> bool:
@@ -169,7 +172,7 @@ def find_goals(question: Question, goal: Array, held: NDArray[np.bool_], free: N
         return Goals(goal, np.arange(len(goal)))  # the most frequent case
     if free.any():
         return Goals(goal[free], np.flatnonzero(free))
-    return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, question.report(goal[0]))
+    return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, question.collision(goal[0]))
 
 
 def _of_poses(question: Question, poses: Array, held: NDArray[np.bool_]) -> Goals:
@@ -218,5 +221,5 @@ def _why_none(question: Question, T: Array, none: Array) -> Goals:
     if result.success and question.is_free(result.q[None])[0]:
         return Goals(result.q[None].copy(), np.zeros(1, dtype=np.int64))
     if result.success or result.status == Status.IN_COLLISION:
-        return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.report(result.q))
-    return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, result)
+        return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.collision(result.q))
+    return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, Reason(str(result), result))

@@ -21,7 +21,7 @@ def plan_many(
     plan: Callable[[Any, Any, World | None], Plan],
     q_starts: ArrayLike | str | Sequence[str],
     goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
-    worlds: World | Iterable[World | None] | None,
+    world: World | Iterable[World | None] | None,
     threads: int | None,
     *,
     progress: Callable[[int, int], None] | bool | None,
@@ -32,7 +32,7 @@ def plan_many(
         InputError: The numbers of starts, goals and worlds do not go together, or a row is refused; the message names the row.
         UnknownNameError: There is no such link, joint or state; a note names the row.
     """
-    many = [worlds] if worlds is None or isinstance(worlds, World) else list(worlds)
+    many = [world] if world is None or isinstance(world, World) else list(world)
     starts, each = _starts(q_starts)
     counts = ({len(starts)} if each else set()) | ({len(many)} if len(many) != 1 else set())
     targets = [goals] * max(counts, default=1) if isinstance(goals, str) else _rows(goals)

@@ -93,7 +93,7 @@ def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]
     for name in variables(specification)[len(values) : -1]:
         match name:
             case "manipulability":
-                of_solved = robot.manipulability(q, specification.tip, threads=threads)
+                of_solved = robot.manipulability(q, link=specification.link, threads=threads)
             case "clearance":
                 of_solved = robot.signed_distance(q, opened.world, threads=threads)
             case _:

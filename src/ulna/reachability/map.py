@@ -75,14 +75,14 @@ class ReachabilityMap:
     """The voxels and how many orientations there are."""
     robot: Robot
     """The robot, as the map carries it."""
-    tip: str
+    link: str
     """The link that was brought to the poses."""
     task: Task
     """How much of a pose had to be reached."""
 
     def __init__(self, path: Path, specification: Specification, robot: Robot) -> None:
         self.path, self.grid, self.robot = path, specification.grid, robot
-        self.tip, self.task, self._specification = specification.tip, specification.task, specification
+        self.link, self.task, self._specification = specification.link, specification.task, specification
         self._group = zarr_package().open_group(path, mode="r", use_consolidated=False)
 
     @classmethod
@@ -212,8 +212,8 @@ class ReachabilityMap:
         z, y, x = (slice(int(k), int(k) + 1) for k in index)
         return self.solve(self.grid.targets((z, y, x, slice(None))), self.world)
 
-    def solve(self, T: ArrayLike, world: World | None = None, max_iterations: int | None = None) -> IKResult:
-        """Inverse kinematics with the map's tip, task, tolerances and seed, for targets T_base_tip, shape (..., 4, 4).
+    def solve(self, T: ArrayLike, world: World | None = None, *, max_iterations: int | None = None) -> IKResult:
+        """Inverse kinematics with the map's link, task, tolerances and seed, for targets T_base_tip, shape (..., 4, 4).
 
         Raises:
             InputError: T is not a pose.
@@ -221,7 +221,7 @@ class ReachabilityMap:
         """
         asked = self._specification
         return self.robot.inverse_kinematics(
-            T, link=asked.tip, seed=asked.seed, task=asked.task, world=world, position_tolerance=asked.position_tolerance,
+            T, link=asked.link, seed=asked.seed, task=asked.task, world=world, position_tolerance=asked.position_tolerance,
             rotation_tolerance=asked.rotation_tolerance, max_iterations=max_iterations or asked.max_iterations,
         )  # fmt: skip
 

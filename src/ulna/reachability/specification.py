@@ -25,7 +25,7 @@ class Specification:
         model: The robot as text (``reachability.model``).
         urdf: The SHA-256 of the description's text, for the record; empty for a robot made without one.
         source: Where the robot was loaded from, for the record.
-        tip: The link that is brought to the poses.
+        link: The link that is brought to the poses.
         grid: The poses.
         task: How much of a pose must be reached.
         scene: The text of the world's scene file; None where collisions are not checked.
@@ -43,7 +43,7 @@ class Specification:
     model: str
     urdf: str
     source: str
-    tip: str
+    link: str
     grid: Grid
     task: Task
     scene: str | None
@@ -74,7 +74,7 @@ class Specification:
             "robot_sha256": fingerprint(self.model),
             "urdf_sha256": self.urdf,
             "robot_source": self.source,
-            "tool": self.tip,
+            "tool": self.link,
             "voxel": grid.voxel,
             "low": list(grid.low),
             "voxels_zyx": list(grid.shape),
@@ -131,7 +131,7 @@ class Specification:
         if self.scene != other.scene:
             found.append("world")
         values = {
-            "tip": lambda one: one.tip,
+            "link": lambda one: one.link,
             "voxel": lambda one: one.grid.voxel,
             "bounds": lambda one: (one.grid.low, one.grid.shape),
             "orientations": lambda one: one.grid.orientations,

@@ -61,7 +61,7 @@ class GpuRobot:
         self._scenes = DeviceScenes(robot._checker)  # noqa: SLF001 - a part of it
         self._number: Any = np.float32 if float32 else np.float64
 
-    def forward_kinematics(self, q: Any, link: str | None = None) -> Any:
+    def forward_kinematics(self, q: Any, *, link: str | None = None) -> Any:
         """T_base_link, shape (..., 4, 4), for joint positions q [rad or m], shape (..., n_dof).
 
         Raises:
@@ -81,7 +81,7 @@ class GpuRobot:
         tables = self._table("joints", None, lambda _: tree.joints), self._table("frames", None, lambda _: tree.link_frames)
         return self._over_q(frames_of(len(tree.joints)), tables, q, (len(tree.link_frames), 4, 4))
 
-    def jacobian(self, q: Any, link: str | None = None, expressed_in: str = "base") -> Any:
+    def jacobian(self, q: Any, *, link: str | None = None, expressed_in: str = "base") -> Any:
         """The geometric Jacobian, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
 
         Raises:
@@ -119,8 +119,8 @@ class GpuRobot:
         self,
         T: Any,
         q_seed: ArrayLike | None = None,
-        link: str | None = None,
         *,
+        link: str | None = None,
         world: World | None = None,
         seed: int = 0,
         task: Task | str = "pose",
@@ -175,8 +175,8 @@ class GpuRobot:
     def all_solutions(
         self,
         T: Any,
-        link: str | None = None,
         *,
+        link: str | None = None,
         task: Task | str = "pose",
         redundancy: str | None = None,
         n_samples: int = 16,

@@ -115,7 +115,7 @@ class Search:
             return NOTHING_TO_EXPLAIN
         options, there, seeds = self.query.options, rows_of(targets, rest), self._seeds_of(rest)
         found = self.robot.inverse_kinematics(
-            there if batch else there[0], (seeds if len(seeds) > 1 else seeds[0]) if self.seeded else None, self.query.link,
+            there if batch else there[0], (seeds if len(seeds) > 1 else seeds[0]) if self.seeded else None, link=self.query.link,
             world=self.world, seed=options.seed, task=options.task, position_tolerance=options.position_tolerance,
             rotation_tolerance=options.rotation_tolerance,
         )  # fmt: skip

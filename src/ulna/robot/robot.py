@@ -274,7 +274,7 @@ class Robot(Quick):
         text = self.description.text or write_urdf(self.description)
         return with_mesh_paths(mesh_paths, text, self.description.folder, self.description.package_dirs)
 
-    def dh(self, convention: str = "modified", link: str | None = None, *, tolerance: float = PARALLEL) -> DHTable:
+    def dh(self, *, convention: str = "modified", link: str | None = None, tolerance: float = PARALLEL) -> DHTable:
         """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
 
         Args:
@@ -301,7 +301,7 @@ class Robot(Quick):
     # ---- where its links are, and how fast they move -------------------------------------------------------------------
 
     def forward_kinematics(
-        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
     ) -> Array:
         """The pose of a link.
 
@@ -325,7 +325,7 @@ class Robot(Quick):
             forward = self._forward.of(link)
         return forward(q, out, threads)
 
-    def compile_forward(self, link: str | None = None) -> CompiledForward:
+    def compile_forward(self, *, link: str | None = None) -> CompiledForward:
         """Forward kinematics of one link as a function ``fk(q, out=None, threads=None)`` for control loops: the same, but faster.
 
         Args:
@@ -367,9 +367,9 @@ class Robot(Quick):
     def jacobian(
         self,
         q: ArrayLike,
+        *,
         link: str | None = None,
         expressed_in: str = "base",
-        *,
         out: Array | None = None,
         threads: int | None = None,
     ) -> Array:
@@ -415,7 +415,7 @@ class Robot(Quick):
 
         return GpuRobot(self, float32=float32)
 
-    def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
+    def compile_jacobian(self, *, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
         """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, but faster.
 
         Args:
@@ -440,7 +440,7 @@ class Robot(Quick):
         return self._jacobian.of((link, expressed_in))
 
     def analytical_jacobian(
-        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
     ) -> Array:
         """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
 
@@ -459,7 +459,7 @@ class Robot(Quick):
         return analytical_jacobian(self.tree, q, self.tree.link_or_tip(link), out, threads)
 
     def manipulability(
-        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
     ) -> Any:
         """How well a link can be moved in all directions: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
 
@@ -486,10 +486,10 @@ class Robot(Quick):
         self,
         T: ArrayLike,
         q_seed: ArrayLike | None = None,
+        *,
         link: str | None = None,
         method: str = "levenberg_marquardt",
         seed: int = 0,
-        *,
         task: Task | str = "pose",
         world: World | None = None,
         rank: str | None = None,
@@ -561,9 +561,9 @@ class Robot(Quick):
         self,
         T: ArrayLike,
         q_seed: ArrayLike | None = None,
+        *,
         link: str | None = None,
         seed: int = 0,
-        *,
         task: Task | str = "pose",
         world: World | None = None,
         rank: str | None = None,
@@ -628,8 +628,8 @@ class Robot(Quick):
     def all_solutions(
         self,
         T: ArrayLike,
-        link: str | None = None,
         *,
+        link: str | None = None,
         task: Task | str = "pose",
         redundancy: str | None = None,
         n_samples: int = 16,
@@ -674,8 +674,8 @@ class Robot(Quick):
         self,
         T_path: ArrayLike,
         q_start: ArrayLike | None = None,
-        link: str | None = None,
         *,
+        link: str | None = None,
         max_step: float = 0.1,
         world: World | None = None,
         rank: str | None = None,
@@ -727,9 +727,9 @@ class Robot(Quick):
         q: ArrayLike,
         twist: ArrayLike,
         dt: float,
+        *,
         link: str | None = None,
         expressed_in: str = "base",
-        *,
         damping: float = 0.01,
         out: Array | None = None,
         threads: int | None = None,
@@ -775,8 +775,8 @@ class Robot(Quick):
         self,
         q: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         out: NDArray[np.bool_] | None = None,
         threads: int | None = None,
     ) -> bool | NDArray[np.bool_]:
@@ -801,8 +801,8 @@ class Robot(Quick):
         self,
         q: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         max_distance: float = 0.0,
         threads: int | None = None,
     ) -> Any:
@@ -829,8 +829,8 @@ class Robot(Quick):
         self,
         q: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         out: Array | None = None,
         threads: int | None = None,
     ) -> Any:
@@ -858,8 +858,8 @@ class Robot(Quick):
         self,
         q: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         out: Array | None = None,
         threads: int | None = None,
     ) -> Array:
@@ -879,8 +879,8 @@ class Robot(Quick):
         q_a: ArrayLike,
         q_b: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         resolution: float = 1e-4,
         threads: int | None = None,
     ) -> EdgeReport:
@@ -982,7 +982,7 @@ class Robot(Quick):
         self,
         q_starts: ArrayLike | str | Sequence[str],
         goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
-        worlds: World | Iterable[World | None] | None = None,
+        world: World | Iterable[World | None] | None = None,
         *,
         threads: int | None = None,
         progress: Callable[[int, int], None] | bool | None = None,
@@ -994,7 +994,7 @@ class Robot(Quick):
             q_starts: Where to start [rad or m], shape (n, n_dof), or (n_dof,) for all; or names of states of the SRDF, or one.
             goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem; or poses of several
                 links, shape (n, 4, 4) for each; or the names of states, or one for all.
-            worlds: One for all, or one for each problem.
+            world: One for all, or one for each problem.
             threads: How many threads are used at most; ``ULNA_THREADS``, or one a processor, unless given.
             progress: Called with the number of problems that are done, and of all, after each. True: a bar on standard error, if
                 that is a terminal.
@@ -1012,7 +1012,7 @@ class Robot(Quick):
         if "held" in options:
             options["held"] = as_names(options["held"])  # once: it may be an iterator
         plan = partial(self.plan, **options)
-        return plan_many(plan, q_starts, goals, worlds, threads, progress=progress)
+        return plan_many(plan, q_starts, goals, world, threads, progress=progress)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:
@@ -1036,7 +1036,7 @@ class Robot(Quick):
 
     # ---- the robot, changed --------------------------------------------------------------------------------------------
 
-    def with_tool(self, T_flange_tool: ArrayLike, name: str = "tool") -> Robot:
+    def with_tool(self, T_flange_tool: ArrayLike, *, name: str = "tool") -> Robot:
         """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.
 
         Args:
@@ -1101,7 +1101,7 @@ class Robot(Quick):
         return self._changed(description=with_pieces(self.description))
 
     def with_attached(
-        self, name: str, shape: Solid, T_link_object: ArrayLike, link: str | None = None, touch_links: Iterable[str] = ()
+        self, name: str, shape: Solid, T_link_object: ArrayLike, *, link: str | None = None, touch_links: Iterable[str] = ()
     ) -> Robot:
         """The robot with an attached object: it moves with a link, and is checked like the robot's own shapes.
 

@@ -20,6 +20,7 @@ from ulna.ik.entry_names import entry_names
 from ulna.ik.following.course import Course
 from ulna.ik.following.lifts import AT_LIMIT
 from ulna.ik.following.result import Ending, PathStatus
+from ulna.ik.reason import Reason
 from ulna.ik.result import Status
 from ulna.kinematics.forward import frame_poses
 from ulna.kinematics.jacobian import geometric_jacobian
@@ -37,7 +38,7 @@ _SAME = {
 }
 
 
-def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> Ending:
+def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> Reason:
     """Why no path leads to pose k.
 
     Args:
@@ -99,14 +100,13 @@ class _Facts:
         J = geometric_jacobian(query.tree, self.ends[i], query.link, "base")[:, query.tree.moving_columns(query.link)]
         return J / _units(self.course)[:, None]
 
-    def ending(self, status: PathStatus, reason: str, excess: Array | None = None, collisions: tuple = ()) -> Ending:
+    def ending(self, status: PathStatus, sentence: str, excess: Array | None = None, collisions: tuple = ()) -> Reason:
         """The result, with the numbers of the best end."""
         values = [np.linalg.svd(self.jacobian(i), compute_uv=False) for i in range(len(self.ends))] or [np.full(1, np.nan)]
         best = max(values, key=lambda value: value[-1] / value[0])
         n_dof = len(self.course.start)
-        return Ending(
+        ending = Ending(
             status=status,
-            reason=reason,
             alive=len(self.all_ends),
             smallest_step=self.smallest_step,
             manipulability=float(np.prod(best)),
@@ -114,9 +114,10 @@ class _Facts:
             limit_excess=np.zeros(n_dof) if excess is None else excess,
             collisions=collisions,
         )
+        return Reason(sentence, ending)
 
 
-def _unsolved(facts: _Facts) -> Ending | None:
+def _unsolved(facts: _Facts) -> Reason | None:
     """The reason that inverse kinematics gives, where the pose has no solution at all."""
     if len(facts.solutions) or facts.near_within.any():
         return None
@@ -129,10 +130,10 @@ def _unsolved(facts: _Facts) -> Ending | None:
     if status is not PathStatus.UNREACHABLE and facts.near_beyond.any():
         return None  # the limits or the collision on the way are told with more detail
     depths = _touching(course, found.q) if status is PathStatus.COLLISION else ()
-    return facts.ending(status, found.reason or "no solution was found", np.asarray(found.limit_excess), depths)
+    return facts.ending(status, str(found.reason) or "no solution was found", np.asarray(found.limit_excess), depths)
 
 
-def _start_beyond(facts: _Facts) -> Ending | None:
+def _start_beyond(facts: _Facts) -> Reason | None:
     """Whether the start that was given is beyond the limits, and the first pose is not near the one within them."""
     course, excess = facts.course, facts.course.start_excess
     is_near = facts.near_within.any() or facts.smallest_step <= course.max_step
@@ -142,7 +143,7 @@ def _start_beyond(facts: _Facts) -> Ending | None:
     return facts.ending(PathStatus.LIMITS, f"{words} {facts.step_in_words()}, and {course.max_step:.3g} is allowed", excess)
 
 
-def _collision(facts: _Facts) -> Ending | None:
+def _collision(facts: _Facts) -> Reason | None:
     course, hit = facts.course, facts.near_within & facts.hits
     if not facts.near_within.any() or course.world is None:
         return None
@@ -153,7 +154,7 @@ def _collision(facts: _Facts) -> Ending | None:
     return facts.ending(PathStatus.COLLISION, words, collisions=pairs)
 
 
-def _limits(facts: _Facts) -> Ending | None:
+def _limits(facts: _Facts) -> Reason | None:
     near = facts.beyond[facts.near_beyond]
     excess = facts.course.excess(near)
     excess = excess[(excess > AT_LIMIT).any(axis=1)]
@@ -170,7 +171,7 @@ def _excess_in_words(course: Course, excess: Array) -> str:
     return ", ".join(f"{name} by {x:.3g}" for name, x in zip(names, excess, strict=True) if x > AT_LIMIT)
 
 
-def _singularity(facts: _Facts) -> Ending | None:
+def _singularity(facts: _Facts) -> Reason | None:
     """Whether only the part of the step along the arm's weakest direction makes it too long, and that direction is weak."""
     longest = facts.course.max_step
     for i in range(len(facts.ends)):

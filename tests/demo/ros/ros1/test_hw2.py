@@ -86,7 +86,7 @@ def test_every_published_joint_has_a_frame_and_there_are_no_warnings(rviz, print
 def test_the_arm_and_the_static_boxes_are_drawn(display, rviz, script):
     robot = ulna.load("panda")
     elbow, wrist, flange = (
-        robot.forward_kinematics(AT_ZERO, link)[:3, 3] for link in ("panda_link4", "panda_link5", "panda_link8")
+        robot.forward_kinematics(AT_ZERO, link=link)[:3, 3] for link in ("panda_link4", "panda_link5", "panda_link8")
     )
     with script("test_collision_boxes.py"):
         wait_for(lambda: all(differs(display.pixels(), rviz, p) for p in (elbow, wrist, flange)), "the arm at zero")
