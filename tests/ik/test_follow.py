@@ -8,6 +8,8 @@ import pytest
 import robots
 import ulna
 from ulna import InputError, Robot
+from ulna.ik.following import branches
+from ulna.ik.following.branches import make_layers
 
 TURN = 2 * np.pi
 Q = np.array([0.3, -1.2, 1.5, -0.7, 1.1, 0.4])
@@ -105,6 +107,28 @@ def test_a_wrist_goes_through_its_singularity_and_out_again():
     path = robot.follow(T, known[0])
     assert_followed(robot, path, T)
     assert path.proof == "searched"
+
+
+@pytest.mark.parametrize("rows", ["UR5", "PUMA"])
+def test_a_wrist_that_is_singular_all_along_has_as_many_solutions_a_pose_however_long_the_path(rows, monkeypatch):
+    robot = Robot.from_dh(getattr(robots, rows), convention="standard", limits=[(-np.pi, np.pi)] * 6)
+    known = Q + np.linspace(0.0, 1.0, 24)[:, None] * [0.5, 0.4, -0.5, 0.3, 0.0, 0.2]
+    known[:, 4] = 0.0
+    most = []
+
+    def counted(course):
+        layers = make_layers(course)
+        most.append(max(map(len, layers.nodes)))
+        return layers
+
+    monkeypatch.setattr(branches, "make_layers", counted)
+    T = robot.forward_kinematics(known)
+    for start in (known[0], None):
+        path = robot.follow(T, start)
+        assert_followed(robot, path, T)
+        assert path.proof == "searched"
+        assert (np.diff(path.q, axis=0) ** 2).sum() <= (np.diff(known, axis=0) ** 2).sum()
+    assert max(most) <= 8 + 2 * 16
 
 
 # ---- the best of all paths

@@ -139,20 +139,24 @@ def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
     tree, threads = course.query.tree, course.query.options.threads
     found = all_branches(form, tree, course.targets, course.start[None].copy(), threads)
     rows, proved = [q[valid] for q, valid in zip(found.q, found.valid, strict=True)], np.isin(found.proof, _PROVED)
-    unproved = np.flatnonzero(~proved).tolist()
-    for k in unproved:
-        _continue_into(course, rows, k, k - 1)
-    for k in reversed(unproved):
-        _continue_into(course, rows, k, k + 1)
+    lines = [_lines(course, rows, proved, towards) for towards in (1, -1)]
+    for k in np.flatnonzero(~proved).tolist():
+        rows[k] = _distinct(course, np.vstack([rows[k], *(line[k] for line in lines)]))
     return rows, proved
 
 
-def _continue_into(course: Course, rows: list[Array], k: int, beside: int) -> None:
-    """Add to pose k what the solutions of a pose beside it continue to: where a joint may have any angle, others may not fit."""
-    if not 0 <= beside < len(rows) or not len(rows[beside]):
-        return
-    q, found = course.near(np.full(len(rows[beside]), k), rows[beside])
-    rows[k] = _distinct(course, np.vstack([rows[k], q[found]]))
+def _lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> dict[int, Array]:
+    """For each pose that is not proved what the solutions of the pose beside it continue to: others may not fit these.
+
+    Where a joint may have any angle at many poses in a row, the same lines are continued through all of them. A pose's own
+    solutions begin new ones as long as there are fewer than _MOST_BRANCHES.
+    """
+    lines: dict[int, Array] = {}
+    for k in np.flatnonzero(~proved).tolist()[::towards]:
+        ends = lines.get(k - towards, rows[k - towards] if 0 <= k - towards < len(rows) else rows[k][:0])
+        q, found = course.near(np.full(len(ends), k), ends)
+        lines[k] = _distinct(course, np.vstack([q[found], rows[k]]))[:_MOST_BRANCHES]
+    return lines
 
 
 def _searched(course: Course) -> list[Array]:
