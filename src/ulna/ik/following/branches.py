@@ -18,9 +18,9 @@ from ulna.ik.closed_form.result import Proof
 from ulna.ik.following.course import Course
 from ulna.ik.following.graph import Sweep, sweep
 from ulna.ik.following.lazy_edges import LazyEdges
-from ulna.ik.following.lifts import AT_LIMIT
 from ulna.ik.query import STEPS
 from ulna.ik.restarts import Restart, run_starts
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.collision_filter import CollisionFilter
-from ulna.ik.following.lifts import AT_LIMIT, Lifts
+from ulna.ik.following.lifts import Lifts
 from ulna.ik.problem import Problem, make_problem
 from ulna.ik.query import SEEDED_STEPS, Query
 from ulna.ik.ranking import cost_of
 from ulna.ik.restarts import Restart, run_starts
 from ulna.ik.result import IKResult
 from ulna.ik.turns import TURN, nearest_turns, turning_columns
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from ulna.description.pose import inverse
 from ulna.ik.entry_names import entry_names
 from ulna.ik.following.course import Course
-from ulna.ik.following.lifts import AT_LIMIT
 from ulna.ik.following.result import Ending, PathStatus
 from ulna.ik.result import Status
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kinematics.forward import frame_poses
 from ulna.kinematics.jacobian import geometric_jacobian
 

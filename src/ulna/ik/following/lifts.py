@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.turns import TURN
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-AT_LIMIT = 1e-9  # rad
 _MOST_TURNS = 3  # of a joint with wide limits: those about the start
 _BASE = 2 * _MOST_TURNS + 1
 _MOST_SHIFTS = 300_000  # shifts of the lifts by any number of turns, times lifts
