@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import PROOFS, all_branches
 from ulna.ik.closed_form.result import Proof
+from ulna.ik.following.at_limits import with_solutions_at_limits
 from ulna.ik.following.course import Course
 from ulna.ik.following.graph import Sweep, sweep
 from ulna.ik.following.lazy_edges import LazyEdges
@@ -139,6 +140,7 @@ def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
     tree, threads = course.query.tree, course.query.options.threads
     found = all_branches(form, tree, course.targets, course.start[None].copy(), threads)
     rows, proved = [q[valid] for q, valid in zip(found.q, found.valid, strict=True)], np.isin(found.proof, _PROVED)
+    rows = with_solutions_at_limits(course, rows)
     lines = [_lines(course, rows, proved, towards) for towards in (1, -1)]
     for k in np.flatnonzero(~proved).tolist():
         rows[k] = _distinct(course, np.vstack([rows[k], *(line[k] for line in lines)]))
