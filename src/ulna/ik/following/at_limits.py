@@ -21,7 +21,7 @@ def with_solutions_at_limits(course: Course, rows: list[Array]) -> list[Array]:
     """The solutions of each pose (m, n_dof) within the limits, and behind them those that are added."""
     tree, q = course.query.tree, np.concatenate(rows)
     pose = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
-    for j in np.flatnonzero(course.lifts.lifted):
+    for j in np.flatnonzero(course.lifts.lifted).tolist():
         for limit, outwards in ((tree.lower[j], -1.0), (tree.upper[j], 1.0)):
             if not np.isfinite(limit):
                 continue
