@@ -160,12 +160,38 @@ def test_whole_turns_are_taken_within_the_limits_and_no_further():
     assert path.status == "joint limits"
 
 
-def test_of_many_turns_those_about_the_start_are_searched():
-    robot = Robot.from_dh(robots.UR5, convention="standard", limits=[(-4.5 * TURN, 4.5 * TURN), *[(-np.pi, np.pi)] * 5])
-    known = Q + np.linspace(0.0, 0.6, 100)[:, None] * [TURN, 0, 0, 0, 0, 0] + np.array([3 * TURN, 0, 0, 0, 0, 0])
-    path = robot.follow(robot.forward_kinematics(known), known[0])
-    assert np.abs(path.q - known).max() < 1e-6
+@pytest.mark.parametrize("turns", [3, 4, 9, 40])
+def test_a_joint_screws_from_one_limit_to_the_other_however_wide_they_are(turns):
+    limits = [*[(-np.pi, np.pi)] * 5, (-turns * np.pi, turns * np.pi)]
+    robot = Robot.from_dh(robots.UR5, convention="standard", limits=limits)
+    known = np.tile(Q, (20 * turns, 1))
+    known[:, 5] = np.linspace(-0.95, 0.95, len(known)) * turns * np.pi
+    T = robot.forward_kinematics(known)
+    for start in (known[0], None):
+        path = robot.follow(T, start, max_step=0.4)
+        assert_followed(robot, path, T, 0.4)
+        assert path.proof == "complete"
+        assert start is None or np.abs(path.q - known).max() < 1e-6
+
+
+def test_of_too_many_turns_those_about_the_start_are_searched_and_the_reason_says_so():
+    wide = (-20 * TURN, 20 * TURN)
+    robot = Robot.from_dh(robots.UR5, convention="standard", limits=[wide, *[(-np.pi, np.pi)] * 4, wide])
+    known = np.tile(Q, (300, 1))
+    known[:, 0] += 3 * TURN
+    known[:, 5] += np.linspace(0.0, 15 * TURN, 300)
+    T = robot.forward_kinematics(known)
+    path = robot.follow(T[:200], known[0], max_step=0.5)
+    assert_followed(robot, path, T[:200], 0.5)
+    assert np.abs(path.q - known[:200]).max() < 1e-6
     assert path.proof == "searched"
+    path = robot.follow(T, known[0], max_step=0.5)
+    assert (path.status, path.proof) == ("no continuous branch", "searched")
+    assert path.reason.startswith("27 turns of joint6 about the start were searched, of more that the limits allow")
+    assert path.ending.smallest_step == pytest.approx(15 * TURN / 299)
+    rest = robot.follow(T[path.ends_at :], path.q[path.ends_at - 1], max_step=0.5)
+    assert rest.success
+    assert np.abs(rest.q - known[path.ends_at :]).max() < 1e-6
 
 
 def test_a_wheel_turns_as_often_as_the_path_asks():

@@ -84,7 +84,7 @@ def along_branches(course: Course) -> Found:
         edges.renew(k)
         q, done = _best(course, nodes, costs, edges, done)
     following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
-    has_all_edges = not edges.removed and not course.lifts.is_cut and not course.lifts.leaves_out(course.max_step)
+    has_all_edges = not edges.removed and not course.lifts.cut.any() and not course.lifts.leaves_out(course.max_step)
     proved = bool(layers.proved[: len(q) + 1].all()) and has_all_edges
     return Found(q, _ends(course, done, nodes), following, proved=proved)
 

@@ -61,7 +61,8 @@ class FollowedPath:
     ``in collision``         A path leads on, in collision; ``ending.collisions`` names the pairs.
     ``singular``             The arm is nearly singular, and only the part of the step along its weakest direction makes it
                              too long.
-    ``no continuous branch`` None of these: solutions of the pose are all more than a step away.
+    ``no continuous branch`` None of these: solutions of the pose are all more than a step away, or in turns that were not
+                             searched; ``reason`` says so.
     ======================== =========================================================================================
 
     Attributes:
