@@ -7,11 +7,12 @@ import pytest
 
 import robots
 import ulna
+from every_lift import least_costs, nodes_of
 from ulna import InputError, Robot
 from ulna.ik.following import branches
 from ulna.ik.following.branches import make_layers
 
-TURN = 2 * np.pi
+TURN, H = 2 * np.pi, np.pi / 2
 Q = np.array([0.3, -1.2, 1.5, -0.7, 1.1, 0.4])
 
 
@@ -34,8 +35,9 @@ def assert_followed(robot, path, T, max_step=0.1):
     assert path.q.shape == (len(T), robot.n_dof)
     assert ((path.q >= robot.lower) & (path.q <= robot.upper)).all()
     assert np.abs(robot.forward_kinematics(path.q) - T).max() < 3e-5
-    assert np.abs(np.diff(path.q, axis=0)).max(initial=0.0) <= max_step
-    assert np.allclose(path.steps, np.abs(np.diff(path.q, axis=0)).max(axis=1))
+    every = path.q if path.q_start is None else np.vstack([path.q_start, path.q])
+    assert np.abs(np.diff(every, axis=0)).max(initial=0.0) <= max_step
+    assert np.array_equal(path.steps, np.abs(np.diff(every, axis=0)).max(axis=1))
 
 
 def chains(robot, T, max_step, begin=None):
@@ -94,7 +96,8 @@ def test_one_pose_is_a_path(panda):
     T = panda.forward_kinematics(panda.home)[None]
     path = panda.follow(T, panda.home)
     assert_followed(panda, path, T)
-    assert path.steps.shape == (0,)
+    assert path.steps.shape == (1,)
+    assert panda.follow(T).steps.shape == (0,)
 
 
 def test_a_wrist_goes_through_its_singularity_and_out_again():
@@ -132,6 +135,32 @@ def test_a_wrist_that_is_singular_all_along_has_as_many_solutions_a_pose_however
 
 
 # ---- the best of all paths
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("max_step", [0.5, 1.5, 3.0, 4.3])
+def test_the_step_from_the_start_is_one_of_those_whose_squares_are_summed(seed, max_step):
+    rng = np.random.default_rng(seed)
+    limits = [(-np.pi, np.pi)] * 6
+    robot = Robot.from_dh(robots.PUMA, convention="standard", limits=limits)
+    known = rng.uniform(-2.0, 2.0, 6) + rng.uniform(-0.4, 0.4, (3, 6)).cumsum(axis=0)
+    T, start = robot.forward_kinematics(known), known[0] + rng.uniform(-0.3, 0.3, 6)
+    path = robot.follow(T, start, max_step=max_step)
+    assert_followed(robot, path, T, max_step)
+    assert np.array_equal(path.q_start, start)
+    assert path.steps.shape == (3,)
+    least = least_costs(nodes_of(robots.PUMA, limits, T), max_step, start)[-1]
+    assert (np.diff(np.vstack([start, path.q]), axis=0) ** 2).sum() == pytest.approx(least, rel=1e-9)
+    assert robot.follow(T, max_step=max_step).steps.shape == (2,)
+
+
+def test_no_branch_is_taken_far_from_the_start_to_save_a_little_later():
+    rows = [(0.15, 0.45, -H, 0), (0.6, 0, 0, -H), (0.2, 0, -H, 0), (0, 0.64, H, 0), (0, 0, -H, 0), (0, 0.1, 0, 0)]
+    robot = Robot.from_dh(rows, convention="standard", limits=[(-np.pi, np.pi)] * 6)
+    q = np.array([[-1.81, 2.237, 0.395, 1.967, 0.988, -1.333], [-0.82, 1.675, -2.463, 1.331, 1.276, -2.967]])
+    path = robot.follow(robot.forward_kinematics(q), q[0], max_step=4.28)
+    assert np.abs(path.q[0] - q[0]).max() < 1e-9
+    assert path.steps[0] < 1e-9
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -37,7 +37,8 @@ def assert_best(robot, limits, T, max_step, start=None):
     assert path.proof == "complete"
     assert path.ends_at == (None if np.isfinite(least[-1]) else int(np.flatnonzero(np.isinf(least))[0]))
     n = len(T) if path.ends_at is None else path.ends_at
-    assert not n or (np.diff(path.q[:n], axis=0) ** 2).sum() == pytest.approx(least[n - 1], rel=1e-9, abs=1e-9)
+    every = path.q[:n] if start is None else np.vstack([start, path.q[:n]])
+    assert not n or (np.diff(every, axis=0) ** 2).sum() == pytest.approx(least[n - 1], rel=1e-9, abs=1e-9)
     return path
 
 

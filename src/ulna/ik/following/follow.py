@@ -62,6 +62,7 @@ def _result(course: Course, found: Found) -> FollowedPath:
     is_contradicted = ending is not None and ending.smallest_step <= course.max_step  # the search is less exact than the nodes
     return FollowedPath(
         q=q,
+        q_start=course.start if course.started else None,
         max_step=course.max_step,
         ends_at=None if k == n else k,
         ending=ending,
