@@ -107,6 +107,22 @@ def test_nearly_parallel_axes_give_finite_rows_and_no_loss_that_the_proof_does_n
     assert_is_the_robot(table, description, atol=1.5 * told + 1e-15 * np.abs(table.rows).max() + 1e-14)
 
 
+@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+@pytest.mark.parametrize("dropped", [0.0, 1e-7, 9e-7, 9.99e-7])
+@pytest.mark.parametrize("kept", [1.01e-6, 1.1e-6, 1e-5, 1e-4, 1e-3, 1.0])
+def test_a_tilt_that_is_dropped_costs_no_more_behind_axes_that_are_nearly_parallel(convention, kind, dropped, kept):
+    chain = of_chain("revolute", "revolute", kind, "revolute", "revolute").joints
+    tilts = [(0, 0, 0), (kept, 0, 0), (0.6 * dropped, 0.8 * dropped, 0), (-kept, 0, 0), (dropped, 0, 0)]
+    places = [formulas.from_rpy((0.1, 0.4, 0.05 * k), rpy) for k, rpy in enumerate(tilts)]
+    joints = tuple(Joint(j.name, j.type, j.parent, j.child, T, j.axis) for j, T in zip(chain, places, strict=True))
+    description = Description("tilted", tuple(Link(f"l{k}") for k in range(6)), joints)
+    table = Robot(description).dh(convention)
+    rounding = 1e-14 * np.abs(table.rows[:, :2]).max()
+    assert_is_the_robot(table, description, atol=5 * dropped + rounding + 1e-13)
+    assert table.max_position_difference <= 5 * dropped + rounding + 1e-13
+
+
 def test_a_wider_tolerance_takes_axes_as_parallel_and_says_what_that_costs():
     tilted = of_chain("revolute", "revolute", "revolute", origin=formulas.from_rpy((0.3, 0, 0.1), (0, 3.7e-6, 0)))
     robot = Robot(tilted)

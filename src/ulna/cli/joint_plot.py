@@ -21,7 +21,7 @@ def draw_joints(robot: Robot, path: FollowedPath) -> Figure:
             if np.isfinite(limit):
                 ax.axhline(limit, color="0.7", linewidth=0.8)
         ax.set_ylabel(name, rotation=0, ha="right", fontsize="small")
-    axes[-1].plot(np.arange(1, len(path.q)), path.steps)
+    axes[-1].plot(np.arange(len(path.q) - len(path.steps), len(path.q)), path.steps)
     axes[-1].axhline(path.max_step, color="0.7", linewidth=0.8)
     axes[-1].set_ylabel("largest step", rotation=0, ha="right", fontsize="small")
     axes[-1].set_xlabel("pose")

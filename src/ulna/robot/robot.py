@@ -684,7 +684,8 @@ class Robot(Quick):
     ) -> FollowedPath:
         """The joint path through a path of poses that never jumps to another branch, or where and why there is none.
 
-        Of all joint paths with no step longer than ``max_step`` the one with the least sum of squared joint steps is returned.
+        Of all joint paths with no step longer than ``max_step`` the one with the least sum of squared joint steps is returned,
+        the step from ``q_start`` to the first pose among them.
         Where the link has an exact closed form of six joints, all branches of all poses are compared. Other arms are searched;
         for seven joints and more a graph of samples of the redundancy is searched, and its best path is smoothed.
 

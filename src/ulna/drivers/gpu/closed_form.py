@@ -6,7 +6,7 @@ is one target. A thread that computed all of them would have more numbers at a t
 
 import numpy as np
 
-from ulna.drivers.branch_rows import N_AXES, polish_branches, write_free_angles
+from ulna.drivers.branch_rows import N_AXES, polish_branches, put_at_limits, write_free_angles
 from ulna.drivers.closed_form import N_OPTIONS
 from ulna.engine.gpu import cuda
 from ulna.kernels.chain.closed_form import closed_form
@@ -36,6 +36,7 @@ def branches(table, chain, plan, columns, seeds, targets, q_out, known_out, real
         target, q = cuda.local.array(12, np.float64), cuda.local.array(N_AXES, np.float64)
         known, jacobian = cuda.local.array(N_KNOWN, np.float64), cuda.local.array(_OF_JACOBIAN, np.float64)
         system, last = cuda.local.array(N_SYSTEM, np.float64), cuda.local.array(N_AXES, np.float64)
+        inside, error = cuda.local.array(N_AXES, np.float64), cuda.local.array(1, np.float64)
         seed, bounds = seeds[min(i, seeds.shape[0] - 1)], plan[N_OPTIONS:]
         for k in range(_N_SIGNS):
             signs[k] = 1.0 - 2.0 * ((branch >> (_N_SIGNS - 1 - k)) & 1)
@@ -45,6 +46,8 @@ def branches(table, chain, plan, columns, seeds, targets, q_out, known_out, real
         write_free_angles(table, seed, free)
         closed_form(table, target, signs, 1, free, q, known)
         polish_branches(table, chain, (signs, free, target, q, known), (jacobian, system, last))
+        if bounds.shape[0] > 0:
+            put_at_limits(table, chain, (signs, free, target, q, known), (jacobian, system, last), seed, bounds, inside, error)
         known[0] = known_in_one(known, 0)
         if bounds.shape[0] > 0:
             turn_within(q, known, 0, seed, bounds)

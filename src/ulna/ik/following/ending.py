@@ -7,6 +7,8 @@
    singularity is the reason.
 4. Else the solutions are on other branches, or further away than a step.
 
+Before step 2: if a step leads on to a turn that was left out because there are too many (``lifts``), that is the reason.
+
 Steps are measured between the limits: to be a whole turn away is to be far away, if the joint has to make that turn.
 """
 
@@ -18,10 +20,11 @@ from numpy.typing import NDArray
 from ulna.description.pose import inverse
 from ulna.ik.entry_names import entry_names
 from ulna.ik.following.course import Course
-from ulna.ik.following.lifts import AT_LIMIT
 from ulna.ik.following.result import Ending, PathStatus
 from ulna.ik.reason import Reason
 from ulna.ik.result import Status
+from ulna.ik.turns import TURN
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kinematics.forward import frame_poses
 from ulna.kinematics.jacobian import geometric_jacobian
 
@@ -49,7 +52,7 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_al
         are_all: Whether these are proved to be all, so that no other step counts.
     """
     facts = _Facts(course, k, ends, solutions, are_all=are_all)
-    for rule in (_unsolved, _start_beyond, _collision, _limits, _singularity):
+    for rule in (_unsolved, _start_beyond, _cut, _collision, _limits, _singularity):
         ending = rule(facts)
         if ending is not None:
             return ending
@@ -141,6 +144,23 @@ def _start_beyond(facts: _Facts) -> Reason | None:
         return None
     words = f"q_start is beyond the limits of {_excess_in_words(course, excess)}; from the nearest configuration within them"
     return facts.ending(PathStatus.LIMITS, f"{words} {facts.step_in_words()}, and {course.max_step:.3g} is allowed", excess)
+
+
+def _cut(facts: _Facts) -> Reason | None:
+    """Whether a step leads on, to a turn that was not searched."""
+    course, lifts = facts.course, facts.course.lifts
+    if not lifts.cut.any():
+        return None
+    steps = course.steps_within(facts.all_ends[:, None], facts.solutions[None])
+    there = facts.all_ends[:, None] + steps
+    outside = lifts.cut & ((there < lifts.lower - AT_LIMIT) | (there > lifts.lower + TURN * lifts.counts + AT_LIMIT))
+    leading = outside[(np.abs(steps).max(axis=-1, initial=0.0) <= course.max_step) & outside.any(axis=-1)]
+    if not len(leading):
+        return None
+    joints = np.flatnonzero(leading.any(axis=0))
+    names = ", ".join(f"{lifts.counts[j]} turns of {entry_names(course.query.tree)[j]}" for j in joints)
+    words = f"{names} about the start were searched, of more that the limits allow; a step of {facts.smallest_step:.3g} leads on"
+    return facts.ending(PathStatus.NO_BRANCH, f"{words} to another turn: follow the rest from there")
 
 
 def _collision(facts: _Facts) -> Reason | None:

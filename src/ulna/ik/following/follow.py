@@ -63,6 +63,7 @@ def _result(course: Course, found: Found) -> FollowedPath:
     is_contradicted = bool(reason) and reason.data.smallest_step <= course.max_step  # the search is less exact than the nodes
     return FollowedPath(
         q=q,
+        q_start=course.start if course.started else None,
         max_step=course.max_step,
         ends_at=None if k == n else k,
         reason=reason,

@@ -52,7 +52,7 @@ class FollowedPath:
     """The joint path through poses (n, 4, 4), or as far as there is one. ``if path:`` is whether every pose is reached.
 
     ======================== =========================================================================================
-    ``followed``             Every pose is reached, and no joint takes a longer step than ``max_step``.
+    ``followed``             Every pose is reached, and no joint takes a longer step than ``max_step``, from ``q_start`` on.
     ``unreachable``          The pose has no solution.
     ``joint limits``         A path leads on, beyond the limits; ``reason.data.limit_excess`` holds by how much. Or the pose
                              has solutions, all beyond the limits. Or ``q_start`` is beyond them, and the first pose is not
@@ -60,11 +60,13 @@ class FollowedPath:
     ``in collision``         A path leads on, in collision; ``reason.data.collisions`` names the pairs.
     ``singular``             The arm is nearly singular, and only the part of the step along its weakest direction makes it
                              too long.
-    ``no continuous branch`` None of these: solutions of the pose are all more than a step away.
+    ``no continuous branch`` None of these: solutions of the pose are all more than a step away, or in turns that were not
+                             searched; ``reason`` says so.
     ======================== =========================================================================================
 
     Attributes:
         q: Joint positions [rad or m], shape (n, n_dof), always within the limits; NaN from the pose that is not reached.
+        q_start: Where the arm is before the first pose, within the limits, shape (n_dof,); None if it was not given.
         max_step: The largest step that was allowed [rad or m].
         ends_at: The number of the first pose to which no path leads; None if all are reached.
         reason: Why none does, with an ``Ending`` as its data; no reason if all are reached.
@@ -73,6 +75,7 @@ class FollowedPath:
     """
 
     q: Array
+    q_start: Array | None
     max_step: float
     ends_at: int | None
     reason: Reason
@@ -81,6 +84,8 @@ class FollowedPath:
 
     def __post_init__(self) -> None:
         self.q.setflags(write=False)
+        if self.q_start is not None:
+            self.q_start.setflags(write=False)
 
     def __bool__(self) -> bool:
         return self.success
@@ -97,8 +102,12 @@ class FollowedPath:
 
     @property
     def steps(self) -> Array:
-        """The largest step of any joint from each pose to the next [rad or m], shape (n - 1,); NaN where there is none."""
-        return np.abs(np.diff(self.q, axis=0)).max(axis=1, initial=0.0) if self.q.shape[1] else np.zeros(max(0, len(self.q) - 1))
+        """The largest step of any joint to each pose [rad or m]; NaN where there is none.
+
+        From ``q_start`` to the first, and so on, shape (n,); if it was not given, from the first to the second, shape (n - 1,).
+        """
+        every = self.q if self.q_start is None else np.vstack([self.q_start, self.q])
+        return np.abs(np.diff(every, axis=0)).max(axis=1, initial=0.0) if self.q.shape[1] else np.zeros(len(every) - 1)
 
     def __str__(self) -> str:
         if not self.reason:

@@ -4,10 +4,8 @@ import numpy as np
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, rint, store, where
-from ulna.kernels.chain.closed_form_layout import IS_WITHIN, N_KNOWN, REACHED, RESIDUAL
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT, HARDLY_BEYOND, IS_WITHIN, N_KNOWN, REACHED, RESIDUAL
 from ulna.kernels.spatial.elementary import maximum, minimum
-
-AT_LIMIT = 1e-9  # rad or m: no further beyond a limit than this, a joint is at it
 
 
 @routine
@@ -42,6 +40,28 @@ def turned_towards(q, seed, bound_rows, j):
     q = q - turn * rint((q - seed) * load(bound_rows, 3 * n + j))
     q = where(q < lower - AT_LIMIT, q + turn, where(q > upper + AT_LIMIT, q - turn, q))
     return q, (q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT)
+
+
+@routine
+def hardly_beyond(q_rows, seed_rows, bound_rows, inside_rows):
+    """Whether a branch is beyond the bounds, and no joint by more than HARDLY_BEYOND.
+
+    inside_rows: six, written: the branch, turned towards the seed, with such joints at their bounds.
+    """
+    n = bound_rows.shape[0] // 4
+    furthest = load(q_rows, 0) * 0.0
+    for j in range(n):
+        lower, upper, turn = load(bound_rows, j), load(bound_rows, n + j), load(bound_rows, 2 * n + j)
+        q, within = turned_towards(load(q_rows, j), load(seed_rows, j), bound_rows, j)
+        above = q > upper
+        other = where(above, q - turn, q + turn)  # beyond the other bound
+        by, by_other = where(above, q - upper, lower - q), where(above, lower - other, other - upper)
+        q = where(within | (by <= by_other), q, other)
+        furthest = maximum(furthest, where(within, 0.0, minimum(by, by_other)))
+        store(inside_rows, j, minimum(maximum(q, lower), upper))
+    for j in range(n, 6):
+        store(inside_rows, j, load(q_rows, j))
+    return (furthest > 0.0) & (furthest <= HARDLY_BEYOND)
 
 
 @routine
