@@ -191,7 +191,7 @@ def test_the_current_folder_is_that_of_the_document_though_its_process_is_elsewh
 
 def test_a_relative_name_in_a_text_is_beside_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "sub").mkdir()
-    (tmp_path / "sub" / "part.xacro").write_text(document("<link name=\"${xacro.load_yaml('$(dirname)/a.yaml').name}\"/>"))
+    (tmp_path / "sub" / "part.xacro").write_text(document("<link name=\"${xacro.load_yaml('a.yaml').name}\"/>"))
     (tmp_path / "sub" / "a.yaml").write_text("name: found")
     monkeypatch.chdir(tmp_path)
     assert ulna.load(document('<xacro:include filename="sub/part.xacro"/>'), package_dirs=["."]).link_names == ("found",)
