@@ -96,24 +96,22 @@ class _Files(IndexDataCacheFile):
     Numba numbers the files and keeps an index of them. Two processes that write at once can corrupt that index.
     """
 
+    def __init__(self, folder: PrivateFolder, filename_base: str) -> None:
+        super().__init__("", filename_base, None)
+        self._folder = folder
+
     def load(self, key):
         """The machine code of a key, or None; its file is marked as used now."""
         with contextlib.suppress(FileNotFoundError):
-            return pickle.loads(_open_folder().read(self._name(key)))  # noqa: S301 - only this user can write there
+            return pickle.loads(self._folder.read(self._name(key)))  # noqa: S301 - only this user can write there
         return None
 
     def save(self, key, data):
         """Save the machine code of a key: the types of the arguments, the processor, and hashes of the function's own code."""
-        _open_folder().write(self._name(key), self._dump(data))
+        self._folder.write(self._name(key), self._dump(data))
 
     def _name(self, key) -> str:
         return self._data_name_pattern.replace("{number:d}", hashlib.sha256(repr(key).encode()).hexdigest()[:16])
-
-
-def _open_folder() -> PrivateFolder:
-    folder = cache_folder()
-    assert folder is not None, "a cache is used only where there is a folder (``compiler``)"
-    return folder
 
 
 class RoutineCache(FunctionCache):
@@ -121,9 +119,9 @@ class RoutineCache(FunctionCache):
 
     _impl_class = _CacheImpl
 
-    def __init__(self, py_func):
+    def __init__(self, py_func, folder: PrivateFolder):
         super().__init__(py_func)
-        self._cache_file = _Files(self._cache_path, self._impl.filename_base, None)
+        self._cache_file = _Files(folder, self._impl.filename_base)
 
     def load_overload(self, sig, target_context):
         """The machine code of a signature from the cache, or None: then Numba compiles it."""
