@@ -114,7 +114,10 @@ def test_a_folder_that_cannot_be_written_costs_a_compilation_and_nothing_else(tm
 
 
 def test_a_folder_that_goes_away_costs_a_compilation_and_nothing_else(tmp_path):
-    remove = "import shutil, ulna.kernels.chain.poses; from ulna.engine.cache import cache_folder; shutil.rmtree(cache_folder().path)\n"
+    remove = (
+        "import shutil, ulna.kernels.chain.poses; from ulna.engine.cache import cache_folder\n"
+        "shutil.rmtree(cache_folder().path)\n"
+    )
     assert run(remove + PLACE, NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
 
 
