@@ -19,8 +19,8 @@ def plain_obj(data: bytes) -> Plain:
     vertices is a fan. Lines and points have no faces and are left out, as are groups.
 
     Raises:
-        ValueError: A vertex or a face cannot be understood, a face names a vertex that is not there, there are more triangles than
-            are read, or curved surfaces.
+        ValueError: A vertex or a face cannot be understood, a face names a vertex that is not there, or it has curved surfaces, or
+            more triangles than are read.
     """
     lists: dict[str, list[str]] = {"v": [], "vt": [], "vn": []}
     faces = StringIO()
@@ -40,9 +40,8 @@ def plain_obj(data: bytes) -> Plain:
                 if n_triangles > MOST_TRIANGLES:
                     raise ValueError(f"line {number}: it has more than {MOST_TRIANGLES} triangles, the most that are read")
                 corners = [_corner(word, lists, number) for word in words[1:]]
-                highest = max(highest, max((int(corner.partition("/")[0]) for corner in corners), default=0))
-                for b, c in pairwise(corners[1:]):
-                    faces.write(f"f {corners[0]} {b} {c}\n")
+                highest = max([highest, *(int(corner.partition("/")[0]) for corner in corners)])
+                faces.writelines(f"f {corners[0]} {b} {c}\n" for b, c in pairwise(corners[1:]))
             case "usemtl":
                 faces.write(" ".join(words) + "\n")
             case "mtllib":
