@@ -19,8 +19,8 @@ def plain_obj(data: bytes) -> Plain:
     vertices is a fan. Lines and points have no faces and are left out, as are groups.
 
     Raises:
-        ValueError: A vertex or a face cannot be understood, a face names a vertex that is not there, or it has curved surfaces, or
-            more triangles than are read.
+        ValueError: A vertex or a face cannot be understood, a face names a vertex that is not there, or it has curved surfaces
+            or more triangles than are read.
     """
     lists: dict[str, list[str]] = {"v": [], "vt": [], "vn": []}
     faces = StringIO()
