@@ -70,6 +70,21 @@ def interactive_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Interactiv
     return handles
 
 
+def drag(robot: Robot, T_base_box: NDArray[np.float64], control: str, event: str) -> InteractiveMarkerFeedback:
+    """What RViz publishes while a handle of the box is dragged.
+
+    Args:
+        robot: The arm.
+        T_base_box: The pose of the box, shape (4, 4).
+        control: The name of the handle: "move_x".
+        event: Its name in the message's type: "MOUSE_DOWN", "POSE_UPDATE" or "MOUSE_UP".
+    """
+    message = InteractiveMarkerFeedback(client_id="/ulna", marker_name=BOX_NAME, control_name=control)
+    message.header.frame_id, message.pose = robot.base, pose_message(T_base_box)
+    message.event_type = getattr(InteractiveMarkerFeedback, event)
+    return message
+
+
 def pose_message(T: NDArray[np.float64]) -> Pose:
     """A pose, shape (4, 4), as a message."""
     w, x, y, z = map(float, quaternion_from_matrix(T))

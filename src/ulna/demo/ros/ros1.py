@@ -64,14 +64,10 @@ class ArmAndLight:
 
 
 class MovableBox:
-    """The server of the box's handles.
-
-    Attributes:
-        is_held: Whether a handle is held by the mouse in RViz.
-    """
+    """The server of the box's handles."""
 
     def __init__(self, robot: Robot) -> None:
-        self._base, self.is_held = robot.base, False
+        self._base = robot.base
         self._last = messages.pose_message(pose(BOX_START))
         self._server = InteractiveMarkerServer(messages.SERVER)
         self._server.insert(messages.interactive_box(robot, pose(BOX_START)), self._dragged)
@@ -79,8 +75,6 @@ class MovableBox:
 
     def _dragged(self, feedback: InteractiveMarkerFeedback) -> None:
         """Publish the new pose to other RViz windows; an invalid pose is undone."""
-        if feedback.event_type in (InteractiveMarkerFeedback.MOUSE_DOWN, InteractiveMarkerFeedback.MOUSE_UP):
-            self.is_held = feedback.event_type == InteractiveMarkerFeedback.MOUSE_DOWN
         try:
             messages.feedback_pose(feedback, self._base)
             self._last = feedback.pose

@@ -48,6 +48,11 @@ def run(*, rviz: bool = True) -> None:
 
 def _step(arm: ArmAndLight, master: Children, beside: "Beside", seconds: float) -> None:
     arm.player.advance(seconds)
+    begin_ended_again(master, beside)
+
+
+def begin_ended_again(master: Children, beside: "Beside") -> None:
+    """Start what has ended by itself again: the master, and RViz if it has crashed."""
     for ended in beside.ended():
         rospy.logwarn(f"{ended}; {'another is started' if beside.begin_again(ended) else 'the demo goes on'}")
     for ended in master.ended():
