@@ -42,6 +42,8 @@ def drawn_by_hand(robot):
 
 
 if __name__ == "__main__":
-    ros1 = ros1_or_exit()
     panda = ulna.load("panda")
-    ros1.show_solids({"drawn by hand": drawn_by_hand(panda), "link table": list(standing_boxes(panda, np.zeros(panda.n_dof)))})
+    at_zero = np.zeros(panda.n_dof)
+    ros1_or_exit().show_solids(
+        lambda: {"drawn by hand": drawn_by_hand(panda), "link table": list(standing_boxes(panda, at_zero))}
+    )

@@ -14,7 +14,7 @@ from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, 
 
 from ulna.collision.report import Report
 from ulna.demo.drawing import WORD_POSITION_IN_BASE, joint_positions, light, movable_box
-from ulna.demo.scenario import BOX_NAME
+from ulna.demo.scenario import BOX_NAME, light_word
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder
 from ulna.errors import InputError
@@ -36,11 +36,11 @@ def joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
     return JointState(name=list(positions), position=list(positions.values()))
 
 
-def markers(robot: Robot, report: Report) -> Iterator[Marker]:
-    """The light with its text, and the boxes of the arm, which move with its links."""
+def markers(robot: Robot, report: Report | None) -> Iterator[Marker]:
+    """The light with its text, and the boxes of the arm, which move with its links; None while the report is not known."""
     yield solid_marker(light(robot, report), "light", 0)
     yield _word(robot, report)
-    for k, solid in enumerate(collision_boxes(robot, report.touching)):
+    for k, solid in enumerate(collision_boxes(robot, report.touching if report is not None else ())):
         yield solid_marker(solid, "boxes", k)
 
 
@@ -113,8 +113,8 @@ def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.
     return pose_of(feedback.pose)
 
 
-def _word(robot: Robot, report: Report) -> Marker:
-    marker = Marker(header=Header(frame_id=robot.base), ns="light", id=1, type=Marker.TEXT_VIEW_FACING, text=str(report))
+def _word(robot: Robot, report: Report | None) -> Marker:
+    marker = Marker(header=Header(frame_id=robot.base), ns="light", id=1, type=Marker.TEXT_VIEW_FACING, text=light_word(report))
     marker.pose = pose_message(pose(WORD_POSITION_IN_BASE))
     marker.scale, marker.color = Vector3(z=_WORD_HEIGHT), _color(INK, 1.0)
     return _short_lived(marker)

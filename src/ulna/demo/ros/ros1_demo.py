@@ -5,10 +5,12 @@
 import os
 import signal
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from importlib.resources import as_file, files
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
 import rosgraph
@@ -26,8 +28,8 @@ _PUBLISHER, _RVIZ = "robot_state_publisher", "RViz"
 _MOST_CRASHES = 3  # after so many, another start will not help
 
 
-def run(*, rviz: bool = True) -> None:
-    """Run a master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C.
+def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
+    """Run a master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C; ``ask`` is ``Compiler.ask``.
 
     Raises:
         MissingROSError: A program is not on this machine, or a master elsewhere does not answer.
@@ -41,7 +43,7 @@ def run(*, rviz: bool = True) -> None:
         config = str(stack.enter_context(as_file(files("ulna.demo.ros") / "demo.rviz"))) if rviz else None
         beside = stack.enter_context(Beside(demo, config))
         beside.meet_master()
-        arm, _box = ArmAndLight(demo), MovableBox(demo.robot)
+        arm, _box = ArmAndLight(demo, ask), MovableBox(demo.robot)
         print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - nothing else is seen without RViz
         beat(partial(_step, arm, master, beside), ended, beside.meet_master)
 

@@ -4,6 +4,7 @@
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import rclpy
@@ -36,12 +37,17 @@ _QUEUE = 30  # messages
 
 
 class DemoNode(Node):
-    """Publishes the joints, the light and the boxes, offers the handles of the box, and follows a drag."""
+    """Publishes the joints, the light and the boxes, offers the handles of the box, and follows a drag.
 
-    def __init__(self, demo: Demo) -> None:
+    Args:
+        demo: The arm and the box.
+        ask: Calls functions, by ``Compiler.ask``.
+    """
+
+    def __init__(self, demo: Demo, ask: Callable[..., Any]) -> None:
         super().__init__("ulna_demo")
         self.demo = demo
-        self.player = Player(demo, self)
+        self.player = Player(demo, self, ask)
         self._joints = self.create_publisher(JointState, "joint_states", _QUEUE)
         self._markers = self.create_publisher(MarkerArray, "visualization_marker_array", _QUEUE)
         self._tf = None
@@ -65,8 +71,8 @@ class DemoNode(Node):
         if self._tf is not None and TFMessage is not None:
             self._tf.publish(TFMessage(transforms=transforms(self.demo, q, stamp)))
 
-    def draw_report(self, report: Report) -> None:
-        """Publish the light, its text and the boxes."""
+    def draw_report(self, report: Report | None) -> None:
+        """Publish the light, its text and the boxes; the light is grey while the report is not known."""
         self._markers.publish(MarkerArray(markers=list(messages.markers(self.demo.robot, report))))
 
     def _beat(self) -> None:
@@ -123,12 +129,12 @@ def transforms(demo: Demo, q: NDArray[np.float64], stamp) -> list[TransformStamp
     return found
 
 
-def play(demo: Demo) -> None:
-    """Run the node until Ctrl-C or SIGTERM."""
+def play(demo: Demo, ask: Callable[..., Any]) -> None:
+    """Run the node until Ctrl-C or SIGTERM; ``ask`` is ``Compiler.ask``."""
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     signals = noted_signals()
     try:
-        node = DemoNode(demo)
+        node = DemoNode(demo, ask)
         node.get_logger().info("the demo runs; Ctrl-C ends it")
         while not signals:
             rclpy.spin_once(node)  # a beat at the latest

@@ -23,6 +23,7 @@ from ulna.demo.ros.screencast import Screencast
 from ulna.demo.ros.virtual_screen import virtual_screen
 from ulna.demo.scenario import RATE_HZ, Demo
 from ulna.errors import InputError, MissingROSError
+from ulna.viewer.compiler import Compiler
 from ulna.viewer.film.files import write_film
 from ulna.viewer.film.film import Film
 
@@ -31,12 +32,13 @@ _NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xd
 LEAST_SECONDS = 3.0  # a few pictures for each drag
 
 
-def record_rviz(path: Path, seconds: float, tell: Callable[[int], object] = lambda _: None) -> None:
+def record_rviz(path: Path, seconds: float, compiler: Compiler, tell: Callable[[int], object] = lambda _: None) -> None:
     """Record the demo in RViz as an .mp4 of ten pictures a second, and end everything that was started.
 
     Args:
         path: The file.
         seconds: The length of the video [s].
+        compiler: Compiles what the demo needs.
         tell: Called with the number of pictures done so far.
 
     Raises:
@@ -67,7 +69,7 @@ def record_rviz(path: Path, seconds: float, tell: Callable[[int], object] = lamb
                 raise KeyboardInterrupt
             begin_ended_again(master, beside)
 
-        pictures = Screencast(screen, demo, round(seconds * RATE_HZ), keep, tell)
+        pictures = Screencast(screen, demo, compiler, round(seconds * RATE_HZ), keep, tell)
         write_film(path, cast("Film", pictures))  # an .mp4 takes its frames, size and rate
 
 

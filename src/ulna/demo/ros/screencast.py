@@ -24,6 +24,7 @@ from ulna.demo.ros.virtual_screen import SIZE, VirtualScreen
 from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, RATE_HZ, Demo, light_color
 from ulna.description.pose import pose
 from ulna.errors import UlnaError
+from ulna.viewer.compiler import Compiler
 from ulna.viewer.palette import RED
 
 _APPEARS_WITHIN_S = 120.0
@@ -45,6 +46,7 @@ class Screencast:
     Args:
         screen: The display of RViz.
         demo: The arm and the box.
+        compiler: Compiles what they need before the first frame.
         n: How many frames there are.
         keep: Called often; it starts RViz again if it has crashed, and raises KeyboardInterrupt if the node is to end.
         tell: Called with the number of frames done so far.
@@ -56,10 +58,16 @@ class Screencast:
     size, rate = SIZE, round(RATE_HZ)
 
     def __init__(
-        self, screen: VirtualScreen, demo: Demo, n: int, keep: Callable[[], object], tell: Callable[[int], object]
+        self,
+        screen: VirtualScreen,
+        demo: Demo,
+        compiler: Compiler,
+        n: int,
+        keep: Callable[[], object],
+        tell: Callable[[int], object],
     ) -> None:
-        self._screen, self._n, self._keep, self._tell = screen, n, keep, tell
-        self._arm, self._box = ArmAndLight(demo), MovableBox(demo.robot)
+        self._screen, self._compiler, self._n, self._keep, self._tell = screen, compiler, n, keep, tell
+        self._arm, self._box = ArmAndLight(demo, compiler.ask), MovableBox(demo.robot)
         self._drags = rospy.Publisher(f"/{messages.SERVER}/feedback", InteractiveMarkerFeedback, queue_size=_QUEUE)
 
     def __len__(self) -> int:
@@ -72,6 +80,8 @@ class Screencast:
             KeyboardInterrupt: The node was ended meanwhile.
             RVizError: RViz does not show the scene.
         """
+        while self._arm.player.report is None or self._compiler.names:
+            self._pause()
         view, image = self._wait_for_scene()
         for k, step in enumerate(steps(self._n)):
             if step is not None:
@@ -118,19 +128,23 @@ class Screencast:
         return self._wait_for(look, "draw the light of this moment")
 
     def _wait_for(self, look: Callable[[], _T | None], what: str) -> _T:
-        """What ``look`` returns, once it is not None. Meanwhile the arm is sent again: RViz removes old markers.
+        """What ``look`` returns, once it is not None.
 
         Raises:
             RVizError: That took longer than _APPEARS_WITHIN_S.
         """
         end = time.monotonic() + _APPEARS_WITHIN_S
         while time.monotonic() < end:
-            self._keep()
-            self._arm.player.advance(0.0)
-            time.sleep(_LOOK_S)
+            self._pause()
             if (found := look()) is not None:
                 return found
         raise RVizError(f"RViz did not {what} (within {_APPEARS_WITHIN_S:g} s)")
+
+    def _pause(self) -> None:
+        """Wait a moment, and send the arm again, since RViz removes markers that are old."""
+        self._keep()
+        self._arm.player.advance(0.0)
+        time.sleep(_LOOK_S)
 
     def _light_is_seen(self, view: View, image: Image) -> bool:
         """Whether a picture of the screen shows the light, red or green as the last report has it."""

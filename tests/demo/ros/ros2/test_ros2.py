@@ -1,6 +1,7 @@
 """The node of ROS 2, and a second process that subscribes to its topics and drags the box: real rclpy, on loopback."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -19,7 +20,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerU
 from visualization_msgs.srv import GetInteractiveMarkers
 
 import ulna
-from processes import PATIENCE_S, running
+from processes import PATIENCE_S, running, wait_for
 from ulna.demo.ros.messages import pose_message, pose_of
 from ulna.description.pose import pose
 from ulna.viewer.palette import GREEN, RED
@@ -101,7 +102,7 @@ def test_the_description_is_sent_to_an_rviz_that_starts_later(listener):
 def test_the_light_changes_when_the_box_is_moved(listener):
     listener.wait_for(lambda: "visualization_marker_array" in listener.received, "markers")
     assert len(listener.received["visualization_marker_array"].markers) == 14
-    assert listener.light() == (GREEN, "free")
+    listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light")
     listener.drag(pose_message(pose((0, 0, 0.1))))
     listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
     assert "box 1" in listener.light()[1]
@@ -169,3 +170,14 @@ app(['ros2', 'demo'])
     )
     assert ended.returncode == 0, ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+def test_ctrl_c_does_not_wait_for_the_compiler(machine, tmp_path):
+    environment, printed = {**machine, "NUMBA_CACHE_DIR": str(tmp_path)}, tmp_path / "printed"
+    with printed.open("w") as output:
+        command = [sys.executable, "-m", "ulna", "ros2", "demo"]
+        with running(*command, env=environment, stdout=output, stderr=subprocess.STDOUT) as node:
+            announced = wait_for(lambda: re.search(r"compiling (\w+)", printed.read_text()), "what is compiled")
+    assert node.returncode == 0, printed.read_text()
+    assert not list(tmp_path.rglob(f"*{announced[1]}*")), "the compilation was waited for"
+    assert "Traceback" not in printed.read_text()
