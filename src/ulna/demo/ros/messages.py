@@ -92,13 +92,14 @@ def pose_message(T: NDArray[np.float64]) -> Pose:
 
 
 def pose_of(message: Pose) -> NDArray[np.float64]:
-    """The pose of a message, shape (4, 4).
+    """The pose of a message, shape (4, 4). A zero quaternion is one that was not set: no rotation, as in RViz.
 
     Raises:
-        InputError: It is not a pose: its quaternion is zero, or a number is not finite.
+        InputError: It is not a pose: a number is not finite.
     """
     p, r = message.position, message.orientation
-    return pose((p.x, p.y, p.z), wxyz=(r.w, r.x, r.y, r.z))
+    wxyz = (r.w, r.x, r.y, r.z)
+    return pose((p.x, p.y, p.z), wxyz=wxyz if any(wxyz) else None)
 
 
 def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.float64]:

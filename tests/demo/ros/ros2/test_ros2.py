@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS 2 for this Python: docs/ros.md says how to install it")
 import rclpy
-from geometry_msgs.msg import Pose
+from geometry_msgs.msg import Point, Pose, Quaternion
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
@@ -81,6 +81,7 @@ class Listener:
 
     def light(self):
         """The light's colour, 0 to 255, and its text."""
+        self.wait_for(lambda: "visualization_marker_array" in self.received, "markers")
         light, word = self.received["visualization_marker_array"].markers[:2]
         return tuple(round(255 * c) for c in (light.color.r, light.color.g, light.color.b)), word.text
 
@@ -112,13 +113,18 @@ def test_the_light_changes_when_the_box_is_moved(listener):
     listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light again")
 
 
-def test_a_zero_quaternion_is_undone_and_the_node_continues(listener):
+def test_an_orientation_that_is_not_set_is_none(listener):
+    listener.drag(Pose(position=Point(z=0.1), orientation=Quaternion(w=0.0)))
+    listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
+    listener.drag(Pose(position=Point(y=0.8, z=0.1), orientation=Quaternion(w=0.0)))
+    listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light")
+
+
+def test_an_invalid_pose_is_undone_and_the_node_continues(listener):
     listener.drag(pose_message(pose((0, 0, 0.1))))
     listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
     listener.received.pop("basic_controls/update", None)
-    zero = Pose()
-    zero.orientation.w = 0.0
-    listener.drag(zero)
+    listener.drag(Pose(position=Point(x=np.nan)))
     listener.wait_for(lambda: "basic_controls/update" in listener.received, "the box put back")
     np.testing.assert_allclose(pose_of(listener.received["basic_controls/update"].poses[0].pose), pose((0, 0, 0.1)))
     listener.drag(pose_message(pose((0, 0.8, 0.1))))
