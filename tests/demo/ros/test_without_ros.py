@@ -35,6 +35,15 @@ def test_a_script_of_hw2_without_ros_is_a_one_line_error(script):
     assert len(run.stderr.splitlines()) == 1
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send to oneself")
+def test_ctrl_c_while_ros_is_imported_ends_a_script_without_a_traceback(tmp_path):
+    (tmp_path / "rosgraph.py").write_text("import signal; signal.raise_signal(signal.SIGINT)")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "test_collision_detection.py"]
+    run = subprocess.run(command, cwd=ROOT / "hw2", env=environment, capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (130, "")
+
+
 @pytest.mark.parametrize("version", ["ros1", "ros2"])
 def test_a_ros_command_without_ros_is_a_one_line_error(version):
     run = subprocess.run([sys.executable, "-m", "ulna", version, "demo"], capture_output=True, text=True, check=False)
