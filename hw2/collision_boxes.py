@@ -1,8 +1,8 @@
 """The twelve boxes in the global frame at q = 0, as static markers; the arm: test_collision_boxes.py.
 
-They are shown twice, and RViz lists both. "drawn by hand" are the plain numbers below, those of the course's own file. "link
-table" is the assignment's table of boxes in link frames, placed by forward kinematics. They differ by centimetres; collisions are
-checked with the table.
+They are shown twice; RViz lists both, and their names are written in their colours. "drawn by hand" are the plain numbers below,
+those of the course's own file. "link table" is the assignment's table of boxes in link frames, placed by forward kinematics. They
+differ by centimetres; collisions are checked with the table.
 """
 
 import numpy as np

@@ -14,7 +14,7 @@ import pytest
 import ulna
 from ulna.demo.drawing import standing_boxes
 from ulna.demo.ros.adapter import load_ros
-from ulna.demo.ros.description import robot_description
+from ulna.demo.ros.description import robot_description, with_fingers
 from ulna.errors import MissingROSError
 
 ROOT = Path(__file__).parents[3]
@@ -76,7 +76,7 @@ def test_ros_uses_the_loopback_address_unless_the_user_set_another(monkeypatch):
 def test_without_mesh_files_the_description_is_unchanged_and_a_message_says_so():
     text = ulna.load("panda").to_urdf().replace("package://", "package://not_here_")
     messages = []
-    assert robot_description(ulna.load(text), messages.append) == text
+    assert robot_description(ulna.load(text), messages.append) == with_fingers(text)
     assert "pip install example-robot-data" in messages[0]
     assert "not_here_" in messages[0]
 

@@ -11,7 +11,7 @@ from rich.progress import Progress
 from ulna.cli.options import as_options
 from ulna.cli.output import printable, warn, write
 from ulna.demo.ros.adapter import load_ros
-from ulna.demo.ros.description import robot_description, with_fingers
+from ulna.demo.ros.description import robot_description
 from ulna.demo.ros.node_compiler import node_compiler
 from ulna.demo.scenario import RATE_HZ, Demo
 from ulna.errors import needs_extra
@@ -59,7 +59,7 @@ def ros1_record(
 @ros1.command("description")
 def ros1_description() -> None:
     """The Panda's URDF for the parameter robot_description: meshes by absolute addresses, and the finger joints. Needs no ROS."""
-    write(with_fingers(robot_description(load("panda"), warn)))
+    write(robot_description(load("panda"), warn))
 
 
 @ros2.command("demo")

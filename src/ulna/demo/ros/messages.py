@@ -3,7 +3,7 @@
 # pyright: reportMissingImports=false
 # ROS is installed with the system, not by pip; without it pyright cannot check these imports.
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
@@ -14,7 +14,7 @@ from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, 
 
 from ulna.collision.report import Report
 from ulna.demo.drawing import WORD_POSITION_IN_BASE, joint_positions, light, movable_box
-from ulna.demo.scenario import BOX_NAME, light_word
+from ulna.demo.scenario import BOX_NAME, LIGHT_POSITION, light_word
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder
 from ulna.errors import InputError
@@ -39,7 +39,7 @@ def joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
 def markers(robot: Robot, report: Report | None) -> Iterator[Marker]:
     """The light with its text, and the boxes of the arm, which move with its links; None while the report is not known."""
     yield solid_marker(light(robot, report), "light", 0)
-    yield _word(robot, report)
+    yield text_marker(light_word(report), robot.base, WORD_POSITION_IN_BASE, INK, ("light", 1))
     for k, solid in enumerate(collision_boxes(robot, report.touching if report is not None else ())):
         yield solid_marker(solid, "boxes", k)
 
@@ -52,6 +52,23 @@ def solid_marker(solid: Solid[Box] | Solid[Cylinder], namespace: str, number: in
         kind, size = Marker.CYLINDER, (2 * solid.shape.radius, 2 * solid.shape.radius, solid.shape.length)
     marker = Marker(header=Header(frame_id=solid.link), ns=namespace, id=number, type=kind, frame_locked=True)
     marker.pose, marker.scale, marker.color = pose_message(solid.pose), Vector3(**_xyz(size)), _color(solid.color, solid.opacity)
+    return _short_lived(marker)
+
+
+def legend(groups: Mapping[str, Sequence[Solid]]) -> Iterator[Marker]:
+    """The name of each group in the colour of its solids, above one another beside the light's place."""
+    for k, (name, (solid, *_)) in enumerate(groups.items()):
+        x, y, z = LIGHT_POSITION
+        yield text_marker(name, solid.link, (x, y, z + 1.5 * k * _WORD_HEIGHT), solid.color, ("legend", k))
+
+
+def text_marker(
+    text: str, link: str, position: tuple[float, float, float], color: tuple[int, int, int], key: tuple[str, int]
+) -> Marker:
+    """A text that faces the camera, at a position [m] in the frame of a link; ``key`` is its namespace and number."""
+    marker = Marker(header=Header(frame_id=link), ns=key[0], id=key[1], type=Marker.TEXT_VIEW_FACING, text=text)
+    marker.pose = pose_message(pose(position))
+    marker.scale, marker.color = Vector3(z=_WORD_HEIGHT), _color(color, 1.0)
     return _short_lived(marker)
 
 
@@ -112,13 +129,6 @@ def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.
     if frame not in ("", base):
         raise InputError("frame_id", f"the pose of the box is in {frame!r}; {base!r} is expected")
     return pose_of(feedback.pose)
-
-
-def _word(robot: Robot, report: Report | None) -> Marker:
-    marker = Marker(header=Header(frame_id=robot.base), ns="light", id=1, type=Marker.TEXT_VIEW_FACING, text=light_word(report))
-    marker.pose = pose_message(pose(WORD_POSITION_IN_BASE))
-    marker.scale, marker.color = Vector3(z=_WORD_HEIGHT), _color(INK, 1.0)
-    return _short_lived(marker)
 
 
 def _short_lived(marker: Marker) -> Marker:

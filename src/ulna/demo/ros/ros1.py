@@ -127,14 +127,19 @@ def _joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
 
 
 def show_solids(make: Callable[[], Mapping[str, Sequence[Solid]]]) -> None:
-    """Publish static solids, by the namespaces in which RViz lists them, until the node is ended. ``make`` returns them."""
+    """Publish static solids, by the namespaces in which RViz lists them, and a legend, until the node is ended.
+
+    Args:
+        make: Returns them, at least one in each group.
+    """
     with node_compiler() as compiler, node("collision_boxes") as ended:
         publisher = rospy.Publisher("visualization_marker", Marker, queue_size=_QUEUE)
 
         def publish(_seconds: float) -> None:
-            for group, solids in (compiler.ask("their poses", make) or {}).items():
-                for k, solid in enumerate(solids):
-                    publisher.publish(messages.solid_marker(solid, group, k))
+            groups = compiler.ask("their poses", make) or {}
+            solids = (messages.solid_marker(solid, name, k) for name, some in groups.items() for k, solid in enumerate(some))
+            for marker in (*solids, *messages.legend(groups)):
+                publisher.publish(marker)
 
         beat(publish, ended)
 

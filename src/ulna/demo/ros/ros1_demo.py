@@ -17,7 +17,7 @@ import rosgraph
 import rospy
 
 from ulna.demo.ros.children import Children, Ended
-from ulna.demo.ros.description import robot_description, with_fingers
+from ulna.demo.ros.description import robot_description
 from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, beat, node
 from ulna.demo.scenario import Demo
 from ulna.errors import MissingROSError
@@ -72,7 +72,7 @@ class Beside(Children):
     def meet_master(self) -> None:
         """Set robot_description; start robot_state_publisher, and RViz if there is a configuration for it."""
         self.end_all()
-        rospy.set_param("robot_description", with_fingers(robot_description(self._demo.robot, rospy.logwarn)))
+        rospy.set_param("robot_description", robot_description(self._demo.robot, rospy.logwarn))
         self.start(_PUBLISHER, _find_state_publisher())
         if self._config:
             _open_rviz(self, self._config)

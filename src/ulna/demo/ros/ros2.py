@@ -25,6 +25,7 @@ from ulna.demo.ros.description import robot_description
 from ulna.demo.ros.ending import noted_signals
 from ulna.demo.scenario import BOX_NAME, RATE_HZ, Demo
 from ulna.errors import InputError
+from ulna.robot import Robot, load
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -57,7 +58,9 @@ class DemoNode(Node):
             self.get_logger().warning(NO_TF)
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # also for an RViz that starts later
         self._description = self.create_publisher(String, "robot_description", kept)
-        self._description.publish(String(data=robot_description(demo.robot, self.get_logger().warning)))
+        text = robot_description(demo.robot, self.get_logger().warning)
+        self._description.publish(String(data=text))
+        self._described, self._ask = load(text), ask
         self._handles = Handles(self, self._put_box)
         self._last = time.monotonic()
         self.create_timer(1.0 / RATE_HZ, self._beat)
@@ -69,7 +72,10 @@ class DemoNode(Node):
         message.header.stamp = stamp
         self._joints.publish(message)
         if self._tf is not None and TFMessage is not None:
-            self._tf.publish(TFMessage(transforms=transforms(self.demo, q, stamp)))
+            q = self._described.q_of_joints(message.name, message.position)
+            poses = self._ask("the poses of the links", self._described.link_poses, q)
+            if poses is not None:
+                self._tf.publish(TFMessage(transforms=transforms(self._described, poses, stamp)))
 
     def draw_report(self, report: Report | None) -> None:
         """Publish the light, its text and the boxes; the light is grey while the report is not known."""
@@ -81,6 +87,7 @@ class DemoNode(Node):
         self._last = now
 
     def _put_box(self, feedback: InteractiveMarkerFeedback) -> None:
+        """Move the box to the pose of a marker of any name, as the node of ROS 1 does."""
         try:
             self.player.drag(messages.feedback_pose(feedback, self.demo.robot.base))
         except InputError as error:
@@ -92,10 +99,10 @@ class Handles:
     """The topics and the service of an interactive-marker server for RViz 2, without the package ``interactive_markers``."""
 
     def __init__(self, node: DemoNode, heard: Callable[[InteractiveMarkerFeedback], None]) -> None:
-        self._demo, self._heard, self._number = node.demo, heard, 0
+        self._demo, self._number = node.demo, 0
         self._updates = node.create_publisher(InteractiveMarkerUpdate, f"{messages.SERVER}/update", _QUEUE)
         node.create_service(GetInteractiveMarkers, f"{messages.SERVER}/get_interactive_markers", self._answer)
-        node.create_subscription(InteractiveMarkerFeedback, f"{messages.SERVER}/feedback", self._hear, _QUEUE)
+        node.create_subscription(InteractiveMarkerFeedback, f"{messages.SERVER}/feedback", heard, _QUEUE)
 
     def tell(self) -> None:
         """Publish the pose of the box."""
@@ -109,16 +116,11 @@ class Handles:
         response.markers = [messages.interactive_box(self._demo.robot, self._demo.world.pose(BOX_NAME))]
         return response
 
-    def _hear(self, feedback: InteractiveMarkerFeedback) -> None:
-        if feedback.marker_name == BOX_NAME:
-            self._heard(feedback)
 
-
-def transforms(demo: Demo, q: NDArray[np.float64], stamp) -> list[TransformStamped]:
-    """The pose in the base of each link except the root, at q, shape (n_dof,)."""
-    robot = demo.robot
+def transforms(robot: Robot, poses: NDArray[np.float64], stamp) -> list[TransformStamped]:
+    """The pose in the base of each link except the root, from ``link_poses``, shape (n_links, 4, 4)."""
     found = []
-    for name, T in zip(robot.link_names, robot.link_poses(q), strict=True):
+    for name, T in zip(robot.link_names, poses, strict=True):
         if name != robot.base:
             place = messages.pose_message(T)
             p = place.position

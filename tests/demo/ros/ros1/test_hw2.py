@@ -20,6 +20,7 @@ from processes import running, wait_for
 from ulna.demo.ros.rviz_view import BACKGROUND, View
 from ulna.demo.scenario import BOX_START, LIGHT_POSITION
 from ulna.description.names.panda import FINGER_JOINTS
+from ulna.viewer.palette import FREE, MOVABLE
 
 HW2 = Path(__file__).parents[4] / "hw2"
 AT_ZERO = np.zeros(7)
@@ -96,6 +97,13 @@ def test_the_arm_and_the_static_boxes_are_drawn(display, rviz, script):
         assert not differs(display.pixels(), rviz, beside)
         with script("collision_boxes.py"):
             wait_for(lambda: differs(display.pixels(), rviz, beside), "box 4")
+            wait_for(lambda: legend_colors(display.pixels(), rviz) == {MOVABLE, FREE}, "the names of both sets of boxes")
+
+
+def legend_colors(image, rviz):
+    """Which colours of solids, all but transparent in the boxes, are seen beside the light's place."""
+    beside = rviz.around(image, LIGHT_POSITION, 60).astype(int)
+    return {color for color in (MOVABLE, FREE) if (np.abs(beside - color).max(axis=-1) < 30).sum() > 50}
 
 
 def test_the_light_is_red_while_the_mouse_drags_the_box_into_the_arm(display, rviz, script):

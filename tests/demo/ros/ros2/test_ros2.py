@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS 2 for this Python: docs/ros.md says how to install it")
 import rclpy
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, Quaternion
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -22,6 +23,7 @@ from visualization_msgs.srv import GetInteractiveMarkers
 import ulna
 from processes import PATIENCE_S, running, wait_for
 from ulna.demo.ros.messages import pose_message, pose_of
+from ulna.demo.ros.ros2 import transforms
 from ulna.description.pose import pose
 from ulna.viewer.palette import GREEN, RED
 
@@ -75,9 +77,9 @@ class Listener:
             assert time.monotonic() < end, f"not received within {PATIENCE_S:g} s: {what}"
             rclpy.spin_once(self.node, timeout_sec=0.1)
 
-    def drag(self, place: Pose):
+    def drag(self, place: Pose, name="box"):
         self.wait_for(lambda: self.hand.get_subscription_count() > 0, "a server of handles")
-        self.hand.publish(InteractiveMarkerFeedback(header=Header(frame_id="panda_link0"), marker_name="box", pose=place))
+        self.hand.publish(InteractiveMarkerFeedback(header=Header(frame_id="panda_link0"), marker_name=name, pose=place))
 
     def light(self):
         """The light's colour, 0 to 255, and its text."""
@@ -97,7 +99,12 @@ def test_joint_states_follow_the_trajectory(listener):
 
 def test_the_description_is_sent_to_an_rviz_that_starts_later(listener):
     listener.wait_for(lambda: "robot_description" in listener.received, "the description")
-    assert ulna.load(listener.received["robot_description"].data).joint_names == ulna.load("panda").joint_names
+    described = ulna.load(listener.received["robot_description"].data)
+    listener.wait_for(lambda: "joint_states" in listener.received, "joint states")
+    state = listener.received["joint_states"]
+    assert described.joint_names == tuple(state.name)
+    poses = described.link_poses(described.q_of_joints(state.name, state.position))
+    assert {"panda_link7", "panda_leftfinger"} < {found.child_frame_id for found in transforms(described, poses, Time())}
 
 
 def test_the_light_changes_when_the_box_is_moved(listener):
@@ -111,6 +118,11 @@ def test_the_light_changes_when_the_box_is_moved(listener):
     np.testing.assert_allclose(pose_of(listener.received["basic_controls/update"].poses[0].pose), pose((0, 0, 0.1)))
     listener.drag(pose_message(pose((0, 0.8, 0.1))))
     listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light again")
+
+
+def test_the_marker_name_of_the_course_is_accepted(listener):
+    listener.drag(pose_message(pose((0, 0, 0.1))), name="simple_6dof")
+    listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
 
 
 def test_an_orientation_that_is_not_set_is_none(listener):
