@@ -1,4 +1,4 @@
-"""The demo as nodes of ROS 1: the arm with its light, and the box. Used by ``ros1_demo`` and hw2; only this imports rospy."""
+"""The demo as nodes of ROS 1: the arm with its light, and the box. Used by ``ros1_demo``, ``screencast`` and hw2."""
 
 # pyright: reportMissingImports=false
 
