@@ -117,7 +117,7 @@ def test_a_tilt_that_is_dropped_costs_no_more_behind_axes_that_are_nearly_parall
     places = [formulas.from_rpy((0.1, 0.4, 0.05 * k), rpy) for k, rpy in enumerate(tilts)]
     joints = tuple(Joint(j.name, j.type, j.parent, j.child, T, j.axis) for j, T in zip(chain, places, strict=True))
     description = Description("tilted", tuple(Link(f"l{k}") for k in range(6)), joints)
-    table = Robot(description).dh(convention)
+    table = Robot(description).dh(convention=convention)
     rounding = 1e-14 * np.abs(table.rows[:, :2]).max()
     assert_is_the_robot(table, description, atol=5 * dropped + rounding + 1e-13)
     assert table.max_position_difference <= 5 * dropped + rounding + 1e-13

@@ -60,7 +60,7 @@ def test_an_arm_in_a_larger_robot_is_put_at_its_limits_as_well(wrist, rng):
     finger = Joint("finger", JointType.PRISMATIC, root.links[-1].name, "finger", np.eye(4), np.eye(3)[0], Limits(0.0, 0.1))
     larger = Robot(Description("larger", (*root.links, Link("finger")), (*root.joints, finger)))
     q = np.column_stack([q, np.full(len(q), larger.home[-1])])
-    T = larger.forward_kinematics(q, root.links[-1].name)
+    T = larger.forward_kinematics(q, link=root.links[-1].name)
     found = larger.all_solutions(T, link=root.links[-1].name)
     for i in np.flatnonzero(np.isin(found.proof, PROVED)):
         assert (np.abs(found.q[i][found.valid[i]] - q[i]).max(axis=-1) < 1e-3).any()

@@ -45,6 +45,7 @@ from ulna.ik.task import Task, as_task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
+from ulna.kinematics.named_positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
@@ -238,6 +239,28 @@ class Robot(Quick):
         A state that does not name every joint is completed from ``home``.
         """
         return MappingProxyType({state.key: configuration(state, self.tree, self.home) for state in self.srdf.states})
+
+    def q_of_joints(self, names: Sequence[str], positions: ArrayLike, others: ArrayLike | None = None) -> Array:
+        """q, shape (n_dof,), of joints by name: of a ``JointState`` of ROS, its ``name`` and its ``position``.
+
+        Args:
+            names: Joints in any order. Those that the robot does not have are passed over: a ``JointState`` has mimic joints, and
+                joints of other robots.
+            positions: The position of each [rad or m], shape (len(names),).
+            others: Where the robot's other joints are: q [rad or m], shape (n_dof,). Unless given, every joint must be named.
+
+        Raises:
+            InputError: The positions do not go with the names, are not finite, or a joint is missing or named twice; or a named
+                joint has several positions, as a planar one.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> q = panda.q_of_joints(["panda_joint4", "panda_finger_joint1"], [-1.5, 0.02], others=panda.home)
+            >>> float(q[3])
+            -1.5
+        """
+        return q_of_joints(names, positions, others, self.tree)
 
     def random(self, n: int | None = None, *, seed: object = None) -> Array:
         """Random configurations, uniform within the limits.
