@@ -11,6 +11,7 @@ import pytest
 import robots
 import ulna
 from closed_form_arms import arm_of_axes
+from ik_methods import valid_solutions
 from ulna import InputError, Robot, UnknownNameError
 from ulna.description.robot_description import Body
 
@@ -159,7 +160,7 @@ def blocked():
 
 def test_solutions_that_collide_are_left_out(blocked):
     robot, T, world = blocked
-    every, clear = robot.inverse_kinematics_all(T), robot.inverse_kinematics_all(T, world=world)
+    every, clear = valid_solutions(robot, T), valid_solutions(robot, T, world=world)
     hits = robot.in_collision(every, world)
     assert 0 < hits.sum() < 8
     np.testing.assert_array_equal(clear, every[~hits])
@@ -167,14 +168,14 @@ def test_solutions_that_collide_are_left_out(blocked):
 
 def test_solutions_are_ordered_by_their_rank(blocked):
     robot, T, world = blocked
-    by_clearance = robot.inverse_kinematics_all(T, world=world, rank="clearance")
+    by_clearance = valid_solutions(robot, T, world=world, rank="clearance")
     distances = robot.signed_distance(by_clearance, world, self_collision=False)
     assert (np.diff(distances) <= 0).all()
-    assert len(by_clearance) == len(robot.inverse_kinematics_all(T, world=world))
-    measure = robot.manipulability(robot.inverse_kinematics_all(T, rank="manipulability"))
+    assert len(by_clearance) == len(valid_solutions(robot, T, world=world))
+    measure = robot.manipulability(valid_solutions(robot, T, rank="manipulability"))
     assert (np.diff(measure) <= 0).all()
     with pytest.raises(InputError, match="world= is needed"):
-        robot.inverse_kinematics_all(T, rank="clearance")
+        valid_solutions(robot, T, rank="clearance")
 
 
 @pytest.mark.parametrize("rank", [None, "nearest", "manipulability", "mid_range", "clearance"])
@@ -317,7 +318,7 @@ def test_a_calibrated_arm_has_a_near_form_which_proves_nothing_and_finds_the_nea
     assert (few.proof == "searched").all()
     for target, row, valid in zip(T[:4], few.q, few.valid, strict=True):
         assert np.abs(robot.forward_kinematics(row[valid]) - target).max() < 1e-8
-        known = robot.inverse_kinematics_all(target)
+        known = valid_solutions(robot, target)
         assert len(known) == valid.sum()
     beyond = T[0].copy()
     beyond[:3, 3] *= 3.0

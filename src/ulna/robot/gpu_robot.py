@@ -15,8 +15,8 @@ from ulna.drivers.gpu.collision import distances_of, overlaps_of
 from ulna.drivers.gpu.forward import frames_of, jacobians, poses
 from ulna.engine import gpu
 from ulna.errors import InputError
+from ulna.ik.all_solutions import as_samples
 from ulna.ik.closed_form.result import IKSolutions
-from ulna.ik.closed_form.solutions import as_samples
 from ulna.ik.options import Options
 from ulna.ik.query import Query, refuse_immovable
 from ulna.ik.result import IKResult

@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from ulna.description.pose import as_pose
 from ulna.drivers.gpu.closed_form import branches
 from ulna.engine import gpu
+from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import PROOFS, proofs_of
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.result import IKSolutions, Proof
 from ulna.ik.closed_form.six_joints import Found, SixJoints
-from ulna.ik.closed_form.solutions import AllSolutions
 from ulna.ik.query import Query
+from ulna.ik.reason import Reason
 from ulna.kernels.chain.closed_form_layout import IS_REAL, N_BRANCHES
 
 Array = NDArray[np.float64]
@@ -50,6 +51,16 @@ class DeviceSolutions(IKSolutions):
         """The same with NumPy arrays."""
         q, valid, real = (array.copy_to_host() for array in (self.q, self.valid, self.real))
         return IKSolutions(q, valid, real, self.proof, self.family)
+
+    @property
+    def success(self) -> bool | NDArray[np.bool_]:
+        """Whether there is a valid solution, shape (...), on the host."""
+        return self.copy_to_host().success
+
+    @property
+    def reason(self) -> Reason:
+        """For one target: why no solution is valid; else no reason."""
+        return self.copy_to_host().reason
 
     def __str__(self) -> str:
         return str(self.copy_to_host())

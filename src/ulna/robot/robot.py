@@ -41,7 +41,7 @@ from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
 from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
-from ulna.ik.task import Task, as_task
+from ulna.ik.task import Task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
@@ -578,61 +578,7 @@ class Robot(Quick):
         """
         tolerances = position_tolerance, rotation_tolerance
         options = (method, seed, task, rank, max_step, *tolerances, max_iterations, time_limit, threads, trace)
-        return self._inverse_kinematics.solve(T, q_seed, posture, held, world, link, options)
-
-    def inverse_kinematics_all(
-        self,
-        T: ArrayLike,
-        q_seed: ArrayLike | None = None,
-        *,
-        link: str | None = None,
-        seed: int = 0,
-        task: Task | str = "pose",
-        world: World | None = None,
-        rank: str | None = None,
-        position_tolerance: float = 1e-5,
-        rotation_tolerance: float = 1e-5,
-        n_spread: int = 16,
-    ) -> Array:
-        """The distinct joint positions that bring a link to a pose, within the joint limits.
-
-        Args:
-            T: The pose to reach, T_base_link, shape (4, 4).
-            q_seed: The solutions are sorted by their distance from this [rad or m], shape (n_dof,); ``home`` unless given.
-            link: The link's name; the tip unless given.
-            seed: Chooses the random starts; the result depends on nothing else.
-            task: The components of the pose that count; see ``inverse_kinematics``.
-            world: Solutions that collide with it, or in which the robot touches itself, are left out.
-            rank: By what they are ordered instead; see ``inverse_kinematics``.
-            position_tolerance: Largest distance that counts as reached [m].
-            rotation_tolerance: Largest angle that counts as reached [rad].
-            n_spread: How many solutions, far from each other, are returned for a redundant arm.
-
-        Returns:
-            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task has components, every branch,
-            each once, apart from whole turns: all there are where the arm has an exact closed form (``all_solutions`` proves it),
-            elsewhere all that the search found. For others ``n_spread`` of them.
-
-        Raises:
-            InputError: T or the seed is a batch, T is not a rigid motion, or another argument cannot be taken.
-            UnknownNameError: There is no such link.
-
-        Example:
-            >>> import ulna
-            >>> planar = ulna.Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
-            >>> elbows = planar.inverse_kinematics_all(planar.forward_kinematics([0.3, 0.5]), task="position")
-            >>> len(elbows)
-            2
-        """
-        options = Options(
-            seed=seed,
-            task=as_task(task),
-            rank=rank,
-            position_tolerance=position_tolerance,
-            rotation_tolerance=rotation_tolerance,
-            threads=1,
-        )
-        return self._inverse_kinematics.all_solutions(T, q_seed, link, options, n_spread, world)
+        return self._inverse_kinematics.inverse_kinematics(T, q_seed, posture, held, world, link, options)
 
     @cached_property
     def closed_form(self) -> ClosedForm | None:
@@ -652,11 +598,17 @@ class Robot(Quick):
         self,
         T: ArrayLike,
         *,
+        q_seed: ArrayLike | None = None,
         link: str | None = None,
         task: Task | str = "pose",
+        world: World | None = None,
+        rank: str | None = None,
         redundancy: str | None = None,
         n_samples: int = 16,
         whole_turns: bool = False,
+        seed: int = 0,
+        position_tolerance: float = 1e-5,
+        rotation_tolerance: float = 1e-5,
         threads: int | None = None,
     ) -> IKSolutions:
         """All joint positions that bring a link to poses, and what is proved of them.
@@ -668,22 +620,33 @@ class Robot(Quick):
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
+            q_seed: Each solution is as near to this as whole turns within the limits bring it [rad or m], shape (n_dof,);
+                ``home`` unless given.
             link: The link's name; the tip unless given.
             task: What of the pose is to be reached: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
+            world: Solutions that collide with it, or in which the robot touches itself, are not valid.
+            rank: By what they are ordered, the best first: ``"nearest"`` to ``q_seed``, ``"manipulability"``, ``"clearance"`` or
+                ``"mid_range"``; see ``inverse_kinematics``. Those that are not valid come last. Unless given, in no order.
             redundancy: The joint of seven that is held; that of ``closed_form`` unless given. Or ``"elbow"``, for arms with a
                 spherical shoulder and wrist: the angle by which the arm is turned about the line between them.
-            n_samples: The number of places at which it is held, spread evenly over its range.
+            n_samples: The number of places at which it is held, spread evenly over its range; and, where a search finds more
+                solutions than can be listed, the number of those returned, far from each other.
             whole_turns: Whether to list every whole turn that the limits allow, and no solution beyond the limits. Otherwise
-                each solution is listed once, as near to ``home`` as whole turns within the limits bring it.
+                each solution is listed once, but for branches that coincide to rounding (``proof`` says so).
+            seed: Chooses the random starts of a search; the result depends on nothing else.
+            position_tolerance: Largest distance that counts as reached in a search [m].
+            rotation_tolerance: Largest angle that counts as reached in a search [rad].
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
-            An ``IKSolutions``: q (..., m, n_dof), valid, real, proof, family. Joints that may have any angle are near ``home``.
+            An ``IKSolutions``: q (..., m, n_dof), valid, real, proof, family. Of one target ``found.q[found.valid]`` are those
+            within the limits and clear of the world. Joints that may have any angle are near ``q_seed``.
 
         Raises:
             InputError: T is not an array of poses, the robot has several tips and no link is named, ``redundancy`` is not a joint
                 of an arm of seven or there is no closed form with it held, or another argument cannot be taken.
             UnknownNameError: There is no such link or joint.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
 
         Example:
             >>> import ulna
@@ -691,7 +654,11 @@ class Robot(Quick):
             >>> found.q.shape, str(found.proof)
             ((256, 7), 'continuum')
         """
-        return self._inverse_kinematics.solutions(T, link, task, redundancy, n_samples, threads, whole_turns=whole_turns)
+        tolerances = position_tolerance, rotation_tolerance
+        options = "levenberg_marquardt", seed, task, rank, None, *tolerances, None, None, threads, False
+        return self._inverse_kinematics.all_solutions(
+            T, q_seed, world, link, redundancy, n_samples, options, whole_turns=whole_turns
+        )
 
     def follow(
         self,
