@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import ulna
+from ulna.collision.allowed import AllowedCollisions
 from ulna.errors import InputError, UnknownNameError
 from ulna.planning.motion import Motion
 from ulna.planning.space import make_space
@@ -141,7 +142,7 @@ def test_the_depth_counts_the_clearance_to_the_world_and_contact_within_the_robo
         for axis, parent, child, xyz in (("x", "base", "car", "1 0 0"), ("y", "car", "cube", "0 1 0"))
     )
     text = GANTRY.format(links=links, joints=joints).replace('<link name="base"/>', f'<link name="base">{block}</link>')
-    robot = ulna.load(text).with_allowed_collisions([])
+    robot = ulna.load(text).with_allowed_collisions(AllowedCollisions(()))
     world = ulna.World()
     world.add("wall", ulna.Box((1, 1, 1)), ulna.pose((0.55 + 0.019, 0, 0)))
     plan = robot.plan([0, 0], [-1, 0], world, clearance=0.02, escape=True)

@@ -320,6 +320,20 @@ class Checker:
             refuse_out_of_range(q)
         return nearest
 
+    def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
+        """The pairs of links that touch at q, shape (n_dof,), of those that are checked.
+
+        Raises:
+            InputError: q is not one configuration.
+            GeometryError: As ``in_collision``.
+        """
+        q = as_positions(q, self.tree)
+        if q.ndim != 1:
+            raise InputError("at", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
+        held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
+        pairs = dict.fromkeys((pair.link, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
+        return tuple(pair for pair in pairs if held.isdisjoint(pair))
+
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
         """What is checked, as the kernels take it.
 

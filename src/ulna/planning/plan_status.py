@@ -22,8 +22,10 @@ class PlanStatus(StrEnum):
 
 def in_collision(report: Report, margin: float) -> Reason:
     """The pairs that touch, or are nearer than a margin [m]."""
+    own = all(pair.link_b is not None for pair in report.pairs)
+    hint = "; if these shapes touch wherever the robot is, allow the pairs (docs/self_collision.md)" if own else ""
     more = f" and {len(report.pairs) - _MOST_PAIRS} more pairs" if len(report.pairs) > _MOST_PAIRS else ""
-    return Reason(", ".join(_in_words(pair, margin) for pair in report.pairs[:_MOST_PAIRS]) + more, report)
+    return Reason(", ".join(_in_words(pair, margin) for pair in report.pairs[:_MOST_PAIRS]) + more + hint, report)
 
 
 def _in_words(pair: Pair, margin: float) -> str:

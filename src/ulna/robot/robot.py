@@ -1044,17 +1044,39 @@ class Robot(Quick):
         """
         return self._changed(description=with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name))
 
-    def with_allowed_collisions(self, allowed: Iterable) -> Robot:
-        """The robot with other pairs of links that may touch, in place of those that were found.
+    def with_allowed_collisions(
+        self, pairs: Iterable = (), *, at: ArrayLike | str | None = None, touching: float | None = None
+    ) -> Robot:
+        """The robot with more pairs of links that may touch.
 
         Args:
-            allowed: An ``AllowedCollisions``, as ``robot.allowed_collisions.plus(("a", "b"))`` makes it; or pairs of names; or
-                the ``disabled_collisions`` of an SRDF.
+            pairs: Pairs of names, or the ``disabled_collisions`` of an SRDF: they are added. Or an ``AllowedCollisions``, as
+                ``robot.allowed_collisions.minus(("a", "b"))`` makes it: then these are all.
+            at: A configuration that is known to be free, such as the robot at rest [rad or m], shape (n_dof,), or the name of a
+                state of the SRDF: the pairs that touch there are added. Hulls are larger than the links, so that some touch
+                wherever the robot is.
+            touching: The pairs that touched in at least this share of the random configurations are added, above 0 and at most 1.
+                MoveIt's setup assistant uses 0.95.
 
         Raises:
-            UnknownNameError: There is no such link.
+            InputError: ``at`` is not one configuration, or ``touching`` not such a share.
+            UnknownNameError: There is no such link or state.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda").with_allowed_collisions([("panda_link1", "panda_link7")])
+            >>> ("panda_link1", "panda_link7") in panda.allowed_collisions
+            True
         """
-        return self._changed(allowed=as_allowed(allowed, self.link_names))
+        if isinstance(at, str):
+            at = configuration(state_named(at, self.srdf.states, None), self.tree, self.home)
+        more = () if at is None else self._checker.links_that_touch(at)
+        allowed = as_allowed(pairs, self.link_names)
+        if not isinstance(pairs, AllowedCollisions):
+            allowed = self.allowed_collisions.plus(*allowed)
+        if touching is not None:
+            more = *more, *self.allowed_collisions.touching(touching)
+        return self._changed(allowed=allowed.plus(*more) if more else allowed)
 
     def with_convex_hulls(self) -> Robot:
         """The robot with convex hulls in place of its collision meshes; hulls are checked exactly. Visuals are unchanged.
