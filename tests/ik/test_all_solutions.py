@@ -73,6 +73,16 @@ def test_limits_make_solutions_invalid_and_leave_them_real():
     assert (found.q[~found.valid][:, 2] < 0).all()
 
 
+def test_branches_that_coincide_are_listed_each():
+    robot = ur5()
+    T = robot.forward_kinematics([0.3, -1.2, 0.0, -0.7, 1.1, 0.4])  # a stretched elbow is both elbows
+    found = robot.all_solutions(T)
+    assert found.proof == "complete but for coinciding branches"
+    stretched = found.q[found.valid & (np.abs(found.q[:, 2]) < 1e-6)]
+    assert len(stretched) >= 2
+    assert np.abs(stretched[0] - stretched[1]).max() < 1e-6
+
+
 def test_every_whole_turn_within_the_limits_is_listed_on_request():
     """With a turn either way each joint of each of eight branches has two places: 8 * 2^6."""
     robot = ur5(TURN)

@@ -21,7 +21,7 @@ from ulna.collision.world import World
 from ulna.description.robot_description import Description
 from ulna.drivers import entry
 from ulna.engine.bound import bind
-from ulna.engine.threads import in_parts
+from ulna.engine.threads import in_parts, refuse_unless_threads
 from ulna.engine.width import WIDTH
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
@@ -131,6 +131,8 @@ class Checker:
     ) -> bool | NDArray[np.bool_]:
         """The same, in Python."""
         q = as_positions(q, self.tree)
+        if q.ndim == 1:
+            refuse_unless_threads(threads)
         if q.ndim == 1 and out is None:
             return self._touches(q, scene)
         hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)
@@ -161,7 +163,7 @@ class Checker:
         """The same, in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
-            return float(self._nearest(q, scene)[NEAREST])
+            return float(self._nearest(q, scene, threads)[NEAREST])
         result = as_out(out, q.shape[:-1], q)
         result[...] = self._nearest(q, scene, threads)[..., NEAREST]
         return result
@@ -233,6 +235,7 @@ class Checker:
         checked = self._scene(objects, self_collision), self.bodies, objects.names, float(max_distance)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
+            refuse_unless_threads(threads)
             return report_at(q, *checked)
         refuse_out_of_range(q)
         reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)

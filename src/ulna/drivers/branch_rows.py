@@ -25,7 +25,7 @@ from ulna.kernels.chain.closed_form_layout import (
 from ulna.kernels.chain.closed_form_rows import proof_of
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
-from ulna.kernels.ik.nearest_branch import hardly_beyond
+from ulna.kernels.ik.nearest_branch import hardly_beyond, put_inside
 from ulna.kernels.ik.polish import polish
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.spatial.elementary import maximum, sincos
@@ -87,14 +87,16 @@ def put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_row
 
     How far beyond it a joint may be follows from how well its angle is known: near the singularity of a wrist two joints turn
     against each other by eps / |sin q_5| within the rounding eps of the pose. So the others follow the joint to its limit, and
-    what counts is the error there. bound_rows: those of ``nearest_branch``; inside_rows: six; error_rows: one.
+    what counts is the error there. Whether there are any is found by ``is_any_hardly_beyond`` in less time. bound_rows: those of
+    ``nearest_branch``; inside_rows: six; error_rows: one.
     """
     _, _, target_rows, q_rows, known_rows = rows
     jacobian_rows, system_rows, last_rows = scratch
     for k in range(q_rows.shape[0] // N_AXES):
         branch, residual = q_rows[N_AXES * k : N_AXES * (k + 1)], load(known_rows, N_KNOWN * k + RESIDUAL)
-        beyond = hardly_beyond(branch, seed_rows, bound_rows, inside_rows) & (residual <= REACHED)
+        beyond = hardly_beyond(q_rows, known_rows, k, bound_rows)
         if any_lane(beyond):
+            put_inside(branch, seed_rows, bound_rows, inside_rows)
             store(error_rows, 0, where(beyond, 1.0, 0.0 * residual))
             polish(
                 chain, target_rows, inside_rows, error_rows, bound_rows[: bound_rows.shape[0] // 2], table[FORM, INVERSE_REACH],

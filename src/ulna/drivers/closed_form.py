@@ -29,7 +29,7 @@ from ulna.kernels.chain.closed_form_rows import known_in_one, proof_of, proof_of
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, N_STATE, P2, R2, TAKEN
-from ulna.kernels.ik.nearest_branch import nearest_branch, turn_within
+from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, nearest_branch, turn_within
 from ulna.kernels.ik.polish import polish
 from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED, STATUS
 from ulna.kernels.layout import LARGEST_DEFECT
@@ -62,7 +62,7 @@ def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
         gather_poses(targets, start, target_rows)
         closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
         polish_branches(table, chain, rows, scratch)
-        if with_bounds:
+        if with_bounds and is_any_hardly_beyond(q_rows, known_rows, bound_rows):
             put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_rows, error_rows)
         good &= write_proof(known_rows, targets, start, proof)
         for branch in range(N_BRANCHES):
@@ -93,7 +93,8 @@ def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
     n_signs = q_out.shape[0] // N_BRANCHES  # 1; as above
     closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
     polish_branches(table, chain, rows, scratch)
-    put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_rows, error_rows)
+    if is_any_hardly_beyond(q_rows, known_rows, bound_rows):
+        put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_rows, error_rows)
     proved = proof_of_lanes(known_rows)
     store(known_rows, 0, known_in_one(known_rows, 0))
     turn_within(q_rows, known_rows, 0, seed_rows, bound_rows)
@@ -175,7 +176,8 @@ def run_targets(table, chain, plan, targets, seeds, q_out, info):
             write_free_angles(table, best[0], rows[1])
         closed_form(table, rows[2], rows[0], 1 if step == 1 else 2, rows[1], rows[3], rows[4])
         polish_branches(table, chain, rows, scratch)
-        put_at_limits(table, chain, rows, scratch, best[0], best[1], best[5], best[6])
+        if is_any_hardly_beyond(rows[3], rows[4], best[1]):
+            put_at_limits(table, chain, rows, scratch, best[0], best[1], best[5], best[6])
         best[3][:] = np.inf
         if polish_seed(table, chain, rows, scratch, best[0], best[5], best[6], step == 1):
             nearest_branch(best[5], best[6], best[0], best[1], best[2], best[3])

@@ -134,6 +134,16 @@ def as_threads(threads: int) -> int:
     return max(1, threads.__index__())
 
 
+def refuse_unless_threads(threads: int | None) -> None:
+    """Refuse an argument that is given and no number of threads; for calls that need only one.
+
+    Raises:
+        InputError: It is not a whole number, or below 0.
+    """
+    if threads is not None:
+        as_threads(threads)
+
+
 @cache
 def _pool_size() -> int:
     """The largest useful number of threads: one for each processor of the machine."""

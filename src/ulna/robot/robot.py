@@ -534,9 +534,9 @@ class Robot(Quick):
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
-            q_seed: Where to start [rad or m], shape (..., n_dof) or (n_dof,). If given, the search from it comes first; if that
-                fails, random starts follow, and the solution nearest to the seed is returned. Otherwise the search starts
-                from ``home`` and random configurations.
+            q_seed: Where to start [rad or m], shape (..., n_dof), broadcast with T: several seeds may be of one target. If given,
+                the search from it comes first; if that fails, random starts follow, and the solution nearest to the seed is
+                returned. Otherwise the search starts from ``home`` and random configurations.
             link: The link's name; the tip unless given.
             method: ``"levenberg_marquardt"``: many searches at once, with restarts; or, from the seed alone and for teaching,
                 ``"jacobian_transpose"``, ``"pseudo_inverse"``, ``"damped_least_squares"``.
@@ -632,7 +632,8 @@ class Robot(Quick):
             n_samples: The number of places at which it is held, spread evenly over its range; and, where a search finds more
                 solutions than can be listed, the number of those returned, far from each other.
             whole_turns: Whether to list every whole turn that the limits allow, and no solution beyond the limits. Otherwise
-                each solution is listed once, but for branches that coincide to rounding (``proof`` says so).
+                each branch is listed once; branches that coincide, as ``proof`` says then, are the same solution to rounding, more
+                than once.
             seed: Chooses the random starts of a search; the result depends on nothing else.
             position_tolerance: Largest distance that counts as reached in a search [m].
             rotation_tolerance: Largest angle that counts as reached in a search [rad].
@@ -733,7 +734,8 @@ class Robot(Quick):
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             twist: v [m/s] and w [rad/s] of the link, shape (..., 6).
-            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits, to rounding.
+            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits, to rounding. A joint that is beyond one
+                returns to it, at its velocity limit if it is further away than that.
             link: The link's name; the tip unless given.
             expressed_in: The frame of the twist; see ``jacobian``.
             damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma

@@ -12,7 +12,7 @@ from ulna.engine.gpu import cuda
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES, N_KNOWN
 from ulna.kernels.chain.closed_form_rows import known_in_one
-from ulna.kernels.ik.nearest_branch import turn_within
+from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, turn_within
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
@@ -46,7 +46,7 @@ def branches(table, chain, plan, columns, seeds, targets, q_out, known_out, real
         write_free_angles(table, seed, free)
         closed_form(table, target, signs, 1, free, q, known)
         polish_branches(table, chain, (signs, free, target, q, known), (jacobian, system, last))
-        if bounds.shape[0] > 0:
+        if bounds.shape[0] > 0 and is_any_hardly_beyond(q, known, bounds):
             put_at_limits(table, chain, (signs, free, target, q, known), (jacobian, system, last), seed, bounds, inside, error)
         known[0] = known_in_one(known, 0)
         if bounds.shape[0] > 0:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine
-from ulna.engine.lanes import load, rint, store, where
+from ulna.engine.lanes import any_lane, load, rint, store, where
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT, HARDLY_BEYOND, IS_WITHIN, N_KNOWN, REACHED, RESIDUAL
 from ulna.kernels.spatial.elementary import maximum, minimum
 
@@ -43,25 +43,53 @@ def turned_towards(q, seed, bound_rows, j):
 
 
 @routine
-def hardly_beyond(q_rows, seed_rows, bound_rows, inside_rows):
-    """Whether a branch is beyond the bounds, and no joint by more than HARDLY_BEYOND.
+def is_any_hardly_beyond(q_rows, known_rows, bound_rows):
+    """Whether ``hardly_beyond`` is true of any branch in any lane; q_rows: six a branch, known_rows: N_KNOWN a branch."""
+    n, found, bounded = bound_rows.shape[0] // 4, False, False
+    for j in range(n):  # a joint that can make whole turns within its bounds is never beyond them
+        bounded |= any_lane(load(bound_rows, n + j) - load(bound_rows, j) < load(bound_rows, 2 * n + j))
+    if not bounded:
+        return False
+    for k in range(q_rows.shape[0] // 6):
+        found |= any_lane(hardly_beyond(q_rows, known_rows, k, bound_rows))
+    return found
 
-    inside_rows: six, written: the branch, turned towards the seed, with such joints at their bounds.
-    """
-    n = bound_rows.shape[0] // 4
-    furthest = load(q_rows, 0) * 0.0
+
+@kernel
+def hardly_beyond(q_rows, known_rows, k, bound_rows):
+    """Whether branch k is real and beyond the bounds, whole turns aside, and no joint by more than HARDLY_BEYOND."""
+    n, real = bound_rows.shape[0] // 4, load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED
+    furthest = where(real, 0.0, np.inf)
     for j in range(n):
-        lower, upper, turn = load(bound_rows, j), load(bound_rows, n + j), load(bound_rows, 2 * n + j)
-        q, within = turned_towards(load(q_rows, j), load(seed_rows, j), bound_rows, j)
-        above = q > upper
-        other = where(above, q - turn, q + turn)  # beyond the other bound
-        by, by_other = where(above, q - upper, lower - q), where(above, lower - other, other - upper)
-        q = where(within | (by <= by_other), q, other)
-        furthest = maximum(furthest, where(within, 0.0, minimum(by, by_other)))
-        store(inside_rows, j, minimum(maximum(q, lower), upper))
-    for j in range(n, 6):
-        store(inside_rows, j, load(q_rows, j))
-    return (furthest > 0.0) & (furthest <= HARDLY_BEYOND)
+        _, half, away = from_middle(load(q_rows, 6 * k + j), bound_rows, j)
+        furthest = maximum(furthest, where(half < np.inf, abs(away) - half, 0.0))
+        if not any_lane(furthest <= HARDLY_BEYOND):
+            break
+    return (furthest > AT_LIMIT) & (furthest <= HARDLY_BEYOND)
+
+
+@kernel
+def from_middle(q, bound_rows, j):
+    """The middle of the bounds of joint j, half their width, and how far q is from the middle, whole turns aside."""
+    n = bound_rows.shape[0] // 4
+    lower, upper = load(bound_rows, j), load(bound_rows, n + j)
+    middle = 0.5 * (lower + upper)
+    away = q - middle
+    return middle, 0.5 * (upper - lower), away - load(bound_rows, 2 * n + j) * rint(away * load(bound_rows, 3 * n + j))
+
+
+@routine
+def put_inside(q_rows, seed_rows, bound_rows, inside_rows):
+    """Write a branch, turned towards the seed, the joints that are beyond their bounds at the nearest ones; six rows."""
+    n = bound_rows.shape[0] // 4
+    for j in range(6):
+        q = load(q_rows, j)
+        if j < n:
+            turned, within = turned_towards(q, load(seed_rows, j), bound_rows, j)
+            middle, half, away = from_middle(q, bound_rows, j)
+            q = where(within, turned, middle + minimum(maximum(away, -half), half))
+            q = minimum(maximum(q, load(bound_rows, j)), load(bound_rows, n + j))
+        store(inside_rows, j, q)
 
 
 @routine
