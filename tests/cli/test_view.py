@@ -6,6 +6,7 @@ import sys
 
 import ulna
 from processes import free_port, running, wait_for
+from ulna.cli.cell import warn_of_missing
 
 
 def test_view_serves_the_page_until_ctrl_c(tmp_path):
@@ -61,8 +62,20 @@ def test_bad_options_are_refused_by_name(refusal):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert refusal("view", "--no-open", "--port", port).startswith(f"--port: {port} is in use on 127.0.0.1")
-    assert refusal("view", "--no-open", "--port", "0", "--q", "2e6,0,0,0,0,0,0").startswith("q[0]: ")
+    assert refusal("view", "--no-open", "--port", "0", "--q", "2e8,0,0,0,0,0,0", "--degrees").startswith("--q[0]: ")
 
 
 def test_a_port_above_65535_is_refused(run):
     assert run("view", "--port", "99999").exit_code == 2
+
+
+def test_meshes_that_are_not_shown_are_one_sentence(capsys):
+    many = [f"package://example-robot-data/link{k}.dae: no such file; tried /a/link{k}.dae; /b/link{k}.dae" for k in range(9)]
+    warn_of_missing(many)
+    line = "plain shapes are shown in place of package://example-robot-data/link0.dae: no such file and 8 more"
+    assert capsys.readouterr().err == f"ulna: {line}; pip install 'ulna[meshes]' brings them\n"
+    warn_of_missing(["a.stl: no such file; tried /a.stl"])
+    line = "plain shapes are shown in place of a.stl: no such file; `ulna inspect` lists where they were looked for"
+    assert capsys.readouterr().err == f"ulna: {line}\n"
+    warn_of_missing([])
+    assert capsys.readouterr().err == ""
