@@ -8,9 +8,9 @@ import typer
 from typer.testing import CliRunner
 
 from ulna.cli.app import OWN, app
-from ulna.cli.depends import Depends, as_options, command
+from ulna.cli.depends import Depends, command
 from ulna.cli.output import Output
-from ulna.errors import InputError, UnknownNameError
+from ulna.errors import InputError
 
 Length = Annotated[float, typer.Option("--long")]
 CALLS = []
@@ -63,8 +63,6 @@ def test_an_error_of_the_library_about_a_parameter_names_the_option():
 
     result = run(refuses)
     assert str(result.exception) == "--long[2]: 1.0 is too long"
-    with pytest.raises(UnknownNameError, match=r"; read from: --srdf FILE$"), as_options({}):
-        raise UnknownNameError("group", "x", (), "; read from: ulna.load(..., srdf=...)")
 
 
 def test_an_option_is_the_same_in_every_command_but_for_those_of_one_command_that_share_a_word():

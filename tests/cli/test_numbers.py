@@ -76,10 +76,7 @@ def test_a_number_too_large_is_refused(refusal):
 @pytest.mark.parametrize(
     ("arguments", "hint"),
     [
-        (
-            ["ik", "--xyz", "0.4,0,0.5", "--rpy", "180,0,0"],
-            "--rpy: 180 rad is more than a turn; with --degrees angles are in degrees",
-        ),
+        (["ik", "--xyz", "0.4,0,0.5", "--rpy", "180,0,0"], "--rpy: 180 rad is more than a turn"),
         (["fk", "--q", "0,0,0,0,0,0,-45"], "--q: -45 rad is more than a turn"),
         (["check", "--box", "1,0,0,0,0,90,1,1,1"], "--box: 90 rad is more than a turn"),
     ],

@@ -62,7 +62,7 @@ def test_with_nothing_to_do_there_is_no_rate(ask, path):
 
 
 def test_what_cannot_be_taken_names_the_option(refusal, path, tmp_path):
-    assert refusal("reach", "panda", path, *SMALL).endswith("resume=True (--resume) continues a map")
+    assert refusal("reach", "panda", path, *SMALL).endswith("already; --resume continues a map")
     wrong = "reach", "panda", tmp_path / "n.zarr", "--orientations", "4", "--voxel"
     assert refusal(*wrong, "0").startswith("--voxel: ")
     assert refusal(*wrong, "0.1", "--bounds", "1,2").startswith("--bounds: ")

@@ -69,13 +69,17 @@ def test_a_port_above_65535_is_refused(run):
     assert run("view", "--port", "99999").exit_code == 2
 
 
-def test_meshes_that_are_not_shown_are_one_sentence(capsys):
-    many = [f"package://example-robot-data/link{k}.dae: no such file; tried /a/link{k}.dae; /b/link{k}.dae" for k in range(9)]
-    warn_of_missing(many)
-    line = "plain shapes are shown in place of package://example-robot-data/link0.dae: no such file and 8 more"
-    assert capsys.readouterr().err == f"ulna: {line}; pip install 'ulna[meshes]' brings them\n"
-    warn_of_missing(["a.stl: no such file; tried /a.stl"])
-    line = "plain shapes are shown in place of a.stl: no such file; `ulna inspect` lists where they were looked for"
-    assert capsys.readouterr().err == f"ulna: {line}\n"
-    warn_of_missing([])
-    assert capsys.readouterr().err == ""
+def test_meshes_that_are_not_shown_are_one_sentence(tmp_path, capsys):
+    visual = '<visual><geometry><mesh filename="{}.stl"/></geometry></visual>'
+    links = "".join(f'<link name="{name}">{visual.format(name)}</link>' for name in ("base", "hand"))
+    joint = '<joint name="j" type="fixed"><parent link="base"/><child link="hand"/></joint>'
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{links}{joint}</robot>')
+    command = [sys.executable, "-m", "ulna", "view", str(tmp_path / "arm.urdf"), "--port", str(free_port()), "--no-open"]
+    with (tmp_path / "output").open("w+") as output, running(*command, stdout=output, stderr=output):
+        wait_for(lambda: "ulna: " in (tmp_path / "output").read_text(), "the sentence")
+    said = [line for line in (tmp_path / "output").read_text().splitlines() if line.startswith("ulna: ")]
+    reason = "base.stl: no such file; `ulna inspect` lists where they were looked for"
+    assert said == [f"ulna: plain shapes are shown in place of 2 of its meshes: {reason}"]
+    warn_of_missing(["package://example-robot-data/link0.dae: no such file; tried /a/link0.dae; /b/link0.dae"] * 9)
+    advice = "pip install 'ulna[meshes]' brings them"
+    assert capsys.readouterr().err == f"ulna: plain shapes are shown in place of 9 of its meshes: {advice}\n"

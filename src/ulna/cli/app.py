@@ -28,6 +28,12 @@ OWN = (
 )  # fmt: skip
 _LAST_BEFORE_GUESTS = "view"
 _ARGUMENTS = "ulna.arguments"
+_OPTIONS_OF_WORDS = {  # advice of the library to a program, and what it is on the command line
+    "ulna.load(..., srdf=...)": "--srdf FILE",
+    "resume=True (--resume)": "--resume",
+    "package_dirs": "--package-dir",
+    "xacro_args": "--xacro-arg",
+}
 _UsageError: Any = typer.BadParameter.__base__  # click's, which typer may carry itself
 
 
@@ -99,6 +105,8 @@ class _Commands(TyperGroup):
 
 
 def _tell(error: Exception, message: str, *, as_json: bool) -> None:
+    for words, option in _OPTIONS_OF_WORDS.items():
+        message = message.replace(words, option)
     if as_json:
         typer.echo(json.dumps({"error": type(error).__name__, "message": message}), err=True)
     else:

@@ -86,14 +86,6 @@ def checked_robot(robot: AnyRobot, *, meshes: Meshes = None, as_json: Json = Fal
 CheckedRobot = Annotated[Robot, Depends(checked_robot)]
 
 
-def robot_among_obstacles(robot: AnyRobot, world: Obstacles, *, meshes: Meshes = None, as_json: Json = False) -> Robot:
-    """As ``checked_robot``, if there are obstacles; the robot itself if not."""
-    return robot if world is None else checked_robot(robot, meshes=meshes, as_json=as_json)
-
-
-RobotAmongObstacles = Annotated[Robot, Depends(robot_among_obstacles)]
-
-
 def shown_robot(robot: AnyRobot, *, meshes: Meshes = None) -> Robot:
     """As ``checked_robot``; but unless ``--meshes`` asks for shapes, a robot whose meshes cannot be converted is shown unchecked.
 
@@ -130,7 +122,8 @@ def warn_of_missing(meshes: Sequence[str]) -> None:
     """One sentence on standard error about meshes that are not shown; each is an address and the reason."""
     if not meshes:
         return
-    others = f" and {len(meshes) - 1} more" if len(meshes) > 1 else ""
-    bundled = meshes[0].startswith("package://example-robot-data/")
-    advice = "pip install 'ulna[meshes]' brings them" if bundled else "`ulna inspect` lists where they were looked for"
-    warn(f"plain shapes are shown in place of {meshes[0].partition('; tried')[0]}{others}; {advice}")
+    if meshes[0].startswith("package://example-robot-data/"):
+        advice = "pip install 'ulna[meshes]' brings them"
+    else:
+        advice = f"{meshes[0].partition('; tried')[0]}; `ulna inspect` lists where they were looked for"
+    warn(f"plain shapes are shown in place of {len(meshes)} of its meshes: {advice}")

@@ -14,10 +14,9 @@ from typing import Annotated, Any, get_args
 import typer
 
 from ulna.cli.output import Output, show
-from ulna.errors import InputError, UnknownNameError
+from ulna.errors import InputError
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
-_OPTION_OF_PYTHON = {"ulna.load(..., srdf=...)": "--srdf FILE"}  # advice of the library, in words of the command line
 
 
 @dataclass(frozen=True)
@@ -57,25 +56,19 @@ def command(function: Callable[..., Output | None]) -> Callable[..., None]:
 
 @contextmanager
 def as_options(names: Mapping[str, str | None]) -> Iterator[None]:
-    """A context for calls of the library, in which errors name options instead of arguments.
+    """A context for calls of the library, in which an ``InputError`` names the option instead of the argument.
 
     Args:
         names: The option of each argument, as in ``{"q_start": "--from"}``.
 
     Raises:
         InputError: The library refuses an argument.
-        UnknownNameError: It does not know a name.
     """
     try:
         yield
     except InputError as error:
         argument, bracket, index = error.argument.partition("[")
         raise InputError((names.get(argument) or argument) + bracket + index, error.message) from None
-    except UnknownNameError as error:
-        hint = error.hint
-        for python, option in _OPTION_OF_PYTHON.items():
-            hint = hint.replace(python, option)
-        raise UnknownNameError(error.kind, error.name, error.known, hint) from None
 
 
 def defaults_of(function: Callable[..., Any]) -> dict[str, Any]:

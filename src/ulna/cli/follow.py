@@ -9,10 +9,10 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.cell import Obstacles, RobotAmongObstacles
-from ulna.cli.depends import as_options, command, defaults_of
+from ulna.cli.cell import Meshes, Obstacles, checked_robot
+from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.joint_plot import PlotFile, draw_path, write_figure
-from ulna.cli.options import Link
+from ulna.cli.options import AnyRobot, Link
 from ulna.cli.output import Data, Output, limit, make_table, number
 from ulna.cli.rows import read_poses
 from ulna.cli.targets import StartQ
@@ -46,7 +46,7 @@ _DEFAULTS = defaults_of(Robot.follow)
 
 @command
 def follow(
-    robot: RobotAmongObstacles,
+    robot: AnyRobot,
     link: Link,
     start: StartQ,
     *,
@@ -56,6 +56,8 @@ def follow(
     plot: PlotFile = None,
     max_step: MaxStep = _DEFAULTS["max_step"],
     rank: Rank = None,
+    meshes: Meshes = None,
+    as_json: Json = False,
 ) -> Output:
     """The joint path through a path of poses that never jumps, or where and why there is none.
 
@@ -63,6 +65,8 @@ def follow(
     joints.csv. With --scene or --box it is clear of the obstacles and of itself. Unless --from says where the arm is before, the
     path begins anywhere. Exit status 0 if all poses are reached, 1 if not.
     """
+    if world is not None:
+        robot = checked_robot(robot, meshes=meshes, as_json=as_json)
     with as_options({"q_start": "--from"}):
         found = robot.follow(read_poses(T_path), start, link=link, max_step=max_step, world=world, rank=rank)
     if csv is not None:

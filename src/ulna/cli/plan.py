@@ -15,14 +15,15 @@ from ulna.cli.joint_plot import PlotFile, draw_motion, write_figure
 from ulna.cli.numbers import RPY, XYZ, numbers, words
 from ulna.cli.options import Degrees, LinkName, Seed, link_or_hand
 from ulna.cli.output import Data, Output, make_table, number
+from ulna.cli.rates import Rates
 from ulna.cli.targets import HOME, Orientation, Start, positions, state_of, target_pose
 from ulna.description.pose import pose
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, group_named, tip_of
 from ulna.planning.plan import Plan
-from ulna.planning.trajectory import Trajectory, as_limits
+from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
-from ulna.robot.coordinates import Coordinate, coordinates_of
+from ulna.robot.coordinates import coordinates_of
 
 Goal = Annotated[
     str | None,
@@ -44,17 +45,7 @@ Clearance = Annotated[float, typer.Option(metavar="METRES", help="Keep objects a
 MaxChecks = Annotated[int, typer.Option(help="How many edges are checked at most.")]
 Sampled = Annotated[bool, typer.Option("--sampled", help="Check edges at samples instead of certifying them.")]
 Escape = Annotated[bool, typer.Option("--escape", help="Leave a start that touches something by at most 10 mm.")]
-Velocity = Annotated[
-    str | None,
-    typer.Option(metavar="NUMBERS", help="The greatest [rad/s or m/s] of all joints or of each, below their own limits."),
-]
-Acceleration = Annotated[str, typer.Option(metavar="NUMBERS", help="The greatest [rad/s^2 or m/s^2] of all joints or of each.")]
-Jerk = Annotated[
-    str | None,
-    typer.Option(metavar="NUMBERS", help="The greatest [rad/s^3 or m/s^3]; the motion then stops at every corner."),
-]
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each 10 ms.")]
-_VELOCITY = 1.0  # [rad/s or m/s], of joints without a limit
 _PERIOD = 0.01  # [s]
 _DEFAULTS = defaults_of(Robot.plan)
 
@@ -81,9 +72,7 @@ def plan(
     max_checks: MaxChecks = _DEFAULTS["max_checks"],
     sampled: Sampled = False,
     escape: Escape = _DEFAULTS["escape"],
-    velocity: Velocity = None,
-    acceleration: Acceleration = "5",
-    jerk: Jerk = None,
+    rates: Rates,
     csv: Csv = None,
     plot: PlotFile = None,
     degrees: Degrees = False,
@@ -115,7 +104,7 @@ def plan(
         )  # fmt: skip
     motion = None
     if found:
-        motion = _timed(robot, found, velocity, acceleration, jerk)
+        motion = found.trajectory(**rates)
         if csv is not None:
             motion.to_csv(csv, period=_PERIOD)
         if plot is not None:
@@ -133,23 +122,6 @@ def _configuration(text: str, robot: Robot, group: JointGroup | None, *, degrees
         return robot.home[columns]
     entries = coordinates_of(robot)
     return np.array(numbers("--to", text, [entries[column] for column in columns], degrees=degrees))
-
-
-def _timed(robot: Robot, found: Plan, velocity: str | None, acceleration: str, jerk: str | None) -> Trajectory:
-    """The fastest motion along a path; joints whose velocity has no limit get one."""
-    velocities = as_limits("velocity", _limits("--velocity", velocity or str(_VELOCITY), robot), robot.n_dof)
-    own = robot.velocity_limits
-    return found.trajectory(
-        velocity=np.where(np.isinf(own), velocities, own) if velocity is None else np.minimum(own, velocities),
-        acceleration=_limits("--acceleration", acceleration, robot),
-        jerk=None if jerk is None else _limits("--jerk", jerk, robot),
-    )
-
-
-def _limits(option: str, text: str, robot: Robot) -> float | list[float]:
-    """The number of an option, or one for each entry of q."""
-    entries = [Coordinate(entry.name, "") for entry in coordinates_of(robot)]
-    return numbers(option, text, entries) if len(words(text)) > 1 else numbers(option, text, entries[:1])[0]
 
 
 def _poses(goals: list[str], robot: Robot, *, degrees: bool) -> dict[str, NDArray[np.float64]]:
