@@ -46,5 +46,6 @@ Rates = Annotated[dict[str, Any], Depends(rates_of)]
 
 def _limits(option: str, text: str, robot: Robot) -> float | list[float]:
     """The number of an option, or one for each entry of q."""
-    entries = [Coordinate(entry.name, "") for entry in coordinates_of(robot)]
-    return numbers(option, text, entries) if len(words(text)) > 1 else numbers(option, text, entries[:1])[0]
+    if len(words(text)) == 1:
+        return numbers(option, text, [Coordinate("of all joints", "")])[0]
+    return numbers(option, text, [Coordinate(entry.name, "") for entry in coordinates_of(robot)])
