@@ -32,11 +32,10 @@ def command(function: Callable[..., Output | None]) -> Callable[..., None]:
     Its options are its own, then those of the functions on which it depends, and ``--json`` if it returns an ``Output``, which
     is printed. An ``InputError`` about a parameter names the option.
     """
-    returns_output = signature(function, eval_str=True).return_annotation is Output
     options = _options(function)
-    as_json = options.pop("as_json", Parameter("as_json", Parameter.KEYWORD_ONLY, default=False, annotation=Json))
-    if returns_output:
-        options["as_json"] = as_json  # the last
+    if signature(function, eval_str=True).return_annotation is Output:
+        as_json = Parameter("as_json", Parameter.KEYWORD_ONLY, default=False, annotation=Json)
+        options["as_json"] = options.pop("as_json", as_json)  # the last
 
     def run(context: typer.Context, **given: Any) -> None:
         names = {
