@@ -34,7 +34,7 @@ Bounds = Annotated[
     ),
 ]
 Itself = Annotated[
-    bool, typer.Option("--self", help="Poses in which the robot touches itself do not count; --scene checks that too.")
+    bool, typer.Option("--self", help="Poses in which the robot touches itself do not count; --scene and --box check that too.")
 ]
 Clearance = Annotated[bool, typer.Option("--clearance", help="Keep the distance to the nearest obstacle.")]
 Solutions = Annotated[bool, typer.Option("--solutions", help="Keep the joint positions found.")]

@@ -29,7 +29,7 @@ At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Which moment 
 RecordedRobot = Annotated[
     str | None,
     typer.Option(
-        metavar="ROBOT", help="A robot, instead of the demo; without --scene, --trajectory and --plan the camera goes round it."
+        metavar="ROBOT", help="A robot, instead of the demo; without obstacles, --trajectory and --plan the camera goes round it."
     ),
 ]
 Trajectory = Annotated[
