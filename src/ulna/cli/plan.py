@@ -71,7 +71,7 @@ def plan(
     seed: Seed = _DEFAULTS["seed"],
     max_checks: MaxChecks = _DEFAULTS["max_checks"],
     sampled: Sampled = False,
-    escape: Escape = _DEFAULTS["escape"],
+    escape: Escape = False,
     rates: Rates,
     csv: Csv = None,
     plot: PlotFile = None,
