@@ -52,8 +52,8 @@ def _parameter(names, text):
 
 
 def _plain(text):
-    """On one line, with options as code."""
-    return re.sub(r"(?<!\S)(--[\w-]+)", r"`\1`", " ".join(text.split()))
+    """On one line, with options as code and without the backslashes that keep brackets from being markup of rich."""
+    return re.sub(r"(?<!\S)(--[\w-]+)", r"`\1`", " ".join(text.replace(r"\[", "[").split()))
 
 
 def setup(app):

@@ -1,5 +1,6 @@
 """The command as a whole: help, version, exit statuses, pipes, signals, plugins."""
 
+import itertools
 import json
 import math
 import os
@@ -17,7 +18,7 @@ from command_fixtures import without_announcements
 from ulna.cli import plugins
 
 COMMANDS = [
-    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "dh", "compare", "inspect", "urdf"),
+    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "reach", "dh", "compare", "inspect", "urdf"),
     *("view", "record", "bench", "warmup"),
 ]
 OF_PLUGINS = ("demo", "ros1", "ros2")  # tests/demo
@@ -84,6 +85,17 @@ def test_help_lists_the_commands(run):
     assert result.exit_code == 0
     listed = re.findall(r"^│ (\w+)  ", result.stdout, flags=re.MULTILINE)
     assert [name for name in listed if name not in OF_PLUGINS] == COMMANDS
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_help_is_printed_as_it_is_written_in_whole_lines(run, width):
+    """Brackets are no markup, and no line ends before it is full, but where a paragraph does."""
+    for arguments, words in ((["plan"], "[rad/s^2 or m/s^2]"), (["follow"], "[rad or m]")):
+        shown = " ".join(run(*arguments, "--help", COLUMNS=str(width)).stdout.replace("│", " ").split())
+        assert words in shown
+    lines = run("reach", "map", "--help", COLUMNS=str(width)).stdout.splitlines()
+    for line, after in itertools.pairwise(lines[: next(k for k, line in enumerate(lines) if "Arguments" in line)]):
+        assert not after.strip() or not line.strip() or len(f"{line.rstrip()} {after.split()[0]}") > width - 1
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -192,7 +204,7 @@ def test_a_command_imports_no_other_command_and_no_plugin():
     code = "import sys, ulna.cli.app; ulna.cli.app.app(['fk'], standalone_mode=False); print(*sorted(sys.modules))"
     loaded = spawn([sys.executable, "-c", code]).stdout.splitlines()[-1].split()
     assert [name for name in loaded if name.startswith("ulna.cli.")] == [
-        f"ulna.cli.{name}" for name in ("app", "fk", "numbers", "options", "output")
+        f"ulna.cli.{name}" for name in ("app", "depends", "fk", "numbers", "options", "output", "targets")
     ]
     assert not [name for name in loaded if name.startswith(("ulna.bench", "ulna.demo"))]
 

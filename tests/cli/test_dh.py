@@ -58,7 +58,7 @@ def test_a_planar_joint_is_refused(refusal, odd):
 
 
 def test_an_unknown_convention_is_refused(refusal):
-    assert refusal("dh", "--convention", "modifed") == "convention: 'modifed' is not known; did you mean 'modified'?"
+    assert refusal("dh", "--convention", "modifed") == "--convention: 'modifed' is not known; did you mean 'modified'?"
 
 
 def test_the_tolerance_decides_what_is_parallel(ask, tmp_path):

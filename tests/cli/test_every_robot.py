@@ -31,7 +31,7 @@ def test_every_command_on_every_robot_of_rtb_data(file, tmp_path, capsys):
 
 
 def check_commands(robot, capsys):
-    link = link_or_hand(robot, None, quietly=False)
+    link = link_or_hand(robot)
     said = capsys.readouterr().err
     assert (link in said) == (robot.tip is None)
     assert info_data(robot)["hand"] == link

@@ -74,11 +74,21 @@ def test_the_joints_are_drawn(line, tmp_path, run):
     assert "</svg>" in text
 
 
+def test_boxes_are_obstacles_and_a_start_is_where_the_arm_is_before(line, ask):
+    _, path = line
+    free = ask("follow", "--path", path, "--from", "home", "--max-step", "1.6")
+    assert free.success
+    blocked = ask("follow", "--path", path, "--box", "0.45,0.15,0.5,0,0,0,0.1,0.1,0.1")
+    assert (blocked.success, blocked.exit_code) == (False, 1)
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
         ("1,2\n", "--path: poses.csv has shape (1, 2); rows of 6, 7, 12 or 16 numbers are expected"),
-        ("", "--path: poses.csv has shape (0, 0); rows of 6, 7, 12 or 16 numbers are expected"),
+        ("", "--path: poses.csv has no row of numbers"),
+        ("0,0,O,0,0,0\n", "--path: poses.csv:1: '0,0,O,0,0,0' is not a row of numbers"),
+        ("x,y,z,roll,pitch,yaw\n", "--path: poses.csv has no row of numbers"),
         ("0,0,0,0,0,inf\n", "--path: poses.csv: row 0 is not finite"),
         ("1,2,3\n4,5\n", "--path: poses.csv:2: 2 numbers, but 3 in the row before"),
     ],

@@ -105,8 +105,15 @@ def test_an_srdf_adds_groups_and_unknown_names_are_warnings(run, ask, slider, tm
                     '<group_state name="far" group="g"><joint name="slide" value="3"/></group_state></robot>')  # fmt: skip
     answer = ask("info", slider, "--srdf", path)
     assert (answer.groups, answer.named_configurations) == ({"g": ["slide"]}, {"g/far": [3.0]})
+    assert ask("fk", slider, "--srdf", path, "--q", "g/far").position == [3, 0, 0]
+    assert ask("ik", slider, "--srdf", path, "--from", "far", "--xyz", "2,0,0").q == pytest.approx([2.0])
     path.write_text('<robot name="slider"><group name="g"><joint name="slid"/></group></robot>')
     assert "joint 'slid' is not defined; did you mean 'slide'?" in run("check", slider, "--srdf", path).stderr
+
+
+def test_home_is_a_configuration_wherever_one_is_expected(ask):
+    assert ask("fk", "--q", "home").q == ask("fk").q
+    assert ask("ik", "--xyz", "0.4,0,0.5", "--from", "home").success
 
 
 def test_an_unknown_link_is_refused_with_a_suggestion(refusal):
@@ -215,8 +222,8 @@ def test_without_an_orientation_ik_uses_that_of_home_and_says_so(ask, run):
 
 
 def test_ik_accepts_degrees(ask):
-    in_degrees = ask("ik", "--xyz", "0.4,0,0.5", "--rpy", "180,0,45", "--q-seed", "0,-45,0,-135,0,90,45", "--degrees")
-    in_radians = ask("ik", "--xyz", "0.4,0,0.5", "--rpy", "pi,0,pi/4", "--q-seed", "0,-pi/4,0,-3pi/4,0,pi/2,pi/4")
+    in_degrees = ask("ik", "--xyz", "0.4,0,0.5", "--rpy", "180,0,45", "--from", "0,-45,0,-135,0,90,45", "--degrees")
+    in_radians = ask("ik", "--xyz", "0.4,0,0.5", "--rpy", "pi,0,pi/4", "--from", "0,-pi/4,0,-3pi/4,0,pi/2,pi/4")
     assert in_degrees.q == pytest.approx(in_radians.q, abs=1e-9)
 
 
@@ -232,7 +239,7 @@ def test_an_unreachable_target_prints_the_remaining_error_and_exits_1(ask, run):
 def test_ik_by_jacobian_transpose_from_a_seed(ask):
     target = dh_pose(HOME)[:3, 3] + (0, 0.01, 0)
     seed = "0,-pi/4,0,-3pi/4,0,pi/2,pi/4"
-    answer = ask("ik", "--xyz", " ".join(map(str, target)), "--q-seed", seed, "--method", "jacobian_transpose")
+    answer = ask("ik", "--xyz", " ".join(map(str, target)), "--from", seed, "--method", "jacobian_transpose")
     assert (answer.success, answer.method) == (True, "jacobian_transpose")
     assert answer.iterations > 10
     assert answer.q == pytest.approx(HOME, abs=0.1)
@@ -267,17 +274,18 @@ def test_the_same_seed_gives_the_same_solution(ask):
         (["--xyz", "1,2"], "--xyz: 2 numbers, but 3 are expected: x, y, z"),
         (["--xyz", "1,2,3", "--rpy", "1"], "--rpy: 1 number, but 3 are expected: roll, pitch, yaw"),
         (["--xyz", "1,2,3", "--wxyz", "1,0,0"], "--wxyz: 3 numbers, but 4 are expected: w, x, y, z"),
+        (["--xyz", "1,2,3", "--seed", "-1"], "--seed: -1; a whole number from 0"),
         (["--xyz", "1,2,3", "--wxyz", "1,0,0,0", "--rpy", "0,0,0"], "--rpy, --wxyz: give one of them"),
-        (["--xyz", "1,2,3", "--wxyz", "0,0,0,0"], "wxyz: a quaternion of length zero"),
-        (["--xyz", "1,2,3", "--q-seed", "1"], "--q-seed: 1 number, but 7 are expected: panda_joint1"),
-        (["--xyz", "1,2,3", "--method", "newton"], "method: 'newton' is not a method"),
+        (["--xyz", "1,2,3", "--wxyz", "0,0,0,0"], "--wxyz: a quaternion of length zero"),
+        (["--xyz", "1,2,3", "--from", "1"], "--from: 1 number, but 7 are expected: panda_joint1"),
+        (["--xyz", "1,2,3", "--method", "newton"], "--method: 'newton' is not a method"),
     ],
 )
 def test_bad_arguments_of_ik_are_refused(refusal, arguments, start):
     assert refusal("ik", *arguments).startswith(start)
 
 
-@pytest.mark.parametrize("arguments", [[], ["--xyz", "1,2,3", "--seed", "-1"], ["--xyz", "1,2,3", "--seed", "one"]])
+@pytest.mark.parametrize("arguments", [[], ["--xyz", "1,2,3", "--seed", "one"]])
 def test_ik_without_a_target_is_a_usage_error(run, arguments):
     result = run("ik", *arguments)
     assert result.exit_code == 2

@@ -31,6 +31,13 @@ def test_a_part_of_a_name_or_package_filters_the_list(ask, run):
     assert (none.exit_code, none.stdout.splitlines()[0]) == (1, "no robot is called so")
 
 
+def test_a_name_is_listed_once_for_the_robot_that_it_loads(ask):
+    robots = ask("list").robots
+    names = [name for robot in robots for name in (robot["name"], *robot["also"])]
+    assert len(set(names)) == len(names)
+    assert [robot["package"] for robot in robots if robot["name"] == "panda"] == ["bundled"]
+
+
 def test_a_robot_that_is_not_downloaded_is_marked(run, monkeypatch, tmp_path):
     package = tmp_path / "robot_descriptions"
     package.mkdir()

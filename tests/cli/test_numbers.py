@@ -70,4 +70,30 @@ def test_pi_with_degrees_is_refused(refusal):
 
 
 def test_a_number_too_large_is_refused(refusal):
-    assert refusal("fk", "--q", "0,0,0,0,0,0,1e20").startswith("q[6]: ")
+    assert refusal("fk", "--degrees", "--q", "0,0,0,0,0,0,1e20").startswith("--q[6]: ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (["ik", "--xyz", "0.4,0,0.5", "--rpy", "180,0,0"], "--rpy: 180 rad is more than a turn"),
+        (["fk", "--q", "0,0,0,0,0,0,-45"], "--q: -45 rad is more than a turn"),
+        (["check", "--box", "1,0,0,0,0,90,1,1,1"], "--box: 90 rad is more than a turn"),
+    ],
+)
+def test_an_angle_of_more_than_a_turn_is_computed_with_a_hint_about_degrees(run, arguments, hint):
+    result = run(*arguments)
+    assert result.exit_code < 2
+    assert result.stdout
+    assert result.stderr == f"ulna: {hint}; with --degrees angles are in degrees\n"
+
+
+def test_there_is_no_hint_about_degrees_where_radians_are_meant(run, slider):
+    for arguments in (
+        ["fk", "--q", "0,0,0,0,0,0,6.28"],
+        ["fk", "--q", "0,0,0,0,0,0,3pi"],
+        ["fk", "--q", "0,0,0,0,0,0,180", "--degrees"],
+        ["fk", slider, "--q", "9"],  # metres
+        ["ik", "--xyz", "7,8,9"],
+    ):
+        assert run(*arguments).stderr == ""

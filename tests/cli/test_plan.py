@@ -44,3 +44,54 @@ def test_one_goal_is_expected(run):
     assert run("plan").exit_code == 2
     assert run("plan", "--to", RIGHT, "--xyz", "0.4,0,0.4").exit_code == 2
     assert run("plan", "--goal", "panda_ee=0.4,0,0.4", "--xyz", "0.4,0,0.4").exit_code == 2
+
+
+def test_a_plan_goes_home_and_around_a_box(ask):
+    box = "0.35,0,0.6,0,0,0,0.1,0.1,1.6"
+    around = ask("plan", "--from", LEFT, "--to", RIGHT, "--box", box)
+    straight = ask("plan", "--from", LEFT, "--to", RIGHT)
+    assert around.success
+    assert around.length > straight.length
+    assert ask("plan", "--from", LEFT, "--to", "home").path[-1] == ask("fk").q
+
+
+def test_a_plan_to_a_quaternion_is_one_to_the_same_roll_pitch_and_yaw(ask):
+    by_wxyz = ask("plan", "--xyz", "0.4,0.1,0.5", "--wxyz", "0,1,1,0")
+    by_rpy = ask("plan", "--xyz", "0.4,0.1,0.5", "--rpy", "pi,0,pi/2")
+    assert by_wxyz.success
+    assert np.allclose(by_wxyz.path, by_rpy.path)
+
+
+def test_limits_of_velocity_and_jerk_make_a_motion_slower(ask, run, tmp_path):
+    motion = "plan", "--from", LEFT, "--to", RIGHT
+    least = ask(*motion).duration
+    assert ask(*motion, "--velocity", "9").duration == least  # its own limits are less
+    assert ask(*motion, "--velocity", "0.5,9,9,9,9,9,9").duration > least
+    assert ask(*motion, "--jerk", "20").duration > least
+    run(*motion, "--velocity", "0.5", "--csv", tmp_path / "motion.csv")
+    rows = np.loadtxt(tmp_path / "motion.csv", delimiter=",", skiprows=1)
+    assert np.abs(rows[:, 8:15]).max() == pytest.approx(0.5, abs=1e-6)
+
+
+def test_the_joints_of_a_motion_are_drawn(run, tmp_path):
+    pytest.importorskip("matplotlib")
+    assert run("plan", "--to", RIGHT, "--plot", tmp_path / "q.svg").exit_code == 0
+    assert "</svg>" in (tmp_path / "q.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--to", "hoome"], "no state of the SRDF is called 'hoome'; there are none; states are read from an SRDF: --srdf FILE"),
+        (
+            ["--to", "home", "--group", "arm"],
+            "no group is called 'arm'; there are none; groups are read from an SRDF: --srdf",
+        ),
+        (["--to", RIGHT, "--velocity", "0"], "--velocity: 0.0; a number above 0, or 7 of them, is expected"),
+        (["--to", RIGHT, "--jerk", "1,2"], "--jerk: 2 numbers, but 7 are expected: panda_joint1"),
+        (["--to", RIGHT, "--clearance", "-1"], "--clearance: -1.0; a distance [m] of at least 0"),
+        (["--to", RIGHT, "--wxyz", "1,0,0,0"], "--link, --rpy, --wxyz: go with --xyz"),
+    ],
+)
+def test_what_is_refused_is_named_in_words_of_the_command_line(refusal, arguments, message):
+    assert refusal("plan", *arguments).startswith(message)

@@ -54,6 +54,8 @@ def test_numbers_are_those_of_the_group_and_a_position_is_that_of_its_tip(run, a
     refused = run("plan", *options, "--group", "left_arm", "--to", "1,2")
     assert refused.exit_code == 2
     assert "5 are expected: left_joint1" in refused.output
+    home = json.loads(run("plan", *options, "--group", "left_arm", "--from", "left_arm/up", "--to", "home", "--json").stdout)
+    assert np.allclose(home["path"][-1], robot.home)
     x, y, z = robot.forward_kinematics(robot.home, link="left_hand")[:3, 3]
     reached = json.loads(run("plan", *options, "--group", "left_arm", "--xyz", f"{x},{y},{z}", "--json").stdout)
     assert reached["success"], reached["reason"]

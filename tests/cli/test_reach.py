@@ -51,13 +51,18 @@ def test_its_options_are_those_of_the_function(ask, panda, tmp_path):
     assert set(found.data) == {"reached", "manipulability", "clearance", "q"}
 
 
+def test_the_number_of_orientations_has_a_default(ask, tmp_path):
+    found = ask("reach", "panda", tmp_path / "m.zarr", "--voxel", "0.9")
+    assert found.poses == 8 * ask("reach", "panda", tmp_path / "n.zarr", "--voxel", "0.9", "--orientations", "4").poses
+
+
 def test_with_nothing_to_do_there_is_no_rate(ask, path):
     found = ask("reach", "panda", path, *SMALL, "--resume")
     assert (found.seconds, found.poses_a_second) == (None, None)
 
 
 def test_what_cannot_be_taken_names_the_option(refusal, path, tmp_path):
-    assert refusal("reach", "panda", path, *SMALL).endswith("resume=True (--resume) continues a map")
+    assert refusal("reach", "panda", path, *SMALL).endswith("already; --resume continues a map")
     wrong = "reach", "panda", tmp_path / "n.zarr", "--orientations", "4", "--voxel"
     assert refusal(*wrong, "0").startswith("--voxel: ")
     assert refusal(*wrong, "0.1", "--bounds", "1,2").startswith("--bounds: ")
@@ -67,8 +72,11 @@ def test_what_cannot_be_taken_names_the_option(refusal, path, tmp_path):
     assert "no reachability map" in refusal("reach", "show", tmp_path / "none.zarr")
 
 
-def test_a_figure_is_written(ask, path, tmp_path):
-    assert ask("reach", "plot", path, tmp_path / "m.png").poses > 0
+def test_a_figure_is_written_and_its_path_printed(ask, run, path, tmp_path):
+    found = ask("reach", "plot", path, tmp_path / "m.png")
+    assert found.poses > 0
+    assert found.figure == str(tmp_path / "m.png")
+    assert run("reach", "plot", path, tmp_path / "m.png").stdout.splitlines()[-1] == str(tmp_path / "m.png")
     assert (tmp_path / "m.png").read_bytes().startswith(b"\x89PNG")
 
 

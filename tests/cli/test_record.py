@@ -5,7 +5,7 @@ import pytest
 
 import ulna
 from ulna.cli import record as record_file
-from ulna.cli.trajectory import read_motion
+from ulna.cli.rows import read_motion
 
 
 def test_a_picture_of_any_robot(run, tmp_path, slider):
@@ -39,7 +39,7 @@ def test_a_video_of_a_trajectory_file_and_a_scene_file(run, tmp_path):
     ("name", "content", "message"),
     [
         ("a.csv", "1,2\n", "--trajectory: a.csv has shape (1, 2); rows of 7 joint positions are expected"),
-        ("a.csv", "", "--trajectory: a.csv has shape (0, 0); rows of 7"),
+        ("a.csv", "", "--trajectory: a.csv has no row of numbers"),
         ("a.csv", "0,0,0,0,0,0,0\nx\n", "--trajectory: a.csv:2: 'x' is not a row of numbers"),
         ("a.csv", "0,0,0,0,0,0,0\n1,2\n", "--trajectory: a.csv:2: 2 numbers, but 7 in the row before"),
         ("a.csv", "0,0,0,nan,0,0,0\n", "--trajectory: a.csv: row 0 is not finite"),
@@ -96,7 +96,6 @@ def test_a_bad_motion_file_is_refused_in_one_line(refusal, tmp_path, content, me
         (["panda.mp4", "--size", "8x8"], "--size: 8x8; each side has 16 to 4096 pixels"),
         (["panda.png", "--fps", "10"], "--seconds, --fps: go with a video"),
         (["panda.png", "--seconds", "3"], "--seconds, --fps: go with a video"),
-        (["panda.mp4", "--degrees"], "--degrees: goes with --q"),
         (["panda.png", "--at", "1"], "--at: goes with the demo; a robot that does not move has no points in time"),
         (["panda.png", "--q", "1"], "--q: 1 number, but 7 are expected"),
         (["missing/panda.png"], "missing/panda.png: cannot be written: No such file or directory"),

@@ -6,6 +6,7 @@ import sys
 
 import ulna
 from processes import free_port, running, wait_for
+from ulna.cli.cell import warn_of_missing
 
 
 def test_view_serves_the_page_until_ctrl_c(tmp_path):
@@ -61,8 +62,24 @@ def test_bad_options_are_refused_by_name(refusal):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert refusal("view", "--no-open", "--port", port).startswith(f"--port: {port} is in use on 127.0.0.1")
-    assert refusal("view", "--no-open", "--port", "0", "--q", "2e6,0,0,0,0,0,0").startswith("q[0]: ")
+    assert refusal("view", "--no-open", "--port", "0", "--q", "2e8,0,0,0,0,0,0", "--degrees").startswith("--q[0]: ")
 
 
 def test_a_port_above_65535_is_refused(run):
     assert run("view", "--port", "99999").exit_code == 2
+
+
+def test_meshes_that_are_not_shown_are_one_sentence(tmp_path, capsys):
+    visual = '<visual><geometry><mesh filename="{}.stl"/></geometry></visual>'
+    links = "".join(f'<link name="{name}">{visual.format(name)}</link>' for name in ("base", "hand"))
+    joint = '<joint name="j" type="fixed"><parent link="base"/><child link="hand"/></joint>'
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{links}{joint}</robot>')
+    command = [sys.executable, "-m", "ulna", "view", str(tmp_path / "arm.urdf"), "--port", str(free_port()), "--no-open"]
+    with (tmp_path / "output").open("w+") as output, running(*command, stdout=output, stderr=output):
+        wait_for(lambda: "ulna: " in (tmp_path / "output").read_text(), "the sentence")
+    said = [line for line in (tmp_path / "output").read_text().splitlines() if line.startswith("ulna: ")]
+    reason = "base.stl: no such file; `ulna inspect` lists where they were looked for"
+    assert said == [f"ulna: plain shapes are shown in place of 2 of its meshes: {reason}"]
+    warn_of_missing(["package://example-robot-data/link0.dae: no such file; tried /a/link0.dae; /b/link0.dae"] * 9)
+    advice = "pip install 'ulna[meshes]' brings them"
+    assert capsys.readouterr().err == f"ulna: plain shapes are shown in place of 9 of its meshes: {advice}\n"

@@ -10,9 +10,11 @@ import os
 import sys
 from collections.abc import Iterable
 from importlib import import_module
+from inspect import cleandoc
 from typing import Annotated, Any
 
 import typer
+from rich.markup import escape
 from typer.core import TyperGroup
 
 from ulna import __version__
@@ -26,6 +28,12 @@ OWN = (
 )  # fmt: skip
 _LAST_BEFORE_GUESTS = "view"
 _ARGUMENTS = "ulna.arguments"
+_OPTIONS_OF_WORDS = {  # advice of the library to a program, and what it is on the command line
+    "ulna.load(..., srdf=...)": "--srdf FILE",
+    "resume=True (--resume)": "--resume",
+    "package_dirs": "--package-dir",
+    "xacro_args": "--xacro-arg",
+}
 _UsageError: Any = typer.BadParameter.__base__  # click's, which typer may carry itself
 
 
@@ -69,7 +77,7 @@ class _Commands(TyperGroup):
         guests.callback()(_nothing)
         for commands in load_plugins(COMMANDS):
             guests.add_typer(commands)
-        self.commands.update(typer.main.get_group(guests).commands)
+        self.commands.update({name: _as_written(each) for name, each in typer.main.get_group(guests).commands.items()})
 
     def invoke(self, ctx):
         """Run a command, and print an error as one line, or as JSON.
@@ -97,6 +105,8 @@ class _Commands(TyperGroup):
 
 
 def _tell(error: Exception, message: str, *, as_json: bool) -> None:
+    for words, option in _OPTIONS_OF_WORDS.items():
+        message = message.replace(words, option)
     if as_json:
         typer.echo(json.dumps({"error": type(error).__name__, "message": message}), err=True)
     else:
@@ -107,11 +117,24 @@ def _own(name: str):
     """The command of one file."""
     module = import_module(f"ulna.cli.{name}")
     if hasattr(module, "GROUP"):  # of several commands
-        return typer.main.get_command(module.GROUP)
-    keys = getattr(module, f"{name.upper()}_KEYS", None)
-    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    alone.command(epilog=keys and f"JSON: {keys}")(getattr(module, name))
-    return typer.main.get_command(alone)
+        found = typer.main.get_command(module.GROUP)
+    else:
+        keys = getattr(module, f"{name.upper()}_KEYS", None)
+        alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        alone.command(epilog=keys and f"JSON: {keys}")(getattr(module, name))
+        found = typer.main.get_command(alone)
+    found.name = name
+    return _as_written(found)
+
+
+def _as_written(found):
+    """A command whose help is printed as it is written: brackets are no markup, and only an empty line begins a paragraph."""
+    for part in (found, *found.params):
+        if getattr(part, "help", None):
+            part.help = "\n\n".join(escape(" ".join(each.split())) for each in cleandoc(part.help).split("\n\n"))
+    for each in getattr(found, "commands", {}).values():
+        _as_written(each)
+    return found
 
 
 def _nothing() -> None:

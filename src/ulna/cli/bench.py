@@ -10,8 +10,8 @@ from rich.text import Text
 
 from ulna.bench.arms import NAMES
 from ulna.bench.report import SUBJECTS, measure
-from ulna.cli.options import Json
-from ulna.cli.output import make_table, show
+from ulna.cli.depends import command
+from ulna.cli.output import Output, make_table
 
 Subjects = Annotated[
     list[str] | None, typer.Argument(metavar="SUBJECT...", help=f"{', '.join(SUBJECTS)}; all of them unless given.")
@@ -25,12 +25,13 @@ BENCH_KEYS = (
 )
 
 
-def bench(subjects: Subjects = None, *, robot: Robots = None, n: Targets = 1000, as_json: Json = False) -> None:
+@command
+def bench(subjects: Subjects = None, *, robot: Robots = None, n: Targets = 1000) -> Output:
     """Time Ulna on this machine: medians and quartiles of one call and of a batch, and the rates at which targets are solved.
 
     As in: ulna bench ik --robot ur5 --robot jaco2 --n 10000. The protocols are described in docs/performance.md.
     """
-    show(measure(subjects or (), robot or ("panda",), n), bench_table, as_json=as_json)
+    return Output(measure(subjects or (), robot or ("panda",), n), bench_table)
 
 
 def bench_table(data) -> Iterator[RenderableType]:

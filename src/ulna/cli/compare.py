@@ -8,8 +8,9 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.options import Base, Json, PackageDirs, Tip, load_robot
-from ulna.cli.output import Data, count_of, make_table, show
+from ulna.cli.depends import command, defaults_of
+from ulna.cli.options import Load
+from ulna.cli.output import Data, Output, count_of, make_table
 from ulna.comparison.compare import compare as compare_robots
 from ulna.comparison.result import KINDS, Comparison
 
@@ -18,45 +19,43 @@ Second = Annotated[str, typer.Argument(metavar="B", help="Another one.")]
 Ignored = Annotated[
     list[str] | None, typer.Option(metavar="KIND", help=f"Differences that do not count; repeatable: {', '.join(KINDS)}.")
 ]
-Metres = Annotated[float, typer.Option(metavar="M", help="Distances up to this do not count.")]
-Radians = Annotated[float, typer.Option(metavar="RAD", help="Angles up to this do not count.")]
-OfLimits = Annotated[float, typer.Option(metavar="NUMBER", help="Differences of limits up to this do not count.")]
+Metres = Annotated[float, typer.Option("--position", metavar="M", help="Distances up to this do not count.")]
+Radians = Annotated[float, typer.Option("--rotation", metavar="RAD", help="Angles up to this do not count.")]
+OfLimits = Annotated[float, typer.Option("--limit", metavar="NUMBER", help="Differences of limits up to this do not count.")]
 
 COMPARE_KEYS = (
     "same; name_a; name_b; matched_by: name or order; differences: kind, where, a, b (in words); max_position_difference; "
     "max_rotation_difference; poses: link_a, link_b, and the largest position and rotation between them; frame_a and frame_b: "
     "the links in which poses are taken; n_configurations; tolerances."
 )
+_DEFAULTS = defaults_of(compare_robots)
 
 
+@command
 def compare(
     a: First,
     b: Second,
+    load: Load,
     *,
     ignore: Ignored = None,
-    position: Metres = 1e-6,
-    rotation: Radians = 1e-6,
-    limit: OfLimits = 1e-6,
-    base: Base = None,
-    tip: Tip = None,
-    package_dir: PackageDirs = None,
-    as_json: Json = False,
-) -> None:
+    position_tolerance: Metres = _DEFAULTS["position_tolerance"],
+    rotation_tolerance: Radians = _DEFAULTS["rotation_tolerance"],
+    limit_tolerance: OfLimits = _DEFAULTS["limit_tolerance"],
+) -> Output:
     """How two descriptions of one robot differ: names, types, limits, axes, shapes, and the poses of the links.
 
     As in: ulna compare panda my_panda.urdf --ignore visual --ignore collision.
     Exit status 0 if nothing differs, 1 if something does, 2 if one of them cannot be read.
     """
     comparison = compare_robots(
-        load_robot(a, None, package_dir, base=base, tip=tip),
-        load_robot(b, None, package_dir, base=base, tip=tip),
+        load(a),
+        load(b),
         ignore=ignore or (),
-        position_tolerance=position,
-        rotation_tolerance=rotation,
-        limit_tolerance=limit,
+        position_tolerance=position_tolerance,
+        rotation_tolerance=rotation_tolerance,
+        limit_tolerance=limit_tolerance,
     )
-    show(compare_data(comparison), compare_table, as_json=as_json)
-    raise typer.Exit(0 if comparison.same else 1)
+    return Output(compare_data(comparison), compare_table, status=0 if comparison.same else 1)
 
 
 def compare_data(comparison: Comparison) -> Data:

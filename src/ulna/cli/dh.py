@@ -9,8 +9,9 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.options import Base, Json, Link, PackageDirs, RobotName, Tip, XacroArgs, link_or_hand, load_robot
-from ulna.cli.output import Data, make_table, show
+from ulna.cli.depends import command
+from ulna.cli.options import AnyRobot, Link
+from ulna.cli.output import Data, Output, make_table
 from ulna.dh.table import PARALLEL, ROW_PRODUCTS, DHTable, mimic_words, pose_words, proof_words, row_words
 
 Convention = Annotated[str, typer.Option(metavar="NAME", help="modified (Craig) or standard.")]
@@ -24,25 +25,13 @@ DH_KEYS = (
 _NUMBERS = ("a", "d", "alpha", "theta_offset")
 
 
-def dh(
-    robot: RobotName = "panda",
-    *,
-    link: Link = None,
-    convention: Convention = "modified",
-    tolerance: ParallelTolerance = PARALLEL,
-    base: Base = None,
-    tip: Tip = None,
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
-    as_json: Json = False,
-) -> None:
+@command
+def dh(robot: AnyRobot, link: Link, *, convention: Convention = "modified", tolerance: ParallelTolerance = PARALLEL) -> Output:
     """The Denavit-Hartenberg table from the base to a link, and the proof that it is the same robot.
 
     Fixed joints go into the poses of frame 0 and of the tip.
     """
-    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
-    table = arm.dh(convention=convention, link=link_or_hand(arm, link, quietly=as_json), tolerance=tolerance)
-    show(dh_data(table), dh_table, as_json=as_json)
+    return Output(dh_data(robot.dh(convention=convention, link=link, tolerance=tolerance)), dh_table)
 
 
 def dh_data(table: DHTable) -> Data:

@@ -7,21 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import RenderableType
 
-from ulna.cli.options import (
-    Base,
-    Degrees,
-    Json,
-    Link,
-    PackageDirs,
-    Positions,
-    RobotName,
-    Tip,
-    XacroArgs,
-    link_or_hand,
-    load_robot,
-    positions,
-)
-from ulna.cli.output import Q_KEYS, Data, data_of_q, make_table, number, show, title
+from ulna.cli.depends import command
+from ulna.cli.options import AnyRobot, Link
+from ulna.cli.output import Q_KEYS, Data, Output, data_of_q, make_table, number, title
+from ulna.cli.targets import Q
 from ulna.description.pose import quaternion_from_matrix, rpy_from_matrix
 from ulna.robot import Robot
 
@@ -29,26 +18,13 @@ Array = NDArray[np.float64]
 FK_KEYS = f"{Q_KEYS}; base; link; position; rpy; wxyz; matrix: 4x4, T_base_link."
 
 
-def fk(
-    robot: RobotName = "panda",
-    *,
-    q: Positions = None,
-    link: Link = None,
-    degrees: Degrees = False,
-    base: Base = None,
-    tip: Tip = None,
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
-    as_json: Json = False,
-) -> None:
+@command
+def fk(robot: AnyRobot, q: Q, link: Link) -> Output:
     """Forward kinematics: the pose of a link.
 
     As in: ulna fk --q "0,-pi/4,0,-3pi/4,0,pi/2,pi/4".
     """
-    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
-    at = positions("--q", q, arm, degrees=degrees)
-    link = link_or_hand(arm, link, quietly=as_json)
-    show(fk_data(arm, at, link, arm.forward_kinematics(at, link=link)), fk_table, as_json=as_json)
+    return Output(fk_data(robot, q, link, robot.forward_kinematics(q, link=link)), fk_table)
 
 
 def fk_data(robot: Robot, q: Array, link: str, T_base_link: Array) -> Data:

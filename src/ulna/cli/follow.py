@@ -9,27 +9,14 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.meshes import Meshes, refuse_meshes, with_chosen_shapes
-from ulna.cli.options import (
-    Base,
-    Degrees,
-    Json,
-    Link,
-    PackageDirs,
-    RobotName,
-    Scene,
-    SrdfFile,
-    Tip,
-    XacroArgs,
-    as_options,
-    link_or_hand,
-    load_robot,
-    positions,
-    world_of,
-)
-from ulna.cli.output import Data, limit, make_table, number, show
-from ulna.cli.trajectory import read_poses
-from ulna.errors import FileError, needs_extra
+from ulna.cli.cell import Meshes, Obstacles, checked_robot
+from ulna.cli.depends import Json, as_options, command, defaults_of
+from ulna.cli.joint_plot import PlotFile, draw_path, write_figure
+from ulna.cli.options import AnyRobot, Link
+from ulna.cli.output import Data, Output, limit, make_table, number
+from ulna.cli.rows import read_poses
+from ulna.cli.targets import StartQ
+from ulna.errors import FileError
 from ulna.ik.following.result import FollowedPath
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -43,8 +30,6 @@ Poses = Annotated[
     ),
 ]
 Out = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the joint path, a row a pose, its names first.")]
-Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the joints over the poses: .png, .svg or .pdf.")]
-Start = Annotated[str | None, typer.Option(metavar="NUMBERS", help="Where the arm is before; anywhere unless given.")]
 MaxStep = Annotated[float, typer.Option(metavar="NUMBER", help="The largest step of a joint from pose to pose [rad or m].")]
 Rank = Annotated[
     str | None, typer.Option(metavar="NAME", help="What is minimised: nearest, manipulability, clearance or mid_range.")
@@ -56,50 +41,39 @@ FOLLOW_KEYS = (
     "there on; alive, smallest_step, manipulability, least_singular_value, limit_excess, collisions: why it ends, or null."
 )
 _ENDING = ("alive", "smallest_step", "manipulability", "least_singular_value", "limit_excess", "collisions")
+_DEFAULTS = defaults_of(Robot.follow)
 
 
+@command
 def follow(
-    robot: RobotName = "panda",
+    robot: AnyRobot,
+    link: Link,
+    start: StartQ,
     *,
-    path: Poses,
+    T_path: Poses,
+    world: Obstacles,
     csv: Out = None,
-    plot: Plot = None,
-    q_start: Start = None,
-    link: Link = None,
-    max_step: MaxStep = 0.1,
-    scene: Scene = None,
+    plot: PlotFile = None,
+    max_step: MaxStep = _DEFAULTS["max_step"],
     rank: Rank = None,
     meshes: Meshes = None,
-    degrees: Degrees = False,
-    base: Base = None,
-    tip: Tip = None,
-    srdf: SrdfFile = None,
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
     as_json: Json = False,
-) -> None:
+) -> Output:
     """The joint path through a path of poses that never jumps, or where and why there is none.
 
     As in: ulna follow panda --path line.csv --csv joints.csv. To see it move: ulna record line.mp4 --robot panda --trajectory
-    joints.csv. With --scene it is clear of the obstacles and of itself. Exit status 0 if all poses are reached, 1 if not.
+    joints.csv. With --scene or --box it is clear of the obstacles and of itself. Unless --from says where the arm is before, the
+    path begins anywhere. Exit status 0 if all poses are reached, 1 if not.
     """
-    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
-    if scene is not None:
-        arm = with_chosen_shapes(arm, meshes, hulls=False, quiet=as_json)
-        refuse_meshes(arm)
-    link = link_or_hand(arm, link, quietly=as_json)
-    poses, world = read_poses(path), None if scene is None else world_of(scene)
-    start = None if q_start is None else positions("--q-start", q_start, arm, degrees=degrees)
-    with as_options({"max_step": "--max-step", "rank": "--rank", "q_start": "--q-start", "T_path": "--path"}):
-        found = arm.follow(poses, start, link=link, max_step=max_step, world=world, rank=rank)
+    if world is not None:
+        robot = checked_robot(robot, meshes=meshes, as_json=as_json)
+    with as_options({"q_start": "--from"}):
+        found = robot.follow(read_poses(T_path), start, link=link, max_step=max_step, world=world, rank=rank)
     if csv is not None:
         write_rows(found, csv)
     if plot is not None:
-        with needs_extra("a figure", "reach", "matplotlib"):
-            from ulna.cli.joint_plot import write_joints  # noqa: PLC0415 -- needs the extra
-        write_joints(arm, found, plot)
-    show(follow_data(arm, link, found), follow_table, as_json=as_json)
-    raise typer.Exit(0 if found.success else 1)
+        write_figure(draw_path(robot, found), plot)
+    return Output(follow_data(robot, link, found), follow_table, status=0 if found.success else 1)
 
 
 def write_rows(found: FollowedPath, path: Path) -> None:

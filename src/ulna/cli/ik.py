@@ -10,39 +10,20 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.numbers import RPY, WXYZ, XYZ, numbers
-from ulna.cli.options import (
-    Base,
-    Degrees,
-    Json,
-    Link,
-    PackageDirs,
-    RobotName,
-    Tip,
-    XacroArgs,
-    link_or_hand,
-    load_robot,
-    positions,
-)
-from ulna.cli.output import Data, count_of, limit, make_table, number, show
-from ulna.description.pose import pose, rpy_from_matrix
-from ulna.errors import InputError
+from ulna.cli.depends import as_options, command, defaults_of
+from ulna.cli.options import AnyRobot, Link, Seed, TaskName
+from ulna.cli.output import Data, Output, count_of, limit, make_table, number
+from ulna.cli.targets import Orientation, StartQ, target_pose
+from ulna.description.pose import rpy_from_matrix
 from ulna.ik.result import IKResult
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
 Position = Annotated[str, typer.Option(metavar="X,Y,Z", help="The position to reach, in metres.")]
-RollPitchYaw = Annotated[
-    str | None, typer.Option(metavar="R,P,Y", help="Roll, pitch, yaw; the orientation at home unless given.")
-]
-Quaternion = Annotated[str | None, typer.Option(metavar="W,X,Y,Z", help="The orientation as a quaternion instead.")]
-StartPositions = Annotated[str | None, typer.Option(metavar="NUMBERS", help="Joint positions to start from.")]
 Method = Annotated[
     str, typer.Option(metavar="NAME", help="levenberg_marquardt, jacobian_transpose, pseudo_inverse or damped_least_squares.")
 ]
-TaskName = Annotated[str, typer.Option(metavar="NAME", help="pose, position, or pointing: the z axis alone.")]
 Trace = Annotated[bool, typer.Option("--trace", help="Show every step.")]
-Seed = Annotated[int, typer.Option(min=0, help="Chooses the random starts.")]
 
 IK_KEYS = (
     "robot; base; link; target: matrix, 4x4, and orientation, given or home; method; status; success; joints; units; q; lower; "
@@ -51,56 +32,33 @@ IK_KEYS = (
     "error, largest joint step, damping, or null."
 )
 TRACK_WIDTH = 13  # characters
+_DEFAULTS = defaults_of(Robot.inverse_kinematics)
 
 
+@command
 def ik(
-    robot: RobotName = "panda",
+    robot: AnyRobot,
+    link: Link,
+    start: StartQ,
     *,
     xyz: Position,
-    rpy: RollPitchYaw = None,
-    wxyz: Quaternion = None,
-    q_seed: StartPositions = None,
-    link: Link = None,
-    method: Method = "levenberg_marquardt",
-    task: TaskName = "pose",
+    orientation: Orientation,
+    method: Method = _DEFAULTS["method"],
+    task: TaskName = _DEFAULTS["task"],
     trace: Trace = False,
-    seed: Seed = 0,
-    degrees: Degrees = False,
-    base: Base = None,
-    tip: Tip = None,
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
-    as_json: Json = False,
-) -> None:
+    seed: Seed = _DEFAULTS["seed"],
+) -> Output:
     """Inverse kinematics: joint positions that bring a link to a pose.
 
     As in: ulna ik --xyz "0.4,0,0.5" --rpy "pi,0,0".
     Exit status 0 if solved, 1 if not. Without --rpy or --wxyz the link keeps the orientation that it has at home.
     """
-    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
-    link = link_or_hand(arm, link, quietly=as_json)
-    T, orientation = _target(arm, link, xyz, rpy, wxyz, degrees=degrees)
-    start = None if q_seed is None else positions("--q-seed", q_seed, arm, degrees=degrees)
-    result = arm.inverse_kinematics(T, start, link=link, method=method, seed=seed, task=task, trace=trace)
+    T = target_pose(robot, link, xyz, orientation)
+    with as_options({"q_seed": "--from"}):
+        result = robot.inverse_kinematics(T, start, link=link, method=method, seed=seed, task=task, trace=trace)
     asked = {"method": method, "task": task}
-    show(ik_data(arm, link, T, orientation, asked, result), ik_table, as_json=as_json)
-    raise typer.Exit(0 if result.success else 1)
-
-
-def _target(
-    robot: Robot, link: str, xyz: str, rpy: str | None, wxyz: str | None, *, degrees: bool
-) -> tuple[NDArray[np.float64], str]:
-    """The pose to reach, shape (4, 4), and whether its orientation was "given" or is that of "home"."""
-    if rpy is not None and wxyz is not None:
-        raise InputError("--rpy, --wxyz", "give one of them, not both")
-    position = numbers("--xyz", xyz, XYZ)
-    if rpy is not None:
-        return pose(position, numbers("--rpy", rpy, RPY, degrees=degrees)), "given"
-    if wxyz is not None:
-        return pose(position, wxyz=numbers("--wxyz", wxyz, WXYZ)), "given"
-    T = robot.forward_kinematics(robot.home, link=link)
-    T[:3, 3] = position
-    return T, "home"
+    data = ik_data(robot, link, T, "home" if orientation is None else "given", asked, result)
+    return Output(data, ik_table, status=0 if result.success else 1)
 
 
 def ik_data(robot: Robot, link: str, T: NDArray[np.float64], orientation: str, asked: dict[str, str], result: IKResult) -> Data:

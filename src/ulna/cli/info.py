@@ -6,8 +6,9 @@ from dataclasses import asdict
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.options import Base, Json, PackageDirs, RobotName, SrdfFile, Tip, XacroArgs, load_robot
-from ulna.cli.output import Data, limit, make_table, show
+from ulna.cli.depends import command
+from ulna.cli.options import AnyRobot
+from ulna.cli.output import Data, Output, limit, make_table
 from ulna.description.robot_description import JointType
 from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.robot import Robot
@@ -23,18 +24,10 @@ INFO_KEYS = (
 )
 
 
-def info(
-    robot: RobotName = "panda",
-    *,
-    base: Base = None,
-    tip: Tip = None,
-    srdf: SrdfFile = None,
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
-    as_json: Json = False,
-) -> None:
+@command
+def info(robot: AnyRobot) -> Output:
     """What a robot is: its joints with their limits, its links, its collision shapes."""
-    show(info_data(load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)), info_table, as_json=as_json)
+    return Output(info_data(robot), info_table)
 
 
 def info_data(robot: Robot) -> Data:

@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import asdict
 
-import typer
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ulna.cli.options import Json, PackageDirs, RobotName, XacroArgs, xacro_arguments
-from ulna.cli.output import Data, count_of, make_table, show
+from ulna.cli.depends import command
+from ulna.cli.options import RobotName, Sources
+from ulna.cli.output import Data, Output, count_of, make_table
 from ulna.inspection.inspect import inspect as inspect_description
 from ulna.inspection.result import Inspection, Severity
 
@@ -24,16 +24,14 @@ _STYLES = {"error": "bold red", "warning": "yellow", "note": "dim"}
 _MOST_LINKS = 60  # of the tree that is drawn: one page
 
 
-def inspect(
-    robot: RobotName = "panda", *, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None, as_json: Json = False
-) -> None:
+@command
+def inspect(sources: Sources, *, robot: RobotName = "panda") -> Output:
     """The health of a description, also of one that cannot be loaded: limits, axes, units, meshes, inertia, and its tree.
 
     Exit status 0 if nothing is wrong (notes do not count), 1 if something looks wrong (warnings), 2 if something is (errors).
     """
-    inspection = inspect_description(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or ())
-    show(inspect_data(inspection), inspect_table, as_json=as_json)
-    raise typer.Exit(_EXIT_STATUS[inspection.worst])
+    inspection = inspect_description(robot, **sources)
+    return Output(inspect_data(inspection), inspect_table, _EXIT_STATUS[inspection.worst])
 
 
 def inspect_data(inspection: Inspection) -> Data:

@@ -9,21 +9,10 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.options import (
-    Base,
-    Degrees,
-    Json,
-    Link,
-    PackageDirs,
-    Positions,
-    RobotName,
-    Tip,
-    XacroArgs,
-    link_or_hand,
-    load_robot,
-    positions,
-)
-from ulna.cli.output import Q_KEYS, Data, data_of_q, folded, make_table, number, show, title
+from ulna.cli.depends import command
+from ulna.cli.options import AnyRobot, Link
+from ulna.cli.output import Q_KEYS, Data, Output, data_of_q, folded, make_table, number, title
+from ulna.cli.targets import Q
 from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -41,32 +30,17 @@ ANALYTICAL_ROWS = ("x", "y", "z", "roll", "pitch", "yaw")
 COLUMNS_AT_ONCE = 7  # as many as fit into 80 characters
 
 
-def jacobian(
-    robot: RobotName = "panda",
-    *,
-    q: Positions = None,
-    link: Link = None,
-    expressed_in: Frame = None,
-    analytical: Analytical = False,
-    degrees: Degrees = False,
-    base: Base = None,
-    tip: Tip = None,
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
-    as_json: Json = False,
-) -> None:
+@command
+def jacobian(robot: AnyRobot, q: Q, link: Link, *, expressed_in: Frame = None, analytical: Analytical = False) -> Output:
     """The Jacobian: how fast a link moves for a unit rate of each joint.
 
     Rows are linear first, then angular: metres and radians per second.
     """
-    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip)
-    at = positions("--q", q, arm, degrees=degrees)
     if analytical and expressed_in is not None:
         raise InputError("--expressed-in", "goes with the geometric Jacobian, not with --analytical")
     frame = None if analytical else "base" if expressed_in is None else expressed_in
-    link = link_or_hand(arm, link, quietly=as_json)
-    J = arm.analytical_jacobian(at, link=link) if frame is None else arm.jacobian(at, link=link, expressed_in=frame)
-    show(jacobian_data(arm, at, link, J, frame), jacobian_table, as_json=as_json)
+    J = robot.analytical_jacobian(q, link=link) if frame is None else robot.jacobian(q, link=link, expressed_in=frame)
+    return Output(jacobian_data(robot, q, link, J, frame), jacobian_table)
 
 
 def jacobian_data(robot: Robot, q: Array, link: str, J: Array, expressed_in: str | None) -> Data:

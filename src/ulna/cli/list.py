@@ -1,16 +1,16 @@
 """``ulna list``: the robots that have names."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Annotated
 
 import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from ulna.cli.options import Json
-from ulna.cli.output import Data, count_of, make_table, show
-from ulna.description.names.by_name import known_robots, packages_to_install
+from ulna.cli.depends import command
+from ulna.cli.output import Data, Output, count_of, make_table
+from ulna.description.names.by_name import KnownRobot, known_robots, packages_to_install
 
 Part = Annotated[str, typer.Argument(metavar="PART", help="A part of a name or of a package; all robots unless given.")]
 
@@ -20,20 +20,30 @@ LIST_KEYS = (
 )
 
 
-def list(part: Part = "", *, as_json: Json = False) -> None:  # noqa: A001 -- the command's name
+@command
+def list(part: Part = "") -> Output:  # noqa: A001 -- the command's name
     """The robots that have names: what gives them, and whether they are installed.
 
     As in: ulna list ur. Exit status 1 if there is none.
     """
     data = list_data(part)
-    show(data, list_table, as_json=as_json)
-    raise typer.Exit(0 if data["robots"] else 1)
+    return Output(data, list_table, status=0 if data["robots"] else 1)
 
 
 def list_data(part: str) -> Data:
     """The robots with that part in a name or in the package's name; see ``LIST_KEYS``."""
-    wanted = [robot for robot in known_robots() if part.lower() in " ".join((robot.name, *robot.also, robot.package)).lower()]
-    return {"robots": [asdict(robot) for robot in wanted], "to_install": packages_to_install()}
+    robots = [robot for robot in _loaded_by_name() if part.lower() in " ".join((robot.name, *robot.also, robot.package)).lower()]
+    return {"robots": [asdict(robot) for robot in robots], "to_install": packages_to_install()}
+
+
+def _loaded_by_name() -> Iterator[KnownRobot]:
+    """Every robot under the names by which it is loaded: where several packages have a name, the first gives the robot."""
+    taken: set[str] = set()
+    for robot in known_robots():
+        names = [name for name in (robot.name, *robot.also) if name not in taken]
+        taken.update(names)
+        if names:
+            yield replace(robot, name=names[0], also=tuple(names[1:]))
 
 
 def list_table(data) -> Iterator[RenderableType]:

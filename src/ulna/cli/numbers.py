@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 
+from ulna.cli.output import warn
 from ulna.errors import InputError
 from ulna.robot.coordinates import Coordinate
 
@@ -19,6 +20,8 @@ _WITHOUT_PI = re.compile(rf"[+-]?{_DECIMAL}")
 def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: bool = False) -> list[float]:
     """The numbers in "0,-pi/4,0.5 1e-3", one for each entry; with ``degrees``, angles are converted to radians.
 
+    Without it, a hint on standard error says that an angle of more than a turn is in radians.
+
     Raises:
         InputError: There are more or fewer numbers than entries, or one cannot be read. It names the option.
     """
@@ -27,7 +30,16 @@ def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: b
         names = ", ".join(entry.name for entry in entries[:9]) + (" ..." if len(entries) > 9 else "")
         verb = "is" if len(entries) == 1 else "are"
         raise InputError(option, f"{len(found)} number{'s' * (len(found) != 1)}, but {len(entries)} {verb} expected: {names}")
-    return [_number(option, word, degrees=degrees and entry.unit == "rad") for word, entry in zip(found, entries, strict=True)]
+    values: list[float] = []
+    turned: list[str] = []
+    for word, entry in zip(found, entries, strict=True):
+        is_angle = entry.unit == "rad"
+        values.append(_number(option, word, degrees=degrees and is_angle))
+        if is_angle and not degrees and abs(values[-1]) > 2 * math.pi and "pi" not in word:
+            turned.append(word)
+    if turned:
+        warn(f"{option}: {turned[0]} rad is more than a turn; with --degrees angles are in degrees")
+    return values
 
 
 def is_name(text: str) -> bool:

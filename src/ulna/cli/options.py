@@ -1,22 +1,16 @@
-"""Options that several commands share, and the robot, world and q that they name. Used by every command."""
+"""Options that several commands share: the robot and a part of it, a link, a seed, a page. Used by every command."""
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NamedTuple
 
-import numpy as np
 import typer
-from numpy.typing import NDArray
 
-from ulna.cli.numbers import numbers
+from ulna.cli.depends import Depends, Json
 from ulna.cli.output import warn
-from ulna.collision.scene_file import load_world
-from ulna.collision.world import World
 from ulna.errors import DescriptionWarning, InputError
 from ulna.robot import Robot, load
-from ulna.robot.coordinates import coordinates_of
 from ulna.robot.hand_link import hand_link
 
 
@@ -45,75 +39,50 @@ PackageDirs = Annotated[
 Base = Annotated[str | None, typer.Option(metavar="LINK", help="The link to begin at; the root unless given.")]
 Tip = Annotated[str | None, typer.Option(metavar="LINK", help="The link to end at: only the chain to it is kept.")]
 SrdfFile = Annotated[
-    Path | None, typer.Option("--srdf", metavar="FILE", help="A semantic description: groups, pairs of links that may touch.")
+    Path | None,
+    typer.Option("--srdf", metavar="FILE", help="A semantic description: groups, states, pairs of links that may touch."),
 ]
-Link = Annotated[
+LinkName = Annotated[
     str | None, typer.Option(metavar="NAME", help="The link; unless given the tip or, where there are several, the hand.")
 ]
-Positions = Annotated[
-    str | None, typer.Option("--q", metavar="NUMBERS", help='Joint positions, as in "0,-pi/4,0.5 1e-3"; home unless given.')
-]
 Degrees = Annotated[bool, typer.Option("--degrees", help="All angles given are degrees, not radians.")]
-Scene = Annotated[Path | None, typer.Option(metavar="FILE", help="A scene file: the obstacles, as `ulna view` saves them.")]
+Seed = Annotated[int, typer.Option(help="Chooses the random samples: the same number gives the same result.")]
+TaskName = Annotated[str, typer.Option(metavar="NAME", help="pose, position, or pointing: the z axis alone.")]
+Host = Annotated[str, typer.Option(help="The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Its port; 0 takes a free one.")]
 NoOpen = Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")]
-Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
-SERVED = {"host": "--host", "port": "--port"}  # arguments of a page, and the options that set them
 
 
-@contextmanager
-def as_options(names: Mapping[str, str]) -> Iterator[None]:
-    """A context for a call of the library, in which an ``InputError`` names the option instead of the argument.
+@dataclass(frozen=True)
+class Loader:
+    """Loads a robot with the options that say how; ``options`` are the arguments of ``ulna.load``."""
 
-    Args:
-        names: The option of each argument, as in ``{"host": "--host"}``.
+    options: dict[str, Any]
 
-    Raises:
-        InputError: The library refuses an argument.
-    """
-    try:
-        yield
-    except InputError as error:
-        raise InputError(names.get(error.argument, error.argument), error.message) from None
+    @property
+    def given(self) -> list[str]:
+        """The options that were given, as they are written."""
+        return [f"--{name.removesuffix('s').replace('_', '-')}" for name, value in self.options.items() if value]
 
+    def __call__(self, robot: str) -> Robot:
+        """The robot of a name or a file. Warnings about unknown names in an SRDF are printed on standard error.
 
-def load_robot(
-    robot: str,
-    xacro_arg: Sequence[str] | None,
-    package_dir: Sequence[Path] | None,
-    *,
-    base: str | None = None,
-    tip: str | None = None,
-    srdf: Path | None = None,
-) -> Robot:
-    """The robot that the options name. Warnings about unknown names in an SRDF are printed on standard error.
-
-    Raises:
-        UlnaError: It cannot be loaded; see ``ulna.load``.
-    """
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", DescriptionWarning)
-        arm = load(robot, xacro_args=xacro_arguments(xacro_arg), package_dirs=package_dir or (), base=base, tip=tip, srdf=srdf)
-    for warning in caught:
-        warn(str(warning.message))
-    return arm
+        Raises:
+            UlnaError: It cannot be loaded; see ``ulna.load``.
+        """
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", DescriptionWarning)
+            arm = load(robot, **self.options)
+        for warning in caught:
+            warn(str(warning.message))
+        return arm
 
 
-def link_or_hand(robot: Robot, link: str | None, *, quietly: bool) -> str:
-    """The named link; otherwise the tip; otherwise the hand, whose name is printed on standard error unless ``quietly``."""
-    known = robot.tip if link is None else link
-    if known is not None:
-        return known
-    hand = hand_link(robot)
-    if not quietly:
-        warn(f"{robot.name} has {len(robot.tree.leaves)} tips; {hand} is taken, --link names another")
-    return hand
-
-
-def xacro_arguments(xacro_arg: Sequence[str] | None) -> dict[str, str]:
-    """The arguments of a xacro file, from key:=value.
+def sources(*, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None) -> dict[str, Any]:
+    """What reading a description needs besides its file: ``xacro_args`` from key:=value, and ``package_dirs``.
 
     Raises:
-        InputError: One of them does not have this form.
+        InputError: An argument of a xacro file does not have this form.
     """
     arguments = {}
     for text in xacro_arg or ():
@@ -121,24 +90,56 @@ def xacro_arguments(xacro_arg: Sequence[str] | None) -> dict[str, str]:
         if not (separator and key):
             raise InputError("--xacro-arg", f"{text!r}; key:=value is expected")
         arguments[key] = value
-    return arguments
+    return {"xacro_args": arguments, "package_dirs": package_dir or ()}
 
 
-def world_of(scene: Path | None) -> World:
-    """The world of a scene file; an empty one without it.
-
-    Raises:
-        UlnaError: The file cannot be read.
-    """
-    return World() if scene is None else load_world(scene)
+Sources = Annotated[dict[str, Any], Depends(sources)]
 
 
-def positions(option: str, text: str | None, robot: Robot, *, degrees: bool) -> NDArray[np.float64]:
-    """The numbers of an option as one q [rad or m], shape (n_dof,); home without it.
+def loader(sources: Sources, *, base: Base = None, tip: Tip = None, srdf: SrdfFile = None) -> Loader:
+    """What loads a robot, or a part of it."""
+    return Loader({**sources, "base": base, "tip": tip, "srdf": srdf})
 
-    Raises:
-        InputError: They are not the numbers of one q.
-    """
-    if text is None:
-        return robot.home
-    return np.array(numbers(option, text, coordinates_of(robot), degrees=degrees))
+
+Load = Annotated[Loader, Depends(loader)]
+
+
+def named_robot(load: Load, *, robot: RobotName = "panda") -> Robot:
+    """The robot of the first argument."""
+    return load(robot)
+
+
+AnyRobot = Annotated[Robot, Depends(named_robot)]
+
+
+def link_or_hand(robot: AnyRobot, *, link: LinkName = None, as_json: Json = False) -> str:
+    """The named link; otherwise the tip; otherwise the hand, whose name is printed on standard error unless JSON has it."""
+    known = robot.tip if link is None else link
+    if known is not None:
+        return known
+    hand = hand_link(robot)
+    if not as_json:
+        warn(f"{robot.name} has {len(robot.tree.leaves)} tips; {hand} is taken, --link names another")
+    return hand
+
+
+Link = Annotated[str, Depends(link_or_hand)]
+
+
+class PageOptions(NamedTuple):
+    """Where a page is served, and whether it is opened."""
+
+    host: str = "127.0.0.1"
+    port: int = 8080
+    open_browser: bool = True
+
+
+_HERE = PageOptions()
+
+
+def page_options(*, host: Host = _HERE.host, port: Port = _HERE.port, no_open: NoOpen = False) -> PageOptions:
+    """The options of a page."""
+    return PageOptions(host, port, not no_open)
+
+
+OnPage = Annotated[PageOptions, Depends(page_options)]

@@ -4,7 +4,7 @@ import json
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import typer
@@ -19,6 +19,17 @@ from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
 Data = dict[str, object]
+TableOf = Callable[[Any], Iterable[RenderableType]]
+
+
+class Output(NamedTuple):
+    """What a command returns: its data, the function that makes the table of them, and the exit status."""
+
+    data: Data
+    table: TableOf
+    status: int = 0
+
+
 Q_KEYS = "robot; q; outside_limits: joints of q beyond their limits"
 # C0 and C1 controls and DEL, except tab and line feed; controls of the writing direction; lone surrogates.
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -60,15 +71,15 @@ def data_of_q(robot: Robot, q: NDArray[np.float64]) -> Data:
     return {"robot": robot.name, "q": q, "outside_limits": names}
 
 
-def show(data: Data, table: Callable[[Any], Iterable[RenderableType]], *, as_json: bool) -> None:
-    """Print data as one line of JSON, or as the table that ``table`` makes from it."""
+def show(output: Output, *, as_json: bool) -> None:
+    """Print the data as one line of JSON, or as their table."""
     if as_json:
-        write_json(data)
+        write_json(output.data)
         return
     console = make_console()
     usual = console.width
     with console.capture() as capture:
-        for part in table(printable(plain(data))):
+        for part in output.table(printable(plain(output.data))):
             console.width = max(usual, _least_width(console, part))
             console.print(part)
     text = "\n".join(line.rstrip() for line in capture.get().split("\n"))

@@ -1,13 +1,21 @@
-"""Loads plugins: commands and films that packages add by entry points, as the demo does. Used by ``app``, ``ulna record``.
+"""Loads plugins: commands and films that packages add by entry points, as the demo does. Used by ``app`` and ``record``.
 
 A package adds commands in the group ``ulna.commands``: a ``typer.Typer`` whose commands become commands of ``ulna``. In the group
-``ulna.films`` it adds a film, which ``ulna record`` makes if ``--robot`` is not given; ``record.Film`` is its interface.
+``ulna.films`` it adds a film, which ``ulna record`` makes if ``--robot`` is not given.
 """
 
+from collections.abc import Callable
 from importlib.metadata import entry_points
-from typing import Any
+from typing import Any, Protocol
 
 COMMANDS, FILMS = "ulna.commands", "ulna.films"
+
+
+class Film(Protocol):
+    """What a package adds in the group ``ulna.films``: it records into the file of a ``viewer.film.record.Form``."""
+
+    def __call__(self, form: Any, at: float | None, *, boxes: bool, tell: Callable[[int], object]) -> None:
+        """Record. ``at``: the moment [s] of a single picture; ``tell`` is called with the number of pictures done so far."""
 
 
 def load_plugins(group: str) -> list[Any]:

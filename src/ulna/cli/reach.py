@@ -12,28 +12,12 @@ from rich.console import RenderableType
 from rich.text import Text
 from typer.core import TyperGroup
 
+from ulna.cli.cell import Meshes, Obstacles, checked_robot
 from ulna.cli.cluster import client_of
-from ulna.cli.meshes import Hulls, Meshes, with_chosen_shapes
+from ulna.cli.depends import Json, command, defaults_of
 from ulna.cli.numbers import XYZ, numbers
-from ulna.cli.options import (
-    SERVED,
-    Base,
-    Json,
-    Link,
-    NoOpen,
-    PackageDirs,
-    RobotName,
-    Scene,
-    SrdfFile,
-    Tip,
-    XacroArgs,
-    as_options,
-    link_or_hand,
-    load_robot,
-    world_of,
-)
-from ulna.cli.output import Data, make_table, printable, show, warn
-from ulna.cli.view import Host, Port
+from ulna.cli.options import LinkName, Load, OnPage, RobotName, Seed, TaskName, link_or_hand
+from ulna.cli.output import Data, Output, make_table, printable, warn
 from ulna.collision.world import World
 from ulna.engine.progress import progress
 from ulna.errors import needs_extra
@@ -50,9 +34,8 @@ Bounds = Annotated[
     ),
 ]
 Itself = Annotated[
-    bool, typer.Option("--self", help="Poses in which the robot touches itself do not count; --scene checks that too.")
+    bool, typer.Option("--self", help="Poses in which the robot touches itself do not count; --scene and --box check that too.")
 ]
-TaskName = Annotated[str, typer.Option(metavar="NAME", help="pose, position, or pointing: the z axis alone.")]
 Clearance = Annotated[bool, typer.Option("--clearance", help="Keep the distance to the nearest obstacle.")]
 Solutions = Annotated[bool, typer.Option("--solutions", help="Keep the joint positions found.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the map that is there, or begin one.")]
@@ -60,10 +43,9 @@ Scheduler = Annotated[
     str | None,
     typer.Option(metavar="ADDRESS", help="Of a Dask cluster, as tcp://host:8786; threads of this process unless given."),
 ]
-Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="Without a cluster; ULNA_THREADS, or one a processor.")]
-Seed = Annotated[int, typer.Option(min=0, help="Chooses the random starts of the searches.")]
-Steps = Annotated[int, typer.Option(min=0, metavar="N", help="Steps of the search for one pose; from 16000 on with the reason.")]
-ShownRobot = Annotated[
+Threads = Annotated[int | None, typer.Option(metavar="N", help="Without a cluster; ULNA_THREADS, or one a processor.")]
+Steps = Annotated[int, typer.Option(metavar="N", help="Steps of the search for one pose; from 16000 on with the reason.")]
+RobotOfMap = Annotated[
     str | None,
     typer.Option("--robot", metavar="ROBOT", help="The robot, for its looks: a map has its shapes alone."),
 ]
@@ -73,14 +55,8 @@ REACH_KEYS = (
     "path; robot; tip; poses; computed; reached; share: reached of computed; statuses: how many poses have each; "
     "seconds and poses_a_second of this run, null where nothing was left to do."
 )
-_OPTIONS = {
-    "voxel": "--voxel",
-    "orientations": "--orientations",
-    "bounds": "--bounds",
-    "task": "--task",
-    "resume": "--resume",
-    "max_iterations": "--max-iterations",
-}
+_DEFAULTS = defaults_of(reachability_map)
+_ORIENTATIONS = 32
 
 
 class _MapUnlessNamed(TyperGroup):
@@ -104,46 +80,43 @@ def reach() -> None:
 
 
 @GROUP.command("map", epilog=f"JSON: {REACH_KEYS}")
+@command
 def compute(
+    load: Load,
+    *,
     robot: RobotName,
     path: MapPath,
-    *,
     voxel: Voxel,
-    orientations: Orientations,
+    orientations: Orientations = _ORIENTATIONS,
     bounds: Bounds = None,
-    scene: Scene = None,
+    world: Obstacles,
     itself: Itself = False,
-    link: Link = None,
-    task: TaskName = "pose",
+    link: LinkName = None,
+    task: TaskName = _DEFAULTS["task"],
     clearance: Clearance = False,
     solutions: Solutions = False,
     resume: Resume = False,
     scheduler: Scheduler = None,
     threads: Threads = None,
-    seed: Seed = 0,
-    max_iterations: Steps = 400,
+    seed: Seed = _DEFAULTS["seed"],
+    max_iterations: Steps = _DEFAULTS["max_iterations"],
     meshes: Meshes = None,
-    hulls: Hulls = False,
-    base: Base = None,
-    tip: Tip = None,
-    srdf: SrdfFile = None,
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
     as_json: Json = False,
-) -> None:
+) -> Output:
     """Compute a map: inverse kinematics in every voxel, in every orientation. "map" may be left out.
 
     As in: ulna reach panda map.zarr --voxel 0.05 --orientations 64 --scene scene.json --resume. Ctrl-C leaves a map that
     --resume continues.
     """
-    arm = load_robot(robot, xacro_arg, package_dir, base=base, tip=tip, srdf=srdf)
-    link = link_or_hand(arm, link, quietly=as_json)
-    world = world_of(scene) if scene is not None else World() if itself else None
+    arm = load(robot)
+    tip = link_or_hand(arm, link=link, as_json=as_json)
+    if itself and world is None:
+        world = World()
     if world is not None or clearance:
-        arm = with_chosen_shapes(arm, meshes, hulls=hulls, quiet=as_json)
+        arm = checked_robot(arm, meshes=meshes, as_json=as_json)
     corners = None if bounds is None else np.reshape(numbers("--bounds", bounds, XYZ + XYZ), (2, 3))
     start, begun = time.perf_counter(), [0, 0]
-    with as_options(_OPTIONS), client_of(scheduler) as client, progress(path.name) as tell:
+    with client_of(scheduler) as client, progress(path.name) as tell:
 
         def note(done: int, total: int) -> None:
             begun[:] = [begun[0] if begun[1] else done, total]
@@ -151,7 +124,7 @@ def compute(
 
         try:
             found = reachability_map(
-                arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, link=link, task=task,
+                arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, link=tip, task=task,
                 keep_clearance=clearance, keep_solutions=solutions, client=client, resume=resume, seed=seed,
                 max_iterations=max_iterations, threads=threads, progress=note,
             )  # fmt: skip
@@ -159,11 +132,12 @@ def compute(
             kept = ReachabilityMap.open(path).summary.computed
             warn(f"stopped: {kept} of {begun[1]} poses are kept in {path}; --resume continues")
             raise typer.Exit(130) from None
-    show(map_data(found, time.perf_counter() - start, begun[1] - begun[0]), map_table, as_json=as_json)
+    return Output(map_data(found, time.perf_counter() - start, begun[1] - begun[0]), map_table)
 
 
-@GROUP.command("plot", epilog=f"JSON: {REACH_KEYS}")
-def plot(path: MapPath, out: Figure, *, as_json: Json = False) -> None:
+@GROUP.command("plot", epilog=f"JSON: figure; {REACH_KEYS}")
+@command
+def plot(path: MapPath, out: Figure) -> Output:
     """Write the figure of a map: three slices, the share of poses reached by height, and why the others are not.
 
     As in: ulna reach plot map.zarr map.png
@@ -172,31 +146,22 @@ def plot(path: MapPath, out: Figure, *, as_json: Json = False) -> None:
     with needs_extra("a figure", "reach", "matplotlib"):
         from ulna.reachability.plot import write_figure  # noqa: PLC0415 -- needs the extra
     write_figure(found, out)
-    show(map_data(found, None, 0), map_table, as_json=as_json)
+    return Output({"figure": str(out), **map_data(found, None, 0)}, map_table)
 
 
 @GROUP.command("show")
-def show_map(
-    path: MapPath,
-    *,
-    robot: ShownRobot = None,
-    host: Host = "127.0.0.1",
-    port: Port = 8080,
-    no_open: NoOpen = False,
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
-) -> None:
+@command
+def show_map(path: MapPath, load: Load, page: OnPage, *, robot: RobotOfMap = None) -> None:
     """Show a map in the browser: voxels by colour, a plane that clips them, the robot inside; click a voxel for its solutions.
 
     As in: ulna reach show map.zarr. Ctrl-C ends it.
     """
-    found = ReachabilityMap.open(path, robot=None if robot is None else load_robot(robot, xacro_arg, package_dir))
+    found = ReachabilityMap.open(path, robot=None if robot is None else load(robot))
     with needs_extra("the view", "viewer", "viser", "trimesh"):
         from ulna.viewer.map_view import MapView  # noqa: PLC0415 -- needs the extra
-    with as_options(SERVED):
-        shown = MapView(found, host=host, port=port)
+    shown = MapView(found, host=page.host, port=page.port)
     with shown, suppress(KeyboardInterrupt):
-        if not no_open:
+        if page.open_browser:
             shown.page.open()
         typer.echo(f"{printable(found.robot.name)} is at {shown.url}  (Ctrl-C ends it)")
         shown.wait()
@@ -209,7 +174,7 @@ def map_data(found: ReachabilityMap, seconds: float | None, poses: int) -> Data:
     return {
         "path": str(found.path),
         "robot": found.attributes["robot"],
-        "link": found.link,
+        "tip": found.link,
         "poses": summary.poses,
         "computed": summary.computed,
         "reached": summary.reached,
@@ -231,4 +196,4 @@ def map_table(data) -> Iterator[RenderableType]:
     yield table
     if data["seconds"] is not None:
         yield f"{data['seconds']:.1f} s, {data['poses_a_second']:,.0f} poses/s"
-    yield Text(data["path"], no_wrap=True)
+    yield Text(data.get("figure", data["path"]), no_wrap=True)

@@ -4,7 +4,8 @@ from typing import Annotated
 
 import typer
 
-from ulna.cli.options import PackageDirs, RobotName, XacroArgs, xacro_arguments
+from ulna.cli.depends import command
+from ulna.cli.options import RobotName, Sources
 from ulna.description.load import urdf_text
 
 MeshPaths = Annotated[
@@ -12,15 +13,10 @@ MeshPaths = Annotated[
 ]
 
 
-def urdf(
-    robot: RobotName = "panda",
-    *,
-    mesh_paths: MeshPaths = "given",
-    xacro_arg: XacroArgs = None,
-    package_dir: PackageDirs = None,
-) -> None:
+@command
+def urdf(sources: Sources, *, robot: RobotName = "panda", mesh_paths: MeshPaths = "given") -> None:
     """Print the robot's URDF: of a xacro file, what it expands to.
 
     It is printed even if it cannot be loaded, so that the line that an error names can be looked up.
     """
-    typer.echo(urdf_text(robot, xacro_arguments(xacro_arg), package_dir or (), mesh_paths).encode(), nl=False)
+    typer.echo(urdf_text(robot, **sources, mesh_paths=mesh_paths).encode(), nl=False)

@@ -12,8 +12,8 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from ulna.cli.options import Json
-from ulna.cli.output import Data, make_table, show
+from ulna.cli.depends import Json, command
+from ulna.cli.output import Data, Output, make_table
 from ulna.drivers import DRIVERS
 from ulna.engine.ahead import FOLDER, is_ahead
 from ulna.engine.threads import default_threads
@@ -28,14 +28,14 @@ WARMUP_KEYS = (
 )
 
 
-def warmup(*, as_json: Json = False) -> None:
+@command
+def warmup(*, as_json: Json = False) -> Output:
     """Compile every kernel for this machine, so that no first call waits for it.
 
     The machine code is kept on disk: doing it again takes seconds. NUMBA_CACHE_DIR says where, as for Numba itself.
     """
     if is_ahead():  # a wheel brought it all
-        show(warmup_data(str(FOLDER), 0.0, []), warmup_table, as_json=as_json)
-        return
+        return Output(warmup_data(str(FOLDER), 0.0, []), warmup_table)
     from ulna.engine.cache import cache_folder  # noqa: PLC0415 -- they load the compiler, which other commands may not need
     from ulna.engine.warmup import all_jobs, compile_all  # noqa: PLC0415
 
@@ -45,7 +45,7 @@ def warmup(*, as_json: Json = False) -> None:
         raise FileError("cache folder", f"{reason}; NUMBA_CACHE_DIR names another")
     jobs, start = all_jobs(DRIVERS), time.perf_counter()
     compiled = with_progress(compile_all(jobs, side_by_side=default_threads() > 1), len(jobs), in_lines=not as_json)
-    show(warmup_data(str(folder.path), time.perf_counter() - start, compiled), warmup_table, as_json=as_json)
+    return Output(warmup_data(str(folder.path), time.perf_counter() - start, compiled), warmup_table)
 
 
 def with_progress(compiled: Iterable[Compiled], total: int, *, in_lines: bool) -> list[Compiled]:

@@ -9,45 +9,38 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ulna.cli.options import SERVED, Json, NoOpen, as_options
+from ulna.cli.depends import Json, command
+from ulna.cli.options import OnPage, PageOptions
 from ulna.cli.output import make_console, write, write_json
 from ulna.demo.checks import Check, run_checks
 from ulna.demo.ros.command import ros1, ros2
 from ulna.demo.scenario import Demo
 from ulna.errors import InputError, needs_extra
 
-Host = Annotated[str | None, typer.Option(help="The address to serve the page at; 127.0.0.1 unless given.")]
-Port = Annotated[int | None, typer.Option(min=0, max=65535, help="Its port; 8080 unless given.")]
 ChecksOnly = Annotated[bool, typer.Option("--check", help="Stop after the checks.")]
 
 DEMO_KEYS = "passed; checks: name, figure, bound, passed."
 
 
-def demo(
-    *, check: ChecksOnly = False, host: Host = None, port: Port = None, no_open: NoOpen = False, as_json: Json = False
-) -> None:
+@command
+def demo(page: OnPage, *, check: ChecksOnly = False, as_json: Json = False) -> None:
     """The assignment: the arm, the box and the light in the browser, and meanwhile its checks, run on this machine.
 
     Exit status 1 if a check fails; then the page ends.
     """
     if as_json and not check:
         raise InputError("--json", "goes with --check; the page has no JSON output")
-    if check and (no_open or host is not None or port is not None):
+    if check and page != PageOptions():
         raise InputError("--host, --port, --no-open", "go with the view; --check stops before it")
-    if check:
-        passed = show_checks(run_checks(), as_json=as_json)
-    else:
-        passed = _serve("127.0.0.1" if host is None else host, 8080 if port is None else port, open_browser=not no_open)
-    if not passed:
+    if not (show_checks(run_checks(), as_json=as_json) if check else _serve(page)):
         raise typer.Exit(1)
 
 
-def _serve(host: str, port: int, *, open_browser: bool) -> bool:
+def _serve(page: PageOptions) -> bool:
     """Serve the page, and run the checks while it is open. Whether all passed."""
     with needs_extra("the view", "viewer", "viser", "trimesh", "av", "PIL"):
         from ulna.demo.page import serve  # noqa: PLC0415 -- the one layer that needs the extra
-    with as_options(SERVED):
-        return serve(Demo(), host, port, open_browser=open_browser, meanwhile=lambda: show_checks(run_checks(), as_json=False))
+    return serve(Demo(), **page._asdict(), meanwhile=lambda: show_checks(run_checks(), as_json=False))
 
 
 def show_checks(checks: Iterable[Check], *, as_json: bool) -> bool:

@@ -632,8 +632,8 @@ class Robot(Quick):
             n_samples: The number of places at which it is held, spread evenly over its range; and, where a search finds more
                 solutions than can be listed, the number of those returned, far from each other.
             whole_turns: Whether to list every whole turn that the limits allow, and no solution beyond the limits. Otherwise
-                each branch is listed once; branches that coincide, as ``proof`` says then, are the same solution to rounding, more
-                than once.
+                each branch is listed once; branches that coincide, as ``proof`` says then, are one solution to rounding, listed
+                more than once.
             seed: Chooses the random starts of a search; the result depends on nothing else.
             position_tolerance: Largest distance that counts as reached in a search [m].
             rotation_tolerance: Largest angle that counts as reached in a search [rad].

@@ -130,7 +130,7 @@ def test_json_without_check_is_refused(refusal):
     assert refusal("demo", "--json").startswith("--json: goes with --check")
 
 
-@pytest.mark.parametrize("options", [["--host", "127.0.0.1"], ["--port", "0"], ["--no-open"]])
+@pytest.mark.parametrize("options", [["--host", "::1"], ["--port", "0"], ["--no-open"]])
 def test_options_of_the_page_with_check_are_refused(refusal, options):
     assert refusal("demo", "--check", *options).startswith("--host, --port, --no-open: go with the view")
 

@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from ulna.cli.options import as_options
+from ulna.cli.depends import as_options
 from ulna.cli.output import printable, warn, write
 from ulna.demo.ros.adapter import load_ros
 from ulna.demo.ros.description import robot_description

@@ -97,7 +97,7 @@ def _array(option: str, path: Path) -> NDArray[np.float64]:
 
 
 def _table(option: str, path: Path) -> NDArray[np.float64]:
-    """Lines of numbers separated by commas or blanks; a first line of names is skipped."""
+    """Lines of numbers separated by commas or blanks; a first line without a number has names, and is skipped."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     rows: list[list[float]] = []
     for k, line in enumerate(lines, start=1):
@@ -105,10 +105,20 @@ def _table(option: str, path: Path) -> NDArray[np.float64]:
         try:
             row = [float(word) for word in words]
         except ValueError:
-            if not rows and k == 1:
+            if k == 1 and not any(map(_is_number, words)):
                 continue
             raise InputError(option, f"{path.name}:{k}: {line.strip()[:60]!r} is not a row of numbers") from None
         if rows and row and len(row) != len(rows[0]):
             raise InputError(option, f"{path.name}:{k}: {len(row)} numbers, but {len(rows[0])} in the row before")
         rows += [row] if row else []
-    return np.array(rows, dtype=np.float64).reshape(len(rows), -1) if rows else np.empty((0, 0))
+    if not rows:
+        raise InputError(option, f"{path.name} has no row of numbers")
+    return np.array(rows, dtype=np.float64)
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,129 @@
+"""What is around a robot and what of it is checked: ``--scene``, ``--box``, ``--meshes``. Used by the commands that check."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ulna.cli.depends import Depends, Json
+from ulna.cli.numbers import BOX, numbers
+from ulna.cli.options import AnyRobot, Degrees
+from ulna.cli.output import warn
+from ulna.collision.scene_file import load_world
+from ulna.collision.world import World
+from ulna.description.meshes.hulls import in_place_of_meshes, n_collision_meshes
+from ulna.description.pose import pose
+from ulna.description.shapes import Box
+from ulna.errors import FileError, GeometryError, MissingExtraError
+from ulna.robot import Robot
+
+_ADVICE = (
+    "--meshes hulls (pip install 'ulna[hulls]') or --meshes decompose (pip install 'ulna[decompose]') checks shapes like them"
+)
+
+
+class InPlace(StrEnum):
+    """What is checked in the place of collision meshes."""
+
+    HULLS = "hulls"
+    DECOMPOSE = "decompose"
+    NONE = "none"
+
+
+Scene = Annotated[Path | None, typer.Option(metavar="FILE", help="A scene file: the obstacles, as `ulna view` saves them.")]
+Boxes = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NUMBERS", help='A box: "x, y, z, roll, pitch, yaw, length, width, height"; repeatable: box 1, box 2 ...'
+    ),
+]
+Meshes = Annotated[
+    InPlace | None,
+    typer.Option(
+        "--meshes",
+        help="What is checked in place of collision meshes: their convex hulls, which fill hollows; a decomposition into convex "
+        "pieces, which takes minutes once; or none. Hulls unless given, where the extra hulls is installed.",
+    ),
+]
+
+
+def obstacles(*, scene: Scene = None, box: Boxes = None, degrees: Degrees = False) -> World | None:
+    """The world of a scene file and boxes; None without any.
+
+    Raises:
+        UlnaError: The file cannot be read, or a box is not one.
+    """
+    if scene is None and not box:
+        return None
+    world = World() if scene is None else load_world(scene)
+    for k, text in enumerate(box or (), start=1):
+        *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
+        world.add(f"box {k}", Box((length, width, height)), pose(place[:3], place[3:]))
+    return world
+
+
+Obstacles = Annotated[World | None, Depends(obstacles)]
+
+
+def checked_robot(robot: AnyRobot, *, meshes: Meshes = None, as_json: Json = False) -> Robot:
+    """The robot with shapes that can be checked in the place of its collision meshes.
+
+    A line on standard error says which, unless JSON is printed.
+
+    Raises:
+        GeometryError: ``--meshes none`` is given, and it has collision meshes.
+        FileError: A mesh cannot be read.
+        MissingExtraError: An extra that the option asks for is not installed.
+    """
+    count = n_collision_meshes(robot.description)
+    if count and meshes is InPlace.NONE:
+        raise GeometryError(f"{count} of its collision shapes are meshes, which are not checked as they are; {_ADVICE}")
+    return with_chosen_shapes(robot, meshes, quiet=as_json)
+
+
+CheckedRobot = Annotated[Robot, Depends(checked_robot)]
+
+
+def shown_robot(robot: AnyRobot, *, meshes: Meshes = None) -> Robot:
+    """As ``checked_robot``; but unless ``--meshes`` asks for shapes, a robot whose meshes cannot be converted is shown unchecked.
+
+    Raises:
+        FileError, MissingExtraError: As ``checked_robot``, if the option is given.
+    """
+    try:
+        return with_chosen_shapes(robot, meshes)
+    except (FileError, MissingExtraError) as error:
+        if meshes is not None:
+            raise
+        typer.echo(f"collisions are not checked: {error}", err=True)
+        return robot
+
+
+ShownRobot = Annotated[Robot, Depends(shown_robot)]
+
+
+def with_chosen_shapes(robot: Robot, meshes: InPlace | None, *, quiet: bool = False) -> Robot:
+    """The robot with its collision meshes converted; a line on standard error says how, unless ``quiet``."""
+    if not n_collision_meshes(robot.description) or meshes is InPlace.NONE:
+        return robot
+    if meshes is InPlace.DECOMPOSE:
+        typer.echo("decomposing meshes; each takes seconds to minutes, and is kept for the next time", err=True)
+        shaped = robot.with_convex_pieces()
+    else:
+        shaped = robot.with_convex_hulls()
+    if not quiet:
+        typer.echo(in_place_of_meshes(shaped.description), err=True)
+    return shaped
+
+
+def warn_of_missing(meshes: Sequence[str]) -> None:
+    """One sentence on standard error about meshes that are not shown; each is an address and the reason."""
+    if not meshes:
+        return
+    if meshes[0].startswith("package://example-robot-data/"):
+        advice = "pip install 'ulna[meshes]' brings them"
+    else:
+        advice = f"{meshes[0].partition('; tried')[0]}; `ulna inspect` lists where they were looked for"
+    warn(f"plain shapes are shown in place of {len(meshes)} of its meshes: {advice}")

@@ -1,0 +1,114 @@
+"""Makes commands of functions: what they depend on becomes options, what they return is printed. Used by every command.
+
+A parameter of a command is an option of its own, as typer declares it, or ``Annotated[Robot, Depends(named_robot)]``: then it is
+what that function returns, and the function's parameters are options of the command. So an option is declared, read and checked
+once, and a command names what it needs.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from inspect import Parameter, Signature, signature
+from typing import Annotated, Any, get_args
+
+import typer
+
+from ulna.cli.output import Output, show
+from ulna.errors import InputError
+
+Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
+
+
+@dataclass(frozen=True)
+class Depends:
+    """In an annotation: the parameter is what a function returns; that function's parameters are options, or depend on others."""
+
+    function: Callable[..., Any]
+
+
+def command(function: Callable[..., Output | None]) -> Callable[..., None]:
+    """A function as typer calls it.
+
+    Its options are its own, then those of the functions on which it depends, and ``--json`` if it returns an ``Output``, which
+    is printed. An ``InputError`` about a parameter names the option.
+    """
+    options = _options(function)
+    if signature(function, eval_str=True).return_annotation is Output:
+        as_json = Parameter("as_json", Parameter.KEYWORD_ONLY, default=False, annotation=Json)
+        options["as_json"] = options.pop("as_json", as_json)  # the last
+
+    def run(context: typer.Context, **given: Any) -> None:
+        names = {
+            each.name: each.metavar if each.param_type_name == "argument" else each.opts[0] for each in context.command.params
+        }
+        with as_options(names):
+            output = _call(function, given, {})
+        if output is not None:
+            show(output, as_json=given["as_json"])
+            raise typer.Exit(output.status)
+
+    context = Parameter("context", Parameter.POSITIONAL_OR_KEYWORD, annotation=typer.Context)
+    vars(run)["__signature__"] = Signature([context, *options.values()])
+    run.__name__, run.__doc__, run.__module__ = function.__name__, function.__doc__, function.__module__
+    return run
+
+
+@contextmanager
+def as_options(names: Mapping[str, str | None]) -> Iterator[None]:
+    """A context for calls of the library, in which an ``InputError`` names the option instead of the argument.
+
+    Args:
+        names: The option of each argument, as in ``{"q_start": "--from"}``.
+
+    Raises:
+        InputError: The library refuses an argument.
+    """
+    try:
+        yield
+    except InputError as error:
+        argument, bracket, index = error.argument.partition("[")
+        raise InputError((names.get(argument) or argument) + bracket + index, error.message) from None
+
+
+def defaults_of(function: Callable[..., Any]) -> dict[str, Any]:
+    """The defaults of a function of the library by parameter: those of the options are the same."""
+    return {name: each.default for name, each in signature(function).parameters.items() if each.default is not Parameter.empty}
+
+
+def _options(function: Callable[..., Any]) -> dict[str, Parameter]:
+    """The options of a command by the name of the parameter: its own, then those of the functions it depends on, and so on.
+
+    Those of a function that depends on no other come in the place of the parameter.
+
+    Raises:
+        TypeError: Two functions declare an option of one name in two ways.
+    """
+    options: dict[str, Parameter] = {}
+    functions = [function]
+    for each in functions:  # which grows
+        for parameter, source in _parameters(each):
+            here = [(parameter, source)] if source is None else list(_parameters(source))
+            if any(further is not None for _, further in here):
+                functions += [] if source in functions else [source]
+                continue
+            for option in (one.replace(kind=Parameter.KEYWORD_ONLY) for one, _ in here):
+                if options.setdefault(option.name, option) != option:
+                    raise TypeError(f"{option.name} is declared in two ways")
+    return options
+
+
+def _call(function: Callable[..., Any], given: Mapping[str, Any], known: dict[Callable[..., Any], Any]) -> Any:
+    """What a function returns for the options that are given; each function is called once."""
+    if function not in known:
+        values = {
+            parameter.name: given[parameter.name] if source is None else _call(source, given, known)
+            for parameter, source in _parameters(function)
+        }
+        known[function] = function(**values)
+    return known[function]
+
+
+def _parameters(function: Callable[..., Any]) -> Iterator[tuple[Parameter, Callable[..., Any] | None]]:
+    """The parameters of a function, each with the function of its ``Depends``, or None."""
+    for parameter in signature(function, eval_str=True).parameters.values():
+        yield parameter, next((each.function for each in get_args(parameter.annotation) if isinstance(each, Depends)), None)
