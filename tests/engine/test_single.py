@@ -6,7 +6,7 @@ import pytest
 import robots
 import ulna
 from ulna.engine.lanes import sqrt, with_lane
-from ulna.engine.single import THRESHOLDS, in_single
+from ulna.gpu.single import THRESHOLDS, in_single
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.chain.poses import chain_pose
