@@ -33,9 +33,9 @@ from ulna.cli.options import (
     world_of,
 )
 from ulna.cli.output import Data, make_table, printable, show, warn
+from ulna.cli.progress import progress
 from ulna.cli.view import Host, Port
 from ulna.collision.world import World
-from ulna.engine.progress import progress
 from ulna.errors import needs_extra
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.reachability_map import reachability_map
