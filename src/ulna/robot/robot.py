@@ -54,7 +54,7 @@ from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
 
 if TYPE_CHECKING:
-    from ulna.robot.gpu_robot import GpuRobot
+    from ulna.gpu.robot import GpuRobot
 
 Array = NDArray[np.float64]
 
@@ -434,7 +434,7 @@ class Robot(Quick):
             InputError: The robot has no moving joints.
             MissingExtraError: The extra ``cuda`` is not installed.
         """
-        from ulna.robot.gpu_robot import GpuRobot  # noqa: PLC0415 - needs the extra
+        from ulna.gpu.robot import GpuRobot  # noqa: PLC0415 - needs the extra
 
         return GpuRobot(self, float32=float32)
 

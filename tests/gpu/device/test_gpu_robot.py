@@ -15,7 +15,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 from numba import cuda
 
 import ulna
-from ulna.robot.gpu_search import Search
+from ulna.gpu.search import Search
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 7 if SIMULATED else 20_000
@@ -199,7 +199,7 @@ def test_leading_axes_and_single_configurations_keep_their_shapes(panda, on_gpu,
 def test_arrays_of_several_pieces_are_put_together_in_their_order(panda, on_gpu, q, monkeypatch):
     whole = on_gpu.forward_kinematics(q), on_gpu.in_collision(q, cell()), on_gpu.signed_distance(q, round_cell())
     q.setflags(write=False)
-    monkeypatch.setattr("ulna.engine.gpu.PIECE", -(-len(q) // 3) - 1)  # the last piece is a short one, in a used place
+    monkeypatch.setattr("ulna.gpu.device.PIECE", -(-len(q) // 3) - 1)  # the last piece is a short one, in a used place
     pieces = on_gpu.forward_kinematics(q), on_gpu.in_collision(q, cell()), on_gpu.signed_distance(q, round_cell())
     for one, other in zip(whole, pieces, strict=True):
         np.testing.assert_array_equal(one, other)
