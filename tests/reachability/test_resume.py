@@ -136,7 +136,7 @@ def other_worlds():
         ({"world": other_worlds()}, "world"),
         ({"seed": 1}, "seed: 0 and 1"),
         ({"task": "position"}, "task: "),
-        ({"tip": "panda_link7"}, "tip: panda_ee and panda_link7"),
+        ({"link": "panda_link7"}, "link: panda_ee and panda_link7"),
         ({"rotation_tolerance": 1e-3}, "rotation_tolerance: 1e-05 and 0.001"),
         ({"max_iterations": 16_000}, "max_iterations: 400 and 16000"),
         ({"keep_solutions": False}, "solutions: True and False"),
