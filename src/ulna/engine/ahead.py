@@ -91,9 +91,9 @@ def load_library(folder: Path, wanted: str) -> Library:
         InputError: ``wanted`` is not a level that there is and this CPU has.
     """
     try:
-        index = json.loads((folder / INDEX).read_text(encoding="utf-8"))
+        index = _checked(json.loads((folder / INDEX).read_text(encoding="utf-8")))
         levels = {name: level["needs"] for name, level in index["levels"].items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise _damaged(folder / INDEX, error) from None
     has = _extension(folder).x86_level()
     possible = [name for name, needed in levels.items() if needed <= has]
@@ -102,6 +102,28 @@ def load_library(folder: Path, wanted: str) -> Library:
     if wanted and wanted not in possible:
         raise InputError(VARIABLE, f"{wanted!r}; the environment variable must be one of {', '.join([*possible, NATIVE])}")
     return Library(folder, index, wanted or possible[-1])
+
+
+def _checked(index: Any) -> dict[str, Any]:
+    """The index if it has the form that ``hatch_build`` gives it, so that what reads it later need not ask.
+
+    Raises:
+        KeyError, TypeError, AttributeError: It has not.
+    """
+    _check_kinds(index, {"package": str, "levels": dict, "entries": dict})
+    for level in index["levels"].values():
+        _check_kinds(level, {"needs": int, "file": str, "size": int})
+    for entry in index["entries"].values():
+        _check_kinds(entry, {"overloads": list, "result": str, "releases_lock": bool})
+        for overload in entry["overloads"]:
+            _check_kinds(overload, {"symbol": str, "signature": str})
+    return index
+
+
+def _check_kinds(table: dict[str, Any], kinds: dict[str, type]) -> None:
+    for name, kind in kinds.items():
+        if not isinstance(table[name], kind):
+            raise TypeError(f"{name} is not of type {kind.__name__}")
 
 
 @cache
