@@ -17,6 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 import ulna
+from ulna.collision.allowed import AllowedCollisions, as_link_pairs
 from ulna.description.meshes import kept_pieces
 from ulna.description.shapes import Mesh
 from ulna.robot import Robot
@@ -90,7 +91,7 @@ def with_pairs(robot: Robot, pairs: set[frozenset[str]]) -> Robot:
     """The robot that checks these pairs of links, and no others."""
     names = robot.link_names
     allowed = [(a, b) for i, a in enumerate(names) for b in names[:i] if frozenset((a, b)) not in pairs]
-    return robot.with_allowed_collisions(allowed)
+    return robot.with_allowed_collisions(AllowedCollisions(as_link_pairs(allowed)))
 
 
 def configurations(robot: Robot, n: int) -> np.ndarray:

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 
 import ulna
-from ulna.drivers.gpu.closed_form import branches
-from ulna.drivers.gpu.collision import overlaps_of
-from ulna.drivers.gpu.forward import jacobians, poses
-from ulna.drivers.gpu.search import searches_of
-from ulna.engine import gpu
-from ulna.engine.gpu import cuda
-from ulna.engine.single import in_single
+from ulna.gpu import device
+from ulna.gpu.collision import overlaps_of
+from ulna.gpu.device import cuda
+from ulna.gpu.forward import jacobians, poses
+from ulna.gpu.search import searches_of
+from ulna.gpu.single import in_single
+from ulna.gpu.solutions import branches
 
 _SAMPLE = 2000  # results that the CPU computes again
 # Issue 19, on an H200: problems a second.
@@ -85,12 +85,12 @@ def _resources(driver: Any) -> dict[str, int]:
     """Registers, local memory and threads at once of a driver that has run."""
     if driver is None or cuda.config.ENABLE_CUDASIM:
         return {}
-    kernel = gpu.compiled(driver)
+    kernel = device.compiled(driver)
     registers = max(kernel.get_regs_per_thread().values())
     rounded = -(-registers // 8) * 8
     return {
         "registers": registers, "local_bytes": max(kernel.get_local_mem_per_thread().values()),
-        "threads_at_once": min(2048, 65536 // (rounded * gpu.THREADS) * gpu.THREADS),
+        "threads_at_once": min(2048, 65536 // (rounded * device.THREADS) * device.THREADS),
     }  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """All solutions of arms of six joints: whether a finder misses a branch that closed forms know.
 
-``python -m benchmarks.ik_branches`` compares ``robot.inverse_kinematics_all`` with EAIK and ssik. A branch is a configuration
+``python -m benchmarks.ik_branches`` compares ``robot.all_solutions`` with EAIK and ssik. A branch is a configuration
 up to whole turns of its joints. The oracle's branches are those of both libraries that reach the target by the product of the DH
 matrices written out here, and that whole turns can bring into the limits.
 """
@@ -9,6 +9,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,13 +131,19 @@ def distinct(configurations) -> Array:
     return np.reshape(kept, (len(kept), 6))
 
 
+def _found(robot: ulna.Robot, T: Array) -> Array:
+    """The solutions of a target within the limits."""
+    found = robot.all_solutions(T)
+    return found.q[found.valid]
+
+
 def run(names, n: int) -> Iterator[tuple[str, Comparison]]:
     """For each arm the name and the outcome on n reachable targets."""
     for name in names:
         rows, limits = ARMS[name]
         robot = ulna.Robot.from_dh(rows, convention="standard", limits=limits, name=name)
         targets = robot.forward_kinematics(np.random.default_rng(1).uniform(robot.lower, robot.upper, (n, 6)))
-        yield name, compare(robot, rows, robot.inverse_kinematics_all, closed_forms(robot, rows), targets)
+        yield name, compare(robot, rows, partial(_found, robot), closed_forms(robot, rows), targets)
 
 
 def main() -> None:

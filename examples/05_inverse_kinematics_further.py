@@ -23,9 +23,9 @@ rows = [
     (0, 0.1333, np.pi / 2, 0), (0, 0.0997, -np.pi / 2, 0), (0, 0.0996, 0, 0),
 ]  # fmt: skip
 ur5e = ulna.Robot.from_dh(rows, convention="standard", limits=[(-np.pi, np.pi)] * 6, name="ur5e")
-branches = ur5e.inverse_kinematics_all(ur5e.forward_kinematics([0.3, -1.2, 1.5, -0.7, 1.1, 0.4]))
-print(f"ur5e: {len(branches)} branches")
-assert len(branches) == 8
+branches = ur5e.all_solutions(ur5e.forward_kinematics([0.3, -1.2, 1.5, -0.7, 1.1, 0.4]))
+print(f"ur5e: {branches}")
+assert branches.valid.sum() == 8
 
 q = robot.home
 for angle in np.linspace(0, 2 * np.pi, 100):

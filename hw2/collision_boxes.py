@@ -1,8 +1,8 @@
 """The twelve boxes in the global frame at q = 0, as static markers; the arm: test_collision_boxes.py.
 
-They are shown twice, and RViz lists both. "drawn by hand" are the plain numbers below, those of the course's own file. "link
-table" is the assignment's table of boxes in link frames, placed by forward kinematics. They differ by centimetres; collisions are
-checked with the table.
+They are shown twice; RViz lists both, and their names are written in their colours. "drawn by hand" are the plain numbers below,
+those of the course's own file. "link table" is the assignment's table of boxes in link frames, placed by forward kinematics. They
+differ by centimetres; collisions are checked with the table.
 """
 
 import numpy as np
@@ -42,6 +42,8 @@ def drawn_by_hand(robot):
 
 
 if __name__ == "__main__":
-    ros1 = ros1_or_exit()
     panda = ulna.load("panda")
-    ros1.show_solids({"drawn by hand": drawn_by_hand(panda), "link table": list(standing_boxes(panda, np.zeros(panda.n_dof)))})
+    at_zero = np.zeros(panda.n_dof)
+    ros1_or_exit().show_solids(
+        lambda: {"drawn by hand": drawn_by_hand(panda), "link table": list(standing_boxes(panda, at_zero))}
+    )

@@ -40,7 +40,7 @@ class FrankaRobot:
     def __init__(self, urdf_file_path, dh_params, num_dof):
         self.num_dof = num_dof
         self.dh_params = np.array(dh_params, dtype=float)
-        self.urdf_params = parse_urdf(urdf_file_path)
+        self.robot_params = parse_urdf(urdf_file_path)
         self.robot = ulna.load(urdf_file_path).with_tool(ulna.pose(FLANGE_TO_END_EFFECTOR))
         fixed = len(self.dh_params) - num_dof
         self.dh_robot = ulna.Robot.from_dh(self.dh_params, joint_types=["revolute"] * num_dof + ["fixed"] * fixed)
@@ -79,8 +79,8 @@ class FrankaRobot:
 
         Warns if none of these reaches the target, with the reason.
         """
-        desired = np.asarray(desired_ee_pos, dtype=float)
-        target, start = ulna.pose(desired[:3], desired[3:6]), self._moving(current_joints)
+        desired = _row("desired_ee_pos", desired_ee_pos, "x, y, z, roll, pitch, yaw")
+        target, start = ulna.pose(desired[:3], desired[3:]), self._moving(current_joints)
         for _ in range(1 + RETRIES):
             found = self._descend(target, start)
             if found.success:
@@ -106,9 +106,9 @@ class FrankaRobot:
 
     def check_box_collision(self, joints, box):
         """Whether any of the twelve boxes touches the box [x, y, z, roll, pitch, yaw, length, width, height]."""
-        box = np.asarray(box, dtype=float)
+        box = _row("box", box, "x, y, z, roll, pitch, yaw, length, width, height")
         world = ulna.World()
-        world.add("box", ulna.Box(extents=box[6:9]), ulna.pose(box[:3], box[3:6]))
+        world.add("box", ulna.Box(extents=box[6:]), ulna.pose(box[:3], box[3:6]))
         return self.boxes.in_collision(self._moving(joints), world, self_collision=False)
 
     def _moving(self, joints):
@@ -116,3 +116,11 @@ class FrankaRobot:
         if joints.ndim != 1 or len(joints) < self.num_dof:
             raise ValueError(f"joints: shape {joints.shape}; one configuration of at least {self.num_dof} numbers is expected")
         return joints[: self.num_dof]
+
+
+def _row(name, values, parts):
+    """One row of numbers, one for each of the parts."""
+    row, n = np.array(values, dtype=float), len(parts.split(", "))
+    if row.shape != (n,):
+        raise ValueError(f"{name}: shape {row.shape}; {n} numbers are expected: {parts}")
+    return row

@@ -3,12 +3,12 @@
 Where there is none yet, or the arguments are others than a control loop passes, the method of the same name in Python is called: it
 makes the bound function for the next time. What is looked at, by name:
 
-    forward_kinematics(q, link=None, *, out=None)           robot._forward[link], made by bind; that of the tip is kept (bases.c)
-    jacobian(q, link=None, *, out=None)                     robot._jacobian[link], made by bind; the same
-    in_collision(q, world=None, self_collision=True)        robot._checker._quick: of which objects, self_collision, and two made
-    signed_distance(q, world=None, self_collision=True)     by bind; world._objects, or None where there is no world
-    inverse_kinematics(T, q_seed=None, link=None)           robot._quick_search[link]: see below
-    all_solutions(T, link=None)                             robot._quick_solutions[link]: see below
+    forward_kinematics(q, *, link=None, out=None)           robot._forward[link], made by bind; that of the tip is kept (bases.c)
+    jacobian(q, *, link=None, out=None)                     robot._jacobian[link], made by bind; the same
+    in_collision(q, world=None, *, self_collision=True)     robot._checker._quick: of which objects, self_collision, and two made
+    signed_distance(q, world=None, *, self_collision=True)  by bind; world._objects, or None where there is no world
+    inverse_kinematics(T, q_seed=None, *, link=None)        robot._quick_search[link]: see below
+    all_solutions(T, *, link=None)                          robot._quick_solutions[link]: see below
 */
 #include "method.h"
 
@@ -72,13 +72,13 @@ static Bound *of_link(PyObject *self, Bound **place, PyObject *table, PyObject *
 static PyObject *by_link(
     int which, Bound **place, PyObject *table, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names
 ) {
-    PyObject *link = n > 1 ? arguments[1] : Py_None, *out = Py_None, *result = NULL;
+    PyObject *link = Py_None, *out = Py_None, *result = NULL;
     Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
-    int plain = n == 1 || n == 2;
+    int plain = n == 1;
     for (Py_ssize_t k = 0; k < n_names && plain; k++) {
         PyObject *name = PyTuple_GetItem(names, k);
         if (name == OUT) out = arguments[n + k];
-        else if (name == LINK && n == 1) link = arguments[n + k];
+        else if (name == LINK) link = arguments[n + k];
         else plain = 0;
     }
     Bound *bound = plain ? of_link(self, place, table, link) : NULL;
@@ -109,9 +109,9 @@ static PyObject *of_scene(int place, PyObject *self, PyObject *world, PyObject *
 }
 
 static PyObject *about_collision(int which, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    PyObject *given[3] = {n > 0 ? arguments[0] : NULL, n > 1 ? arguments[1] : Py_None, n > 2 ? arguments[2] : Py_True};
+    PyObject *given[3] = {n > 0 ? arguments[0] : NULL, n > 1 ? arguments[1] : Py_None, Py_True};
     Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
-    int plain = n >= 1 && n <= 3;
+    int plain = n == 1 || n == 2;
     for (Py_ssize_t k = 0; k < n_names && plain; k++) {
         PyObject *name = PyTuple_GetItem(names, k);
         int place = name == WORLD ? 1 : name == ITSELF ? 2 : 0;
@@ -152,13 +152,13 @@ static PyObject *result_of(PyObject *const *parts, PyObject *q, PyObject *info) 
 }
 
 static PyObject *inverse_kinematics(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    PyObject *seed = n > 1 ? arguments[1] : Py_None, *link = n > 2 ? arguments[2] : Py_None;
+    PyObject *seed = n > 1 ? arguments[1] : Py_None, *link = Py_None;
     Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
-    int plain = n >= 1 && n <= 3;
+    int plain = n == 1 || n == 2;
     for (Py_ssize_t k = 0; k < n_names && plain; k++) {
         PyObject *name = PyTuple_GetItem(names, k);
         if (name == SEED && n < 2) seed = arguments[n + k];
-        else if (name == LINK && n < 3) link = arguments[n + k];
+        else if (name == LINK) link = arguments[n + k];
         else plain = 0;
     }
     PyObject *search = plain ? entry_of(kept(self, SEARCHES), link) : NULL;
@@ -203,11 +203,11 @@ static PyObject *solutions_of(PyObject *parts, PyObject *target) {
 }
 
 static PyObject *all_solutions(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    PyObject *link = n > 1 ? arguments[1] : Py_None, *result = NULL;
+    PyObject *link = Py_None, *result = NULL;
     Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
-    int plain = n == 1 || n == 2;
+    int plain = n == 1 && n_names <= 1;
     if (plain && n_names) {
-        plain = n == 1 && n_names == 1 && PyTuple_GetItem(names, 0) == LINK;
+        plain = PyTuple_GetItem(names, 0) == LINK;
         link = arguments[1];
     }
     PyObject *parts = plain ? entry_of(kept(self, BRANCHED), link) : NULL;

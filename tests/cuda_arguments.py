@@ -148,7 +148,7 @@ TYPES = {
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
     "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
     **{f"ik.{name}": {"v": TWIST} for name in ("damped_system.add_column", "singular_values.add_rotated")},
-    "ik.nearest_branch": {**_each("q seed", NUMBER), "branch": WHOLE},
+    "ik.nearest_branch": {**_each("q seed", NUMBER), **_each("branch k", WHOLE)},
     "ik.polish": {**_each("most inverse_reach", NUMBER), "steps": WHOLE},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "ik.pseudo_inverse.rotate_rows": {"rows": NUMBERS},

@@ -30,9 +30,10 @@ def nodes_of(rows, limits, T):
 
 
 def least_costs(nodes, max_step, start=None):
-    """The least sums of squared steps of paths to each pose, infinite where there is none, shape (n,)."""
+    """The least sums of squared steps of paths to each pose, from the start on, infinite where there is none, shape (n,)."""
     cost = np.zeros(len(nodes[0]))
     if start is not None:
+        cost = ((nodes[0] - start) ** 2).sum(axis=1)
         cost[np.abs(nodes[0] - start).max(axis=1, initial=0.0) > max_step + _ROUNDING] = np.inf
     least = [cost.min(initial=np.inf)]
     for a, b in itertools.pairwise(nodes):

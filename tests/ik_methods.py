@@ -1,4 +1,10 @@
-"""The methods of inverse kinematics, by name."""
+"""The methods of inverse kinematics, by name, and the solutions within the limits of one target."""
 
 TEXTBOOK = ("jacobian_transpose", "pseudo_inverse", "damped_least_squares")
 METHODS = ("levenberg_marquardt", *TEXTBOOK)
+
+
+def valid_solutions(robot, T, **named):
+    """Those of ``all_solutions`` of one target within the limits, and clear of the world if one is given: (n, n_dof)."""
+    found = robot.all_solutions(T, **named)
+    return found.q[found.valid]

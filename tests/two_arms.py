@@ -47,4 +47,4 @@ def assert_arrives(robot, plan, goal):
     assert plan.certified
     assert not robot.in_collision(plan.at(np.linspace(0, 1, 5001))).any()
     for link, T in goal.items():
-        assert np.allclose(robot.forward_kinematics(plan.path[-1], link), T, atol=2e-5)
+        assert np.allclose(robot.forward_kinematics(plan.path[-1], link=link), T, atol=2e-5)

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from ulna.collision.report import Pair, Report
     from ulna.collision.scene_file import load_world, save_world
     from ulna.collision.world import World
-    from ulna.comparison.compare import compare
-    from ulna.comparison.result import Comparison
     from ulna.description.clouds import HeightMap, PointCloud
     from ulna.description.convex_mesh import ConvexMesh
     from ulna.description.pose import pose
@@ -28,13 +26,17 @@ if TYPE_CHECKING:
         MissingExtraError,
         MissingROSError,
         SingularityError,
+        TruthError,
         UlnaError,
         UnknownNameError,
     )
     from ulna.ik.closed_form.result import IKSolutions
     from ulna.ik.following.result import Ending, FollowedPath, PathStatus
+    from ulna.ik.reason import Reason
     from ulna.ik.result import IKResult, Status
     from ulna.ik.task import Task
+    from ulna.inspection.compare import compare
+    from ulna.inspection.differences import Comparison
     from ulna.inspection.inspect import inspect
     from ulna.inspection.result import Finding, Inspection, Severity
     from ulna.planning.plan import Plan
@@ -77,6 +79,7 @@ __all__ = [
     "PlanStatus",
     "PointCloud",
     "ReachabilityMap",
+    "Reason",
     "Report",
     "Robot",
     "Severity",
@@ -85,6 +88,7 @@ __all__ = [
     "Status",
     "Task",
     "Trajectory",
+    "TruthError",
     "UlnaError",
     "UnknownNameError",
     "World",
@@ -103,8 +107,6 @@ _HOMES = {
     "ulna.collision.report": ("Pair", "Report"),
     "ulna.collision.scene_file": ("load_world", "save_world"),
     "ulna.collision.world": ("World",),
-    "ulna.comparison.compare": ("compare",),
-    "ulna.comparison.result": ("Comparison",),
     "ulna.description.clouds": ("HeightMap", "PointCloud"),
     "ulna.description.convex_mesh": ("ConvexMesh",),
     "ulna.description.pose": ("pose",),
@@ -121,13 +123,17 @@ _HOMES = {
         "MissingExtraError",
         "MissingROSError",
         "SingularityError",
+        "TruthError",
         "UlnaError",
         "UnknownNameError",
     ),
     "ulna.ik.closed_form.result": ("IKSolutions",),
     "ulna.ik.following.result": ("Ending", "FollowedPath", "PathStatus"),
+    "ulna.ik.reason": ("Reason",),
     "ulna.ik.result": ("IKResult", "Status"),
     "ulna.ik.task": ("Task",),
+    "ulna.inspection.compare": ("compare",),
+    "ulna.inspection.differences": ("Comparison",),
     "ulna.inspection.inspect": ("inspect",),
     "ulna.inspection.result": ("Finding", "Inspection", "Severity"),
     "ulna.planning.plan": ("Plan",),

@@ -42,6 +42,17 @@ class InputError(UlnaError, ValueError):
         return type(self), (self.argument, self.message)
 
 
+class TruthError(UlnaError, ValueError):
+    """The truth value of a result of several, which is ambiguous. ``use`` names the array of their truth values."""
+
+    def __init__(self, result: str, use: str) -> None:
+        super().__init__(f"the truth value of {result} of a batch is ambiguous; use {use}.any() or {use}.all()")
+        self.result, self.use = result, use
+
+    def __reduce__(self):
+        return type(self), (self.result, self.use)
+
+
 class UnknownNameError(UlnaError, LookupError):
     """An unknown name. ``name`` is what was asked for, ``known`` the names there are."""
 

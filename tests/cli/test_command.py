@@ -231,12 +231,12 @@ def test_with_json_an_error_is_json(run, arguments, kind):
 
 
 def test_control_characters_in_names_are_escaped(run, tmp_path):
-    evil = "\x1b]0;owned\x07\u202e\r\x9b2J"
+    evil = "\x1b]0;owned\x07\u200f\r\x9b2J"
     scene = {"ulna_scene": 1, "objects": [{"name": evil, "shape": "box", "extents": [1, 1, 1]}]}
     (tmp_path / "scene.json").write_text(json.dumps(scene))
-    (tmp_path / "a.urdf").write_text('<robot name="\u202e\x9b2J"><link name="\u202ea\x85b"/></robot>', encoding="utf-8")
+    (tmp_path / "a.urdf").write_text('<robot name="\u202e\x9b2J"><link name="\u200fa\x85b"/></robot>', encoding="utf-8")
     results = [run("check", "--scene", tmp_path / "scene.json"), run("info", tmp_path / "a.urdf"), run("fk", tmp_path / evil)]
     results.append(run("fk", tmp_path / "a.urdf", "--link", evil))
     for result in results:
-        assert not re.search("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202e]", result.stdout + result.stderr)
+        assert not re.search("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200f\u202e]", result.stdout + result.stderr)
     assert "\\x1b]0;owned" in results[0].stdout.replace("\n", "")

@@ -33,7 +33,7 @@ def test_a_robot_built_from_the_json_has_the_same_forward_kinematics(ask, panda)
         T_base_0=answer.T_base_0,
         T_n_tip=answer.T_n_tip,
     )
-    assert_close(rebuilt.forward_kinematics(panda.home[:6]), panda.forward_kinematics(panda.home, "panda_link6"), atol=1e-14)
+    assert_close(rebuilt.forward_kinematics(panda.home[:6]), panda.forward_kinematics(panda.home, link="panda_link6"), atol=1e-14)
 
 
 def test_the_table_shows_fractions_of_pi_and_the_comparison(run):

@@ -35,12 +35,12 @@ def check_commands(robot, capsys):
     said = capsys.readouterr().err
     assert (link in said) == (robot.tip is None)
     assert info_data(robot)["hand"] == link
-    T = robot.forward_kinematics(robot.home, link)
+    T = robot.forward_kinematics(robot.home, link=link)
     shown = [info_data(robot), fk_data(robot, robot.home, link, T)]
     if robot.n_dof:
         found = robot.inverse_kinematics(T, link=link)
         assert found.success
-        np.testing.assert_allclose(robot.forward_kinematics(found.q, link), T, atol=3e-5)
+        np.testing.assert_allclose(robot.forward_kinematics(found.q, link=link), T, atol=3e-5)
         shown.append(ik_data(robot, link, T, "given", {"method": "levenberg_marquardt", "task": "pose"}, found))
     shown += [dh_or_reason(robot, link), check_or_reason(robot)]
     json.dumps(plain(shown), allow_nan=False)

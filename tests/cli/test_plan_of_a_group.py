@@ -56,14 +56,19 @@ def test_numbers_are_those_of_the_group_and_a_position_is_that_of_its_tip(run, a
     assert "5 are expected: left_joint1" in refused.output
     home = json.loads(run("plan", *options, "--group", "left_arm", "--from", "left_arm/up", "--to", "home", "--json").stdout)
     assert np.allclose(home["path"][-1], robot.home)
-    x, y, z = robot.forward_kinematics(robot.home, "left_hand")[:3, 3]
+    x, y, z = robot.forward_kinematics(robot.home, link="left_hand")[:3, 3]
     reached = json.loads(run("plan", *options, "--group", "left_arm", "--xyz", f"{x},{y},{z}", "--json").stdout)
     assert reached["success"], reached["reason"]
 
 
 def test_a_position_is_of_the_named_tip_where_a_group_has_several(run, arms):
     options, robot = arms
-    to_reach = ["--group", "both_arms", "--xyz", ",".join(map(str, robot.forward_kinematics(robot.home, "right_hand")[:3, 3]))]
+    to_reach = [
+        "--group",
+        "both_arms",
+        "--xyz",
+        ",".join(map(str, robot.forward_kinematics(robot.home, link="right_hand")[:3, 3])),
+    ]
     refused = run("plan", *options, *to_reach, "--json")
     assert refused.exit_code == 2
     said = "--link: the group 'both_arms' has the tips left_hand, right_hand; name the link that the pose is of"

@@ -33,7 +33,7 @@ def numbers(values):
 def test_both_hands_come_to_their_poses_together(run, robot, options, degrees, more):
     q = robot.home.copy()
     q[1:6], q[6:] = (0.6, -0.9, 1.2, 0.3, 0.4), (-0.3, -0.5, 0.7, 0.2, 0.1)
-    poses, asked = {hand: robot.forward_kinematics(q, hand) for hand in HANDS}, []
+    poses, asked = {hand: robot.forward_kinematics(q, link=hand) for hand in HANDS}, []
     for hand, T in poses.items():
         turn = rpy_from_matrix(T)
         asked += ["--goal", f"{hand}={numbers([*T[:3, 3], *(np.degrees(turn) if degrees else turn)])}"]
@@ -42,13 +42,13 @@ def test_both_hands_come_to_their_poses_together(run, robot, options, degrees, m
     assert found["certified"]
     end = np.array(found["path"][-1])
     for hand, T in poses.items():
-        assert np.allclose(robot.forward_kinematics(end, hand), T, atol=2e-5)
+        assert np.allclose(robot.forward_kinematics(end, link=hand), T, atol=2e-5)
 
 
 def test_three_numbers_are_a_position_and_the_hand_stays_turned_as_at_home(run, robot, options):
     asked = []
     for hand in HANDS:
-        asked += ["--goal", f"{hand}={numbers(robot.forward_kinematics(robot.home, hand)[:3, 3])}"]
+        asked += ["--goal", f"{hand}={numbers(robot.forward_kinematics(robot.home, link=hand)[:3, 3])}"]
     found = json.loads(run(*options, *asked, "--json").stdout)
     assert found["success"], found["reason"]
     assert np.allclose(found["path"][0], robot.home)

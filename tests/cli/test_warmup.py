@@ -54,7 +54,7 @@ for method in ("levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "d
 panda.inverse_kinematics(target, panda.home, posture="mid_range", trace=True)
 panda.inverse_kinematics(targets, batch, max_step=0.5, held=["panda_joint1"])
 panda.inverse_kinematics(target, world=mixed, rank="clearance"), panda.inverse_kinematics(target, task="pointing", rank="nearest")
-panda.inverse_kinematics_all(target)
+panda.all_solutions(target, rank="nearest")
 str(panda.allowed_collisions), str(held.with_tool(np.eye(4)).allowed_collisions)
 half = np.pi / 2
 rows = [(0, 0.09, half, 0), (-0.43, 0, 0, 0), (-0.39, 0, 0, 0), (0, 0.11, half, 0), (0, 0.09, -half, 0), (0, 0.08, 0, 0)]

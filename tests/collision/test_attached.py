@@ -50,12 +50,14 @@ def test_it_is_checked_against_the_links_but_the_one_that_holds_it_and_those_tha
     bare = panda.with_attached("cup", CUP, ABOVE)
     assert bare.in_collision(panda.home) is False  # no joint moves link 7 against the tip
     large = panda.with_attached("plank", ulna.Box((1.2, 0.02, 0.02)), ABOVE)
-    (pair,) = large.with_attached("crumb", ulna.Box((0.01,) * 3), np.eye(4), "panda_link0").check_collision(np.zeros(7)).pairs[:1]
+    (pair,) = (
+        large.with_attached("crumb", ulna.Box((0.01,) * 3), np.eye(4), link="panda_link0").check_collision(np.zeros(7)).pairs[:1]
+    )
     assert {pair.name_a, pair.name_b} & {"plank"}
 
 
 def test_touch_links_may_touch(panda):
-    across = ulna.Box((0.9, 0.9, 0.02)), ulna.pose((0, 0, -0.15)), "panda_ee"
+    across = ulna.Box((0.9, 0.9, 0.02)), ulna.pose((0, 0, -0.15))
     touching = panda.with_attached("tray", *across).check_collision(panda.home)
     links = {pair.link for pair in touching.pairs} | {pair.link_b for pair in touching.pairs}
     assert touching.in_collision
@@ -71,19 +73,19 @@ def test_it_can_be_put_down(panda, holding):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "error"),
+    ("name", "T", "named", "error"),
     [
-        (("panda_link1", CUP, np.eye(4)), InputError),
-        (("cup", CUP, np.eye(4), "panda_link11"), UnknownNameError),
-        (("cup", CUP, np.eye(4), "panda_link1", ["finger"]), UnknownNameError),
-        (("cup", CUP, np.eye(4), "panda_link1", "panda_link7"), InputError),
-        (("cup", CUP, np.ones((4, 4))), InputError),
-        ((3, CUP, np.eye(4)), InputError),
+        ("panda_link1", np.eye(4), {}, InputError),
+        ("cup", np.eye(4), {"link": "panda_link11"}, UnknownNameError),
+        ("cup", np.eye(4), {"link": "panda_link1", "touch_links": ["finger"]}, UnknownNameError),
+        ("cup", np.eye(4), {"link": "panda_link1", "touch_links": "panda_link7"}, InputError),
+        ("cup", np.ones((4, 4)), {}, InputError),
+        (3, np.eye(4), {}, InputError),
     ],
 )
-def test_an_invalid_attached_object_is_refused(panda, arguments, error):
+def test_an_invalid_attached_object_is_refused(panda, name, T, named, error):
     with pytest.raises(error):
-        panda.with_attached(*arguments)
+        panda.with_attached(name, CUP, T, **named)
 
 
 def test_two_objects_need_two_names(holding):

@@ -26,12 +26,12 @@ def random_positions(panda, rng, n):
 @pytest.mark.parametrize("self_collision", [True, False])
 def test_the_distance_is_that_of_the_nearest_pair_of_the_report(panda, world, rng, self_collision):
     q = random_positions(panda, rng, 30)
-    distances = panda.signed_distance(q, world, self_collision)
+    distances = panda.signed_distance(q, world, self_collision=self_collision)
     for row, distance in zip(q, distances, strict=True):
-        report = panda.check_collision(row, world, self_collision, max_distance=np.inf)
+        report = panda.check_collision(row, world, self_collision=self_collision, max_distance=np.inf)
         assert len(report.pairs) == 12 * len(world.names) + (37 if self_collision else 0)
         assert_close(report.pairs[0].signed_distance, distance, atol=1e-12)
-        assert panda.signed_distance(row, world, self_collision) == distance
+        assert panda.signed_distance(row, world, self_collision=self_collision) == distance
 
 
 def test_its_sign_agrees_with_in_collision(panda, world, rng):
@@ -95,7 +95,9 @@ def test_a_report_is_of_one_moment_of_the_world(panda):
     restless, still = Restless(), ulna.World()
     for world in (restless, still):
         world.add("a", ulna.Sphere(0.1), ulna.pose((0.5, 0, 0.2)))
-    found, expected = (panda.check_collision(panda.home, world, False, max_distance=np.inf) for world in (restless, still))
+    found, expected = (
+        panda.check_collision(panda.home, world, self_collision=False, max_distance=np.inf) for world in (restless, still)
+    )
     assert str(found.pairs) == str(expected.pairs)
     assert restless.names == ("a'",), "it was looked at once"
 
@@ -103,10 +105,10 @@ def test_a_report_is_of_one_moment_of_the_world(panda):
 @pytest.mark.parametrize("self_collision", [True, False])
 def test_the_gradient_is_that_of_differences_away_from_ties(panda, world, rng, self_collision):
     q, h, judged = random_positions(panda, rng, 60), 1e-6, 0
-    gradient = panda.distance_gradient(q, world, self_collision)
+    gradient = panda.distance_gradient(q, world, self_collision=self_collision)
     steps = h * np.eye(7)
-    ahead, behind = (panda.signed_distance(q[:, None] + side * steps, world, self_collision) for side in (1, -1))
-    here = panda.signed_distance(q, world, self_collision)[:, None]
+    ahead, behind = (panda.signed_distance(q[:, None] + side * steps, world, self_collision=self_collision) for side in (1, -1))
+    here = panda.signed_distance(q, world, self_collision=self_collision)[:, None]
     smooth = (np.abs(ahead + behind - 2 * here) < 1e-9).all(axis=1)  # no kink between: another pair or feature is not taken over
     assert_close(gradient[smooth], ((ahead - behind) / (2 * h))[smooth], atol=1e-4)
     judged = np.count_nonzero(smooth)

@@ -24,6 +24,11 @@ SHAPES = [
 ]
 
 
+NESTED: list = []
+for _ in range(300):
+    NESTED = [NESTED]
+
+
 def scene(**entry):
     return json.dumps({"ulna_scene": 1, "objects": [{"name": "crate", "shape": "box", "extents": [1, 2, 3], **entry}]})
 
@@ -115,6 +120,7 @@ def test_an_empty_world_is_a_scene_too():
         ("[]", "is not a scene"),
         ('{"ulna_scene": 1,\n "objects": [}', "scene:2: is not valid JSON"),
         ("[" * 100_000, "is not valid JSON"),
+        (scene(extents=NESTED), "is not valid JSON: it has more than 50 levels"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_place(text, said):
@@ -135,6 +141,26 @@ def test_a_name_that_can_be_sent_to_no_file_and_no_page_is_refused(panda):
         panda.with_attached("a\udfff", ulna.Sphere(0.1), ulna.pose())
     with pytest.raises(ulna.UlnaError, match="cannot be written"):
         world_from_json(scene(name="\ud800"))
+
+
+@pytest.mark.parametrize("control", [*"\u202a\u202d\u202e\u2066\u2069"])
+def test_a_name_that_reorders_its_letters_is_refused(panda, control):
+    name = f"safe{control}egac"
+    with pytest.raises(ulna.InputError, match="changes the order of letters") as caught:
+        ulna.World().add(name, ulna.Sphere(0.1))
+    assert control not in str(caught.value)
+    with pytest.raises(ulna.UlnaError, match="changes the order of letters"):
+        panda.with_attached(name, ulna.Sphere(0.1), ulna.pose())
+    with pytest.raises(ulna.UlnaError, match="changes the order of letters"):
+        ulna.load(f'<robot name="r"><link name="{name}"/></robot>')
+
+
+def test_lists_in_lists_without_end_are_refused_as_numbers():
+    nested = NESTED
+    for _ in range(5000):
+        nested = [nested]
+    with pytest.raises(ulna.InputError, match="extents"):
+        ulna.Box(nested)
 
 
 def test_files_that_cannot_be_read_or_written_are_named(tmp_path):

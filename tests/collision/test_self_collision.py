@@ -46,7 +46,7 @@ def test_the_evidence_counts_and_shows_a_configuration(panda):
     for pair in (*panda.allowed_collisions, *panda.allowed_collisions.checked):
         if pair.reason in ("always", "sometimes"):
             assert 0 < pair.touched <= pair.samples == 2000
-            others = panda.with_allowed_collisions([])
+            others = panda.with_allowed_collisions(AllowedCollisions(()))
             touching = {frozenset((p.link, p.link_b)) for p in others.check_collision(pair.q).pairs}
             assert pair.links in touching
 
@@ -60,7 +60,8 @@ def test_random_configurations_touch_as_often_as_the_boxes_of_the_assignment_do(
         (f"panda_link{i}", f"panda_link{j}")
         for i, j in ((1, 3), (1, 4), (1, 5), (1, 7), (3, 4), (3, 5), (3, 7), (4, 5), (4, 7), (5, 7))
     ]
-    only = panda.with_allowed_collisions([pair for pair in everything if pair != (f"panda_link{a}", f"panda_link{b}")])
+    alone = (f"panda_link{a}", f"panda_link{b}")
+    only = panda.with_allowed_collisions([pair for pair in everything if pair != alone])
     assert low < only.in_collision(q).mean() < high
 
 
@@ -123,8 +124,10 @@ def test_the_pairs_of_an_srdf_are_taken_as_its_reader_gives_them():
     class Disabled:
         link_a, link_b, reason = "hand", "base", "Never"
 
-    (pair,) = ulna.load(ROW).with_allowed_collisions([Disabled()]).allowed_collisions
+    found = ulna.load(ROW).allowed_collisions
+    *others, pair = ulna.load(ROW).with_allowed_collisions([Disabled()]).allowed_collisions
     assert str(pair) == "base - hand: never"
+    assert tuple(others) == found.pairs
 
 
 def test_srdf_text_holds_every_pair_with_its_reason():
@@ -161,7 +164,37 @@ def test_an_unknown_link_is_reported_with_the_nearest():
 def test_the_choice_of_the_user_outlives_a_pickle_and_a_tool(panda):
     robot = panda.with_allowed_collisions([("panda_link1", "panda_link7")])
     for same in (pickle.loads(pickle.dumps(robot)), robot.with_tool(np.eye(4))):  # noqa: S301 - our own bytes
-        assert [str(pair) for pair in same.allowed_collisions] == ["panda_link1 - panda_link7: user"]
+        *found, added = same.allowed_collisions
+        assert tuple(found) == panda.allowed_collisions.pairs
+        assert str(added) == "panda_link1 - panda_link7: user"
+
+
+def test_what_touches_at_a_configuration_that_is_known_to_be_free_may_be_allowed(panda):
+    strict = panda.with_allowed_collisions(AllowedCollisions(()))
+    folded = np.array(next(pair for pair in panda.allowed_collisions.checked if pair.touched).q)
+    for robot, q in ((strict, panda.home), (panda, folded)):
+        assert robot.in_collision(q)
+        lenient = robot.with_allowed_collisions(at=q)
+        assert not lenient.in_collision(q)
+        added = {pair.links for pair in lenient.allowed_collisions} - {pair.links for pair in robot.allowed_collisions}
+        assert added == {frozenset((pair.link, pair.link_b)) for pair in robot.check_collision(q).pairs}
+    with pytest.raises(InputError, match="at: shape"):
+        panda.with_allowed_collisions(at=[panda.home] * 2)
+    with pytest.raises(UnknownNameError):
+        panda.with_allowed_collisions(at="no such state")
+
+
+def test_what_touches_in_a_share_of_the_samples_may_be_allowed(panda):
+    counted = panda.allowed_collisions.checked
+    most = max(pair.touched / pair.samples for pair in counted)
+    assert 0 < most < 0.95
+    assert panda.with_allowed_collisions(touching=0.95).allowed_collisions.pairs == panda.allowed_collisions.pairs
+    some = panda.with_allowed_collisions(touching=most / 2).allowed_collisions
+    expected = {pair.links for pair in counted if pair.touched / pair.samples >= most / 2}
+    assert expected == {pair.links for pair in some} - {pair.links for pair in panda.allowed_collisions}
+    for wrong in (0, 1.5, True, "95 %"):
+        with pytest.raises(InputError, match="touching"):
+            panda.with_allowed_collisions(touching=wrong)
 
 
 # A plate turns on the base, face on face; another has a gap of 10 um to the base; a peg slides out of it.

@@ -69,10 +69,10 @@ def test_every_query_leaves_the_allowed_pairs_out_and_no_other(panda, worlds):
 def test_an_edge_is_free_exactly_where_no_pair_that_counts_touches(panda, worlds):
     world, _, _, rng = worlds
     a, b = rng.uniform(panda.lower, panda.upper, (2, 12, 7))
-    edges = panda.edge_in_collision(a, b, world, False)
+    edges = panda.edge_in_collision(a, b, world, self_collision=False)
     for k in range(len(a)):
         t = np.linspace(0.0, 1.0, 400)
-        touches = panda.in_collision(a[k] + t[:, None] * (b[k] - a[k]), world, False)
+        touches = panda.in_collision(a[k] + t[:, None] * (b[k] - a[k]), world, self_collision=False)
         first = t[touches.argmax()] if touches.any() else 1.0
         assert edges.free_until[k] <= first + 1e-12
         if touches.any():
@@ -93,7 +93,7 @@ def test_what_is_carried_may_touch_an_object_by_its_name(panda):
     cup, world = ulna.Box((0.1, 0.1, 0.1)), ulna.World()
     arm = panda.with_attached("cup", cup, np.eye(4))
     world.add("table", cup, arm.forward_kinematics(arm.home), touch_links=["cup"])
-    hit = {pair.link for pair in arm.check_collision(arm.home, world, False).pairs}
+    hit = {pair.link for pair in arm.check_collision(arm.home, world, self_collision=False).pairs}
     assert "cup" not in hit
     assert hit, "the link that holds it is still checked"
 
@@ -101,11 +101,11 @@ def test_what_is_carried_may_touch_an_object_by_its_name(panda):
 def test_a_robot_of_which_every_link_may_touch_the_only_object_is_free_of_it(panda):
     world = ulna.World()
     world.add("mist", ulna.Box((9, 9, 9)), touch_links=panda.link_names)
-    assert not panda.in_collision(panda.home, world, False)
-    assert panda.signed_distance(panda.home, world, False) == np.inf
-    assert not panda.distance_gradient(panda.home, world, False).any()
-    assert panda.check_collision(panda.home, world, False, max_distance=np.inf).pairs == ()
-    assert not panda.edge_in_collision(panda.home, panda.home + 0.1, world, False).in_collision
+    assert not panda.in_collision(panda.home, world, self_collision=False)
+    assert panda.signed_distance(panda.home, world, self_collision=False) == np.inf
+    assert not panda.distance_gradient(panda.home, world, self_collision=False).any()
+    assert panda.check_collision(panda.home, world, self_collision=False, max_distance=np.inf).pairs == ()
+    assert not panda.edge_in_collision(panda.home, panda.home + 0.1, world, self_collision=False).in_collision
 
 
 def test_inverse_kinematics_takes_the_allowed_pairs_as_free(panda):

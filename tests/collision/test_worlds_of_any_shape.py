@@ -48,7 +48,7 @@ def world_of(objects):
 @pytest.fixture(scope="module")
 def mixed():
     robot = ulna.load(MIXED)
-    return robot.with_attached("cup", ulna.Capsule(0.03, 0.1), ulna.pose((0, 0, 0.2)), "hand")
+    return robot.with_attached("cup", ulna.Capsule(0.03, 0.1), ulna.pose((0, 0, 0.2)), link="hand")
 
 
 @pytest.mark.parametrize("n", [MOST_UNINDEXED, 3 * MOST_UNINDEXED])

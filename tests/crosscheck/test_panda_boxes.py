@@ -152,7 +152,9 @@ def test_the_least_distance_to_crates_and_to_itself_is_coals(panda, boxes):
     for k, T in enumerate(poses):
         world.add(f"crate {k}", ulna.Box(CRATE), T)
     crates = [as_coal(CRATE, T) for T in poses]
-    for row, to_world, to_all in zip(q, panda.signed_distance(q, world, False), panda.signed_distance(q, world), strict=True):
+    for row, to_world, to_all in zip(
+        q, panda.signed_distance(q, world, self_collision=False), panda.signed_distance(q, world), strict=True
+    ):
         at = boxes.at(row)
         expected = min(distance(box, crate) for box in at for crate in crates)
         itself = min(distance(at[i], at[j]) for i, j in panda._checker.pairs)

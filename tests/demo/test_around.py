@@ -82,7 +82,7 @@ def test_a_box_that_is_dragged_through_the_arms_way_is_avoided_while_it_moves(pl
 
 def test_without_a_way_the_arm_rests_and_says_why_until_the_box_is_gone(player):
     player.avoiding = True
-    player.drag(pose(player.demo.robot.forward_kinematics(player.q, "panda_link4")[:3, 3]))
+    player.drag(pose(player.demo.robot.forward_kinematics(player.q, link="panda_link4")[:3, 3]))
     q = player.q
     play(player, 1)
     assert player.q is q

@@ -1,4 +1,4 @@
-"""What Landlock, seccomp and the resource limits each refuse to the child process, one at a time.
+"""What seccomp and the resource limits each refuse to the child process, one at a time.
 
 The first test shows that each attempt succeeds in a process that is not confined.
 """
@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from ulna.description.xacro.child import landlock, seccomp
+from ulna.description.xacro.child import seccomp
 
-HAS_LANDLOCK = landlock.version() > 0
 HAS_SECCOMP = seccomp.known()
 ATTEMPTS = {
     "read": "open('/etc/hostname').read()",
@@ -38,25 +37,12 @@ ATTEMPTS = {
     "share memory": "os.memfd_create('m')",
     "raise a limit": "resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64))",
 }
-BY_LANDLOCK = (
-    "read",
-    "read its own code",
-    "write",
-    "list",
-    "remove",
-    "make a folder",
-    "rename",
-    "link",
-    "start",
-    "become",
-    "signal",
-)
 BY_LIMITS = ("read", "read its own code", "write", "list", "connect", "a pair of sockets", "a Unix socket", "share memory")
 NOT_TRIED_FREELY = ("trace", "become")
 PROGRAM = """
 import sys; sys.path[:] = {path!r}
 import ctypes, os, resource, socket, subprocess, threading
-from ulna.description.xacro.child import confinement, landlock, limits, seccomp
+from ulna.description.xacro.child import confinement, limits, seccomp
 kernel = ctypes.CDLL(None)
 assert not {confine}, {confine}
 try:
@@ -81,14 +67,6 @@ def test_an_attempt_succeeds_without_confinement(name, tmp_path):
     assert try_in_child("''", name, tmp_path) == "done"
 
 
-@pytest.mark.skipif(not HAS_LANDLOCK, reason="the kernel has no Landlock")
-@pytest.mark.parametrize("name", BY_LANDLOCK)
-def test_landlock_alone_refuses(name, tmp_path):
-    if name == "signal" and landlock.version() < 6:
-        pytest.skip("this version of Landlock knows no signals")
-    assert try_in_child("landlock.give_up_files()", name, tmp_path) == "refused"
-
-
 @pytest.mark.skipif(not HAS_SECCOMP, reason="the numbers of this machine's system calls are not known")
 @pytest.mark.parametrize("name", ATTEMPTS)
 def test_seccomp_alone_refuses(name, tmp_path):
@@ -101,8 +79,8 @@ def test_the_limits_alone_refuse(name, tmp_path):
     assert try_in_child("limits.set_limits(1 << 31, 20)", name, tmp_path) == "refused"
 
 
-@pytest.mark.skipif(not (HAS_LANDLOCK and HAS_SECCOMP), reason="the system has not both")
-def test_landlock_seccomp_and_limits_work_together(tmp_path):
+@pytest.mark.skipif(not HAS_SECCOMP, reason="the numbers of this machine's system calls are not known")
+def test_seccomp_and_limits_work_together(tmp_path):
     assert try_in_child("confinement.confine(1 << 31, 20)", "read", tmp_path) == "refused"
 
 

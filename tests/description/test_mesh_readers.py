@@ -1,5 +1,7 @@
 """A mesh file is read completely or refused; collision checking and drawing use the same triangles."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 import trimesh
@@ -8,6 +10,7 @@ import ulna
 from assertions import assert_close
 from mesh_texts import ACCESSOR, CORNERS, FACES, INSTANCE, TRIANGLES, collada, doubled, stl
 from ulna.description.meshes.files import MeshFiles
+from ulna.description.meshes.obj import plain_obj
 from ulna.description.meshes.reader import MOST_BYTES, Beside, mesh_bytes, read_scene, used_points
 from ulna.errors import FileError
 from ulna.viewer.visuals import link_visuals
@@ -228,3 +231,16 @@ def test_too_many_triangles_are_refused_before_they_are_built(tmp_path, monkeypa
     path.write_text(doubled(2))
     with pytest.raises(FileError, match="16 triangles; up to 15"):
         read_scene(path, mesh_bytes(path))
+
+
+def test_a_wavefront_face_of_too_many_corners_is_refused_before_it_is_cut_into_triangles():
+    """Of 10 MB, five million triangles were written out, in almost 1 GB."""
+    data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf " + b"1 " * 5_000_000 + b"\n"
+    tracemalloc.start()
+    try:
+        with pytest.raises(ValueError, match=r"^line 4: it has more than 4000000 triangles, the most that are read$"):
+            plain_obj(data)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 10 * len(data)

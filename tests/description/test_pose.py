@@ -62,6 +62,14 @@ def test_roll_pitch_yaw_at_gimbal_lock_give_the_same_matrix(rng, side, short):
         assert rpy[0] == 0.0 or short > 1e-13
 
 
+@pytest.mark.parametrize("short", [0.0, 1e-13, 9e-13, 1.1e-12, 3e-12, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-3, 0.1])
+def test_a_computed_rotation_near_gimbal_lock_is_that_of_its_angles(rng, short):
+    for roll, yaw, base in zip(*rng.uniform(-3, 3, (2, 50)), random_rotations(rng, 50), strict=True):
+        turned = formulas.rotation(Z, yaw) @ formulas.rotation(Y, PI / 2 + short) @ formulas.rotation(X, roll)
+        R = base @ (base.T @ turned)  # each entry rounded on its own
+        assert_close(matrix_from_rpy(rpy_from_matrix(R)), R, atol=3e-15 if short > 1e-12 else 3e-12)
+
+
 def test_an_angle_of_minus_pi_is_returned_as_pi():
     for R in (np.diag([1.0, -1, -1]), np.array([[1.0, 0, 0], [0, -1, -0.0], [0, -0.0, -1]]), matrix_from_rpy((-PI, 0, 0))):
         assert abs(rpy_from_matrix(R)[0]) == rpy_from_matrix(R)[0]

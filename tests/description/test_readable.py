@@ -1,5 +1,6 @@
 """The files that a xacro document can read: those of its folder, its package and ``package_dirs``, and no others."""
 
+import glob
 import os
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import pytest
 
 import ulna
 from ulna import DescriptionError, InputError
+from ulna.description.readable import Readable
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
@@ -191,3 +193,51 @@ def test_arguments_of_includes_and_of_false_conditions_are_accepted(tmp_path):
 def test_an_argument_that_is_used_without_a_declaration_is_accepted(tmp_path):
     file = put(tmp_path / "r.xacro", "<link name=\"${xacro.arg('n')}\"/>")
     assert ulna.load(file, xacro_args={"n": "b"}).link_names == ("b",)
+
+
+PATTERNS = (
+    "*.xacro",
+    "*",
+    "?.yaml",
+    "*/*",
+    "*/b.yaml",
+    "more/*",
+    "*/.*",
+    ".*",
+    "[ab].*",
+    "*/[!b]*",
+    "m*e/b*",
+    "none*/*",
+    "*/*/*",
+    "./*.yaml",
+    "a.yaml",
+)
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_a_pattern_finds_what_python_finds(tmp_path, pattern):
+    for name in (
+        "a.yaml",
+        "b.yaml",
+        ".hidden.yaml",
+        "a.xacro",
+        "[ab].yaml",
+        "more/b.yaml",
+        "more/.c",
+        "more/deep/d.yaml",
+        "other/e",
+    ):
+        put_yaml(tmp_path / name, "x")
+    (tmp_path / "loop").symlink_to(".")
+    (tmp_path / "broken").symlink_to("nowhere")
+    found = Readable(tmp_path, []).matching(f"{tmp_path}/{pattern}")
+    assert found == sorted(str(Path(path)) for path in glob.glob(f"{tmp_path}/{pattern}"))  # noqa: PTH207
+
+
+def test_a_pattern_through_links_to_its_own_folder_is_refused_after_a_number_of_names(tmp_path):
+    """Ten links and nine stars are 10^9 names."""
+    for k in range(10):
+        (tmp_path / f"l{k}").symlink_to(".")
+    file = put(tmp_path / "r.xacro", f'<xacro:include filename="{"*/" * 9}n*.xacro"/>', '<link name="l"/>')
+    with pytest.raises(DescriptionError, match=r"reads .*, for which more than 100000 names would be compared$"):
+        ulna.load(file)

@@ -181,3 +181,17 @@ def test_the_line_of_a_defect_refers_to_the_expanded_text(tmp_path):
     message = r"^r\.urdf\.xacro \(expanded; `ulna urdf` prints it\):4: joint 'j': child link 'b' is not defined"
     with pytest.raises(DescriptionError, match=message):
         ulna.load(file)
+
+
+def test_the_current_folder_is_that_of_the_document_though_its_process_is_elsewhere(tmp_path):
+    (tmp_path / "part.yaml").write_text("name: found")
+    (tmp_path / "r.xacro").write_text(document("<link name=\"${xacro.load_yaml('$(cwd)/part.yaml').name}\"/>"))
+    assert ulna.load(tmp_path / "r.xacro").link_names == ("found",)
+
+
+def test_a_relative_name_in_a_text_is_beside_the_current_folder(tmp_path, monkeypatch):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "part.xacro").write_text(document("<link name=\"${xacro.load_yaml('a.yaml').name}\"/>"))
+    (tmp_path / "sub" / "a.yaml").write_text("name: found")
+    monkeypatch.chdir(tmp_path)
+    assert ulna.load(document('<xacro:include filename="sub/part.xacro"/>'), package_dirs=["."]).link_names == ("found",)

@@ -53,6 +53,7 @@ def test_a_process_has_no_environment_variables_of_the_user(monkeypatch):
     monkeypatch.setenv("TOKEN", "canary")
     names = "import json, os\n" + SAYS + "say('{\"left_out\": {}}')\nsay(json.dumps({'error': ' '.join(os.environ)}))"
     monkeypatch.setattr(xacro_process, "_START", names)
-    with pytest.raises(DescriptionError, match="PYTHONPATH") as caught:
+    with pytest.raises(DescriptionError) as caught:
         ulna.load(DOCUMENT)
-    assert "TOKEN" not in str(caught.value)
+    allowed = {"LC_CTYPE", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "SYSTEMROOT"}
+    assert set(str(caught.value).split("xacro: ")[1].split()) <= allowed

@@ -62,14 +62,14 @@ def test_the_table_of_the_panda_is_the_assignments_with_the_fixed_rows_in_the_ti
     ids=["UR5", "Puma 560", "Stanford arm"],
 )
 def test_a_published_table_comes_back_from_the_robot_number_for_number(rows, types):
-    table = Robot.from_dh(rows, convention="standard", joint_types=types).dh("standard")
+    table = Robot.from_dh(rows, convention="standard", joint_types=types).dh(convention="standard")
     assert_close(table.rows, rows)
     assert_close([table.T_base_0, table.T_n_tip], [np.eye(4)] * 2)
 
 
 def test_the_puma_in_the_other_convention_has_its_a_and_alpha_one_row_later():
     rows = np.column_stack([PUMA_A, PUMA_D, PUMA_ALPHA, np.zeros(6)])
-    table = Robot.from_dh(rows, convention="standard").dh("modified")
+    table = Robot.from_dh(rows, convention="standard").dh(convention="modified")
     assert_close(table.rows, np.column_stack([[0, *PUMA_A[:5]], PUMA_D, [0, *PUMA_ALPHA[:5]], np.zeros(6)]))
 
 
@@ -81,7 +81,7 @@ def test_chains_with_skew_axes_slides_and_mimics_have_a_table(convention, link):
     joints = tuple(joint for joint in description.joints if joint.child not in gone)
     links = tuple(one for one in description.links if one.name not in gone)
     description = Description("every joint", links, joints)
-    table = Robot(description).dh(convention, link)
+    table = Robot(description).dh(convention=convention, link=link)
     assert_is_the_robot(table, description)
     assert table.max_position_difference < 1e-14
 
@@ -97,7 +97,7 @@ def test_nearly_parallel_axes_give_finite_rows_and_no_loss_that_the_proof_does_n
     ]
     joints = (chain[0], *(Joint(j.name, j.type, j.parent, j.child, T, j.axis) for j, T in zip(chain[1:], tilted, strict=True)))
     description = Description("tilted", tuple(Link(f"l{k}") for k in range(4)), joints)
-    table = Robot(description).dh(convention)
+    table = Robot(description).dh(convention=convention)
     assert np.abs(table.rows).max() <= LARGEST
     lost = 1e-9 if tilt > 1e-6 else max(tilt + (gap if gap < 1e-6 else 0), 1e-14)
     assert_is_the_robot(table, description, atol=1.5 * lost)
@@ -105,6 +105,22 @@ def test_nearly_parallel_axes_give_finite_rows_and_no_loss_that_the_proof_does_n
     assert bool(table.notes) == (1e-12 < tilt < 1e-3)
     told = max(table.max_position_difference, table.max_rotation_difference)
     assert_is_the_robot(table, description, atol=1.5 * told + 1e-15 * np.abs(table.rows).max() + 1e-14)
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+@pytest.mark.parametrize("dropped", [0.0, 1e-7, 9e-7, 9.99e-7])
+@pytest.mark.parametrize("kept", [1.01e-6, 1.1e-6, 1e-5, 1e-4, 1e-3, 1.0])
+def test_a_tilt_that_is_dropped_costs_no_more_behind_axes_that_are_nearly_parallel(convention, kind, dropped, kept):
+    chain = of_chain("revolute", "revolute", kind, "revolute", "revolute").joints
+    tilts = [(0, 0, 0), (kept, 0, 0), (0.6 * dropped, 0.8 * dropped, 0), (-kept, 0, 0), (dropped, 0, 0)]
+    places = [formulas.from_rpy((0.1, 0.4, 0.05 * k), rpy) for k, rpy in enumerate(tilts)]
+    joints = tuple(Joint(j.name, j.type, j.parent, j.child, T, j.axis) for j, T in zip(chain, places, strict=True))
+    description = Description("tilted", tuple(Link(f"l{k}") for k in range(6)), joints)
+    table = Robot(description).dh(convention=convention)
+    rounding = 1e-14 * np.abs(table.rows[:, :2]).max()
+    assert_is_the_robot(table, description, atol=5 * dropped + rounding + 1e-13)
+    assert table.max_position_difference <= 5 * dropped + rounding + 1e-13
 
 
 def test_a_wider_tolerance_takes_axes_as_parallel_and_says_what_that_costs():
@@ -131,7 +147,7 @@ def test_a_common_normal_out_of_reach_is_refused_with_the_tolerance_that_helps()
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_parallel_axes_leave_d_to_the_last_of_them(convention):
     rows = [(0, 0.1, 0, 0.2), (0.3, 0.1, 0, 0.4), (0.4, 0.1, pi, -0.3), (0.2, 0.5, pi / 2, 0)]
-    table = Robot.from_dh(rows, convention=convention).dh(convention)
+    table = Robot.from_dh(rows, convention=convention).dh(convention=convention)
     assert_close(table.rows[:2, 1], [0, 0])
     assert_close(table.rows[:, 0], np.array(rows)[:, 0])
 
@@ -162,7 +178,7 @@ def test_the_place_of_a_sliding_joint_does_not_matter():
 @pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0), (1, 2, -2)])
 def test_one_joint_about_any_axis(convention, kind, axis):
     description = of_chain(kind, axis=unit(*axis), origin=formulas.from_rpy((0.1, -0.2, 0.3), (0.3, -0.5, 1.2)))
-    table = Robot(description).dh(convention)
+    table = Robot(description).dh(convention=convention)
     assert (table.rows.shape, table.joint_types) == ((1, 4), (kind,))
     assert_is_the_robot(table, description, atol=1e-14)
 
@@ -173,9 +189,9 @@ def test_no_joints_are_a_table_without_rows(convention, panda):
         (panda, "panda_link0"),
         (Robot(of_chain("fixed", origin=formulas.from_rpy((1, 2, 3), (1, 2, 3)))), "l1"),
     ):
-        table = robot.dh(convention, link)
+        table = robot.dh(convention=convention, link=link)
         assert table.rows.shape == (0, 4)
-        assert_close(table.T_base_0 @ table.T_n_tip, robot.forward_kinematics(robot.home, link), atol=1e-15)
+        assert_close(table.T_base_0 @ table.T_n_tip, robot.forward_kinematics(robot.home, link=link), atol=1e-15)
         assert Robot.from_dh(table).n_dof == 0
 
 
@@ -204,11 +220,11 @@ def test_followers_of_a_joint_off_the_chain_follow_the_first_of_them():
     assert_is_the_robot(table, gripper())
     rebuilt = Robot.from_dh(table)
     lead = np.array([0.3])
-    assert_close(rebuilt.forward_kinematics(-2 * lead + 0.1), Robot(gripper()).forward_kinematics(lead, "two"), atol=1e-14)
+    assert_close(rebuilt.forward_kinematics(-2 * lead + 0.1), Robot(gripper()).forward_kinematics(lead, link="two"), atol=1e-14)
 
 
 def test_the_robot_of_a_table_keeps_the_names_and_limits_of_the_joints(panda):
-    rebuilt = Robot.from_dh(panda.dh("standard"))
+    rebuilt = Robot.from_dh(panda.dh(convention="standard"))
     for key in ("joint_names", "name"):
         assert getattr(rebuilt, key) == getattr(panda, key)
     for key in ("lower", "upper", "velocity_limits"):

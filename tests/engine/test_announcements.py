@@ -31,7 +31,7 @@ def clock(monkeypatch):
 @pytest.fixture
 def pipe(monkeypatch):
     """Standard error that is a pipe, in a program that has not configured logging."""
-    monkeypatch.setattr(announcements, "_is_configured", lambda: False)
+    monkeypatch.setattr(announcements, "_shows_records", lambda: False)
     stream = io.StringIO()
     monkeypatch.setattr(announcements, "sys", SimpleNamespace(stderr=stream))
     return stream
@@ -72,6 +72,16 @@ def test_a_program_that_has_configured_logging_gets_a_record_and_no_line(clock, 
     assert [(record.name, record.levelname) for record in caplog.records] == [("ulna", "INFO")]
     assert "first" in caplog.text
     assert stream.getvalue() == ""
+
+
+def test_a_program_that_logs_only_into_a_file_gets_the_line_too(clock, monkeypatch, tmp_path):
+    """rospy's nodes do: nothing else would say why the program waits."""
+    stream = io.StringIO()
+    monkeypatch.setattr(announcements, "sys", SimpleNamespace(stderr=stream))
+    monkeypatch.setattr(logging.getLogger(), "handlers", [file := logging.FileHandler(tmp_path / "log")])
+    compile_for(clock, "first", 1.0)
+    assert stream.getvalue().startswith("ulna: compiling first ")
+    file.close()
 
 
 def test_who_compiles_ahead_is_not_disturbed(clock, pipe):

@@ -6,10 +6,11 @@ import pytest
 import robots
 import ulna
 from ulna.engine.lanes import sqrt, with_lane
-from ulna.engine.single import THRESHOLDS, in_single
+from ulna.gpu.single import THRESHOLDS, in_single
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.chain.poses import chain_pose
+from ulna.kernels.collision.posed_pair import may_touch
 from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
 from ulna.kernels.spatial.elementary import sincos
 
@@ -97,6 +98,11 @@ def test_what_has_no_form_over_float32_is_refused():
 
     with pytest.raises(LookupError, match="with_lane"):
         in_single(formula)
+
+
+def test_an_attribute_with_the_name_of_a_function_is_not_taken_for_it():
+    copy = in_single(may_touch)  # it reads ``scene.may_touch``
+    assert "may_touch" not in copy.py_func.__globals__
 
 
 def test_a_copy_leaves_the_function_as_it_is():

@@ -221,3 +221,37 @@ print(os.waitstatus_to_exitcode(os.wait()[1]), t.default_threads() - first)
 """
     run = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "5 0\n"
+
+
+@pytest.mark.usefixtures("three_processors")
+@pytest.mark.parametrize("threads", [1, 2])
+def test_ctrl_c_ends_a_batch_of_slow_rows_after_a_slice_in_every_thread(threads):
+    """Rows of about a millisecond: without slices a part of them is the whole batch, or an eighth of it."""
+    done, n = [], 40_000
+
+    def run(rows):
+        Event().wait(1e-6 * (rows.stop - rows.start))
+        done.append(rows.stop - rows.start)
+        if threading.current_thread() is threading.main_thread() and len(done) > 2:
+            raise KeyboardInterrupt
+        return True
+
+    with pytest.raises(KeyboardInterrupt):
+        in_parts(run, n, least=8, threads=threads)
+    assert sum(done) < n // 2
+    assert all(size % 8 == 0 for size in done)
+
+
+def test_slices_are_as_many_rows_as_take_a_while_and_small_batches_are_one_call():
+    sizes = []
+
+    def run(rows):
+        sizes.append(rows.stop - rows.start)
+        return True
+
+    assert in_parts(run, 1000, least=1024, threads=1)
+    assert sizes == [1000]
+    sizes.clear()
+    assert in_parts(run, 100_001, least=64, threads=1)
+    assert sum(sizes) == 100_001
+    assert sizes[:3] == [64, 1024, 16_384], "a slice that takes no time is followed by one sixteen times as long"

@@ -13,7 +13,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 from cuda.core.utils import StridedMemoryView
 
 import ulna
-from ulna.engine.device_array import _class_with_dlpack, as_own, description, is_on_device
+from ulna.gpu.device_array import _class_with_dlpack, as_own, description, is_on_device
 
 
 class Foreign:

@@ -16,12 +16,12 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 
 from numba import types
 
-from ulna.drivers.gpu.closed_form import branches
-from ulna.drivers.gpu.collision import distances_of, overlaps_of
-from ulna.drivers.gpu.forward import frames_of, jacobians, poses
-from ulna.drivers.gpu.rows import column, converted, put, taken
-from ulna.drivers.gpu.search import searches_of
-from ulna.engine.single import in_single
+from ulna.gpu.collision import distances_of, overlaps_of
+from ulna.gpu.forward import frames_of, jacobians, poses
+from ulna.gpu.rows import column, converted, put, taken
+from ulna.gpu.search import searches_of
+from ulna.gpu.single import in_single
+from ulna.gpu.solutions import branches
 
 JOINTS, BODIES = 11, 12  # the Panda
 A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))

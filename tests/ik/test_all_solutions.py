@@ -11,6 +11,7 @@ import pytest
 import robots
 import ulna
 from closed_form_arms import arm_of_axes
+from ik_methods import valid_solutions
 from ulna import InputError, Robot, UnknownNameError
 from ulna.description.robot_description import Body
 
@@ -72,6 +73,16 @@ def test_limits_make_solutions_invalid_and_leave_them_real():
     assert (found.q[~found.valid][:, 2] < 0).all()
 
 
+def test_branches_that_coincide_are_listed_each():
+    robot = ur5()
+    T = robot.forward_kinematics([0.3, -1.2, 0.0, -0.7, 1.1, 0.4])  # a stretched elbow is both elbows
+    found = robot.all_solutions(T)
+    assert found.proof == "complete but for coinciding branches"
+    stretched = found.q[found.valid & (np.abs(found.q[:, 2]) < 1e-6)]
+    assert len(stretched) >= 2
+    assert np.abs(stretched[0] - stretched[1]).max() < 1e-6
+
+
 def test_every_whole_turn_within_the_limits_is_listed_on_request():
     """With a turn either way each joint of each of eight branches has two places: 8 * 2^6."""
     robot = ur5(TURN)
@@ -129,7 +140,7 @@ def test_a_joint_of_six_is_not_redundant():
 
 
 def test_a_link_within_a_longer_chain_has_its_own_form(panda):
-    assert panda.all_solutions(panda.forward_kinematics(panda.home, link="panda_link7"), "panda_link7").q.shape == (128, 7)
+    assert panda.all_solutions(panda.forward_kinematics(panda.home, link="panda_link7"), link="panda_link7").q.shape == (128, 7)
 
 
 # ---- a world, a rank
@@ -159,7 +170,7 @@ def blocked():
 
 def test_solutions_that_collide_are_left_out(blocked):
     robot, T, world = blocked
-    every, clear = robot.inverse_kinematics_all(T), robot.inverse_kinematics_all(T, world=world)
+    every, clear = valid_solutions(robot, T), valid_solutions(robot, T, world=world)
     hits = robot.in_collision(every, world)
     assert 0 < hits.sum() < 8
     np.testing.assert_array_equal(clear, every[~hits])
@@ -167,14 +178,14 @@ def test_solutions_that_collide_are_left_out(blocked):
 
 def test_solutions_are_ordered_by_their_rank(blocked):
     robot, T, world = blocked
-    by_clearance = robot.inverse_kinematics_all(T, world=world, rank="clearance")
+    by_clearance = valid_solutions(robot, T, world=world, rank="clearance")
     distances = robot.signed_distance(by_clearance, world, self_collision=False)
     assert (np.diff(distances) <= 0).all()
-    assert len(by_clearance) == len(robot.inverse_kinematics_all(T, world=world))
-    measure = robot.manipulability(robot.inverse_kinematics_all(T, rank="manipulability"))
+    assert len(by_clearance) == len(valid_solutions(robot, T, world=world))
+    measure = robot.manipulability(valid_solutions(robot, T, rank="manipulability"))
     assert (np.diff(measure) <= 0).all()
     with pytest.raises(InputError, match="world= is needed"):
-        robot.inverse_kinematics_all(T, rank="clearance")
+        valid_solutions(robot, T, rank="clearance")
 
 
 @pytest.mark.parametrize("rank", [None, "nearest", "manipulability", "mid_range", "clearance"])
@@ -317,7 +328,7 @@ def test_a_calibrated_arm_has_a_near_form_which_proves_nothing_and_finds_the_nea
     assert (few.proof == "searched").all()
     for target, row, valid in zip(T[:4], few.q, few.valid, strict=True):
         assert np.abs(robot.forward_kinematics(row[valid]) - target).max() < 1e-8
-        known = robot.inverse_kinematics_all(target)
+        known = valid_solutions(robot, target)
         assert len(known) == valid.sum()
     beyond = T[0].copy()
     beyond[:3, 3] *= 3.0

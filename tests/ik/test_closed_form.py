@@ -12,9 +12,10 @@ import formulas
 import robots
 import ulna
 from closed_form_arms import FAMILIES, QUARTIC, arm_of, arm_of_axes, direction, family_axes
+from ik_methods import valid_solutions
 from ulna import Robot
 from ulna.description.robot_description import Joint, JointType, Limits, Link
-from ulna.ik.all_solutions import _branches
+from ulna.ik.branch_search import _branches
 from ulna.ik.closed_form.families import NAMES
 from ulna.ik.options import Options
 from ulna.ik.problem import make_problem
@@ -68,13 +69,13 @@ def test_the_configuration_that_made_a_target_is_among_its_branches(family, from
 
 @pytest.mark.parametrize("family", FAMILIES, ids=NAMES.get)
 def test_a_search_from_many_starts_finds_the_same_branches(family):
-    """The search of ``inverse_kinematics_all`` for arms that have no closed form."""
+    """The search of ``all_solutions`` for arms that have no closed form."""
     rng = np.random.default_rng(40 + family)
     robot = arm_of_axes(*family_axes(family, rng), np.random.default_rng(1))
     options = Options(position_tolerance=1e-9, rotation_tolerance=1e-9)
     query = Query(robot.tree, robot.home, robot._checker, robot.tip, options)
     for target in robot.forward_kinematics(rng.uniform(-np.pi, np.pi, (12, 6))):
-        found, known = robot.inverse_kinematics_all(target), _branches(make_problem(query, target, None), 16)
+        found, known = valid_solutions(robot, target), _branches(make_problem(query, target, None), 16)
         assert len(found) == len(known)
         assert all(apart(found, q).min() < 1e-4 for q in known)
 
@@ -152,7 +153,7 @@ def test_an_arm_without_a_family_has_none():
     T = robot.forward_kinematics([0.3, 0.2, 0.1, -0.4, 0.9, 0.5])
     found = robot.all_solutions(T)
     assert (found.proof, found.family) == ("searched", "")
-    assert len(found.q[found.valid]) == len(robot.inverse_kinematics_all(T)) > 0
+    assert len(found.q[found.valid]) == len(valid_solutions(robot, T)) > 0
 
 
 @pytest.mark.parametrize("size", [2.0**-12, 1.0, 2.0**9])
@@ -261,16 +262,16 @@ def test_joints_that_do_not_move_the_link_stay_at_the_seed():
     seed[[robot.joint_names.index("wheel"), robot.joint_names.index("finger")]] = 0.7, 0.06
     q = np.random.default_rng(6).uniform(-np.pi, np.pi, (5, 6))
     T = of_dh(robots.UR5).forward_kinematics(q)
-    several, found = robot.inverse_kinematics(T, seed, "link6"), robot.all_solutions(T, "link6")
+    several, found = robot.inverse_kinematics(T, seed, link="link6"), robot.all_solutions(T, link="link6")
     assert several.success.all()
     assert (found.proof == "complete").all()
     for row, target in zip(several.q, T, strict=True):
-        one = robot.inverse_kinematics(target, seed, "link6")
+        one = robot.inverse_kinematics(target, seed, link="link6")
         assert one.q.tobytes() == row.tobytes()
         assert (one.iterations, one.q[seed != 0.0].tolist()) == (0, seed[seed != 0.0].tolist())
         np.testing.assert_allclose(robot.forward_kinematics(one.q, link="link6"), target, atol=1e-12)
     with pytest.raises(ulna.InputError, match="q_seed"):
-        robot.inverse_kinematics(T[0], np.where(seed == 0.7, np.nan, seed), "link6")
+        robot.inverse_kinematics(T[0], np.where(seed == 0.7, np.nan, seed), link="link6")
 
 
 def test_every_target_that_is_not_solved_has_its_reason_and_is_no_farther_off_than_by_search(ur5):
@@ -299,7 +300,7 @@ def test_a_whole_pose_about_another_axis_is_the_same_pose(ur5, axis):
         result = ur5.inverse_kinematics(target, task=ulna.Task(axis=axis))
         assert np.all(result.success)
         np.testing.assert_allclose(ur5.forward_kinematics(result.q), target, atol=3e-5)
-    assert len(ur5.inverse_kinematics_all(T[0], task=ulna.Task(axis=axis))) == len(ur5.inverse_kinematics_all(T[0]))
+    assert len(valid_solutions(ur5, T[0], task=ulna.Task(axis=axis))) == len(valid_solutions(ur5, T[0]))
 
 
 def test_what_is_no_pose_is_refused(ur5):

@@ -7,9 +7,12 @@ import pytest
 
 import robots
 import ulna
+from every_lift import least_costs, nodes_of
 from ulna import InputError, Robot
+from ulna.ik.following import branches
+from ulna.ik.following.branches import make_layers
 
-TURN = 2 * np.pi
+TURN, H = 2 * np.pi, np.pi / 2
 Q = np.array([0.3, -1.2, 1.5, -0.7, 1.1, 0.4])
 
 
@@ -32,8 +35,9 @@ def assert_followed(robot, path, T, max_step=0.1):
     assert path.q.shape == (len(T), robot.n_dof)
     assert ((path.q >= robot.lower) & (path.q <= robot.upper)).all()
     assert np.abs(robot.forward_kinematics(path.q) - T).max() < 3e-5
-    assert np.abs(np.diff(path.q, axis=0)).max(initial=0.0) <= max_step
-    assert np.allclose(path.steps, np.abs(np.diff(path.q, axis=0)).max(axis=1))
+    every = path.q if path.q_start is None else np.vstack([path.q_start, path.q])
+    assert np.abs(np.diff(every, axis=0)).max(initial=0.0) <= max_step
+    assert np.array_equal(path.steps, np.abs(np.diff(every, axis=0)).max(axis=1))
 
 
 def chains(robot, T, max_step, begin=None):
@@ -92,7 +96,8 @@ def test_one_pose_is_a_path(panda):
     T = panda.forward_kinematics(panda.home)[None]
     path = panda.follow(T, panda.home)
     assert_followed(panda, path, T)
-    assert path.steps.shape == (0,)
+    assert path.steps.shape == (1,)
+    assert panda.follow(T).steps.shape == (0,)
 
 
 def test_a_wrist_goes_through_its_singularity_and_out_again():
@@ -107,7 +112,55 @@ def test_a_wrist_goes_through_its_singularity_and_out_again():
     assert path.proof == "searched"
 
 
+@pytest.mark.parametrize("rows", ["UR5", "PUMA"])
+def test_a_wrist_that_is_singular_all_along_has_as_many_solutions_a_pose_however_long_the_path(rows, monkeypatch):
+    robot = Robot.from_dh(getattr(robots, rows), convention="standard", limits=[(-np.pi, np.pi)] * 6)
+    known = Q + np.linspace(0.0, 1.0, 24)[:, None] * [0.5, 0.4, -0.5, 0.3, 0.0, 0.2]
+    known[:, 4] = 0.0
+    most = []
+
+    def counted(course):
+        layers = make_layers(course)
+        most.append(max(map(len, layers.nodes)))
+        return layers
+
+    monkeypatch.setattr(branches, "make_layers", counted)
+    T = robot.forward_kinematics(known)
+    for start in (known[0], None):
+        path = robot.follow(T, start)
+        assert_followed(robot, path, T)
+        assert path.proof == "searched"
+        assert (np.diff(path.q, axis=0) ** 2).sum() <= (np.diff(known, axis=0) ** 2).sum()
+    assert max(most) <= 8 + 2 * 16
+
+
 # ---- the best of all paths
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("max_step", [0.5, 1.5, 3.0, 4.3])
+def test_the_step_from_the_start_is_one_of_those_whose_squares_are_summed(seed, max_step):
+    rng = np.random.default_rng(seed)
+    limits = [(-np.pi, np.pi)] * 6
+    robot = Robot.from_dh(robots.PUMA, convention="standard", limits=limits)
+    known = rng.uniform(-2.0, 2.0, 6) + rng.uniform(-0.4, 0.4, (3, 6)).cumsum(axis=0)
+    T, start = robot.forward_kinematics(known), known[0] + rng.uniform(-0.3, 0.3, 6)
+    path = robot.follow(T, start, max_step=max_step)
+    assert_followed(robot, path, T, max_step)
+    assert np.array_equal(path.q_start, start)
+    assert path.steps.shape == (3,)
+    least = least_costs(nodes_of(robots.PUMA, limits, T), max_step, start)[-1]
+    assert (np.diff(np.vstack([start, path.q]), axis=0) ** 2).sum() == pytest.approx(least, rel=1e-9)
+    assert robot.follow(T, max_step=max_step).steps.shape == (2,)
+
+
+def test_no_branch_is_taken_far_from_the_start_to_save_a_little_later():
+    rows = [(0.15, 0.45, -H, 0), (0.6, 0, 0, -H), (0.2, 0, -H, 0), (0, 0.64, H, 0), (0, 0, -H, 0), (0, 0.1, 0, 0)]
+    robot = Robot.from_dh(rows, convention="standard", limits=[(-np.pi, np.pi)] * 6)
+    q = np.array([[-1.81, 2.237, 0.395, 1.967, 0.988, -1.333], [-0.82, 1.675, -2.463, 1.331, 1.276, -2.967]])
+    path = robot.follow(robot.forward_kinematics(q), q[0], max_step=4.28)
+    assert np.abs(path.q[0] - q[0]).max() < 1e-9
+    assert path.steps[0] < 1e-9
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -136,12 +189,38 @@ def test_whole_turns_are_taken_within_the_limits_and_no_further():
     assert path.status == "joint limits"
 
 
-def test_of_many_turns_those_about_the_start_are_searched():
-    robot = Robot.from_dh(robots.UR5, convention="standard", limits=[(-4.5 * TURN, 4.5 * TURN), *[(-np.pi, np.pi)] * 5])
-    known = Q + np.linspace(0.0, 0.6, 100)[:, None] * [TURN, 0, 0, 0, 0, 0] + np.array([3 * TURN, 0, 0, 0, 0, 0])
-    path = robot.follow(robot.forward_kinematics(known), known[0])
-    assert np.abs(path.q - known).max() < 1e-6
+@pytest.mark.parametrize("turns", [3, 4, 9, 40])
+def test_a_joint_screws_from_one_limit_to_the_other_however_wide_they_are(turns):
+    limits = [*[(-np.pi, np.pi)] * 5, (-turns * np.pi, turns * np.pi)]
+    robot = Robot.from_dh(robots.UR5, convention="standard", limits=limits)
+    known = np.tile(Q, (20 * turns, 1))
+    known[:, 5] = np.linspace(-0.95, 0.95, len(known)) * turns * np.pi
+    T = robot.forward_kinematics(known)
+    for start in (known[0], None):
+        path = robot.follow(T, start, max_step=0.4)
+        assert_followed(robot, path, T, 0.4)
+        assert path.proof == "complete"
+        assert start is None or np.abs(path.q - known).max() < 1e-6
+
+
+def test_of_too_many_turns_those_about_the_start_are_searched_and_the_reason_says_so():
+    wide = (-20 * TURN, 20 * TURN)
+    robot = Robot.from_dh(robots.UR5, convention="standard", limits=[wide, *[(-np.pi, np.pi)] * 4, wide])
+    known = np.tile(Q, (300, 1))
+    known[:, 0] += 3 * TURN
+    known[:, 5] += np.linspace(0.0, 15 * TURN, 300)
+    T = robot.forward_kinematics(known)
+    path = robot.follow(T[:200], known[0], max_step=0.5)
+    assert_followed(robot, path, T[:200], 0.5)
+    assert np.abs(path.q - known[:200]).max() < 1e-6
     assert path.proof == "searched"
+    path = robot.follow(T, known[0], max_step=0.5)
+    assert (path.status, path.proof) == ("no continuous branch", "searched")
+    assert str(path.reason).startswith("27 turns of joint6 about the start were searched, of more that the limits allow")
+    assert path.reason.data.smallest_step == pytest.approx(15 * TURN / 299)
+    rest = robot.follow(T[path.ends_at :], path.q[path.ends_at - 1], max_step=0.5)
+    assert rest.success
+    assert np.abs(rest.q - known[path.ends_at :]).max() < 1e-6
 
 
 def test_a_wheel_turns_as_often_as_the_path_asks():
@@ -156,10 +235,10 @@ def test_a_wheel_turns_as_often_as_the_path_asks():
 
 def test_joints_that_do_not_move_the_link_stay_at_the_start():
     robot = ur5()
-    T = robot.forward_kinematics(swings(robot, 200), "link5")
+    T = robot.forward_kinematics(swings(robot, 200), link="link5")
     path = robot.follow(T, link="link5")
     assert path.success, str(path)
-    assert np.abs(robot.forward_kinematics(path.q, "link5") - T).max() < 3e-5
+    assert np.abs(robot.forward_kinematics(path.q, link="link5") - T).max() < 3e-5
     assert np.array_equal(path.q[:, 5], np.full(200, robot.home[5]))
 
 

@@ -7,7 +7,7 @@ import robots
 from every_lift import least_costs, nodes_of
 from ulna import Robot
 
-TURN = 2 * np.pi
+TURN, H = 2 * np.pi, np.pi / 2
 Q = np.array([0.3, -1.2, 1.5, -0.7, 1.1, 0.4])
 
 
@@ -37,7 +37,8 @@ def assert_best(robot, limits, T, max_step, start=None):
     assert path.proof == "complete"
     assert path.ends_at == (None if np.isfinite(least[-1]) else int(np.flatnonzero(np.isinf(least))[0]))
     n = len(T) if path.ends_at is None else path.ends_at
-    assert not n or (np.diff(path.q[:n], axis=0) ** 2).sum() == pytest.approx(least[n - 1], rel=1e-9, abs=1e-9)
+    every = path.q[:n] if start is None else np.vstack([start, path.q[:n]])
+    assert not n or (np.diff(every, axis=0) ** 2).sum() == pytest.approx(least[n - 1], rel=1e-9, abs=1e-9)
     return path
 
 
@@ -159,7 +160,7 @@ def test_the_smallest_step_leads_on_and_no_smaller_one_does(seed):
     T = robot.forward_kinematics(rng.uniform(np.maximum(robot.lower, -3.1), np.minimum(robot.upper, 3.1), (2, 6)))
     start = rng.uniform(robot.lower, robot.upper)
     path = robot.follow(T[:1], start)
-    step = path.ending.smallest_step
+    step = path.reason.data.smallest_step
     assert path.ends_at == 0
     assert robot.follow(T[:1], start, max_step=step + 1e-6).success
     assert not robot.follow(T[:1], start, max_step=step - 1e-6).success
@@ -170,8 +171,8 @@ def test_a_singular_start_far_from_all_solutions_is_not_the_reason():
     start = np.array([2.5, -1.2, 1.5, -0.7, 0.0, 0.4])
     T = robot.forward_kinematics(Q)[None]
     path = robot.follow(T, start)
-    assert path.ending.smallest_step > 1.0
-    assert path.ending.least_singular_value < 1e-2
+    assert path.reason.data.smallest_step > 1.0
+    assert path.reason.data.least_singular_value < 1e-2
     assert path.status == "no continuous branch"
 
 
@@ -182,7 +183,7 @@ def test_no_path_is_refused_for_a_step_that_is_allowed():
     T = robot.forward_kinematics(np.array([-2.9, *Q[1:]]))[None]
     path = robot.follow(T, start, max_step=1.0)
     least = min(np.abs(nodes - start).max(axis=1).min() for nodes in nodes_of(robots.UR5, limits, T))
-    assert path.ending.smallest_step == pytest.approx(least, abs=1e-9)
+    assert path.reason.data.smallest_step == pytest.approx(least, abs=1e-9)
 
 
 def test_a_path_to_the_end_of_the_reach_is_followed_within_the_tolerance_and_not_proved():
@@ -203,3 +204,23 @@ def test_a_path_to_the_end_of_the_reach_is_followed_within_the_tolerance_and_not
         followed += path.proof == "searched"
         assert real or path.proof == "searched"
     assert followed > 0
+
+
+# ---- limits where angles are known poorly
+
+
+@pytest.mark.parametrize("limits", [(-0.9, 0.9), (-np.pi, np.pi), (-np.pi, 3.5), (-TURN, TURN), (-4.0, 4.5)])
+@pytest.mark.parametrize("wrist", [1e-3, 1e-5, 1e-6, 1e-7])
+def test_a_path_along_a_limit_near_the_wrists_singularity_is_found_in_any_turn(limits, wrist, rng):
+    every = np.array([(-np.pi, np.pi)] * 3 + [limits] + [(-2.0, 2.0), (-np.pi, np.pi)])
+    rows = [(0.32, 0.78, -H, 0), (1.075, 0, 0, -H), (0.2, 0, -H, 0), (0, 1.1425, H, 0), (0, 0, -H, 0), (0, 0.2, 0, 0)]
+    robot = Robot.from_dh(rows, convention="standard", limits=every.tolist())
+    for k in range(24):
+        begin = 0.4 * rng.uniform(*every.T)
+        known = np.linspace(begin, begin + rng.uniform(-0.6, 0.6, 6), 8)
+        known[:, 3] = np.clip(limits[k % 2] * np.linspace(0.8, 1.05, 8), *limits)
+        known[:, 4] = wrist
+        path = robot.follow(robot.forward_kinematics(known), known[0], max_step=1.01 * np.abs(np.diff(known, axis=0)).max())
+        assert path.success, (k, str(path))
+        assert (np.diff(path.q, axis=0) ** 2).sum() <= 1.001 * (np.diff(known, axis=0) ** 2).sum() + 1e-9
+        assert path.proof == "complete"

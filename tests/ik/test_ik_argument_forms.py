@@ -6,9 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+import robots
 from ik_methods import METHODS, TEXTBOOK
 from invalid_poses import INVALID_POSES
-from ulna import InputError, Task
+from ulna import InputError, Robot, Task
 from ulna.drivers import entry
 
 search_jobs = entry("multi_start.search_jobs")
@@ -71,7 +72,7 @@ NO_SEEDS = {
     "infinite": np.array([0, 0, 0, -1, np.inf, 1, 0.0]),
     "too large": np.array([0, 0, 0, -1, 2e6, 1, 0.0]),
     "short": np.zeros(6),
-    "a batch": np.zeros((2, 7)),
+    "a batch": np.zeros((2, 6)),
 }
 
 
@@ -171,3 +172,15 @@ def test_a_result_cannot_be_changed(panda, targets):
     for name in ("q", "success", "status", "trace", "colour"):
         with pytest.raises(AttributeError):
             setattr(result, name, None)
+
+
+@pytest.mark.parametrize("options", [{}, {"rank": "mid_range"}, {"posture": "mid_range"}, {"method": "damped_least_squares"}])
+@pytest.mark.parametrize("name", ["panda", "UR5"])
+def test_one_target_may_have_many_seeds(name, options, panda, rng):
+    robot = panda if name == "panda" else Robot.from_dh(robots.UR5, convention="standard", limits=[(-3, 3)] * 6)
+    T, seeds = robot.forward_kinematics(robot.home + 0.1), rng.uniform(-0.3, 0.3, (2, 3, robot.n_dof)) + robot.home
+    found = robot.inverse_kinematics(T, seeds, **options)
+    assert found.q.shape == seeds.shape
+    repeated = robot.inverse_kinematics(np.broadcast_to(T, (2, 3, 4, 4)), seeds, **options)
+    assert np.array_equal(found.q, repeated.q)
+    assert np.array_equal(found.status, repeated.status)

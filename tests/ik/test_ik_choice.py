@@ -8,6 +8,7 @@ import pytest
 import robots
 import ulna
 from ulna import InputError, Robot
+from ulna.collision.allowed import AllowedCollisions
 from ulna.description.robot_description import Body
 from ulna.ik.collision_filter import CollisionFilter
 
@@ -123,7 +124,7 @@ def test_the_elbow_with_the_greater_clearance_from_the_world_is_taken_however_ne
     rows = [(0, 0, 0, 0), (1.0, 0, 0, 0), (1.0, 0, 0, 0)]
     plain = Robot.from_dh(rows, joint_types=["revolute", "revolute", "fixed"], limits=[(-3, 3)] * 2).description
     links = tuple(replace(link, collisions=(bar,)) if link.name in {"link1", "link2"} else link for link in plain.links)
-    arm = Robot(replace(plain, links=links)).with_allowed_collisions(())
+    arm = Robot(replace(plain, links=links)).with_allowed_collisions(AllowedCollisions(()))
     world = ulna.World()
     world.add("post", ulna.Sphere(0.1), ulna.pose((0.7, 1.5 * side, 0)))
     elbows = np.array([[0.8, -1.6], [-0.8, 1.6]])

@@ -184,7 +184,7 @@ def test_where_no_joint_can_lessen_what_is_missing_the_arm_is_singular(rng, case
         target[:3, 3] += 0.01 * out / np.linalg.norm(out)
     result = arm.inverse_kinematics(target)
     assert result.status == status, str(result)
-    assert result.reason.startswith("the arm cannot" if status == "singular" else "the closed form has no solution")
+    assert str(result.reason).startswith("the arm cannot" if status == "singular" else "the closed form has no solution")
     missing = lambda q: np.linalg.norm(formulas.pose_error(arm.description, q, "link6", target))  # noqa: E731
     here, size = missing(result.q), 1e-4
     nearer = [here - missing(result.q + size * v / np.linalg.norm(v)) for v in rng.normal(size=(200, 6))]

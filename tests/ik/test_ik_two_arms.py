@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import robots
+from ik_methods import valid_solutions
 from ulna import Robot
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link, Mimic
 
@@ -29,7 +30,7 @@ def arms():
 @pytest.fixture(scope="module")
 def targets(arms):
     q = np.random.default_rng(61).uniform(arms.lower, arms.upper, (50, 12))
-    return arms.forward_kinematics(q, "asked link6")
+    return arms.forward_kinematics(q, link="asked link6")
 
 
 def test_the_other_arm_stays_where_it_was_from_whatever_start(arms, targets):
@@ -55,18 +56,18 @@ def test_a_leader_whose_follower_it_does_not_move_stays_too():
     follower = replace(leader, name="follower", parent="link3", child="tip", mimic=Mimic("leader", 0.0, 0.5))
     arm = Robot(replace(base, links=(*base.links, Link("away"), tip), joints=(*base.joints, leader, follower)))
     assert arm.joint_names == ("joint1", "joint2", "joint3", "leader")
-    T = arm.forward_kinematics(np.random.default_rng(63).uniform(-1, 1, (50, 4)), "tip")
+    T = arm.forward_kinematics(np.random.default_rng(63).uniform(-1, 1, (50, 4)), link="tip")
     result = arm.inverse_kinematics(T, link="tip")
     assert result.success.all()
     np.testing.assert_array_equal(result.q[:, 3], np.zeros(50))
-    assert (arm.manipulability(result.q, "tip") > 0.0).any()
+    assert (arm.manipulability(result.q, link="tip") > 0.0).any()
 
 
 def test_every_branch_of_the_arm_is_found_once(arms):
     alone = Robot.from_dh(robots.UR5, convention="standard", limits=[(-np.pi, np.pi)] * 6)
     q = [0.3, -1.2, 1.5, -0.7, 1.1, 0.4]
-    branches = alone.inverse_kinematics_all(alone.forward_kinematics(q))
-    found = arms.inverse_kinematics_all(alone.forward_kinematics(q), link="asked link6")
+    branches = valid_solutions(alone, alone.forward_kinematics(q))
+    found = valid_solutions(arms, alone.forward_kinematics(q), link="asked link6")
     assert len(found) == len(branches) == 8
     np.testing.assert_array_equal(found[:, OTHER], np.tile(arms.home[OTHER], (8, 1)))
     apart = np.abs(found[:, None, 6:] - branches[None]).max(axis=-1)

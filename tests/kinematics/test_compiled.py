@@ -18,9 +18,12 @@ from ulna.robot import Robot
 
 ROBOT = Robot(robots.every_joint())
 BOUND = {
-    "forward": (lambda robot: robot.compile_forward("hand"), lambda robot, q: robot.forward_kinematics(q, "hand")),
-    "base": (lambda robot: robot.compile_jacobian("hand"), lambda robot, q: robot.jacobian(q, "hand")),
-    "link": (lambda robot: robot.compile_jacobian("hand", "link"), lambda robot, q: robot.jacobian(q, "hand", "link")),
+    "forward": (lambda robot: robot.compile_forward(link="hand"), lambda robot, q: robot.forward_kinematics(q, link="hand")),
+    "base": (lambda robot: robot.compile_jacobian(link="hand"), lambda robot, q: robot.jacobian(q, link="hand")),
+    "link": (
+        lambda robot: robot.compile_jacobian(link="hand", expressed_in="link"),
+        lambda robot, q: robot.jacobian(q, link="hand", expressed_in="link"),
+    ),
 }
 
 
@@ -50,8 +53,8 @@ def test_it_gives_the_bits_of_the_method(pair, rng, shape):
 
 def test_the_pose_is_that_of_the_plain_python_formula(rng):
     q = positions(rng)
-    assert_close(ROBOT.compile_forward("hand")(q), formulas.link_pose(ROBOT.description, q, "hand"), atol=2e-14)
-    assert_close(ROBOT.compile_jacobian("hand")(q), formulas.jacobian(ROBOT.description, q, "hand", "base"), atol=1e-10)
+    assert_close(ROBOT.compile_forward(link="hand")(q), formulas.link_pose(ROBOT.description, q, "hand"), atol=2e-14)
+    assert_close(ROBOT.compile_jacobian(link="hand")(q), formulas.jacobian(ROBOT.description, q, "hand", "base"), atol=1e-10)
 
 
 @pytest.mark.parametrize("form", [list, tuple, np.float32, lambda q: q[::-1].copy()[::-1], lambda q: np.repeat(q, 2)[::2]])
@@ -129,10 +132,10 @@ def test_unknown_links_and_frames_are_refused_at_once():
     for link in ("hnad", 3, ["hand"]):
         for make in (ROBOT.compile_forward, ROBOT.compile_jacobian):
             with pytest.raises(UnknownNameError):
-                make(link)
+                make(link=link)
     for frame in ("bse", None, ["base"]):
         with pytest.raises(InputError, match="expressed_in"):
-            ROBOT.compile_jacobian("hand", frame)
+            ROBOT.compile_jacobian(link="hand", expressed_in=frame)
     with pytest.raises(InputError, match="several tips"):
         ROBOT.compile_forward()
 

@@ -13,7 +13,7 @@ WORLD = ulna.World()
 WORLD.add("crate", ulna.Box((0.3, 0.3, 0.3)), ulna.pose((0.4, 0.0, 0.4)))
 CALLS = {
     "forward_kinematics": lambda robot, q, **out: robot.forward_kinematics(q, **out),
-    "forward_kinematics of a link": lambda robot, q, **out: robot.forward_kinematics(q, "panda_link4", **out),
+    "forward_kinematics of a link": lambda robot, q, **out: robot.forward_kinematics(q, link="panda_link4", **out),
     "link_poses": lambda robot, q, **out: robot.link_poses(q, **out),
     "jacobian": lambda robot, q, **out: robot.jacobian(q, expressed_in="spatial", **out),
     "analytical_jacobian": lambda robot, q, **out: robot.analytical_jacobian(q, **out),
@@ -79,6 +79,29 @@ def test_what_does_not_fit_is_refused_by_name_and_left_alone(call, q):
         with pytest.raises(InputError, match=r"^out: "):
             call(q, out=out)
         assert np.array(out).tobytes() == kept.tobytes(), name
+
+
+def test_an_array_that_is_not_aligned_is_refused_for_that(panda):
+    out = np.zeros(16 * 8 + 8, np.uint8)[3 : 3 + 16 * 8].view(np.float64).reshape(4, 4)
+    assert (out.flags.writeable, out.flags.c_contiguous, out.flags.aligned) == (True, True, False)
+    with pytest.raises(InputError, match=r"^out: a writable, aligned, C-contiguous array is expected"):
+        panda.forward_kinematics(panda.home, out=out)
+
+
+@pytest.mark.parametrize("threads", ["x", 2.5, -1, True])
+def test_what_is_no_number_of_threads_is_refused_for_one_q_as_for_a_batch(call, q, threads):
+    for one_or_many in (q[0, 0], q[0, 0].tolist(), q):
+        with pytest.raises(InputError, match=r"^threads: "):
+            call(one_or_many, threads=threads)
+
+
+@pytest.mark.parametrize("threads", ["x", 2.5, -1])
+def test_a_compiled_function_and_a_report_refuse_what_is_no_number_of_threads(panda, threads):
+    for compiled in (panda.compile_forward(), panda.compile_jacobian()):
+        with pytest.raises(InputError, match=r"^threads: "):
+            compiled(panda.home, threads=threads)
+    with pytest.raises(InputError, match=r"^threads: "):
+        panda.check_collision(panda.home, WORLD, threads=threads)
 
 
 def test_memory_of_q_is_refused(call, q):

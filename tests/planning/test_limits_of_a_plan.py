@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import ulna
+from ulna.collision.allowed import AllowedCollisions
 from ulna.errors import InputError, UnknownNameError
 from ulna.planning.motion import Motion
 from ulna.planning.space import make_space
@@ -141,7 +142,7 @@ def test_the_depth_counts_the_clearance_to_the_world_and_contact_within_the_robo
         for axis, parent, child, xyz in (("x", "base", "car", "1 0 0"), ("y", "car", "cube", "0 1 0"))
     )
     text = GANTRY.format(links=links, joints=joints).replace('<link name="base"/>', f'<link name="base">{block}</link>')
-    robot = ulna.load(text).with_allowed_collisions([])
+    robot = ulna.load(text).with_allowed_collisions(AllowedCollisions(()))
     world = ulna.World()
     world.add("wall", ulna.Box((1, 1, 1)), ulna.pose((0.55 + 0.019, 0, 0)))
     plan = robot.plan([0, 0], [-1, 0], world, clearance=0.02, escape=True)
@@ -230,6 +231,21 @@ def test_unknown_names_and_empty_goals_are_refused(panda, tmp_path):
 
 
 def test_a_link_that_no_joint_moves_is_reached_or_not(panda):
-    there = panda.forward_kinematics(panda.home, panda.base)
+    there = panda.forward_kinematics(panda.home, link=panda.base)
     assert panda.plan(panda.home, there, link=panda.base)
     assert panda.plan(panda.home, there @ ulna.pose((0.1, 0, 0)), link=panda.base).status == "goal unreachable"
+
+
+@pytest.mark.parametrize("clearance", [0.1, 0.2])
+def test_the_reason_of_a_start_too_near_names_the_object_first_by_its_distance_and_no_pair_of_the_robot(panda, clearance):
+    world = ulna.World()
+    world.add("ball", ulna.Sphere(0.05), ulna.pose((0.45, 0.0, 0.42)))
+    distance = panda.signed_distance(panda.home, world, self_collision=False)
+    assert 0 < distance < clearance
+    plan = panda.plan(panda.home, panda.home + 0.1, world, clearance=clearance)
+    assert plan.status == "start in collision"
+    first = plan.reason.data.pairs[0]
+    assert (first.name_b, first.signed_distance) == ("ball", pytest.approx(distance))
+    assert {pair.name_b for pair in plan.reason.data.pairs} == {"ball"}
+    assert f"is {distance * 1e3:.3g} mm from ball, nearer than {clearance * 1e3:.3g} mm" in str(plan)
+    assert "deep" not in str(plan)

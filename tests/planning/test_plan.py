@@ -249,14 +249,14 @@ def test_each_reason_is_the_right_one(panda, post):
     beyond[3] = 0.5
     plan = panda.plan(inside, right, post)
     assert (plan.status, bool(plan)) == ("start in collision", False)
-    assert plan.reason.in_collision
+    assert plan.reason.data.in_collision
     assert plan.path.shape == (0, 7)
     assert panda.plan(beyond, right, post).status == "start beyond limits"
     assert "panda_joint4" in str(panda.plan(beyond, right, post))
     assert panda.plan(left, inside, post).status == "goal in collision"
     far = panda.plan(left, ulna.pose((3, 0, 0)), post)
     assert far.status == "goal unreachable"
-    assert far.reason.status == "unreachable"
+    assert far.reason.data.status == "unreachable"
     left, right = sides(panda, 2.0)
     T, world = panda.forward_kinematics(right), ulna.World()
     world.add("block", ulna.Box((0.2, 0.2, 0.2)), T)

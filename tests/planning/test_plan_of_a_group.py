@@ -41,7 +41,7 @@ def left_goal(robot, start):
 
 def test_only_the_joints_of_the_group_move_round_an_object(robot, start):
     goal, world = left_goal(robot, start), ulna.World()
-    T = robot.forward_kinematics((start + goal) / 2, "left_hand")
+    T = robot.forward_kinematics((start + goal) / 2, link="left_hand")
     world.add("pole", ulna.Box((0.05, 0.05, 0.4)), T)
     plan = robot.plan(start, goal, world, group="left_arm")
     assert only_moves(robot, plan)
@@ -60,10 +60,10 @@ def test_a_goal_may_have_the_joints_of_the_group_alone(robot, start):
 
 
 def test_a_pose_is_of_the_tip_of_the_group_and_the_torso_stays(robot, start):
-    T = robot.forward_kinematics(left_goal(robot, start), "left_hand")
+    T = robot.forward_kinematics(left_goal(robot, start), link="left_hand")
     plan = robot.plan(start, T, group="left_arm")
     assert only_moves(robot, plan)
-    assert np.allclose(robot.forward_kinematics(plan.path[-1], "left_hand"), T, atol=2e-5)
+    assert np.allclose(robot.forward_kinematics(plan.path[-1], link="left_hand"), T, atol=2e-5)
     with pytest.raises(InputError, match="link: the group 'both_arms' has the tips left_hand, right_hand"):
         robot.plan(start, T, group="both_arms")
     assert only_moves(robot, robot.plan(start, T, group="both_arms", link="left_hand"), "both_arms")
@@ -93,7 +93,7 @@ def test_a_goal_of_a_wrong_shape_is_refused_with_the_joints_of_the_group(robot, 
 
 
 def test_a_pose_of_a_link_that_the_group_does_not_move_is_refused(robot, start):
-    T = {link: robot.forward_kinematics(start, link) for link in ("left_hand", "right_hand")}
+    T = {link: robot.forward_kinematics(start, link=link) for link in ("left_hand", "right_hand")}
     with pytest.raises(InputError, match="link: no joint of the group 'left_arm' moves link 'right_hand'"):
         robot.plan(start, T["right_hand"], group="left_arm", link="right_hand")
     with pytest.raises(InputError, match="goal: no joint of the group 'left_arm' moves link 'right_hand' and no other link"):

@@ -1,7 +1,9 @@
 """The ROS message of a trajectory, by classes with the fields of ROS 1 and 2, and the strictness of the latter."""
 
+import re
 import sys
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
@@ -117,3 +119,5 @@ def test_without_ros_the_error_says_what_is_missing(motion, monkeypatch):
     monkeypatch.delitem(sys.modules, "trajectory_msgs.msg", raising=False)
     with pytest.raises(MissingROSError, match=r"cannot import trajectory_msgs.*docs/ros.md.*to_csv needs none"):
         motion.to_ros()
+    page = (Path(__file__).parents[2] / "docs" / "ros.md").read_text(encoding="utf-8")
+    assert {"python3-trajectory-msgs", "ros-jazzy-trajectory-msgs"} <= set(re.findall(r"[\w-]+", page))

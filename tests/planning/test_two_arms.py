@@ -23,7 +23,7 @@ def crossed(robot):
     q = rng.uniform(-1.6, 1.6, (4000, robot.n_dof))
     q[:, 0] = 0.2
     q = q[~robot.in_collision(q)]
-    left, right = (robot.forward_kinematics(q, f"{side}_hand")[:, :3, 3] for side in ("left", "right"))
+    left, right = (robot.forward_kinematics(q, link=f"{side}_hand")[:, :3, 3] for side in ("left", "right"))
     apart = left[:, 2] - right[:, 2]
     across = (np.abs(left[:, 1]) < 0.2) & (np.abs(right[:, 1]) < 0.2) & (left[:, 0] > 0.3) & (right[:, 0] > 0.3)
     above, below = q[across & (apart > 0.15)], q[across & (apart < -0.15)]
@@ -31,7 +31,7 @@ def crossed(robot):
 
 
 def poses_of(robot, q):
-    return {link: robot.forward_kinematics(q, link) for link in ("left_hand", "right_hand")}
+    return {link: robot.forward_kinematics(q, link=link) for link in ("left_hand", "right_hand")}
 
 
 def touching_pairs(robot, q):
@@ -79,7 +79,7 @@ def test_both_arms_leave_a_slot_in_which_only_short_steps_are_free(robot, gap):
 
 def test_rows_of_plan_many_are_those_of_plan(robot, crossed):
     start, end = crossed
-    goals = {link: np.stack([T, robot.forward_kinematics(start, link)]) for link, T in poses_of(robot, end).items()}
+    goals = {link: np.stack([T, robot.forward_kinematics(start, link=link)]) for link, T in poses_of(robot, end).items()}
     plans = robot.plan_many(start, goals, threads=2)
     for k, plan in enumerate(plans):
         assert np.array_equal(plan.path, robot.plan(start, {link: T[k] for link, T in goals.items()}).path)
@@ -96,10 +96,10 @@ def test_the_link_that_is_out_of_reach_is_named(robot, crossed):
 
 
 def test_hands_at_one_place_are_a_collision(robot, crossed):
-    T = robot.forward_kinematics(crossed[1], "left_hand")
+    T = robot.forward_kinematics(crossed[1], link="left_hand")
     plan = robot.plan(crossed[0], {"left_hand": T, "right_hand": T}, task="position")
     assert plan.status == PlanStatus.GOAL_IN_COLLISION
-    assert plan.reason.in_collision
+    assert plan.reason.data.in_collision
 
 
 def test_what_cannot_be_a_goal_of_several_links_is_refused(robot, crossed):

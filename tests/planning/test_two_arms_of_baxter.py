@@ -27,7 +27,7 @@ def crossings(baxter):
     rng, q = np.random.default_rng(1), np.tile(baxter.home, (3000, 1))
     q[:, moving] = rng.uniform(baxter.lower, baxter.upper, q.shape)[:, moving]
     q = q[~baxter.in_collision(q)]
-    left, right = (baxter.forward_kinematics(q, hand)[:, :3, 3] for hand in HANDS)
+    left, right = (baxter.forward_kinematics(q, link=hand)[:, :3, 3] for hand in HANDS)
     near = q[np.argsort(np.linalg.norm(left - right, axis=1))[:12]]
     pairs = [(a, b) for a in near for b in near if baxter.edge_in_collision(a, b).in_collision]
     assert len(pairs) > 3
@@ -45,7 +45,7 @@ def test_each_arm_is_free_of_the_other_along_the_whole_path(baxter, crossings):
     for start, end in crossings:
         straight = start + np.linspace(0, 1, 201)[:, None] * (end - start)
         crossed += any(touching_sides(baxter, q) for q in straight[baxter.in_collision(straight)])
-        goal = {hand: baxter.forward_kinematics(end, hand) for hand in HANDS}
+        goal = {hand: baxter.forward_kinematics(end, link=hand) for hand in HANDS}
         plan = baxter.plan(start, goal)
         two_arms.assert_arrives(baxter, plan, goal)
     assert crossed

@@ -47,7 +47,7 @@ kinds = st.lists(st.sampled_from(["revolute", "revolute", "prismatic", "continuo
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @given(rows=skew_table)
 def test_a_table_of_skew_axes_comes_back_number_for_number(convention, rows):
-    table = Robot.from_dh(rows, convention=convention).dh(convention)
+    table = Robot.from_dh(rows, convention=convention).dh(convention=convention)
     assert_close(table.rows, rows, atol=1e-12)
     assert_close([table.T_base_0, table.T_n_tip], [np.eye(4)] * 2, atol=1e-12)
 
@@ -57,7 +57,7 @@ def test_a_table_of_skew_axes_comes_back_number_for_number(convention, rows):
 @given(rows=any_table, kinds=kinds, seed=st.integers(0, 2**32 - 1))
 def test_any_table_becomes_one_of_the_same_robot_in_either_convention(convention, target, rows, kinds, seed):
     kinds = kinds[: len(rows)]
-    table = Robot.from_dh(rows, convention=convention, joint_types=kinds).dh(target)
+    table = Robot.from_dh(rows, convention=convention, joint_types=kinds).dh(convention=target)
     assert table.joint_types == tuple(kind for kind in kinds if kind != "fixed")
     for q in np.random.default_rng(seed).uniform(-3, 3, (3, len(table.rows))):
         expected = formulas.dh_poses(rows, kinds, q, convention)[-1]
@@ -68,8 +68,8 @@ def test_any_table_becomes_one_of_the_same_robot_in_either_convention(convention
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @given(rows=any_table, kinds=kinds)
 def test_the_table_of_a_tables_robot_is_that_table(convention, rows, kinds):
-    table = Robot.from_dh(rows, convention=convention, joint_types=kinds[: len(rows)]).dh(convention)
-    again = Robot.from_dh(table).dh(convention)
+    table = Robot.from_dh(rows, convention=convention, joint_types=kinds[: len(rows)]).dh(convention=convention)
+    again = Robot.from_dh(table).dh(convention=convention)
     assert_close(again.rows, table.rows, atol=1e-9)
     assert_close([again.T_base_0, again.T_n_tip], [table.T_base_0, table.T_n_tip], atol=1e-9)
 
@@ -79,7 +79,7 @@ def test_every_chain_of_a_real_robot_is_its_table(path):
     robot = ulna.load(EXAMPLES / path)
     for leaf in robot.tree.leaves:
         for convention in CONVENTIONS:
-            table = robot.dh(convention, leaf)
+            table = robot.dh(convention=convention, link=leaf)
             assert table.max_position_difference < 1e-12, leaf
             assert table.max_rotation_difference < 1e-12, leaf
             assert np.abs(table.rows[:, :2]).max(initial=0.0) < 2, leaf
@@ -89,19 +89,19 @@ def test_every_chain_of_a_real_robot_is_its_table(path):
                 continue
             q = np.random.default_rng(5).uniform(-3, 3, (10, robot.n_dof))
             starts = [robot.joint_slices[column].start for column in columns]
-            assert_close(rebuilt.forward_kinematics(q[:, starts]), robot.forward_kinematics(q, leaf), atol=1e-12)
+            assert_close(rebuilt.forward_kinematics(q[:, starts]), robot.forward_kinematics(q, link=leaf), atol=1e-12)
 
 
 def test_the_ur5_of_universal_robots_is_the_published_table_turned_by_half_a_turn():
     """ROS turns the base by pi about z; seen from there every x axis of the published table points the other way."""
     robot = ulna.load(EXAMPLES / "ur_description/urdf/ur5_robot.urdf")
-    table = robot.dh("standard", "ee_link")
+    table = robot.dh(convention="standard", link="ee_link")
     published = np.array(robots.UR5)
     assert_close(table.rows[:5, :3], published[:5, :3] * [-1, 1, -1], atol=1e-15)
     assert_close(table.rows[5, :2], published[5, :2])
     turned = Robot.from_dh(published, convention="standard", T_base_0=ulna.pose(rpy=(0, 0, pi)))
     q = np.random.default_rng(6).uniform(-3, 3, (100, 6))
-    flange, tip = turned.forward_kinematics(q), robot.forward_kinematics(q, "ee_link")
+    flange, tip = turned.forward_kinematics(q), robot.forward_kinematics(q, link="ee_link")
     apart = np.linalg.inv(flange) @ tip
     assert_close(apart, np.broadcast_to(apart[0], apart.shape), atol=1e-10)  # the file's 1.570796325 is 1.8e-9 off
     assert_close(apart[:, :3, 3], np.zeros((100, 3)), atol=1e-10)

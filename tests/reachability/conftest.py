@@ -22,7 +22,7 @@ def panda_map(tmp_path_factory, panda):
     path = tmp_path_factory.mktemp("maps") / "panda.zarr"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(grid, "POSES_OF_A_CHUNK", 64)
-        return ulna.reachability_map(panda, path, solutions=True, threads=1, **SMALL)
+        return ulna.reachability_map(panda, path, keep_solutions=True, threads=1, **SMALL)
 
 
 @pytest.fixture(scope="session")

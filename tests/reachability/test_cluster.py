@@ -14,7 +14,7 @@ from processes import wait_for
 from ulna.reachability import workers
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="it has no SIGKILL")
-WHOLE = {**SMALL, "solutions": True}
+WHOLE = {**SMALL, "keep_solutions": True}
 N_CHUNKS = 49
 # A program that is a client of the cluster, in a process of its own.
 CLIENT = """
@@ -24,7 +24,7 @@ from ulna.reachability import grid
 grid.POSES_OF_A_CHUNK = 64
 with Client(sys.argv[2]) as client:
     client.wait_for_workers(2)
-    ulna.reachability_map(ulna.load("panda"), sys.argv[1], voxel=0.3, orientations=8, solutions=True, client=client)
+    ulna.reachability_map(ulna.load("panda"), sys.argv[1], voxel=0.3, orientations=8, keep_solutions=True, client=client)
 """
 
 

@@ -71,7 +71,7 @@ def test_xarray_opens_it_with_units_and_without_a_warning(panda, panda_map):
 @pytest.mark.parametrize("threads", [2, 5])
 def test_the_bits_do_not_depend_on_the_threads(panda, panda_map, many_chunks, tmp_path, threads):
     path = tmp_path / "m.zarr"
-    ulna.reachability_map(panda, path, solutions=True, threads=threads, **SMALL)
+    ulna.reachability_map(panda, path, keep_solutions=True, threads=threads, **SMALL)
     assert files_of(path) == files_of(panda_map.path)
 
 
@@ -93,10 +93,12 @@ def a_cell():
 
 
 def test_in_a_cell_every_solution_is_free_and_keeps_its_clearance(panda, many_chunks, tmp_path):
-    arm, world = panda.with_tool(ulna.pose((0, 0, 0.1)), "gripper"), a_cell()
+    arm, world = panda.with_tool(ulna.pose((0, 0, 0.1)), name="gripper"), a_cell()
     box = [(0.0, -0.6, -0.2), (0.9, 0.6, 0.7)]
     path = tmp_path / "m.zarr"
-    found = ulna.reachability_map(arm, path, voxel=0.3, orientations=8, bounds=box, world=world, clearance=True, solutions=True)
+    found = ulna.reachability_map(
+        arm, path, voxel=0.3, orientations=8, bounds=box, world=world, keep_clearance=True, keep_solutions=True
+    )
     data, reached = found.data, found.data.reached.values == 1
     q = data.q.values[reached].astype(float)
     assert not arm.in_collision(q, world).any()
@@ -124,7 +126,7 @@ def test_a_robot_that_cannot_be_checked_is_refused_before_anything_is_written(tm
         ({"orientations": 0}, ulna.InputError, "orientations"),
         ({"bounds": [0, 1]}, ulna.InputError, "bounds"),
         ({"task": "all"}, ulna.InputError, "task"),
-        ({"tip": "hand of god"}, ulna.UnknownNameError, "hand of god"),
+        ({"link": "hand of god"}, ulna.UnknownNameError, "hand of god"),
         ({"seed": -1}, ulna.InputError, "seed"),
         ({"position_tolerance": 0.0}, ulna.InputError, "position_tolerance"),
         ({"path": 3}, ulna.InputError, "path"),
@@ -141,7 +143,7 @@ def test_what_cannot_be_taken_is_refused_before_anything_is_written(panda, tmp_p
 def test_several_tips_need_a_name(tmp_path):
     with pytest.raises(ulna.InputError, match=r"tip: 'ur5' has several tips; name one of .*tool0") as refused:
         ulna.reachability_map(ulna.load("ur5"), tmp_path / "m.zarr", **SMALL)
-    assert refused.value.argument == "tip"
+    assert refused.value.argument == "link"
 
 
 def test_two_robots_of_one_cell_are_compared(panda, many_chunks, tmp_path):
@@ -153,7 +155,7 @@ def test_two_robots_of_one_cell_are_compared(panda, many_chunks, tmp_path):
     given = {"voxel": 0.4, "orientations": 6, "bounds": [(-0.8, -0.8, 0.0), (0.8, 0.8, 0.8)], "world": world}
     arms = {"panda": panda.with_tool(ulna.pose((0, 0, 0.1))), "ur5": ur5}
     maps = {
-        name: ulna.reachability_map(arm, tmp_path / f"{name}.zarr", solutions=True, clearance=True, **given)
+        name: ulna.reachability_map(arm, tmp_path / f"{name}.zarr", keep_solutions=True, keep_clearance=True, **given)
         for name, arm in arms.items()
     }
     for name, found in maps.items():

@@ -16,7 +16,7 @@ from ulna.reachability import chunk
 from ulna.reachability.lock import locked
 from ulna.reachability.reachability_map import default_bounds
 
-WHOLE = {**SMALL, "solutions": True}
+WHOLE = {**SMALL, "keep_solutions": True}
 # A program that computes the map of the tests at a path, a chunk each time that it has slept.
 SLOW = """
 import sys, time, ulna
@@ -25,7 +25,7 @@ grid.POSES_OF_A_CHUNK = 64
 compute = chunk.compute
 chunk.compute = lambda *a: (time.sleep(0.1), compute(*a))[1]
 if __name__ == "__main__":
-    ulna.reachability_map(ulna.load("panda"), sys.argv[1], voxel=0.3, orientations=8, solutions=True, threads=2, resume=True)
+    ulna.reachability_map(ulna.load("panda"), sys.argv[1], voxel=0.3, orientations=8, keep_solutions=True, threads=2, resume=True)
 """
 
 
@@ -136,10 +136,10 @@ def other_worlds():
         ({"world": other_worlds()}, "world"),
         ({"seed": 1}, "seed: 0 and 1"),
         ({"task": "position"}, "task: "),
-        ({"tip": "panda_link7"}, "tip: panda_ee and panda_link7"),
+        ({"link": "panda_link7"}, "link: panda_ee and panda_link7"),
         ({"rotation_tolerance": 1e-3}, "rotation_tolerance: 1e-05 and 0.001"),
         ({"max_iterations": 16_000}, "max_iterations: 400 and 16000"),
-        ({"solutions": False}, "solutions: True and False"),
+        ({"keep_solutions": False}, "solutions: True and False"),
     ],
 )
 def test_a_map_of_something_else_is_refused_and_what_differs_is_said(panda, interrupted, changed, said):
@@ -240,7 +240,7 @@ from pathlib import Path
 from ulna.reachability import grid
 grid.POSES_OF_A_CHUNK = 64
 path = Path(sys.argv[1]) / "m.zarr"
-given = dict(voxel=0.3, orientations=8, solutions=True)
+given = dict(voxel=0.3, orientations=8, keep_solutions=True)
 try:
     ulna.reachability_map(ulna.load("panda"), path, **given)
 except ulna.FileError as error:

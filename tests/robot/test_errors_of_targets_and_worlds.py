@@ -139,7 +139,7 @@ def test_numbers_of_other_kinds_are_numbers(panda):
 
 def test_seeds_must_go_with_the_targets(panda):
     T = np.tile(TARGET, (3, 1, 1))
-    for shape in [(2, 7), (4, 7), (3, 1, 7)]:
+    for shape in [(2, 7), (4, 7), (3, 2, 7)]:
         message = refused(InputError, panda.inverse_kinematics, T, q_seed=np.zeros(shape))
         assert message.startswith(f"q_seed: shape {shape} does not go with targets of batch shape (3,)")
 

@@ -5,6 +5,7 @@ import pytest
 
 import robots
 import ulna
+from ik_methods import valid_solutions
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link
 
 HALF = "\ud800"
@@ -21,7 +22,7 @@ def test_a_link_or_a_joint_has_a_name_that_can_be_written(name):
 
 @pytest.mark.parametrize("name", [HALF, 5, None, []])
 def test_a_tool_and_what_is_held_have_names_that_can_be_written(panda, name):
-    for make in (lambda: panda.with_tool(np.eye(4), name), lambda: panda.with_attached(name, ulna.Sphere(0.1), np.eye(4))):
+    for make in (lambda: panda.with_tool(np.eye(4), name=name), lambda: panda.with_attached(name, ulna.Sphere(0.1), np.eye(4))):
         with pytest.raises(ulna.InputError, match="name: "):
             make()
 
@@ -43,7 +44,7 @@ def test_the_largest_number_there_is_means_no_limit():
     assert (robot.lower[0], robot.upper[0]) == (-np.inf, np.inf)
     T = robot.forward_kinematics([0.1, 0.2])
     assert robot.inverse_kinematics(T).success  # and no warning of NumPy's: it would fail the test
-    assert len(robot.inverse_kinematics_all(T))
+    assert len(valid_solutions(robot, T))
     T[2, 3] = 9
     assert not robot.inverse_kinematics(T).success
 

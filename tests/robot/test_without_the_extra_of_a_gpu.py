@@ -3,11 +3,11 @@
 import pytest
 
 import ulna
-from ulna.engine import gpu
+from ulna.gpu import device
 
 
 @pytest.mark.parametrize("float32", [False, True])
 def test_the_missing_extra_is_named(monkeypatch, float32):
-    monkeypatch.setattr(gpu, "cuda", None)
+    monkeypatch.setattr(device, "cuda", None)
     with pytest.raises(ulna.MissingExtraError, match=r"pip install 'ulna\[cuda\]'"):
         ulna.load("panda").on_gpu(float32=float32)

@@ -45,7 +45,7 @@ def tab(page, name):
 @pytest.mark.slow
 def test_visuals_shapes_frames_and_names_are_shown_and_hidden(view, page, camera, panda):
     tab(page, "Look")
-    elbow = project(camera, panda.forward_kinematics(panda.home, "panda_link4")[:3, 3])
+    elbow = project(camera, panda.forward_kinematics(panda.home, link="panda_link4")[:3, 3])
 
     def drawn():
         return np.count_nonzero(around(pixels(page), elbow, 12).max(axis=-1) < 245) > 200

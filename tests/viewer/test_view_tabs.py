@@ -1,12 +1,17 @@
 """Several tabs, foreign pages, closed tabs, and the end of a view."""
 
+import contextlib
+import logging
 import threading
 
+import msgspec
 import numpy as np
 import pytest
+import viser
 import websockets
 from websockets.datastructures import Headers
 from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 import ulna
 from browser import arrow, drag
@@ -42,6 +47,9 @@ def test_a_page_behind_a_tunnel_may_connect():
         ("http://evil.example:8080", "evil.example:8080"),  # a name made to lead here
         ("null", "127.0.0.1:8080"),
         ("", "127.0.0.1:8080"),
+        ("http://[::1", "127.0.0.1:8080"),
+        ("http://[::1]evil:8080", "127.0.0.1:8080"),
+        ("http://127.0.0.1:99999999", "127.0.0.1:8080"),
         ("http://127.0.0.1:8080@evil.example", "127.0.0.1:8080"),
     ],
 )
@@ -65,6 +73,33 @@ def test_a_foreign_page_cannot_open_the_websocket(view):
     assert refused.value.response.status_code == 403
     with connect(address, origin=view.url):
         pass
+
+
+MESSAGES = {
+    "no message": b"\0",
+    "junk": b"junk" * 100,
+    "an unknown kind": msgspec.msgpack.encode({"type": "Nope"}),
+    "a list": msgspec.msgpack.encode([]),
+    "a text": "text",
+    "nested deeply": b"\x91" * 100_000,
+    "a list without its items": b"\xdd\xff\xff\xff\xff",
+    "an update of nothing": msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": 1}}),
+}
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_a_malformed_message_closes_its_connection_and_prints_no_traceback(view, name, caplog, capfd):
+    address = view.url.replace("http", "ws")
+    protocol = [Subprotocol(f"viser-v{viser.__version__}")]
+    with connect(address, origin=view.url, subprotocols=protocol, max_size=None) as tab:
+        tab.send(MESSAGES[name])
+        with contextlib.suppress(websockets.exceptions.ConnectionClosed, TimeoutError):
+            while True:
+                tab.recv(timeout=2)
+    with connect(address, origin=view.url, subprotocols=protocol, max_size=None) as tab:
+        assert tab.recv(timeout=10)
+    assert not [record for record in caplog.records if record.exc_info and record.levelno >= logging.WARNING]
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def test_the_view_listens_on_the_loopback_interface_only(view):

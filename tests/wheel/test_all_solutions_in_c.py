@@ -86,15 +86,15 @@ def test_arguments_may_be_given_in_any_way(arm):
     T = arm.forward_kinematics(arm.home + 0.3)
     expected = as_bytes(arm.all_solutions(T))
     for _ in range(2):  # the first call makes what the second finds
-        assert as_bytes(arm.all_solutions(T=T)) == as_bytes(arm.all_solutions(T, None)) == expected
-        assert as_bytes(arm.all_solutions(T, arm.tip)) == as_bytes(arm.all_solutions(T, link=arm.tip)) == expected
+        assert as_bytes(arm.all_solutions(T=T)) == as_bytes(arm.all_solutions(T, link=None)) == expected
+        assert as_bytes(arm.all_solutions(T, link=arm.tip)) == expected
         assert as_bytes(arm.all_solutions(T, threads=1)) == as_bytes(arm.all_solutions(T, task=ulna.Task.pose())) == expected
         assert as_bytes(arm.all_solutions(np.asfortranarray(T))) == as_bytes(arm.all_solutions(T[None][0])) == expected
-        assert not np.array_equal(arm.all_solutions(T, "link3").q, arm.all_solutions(T).q)
+        assert not np.array_equal(arm.all_solutions(T, link="link3").q, arm.all_solutions(T).q)
         assert arm.all_solutions(T, whole_turns=True).real.all()
     assert arm.all_solutions(T.astype(np.float32)).q.shape == (8, 6)
     with pytest.raises(TypeError):
-        arm.all_solutions(T, None, None)
+        arm.all_solutions(T, None)
     with pytest.raises(TypeError):
         arm.all_solutions(T, arm.tip, link=arm.tip)
 
@@ -113,7 +113,7 @@ def test_what_is_no_pose_is_refused_as_in_python(arm, wrong):
 @pytest.mark.parametrize("link", ["no such link", 3, ["tip"], np.zeros(2)])
 def test_a_link_that_there_is_not_is_refused_by_name(arm, link):
     with pytest.raises(ulna.UlnaError, match="link"):
-        arm.all_solutions(np.eye(4), link)
+        arm.all_solutions(np.eye(4), link=link)
 
 
 def test_it_is_bound_to_so_many_branches_as_there_is_room_for(arm):

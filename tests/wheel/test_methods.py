@@ -37,17 +37,17 @@ def test_links_frames_and_out_may_be_given_in_any_way(panda):
     q, T, J = panda.random(seed=1), np.empty((4, 4)), np.empty((6, 7))
     link = "panda_link4"
     for _ in range(2):  # the first call makes what the second finds
-        expected = panda.compile_forward(link)(q)
-        assert np.array_equal(panda.forward_kinematics(q, link), expected)
+        expected = panda.compile_forward(link=link)(q)
         assert np.array_equal(panda.forward_kinematics(q, link=link), expected)
         assert np.array_equal(panda.forward_kinematics(q=q, link=link), expected)
-        assert panda.forward_kinematics(q, link, out=T) is T
+        assert panda.forward_kinematics(q, link=link, out=T) is T
         assert np.array_equal(T, expected)
         assert panda.jacobian(q, out=J, link=link) is J
-        assert np.array_equal(J, panda.jacobian(q, link, "base"))
-        assert not np.array_equal(J, panda.jacobian(q, link, "link"))
-        assert np.array_equal(panda.jacobian(q, link, expressed_in="link"), panda.compile_jacobian(link, "link")(q))
-        assert np.array_equal(panda.forward_kinematics(q, out=None), panda.forward_kinematics(q, None))
+        assert np.array_equal(J, panda.jacobian(q, link=link, expressed_in="base"))
+        assert not np.array_equal(J, panda.jacobian(q, link=link, expressed_in="link"))
+        in_link = panda.compile_jacobian(link=link, expressed_in="link")(q)
+        assert np.array_equal(panda.jacobian(q, link=link, expressed_in="link"), in_link)
+        assert np.array_equal(panda.forward_kinematics(q, out=None), panda.forward_kinematics(q, link=None))
 
 
 @pytest.mark.parametrize("link", ["panda_link99", 3, ["panda_link4"], np.zeros(2)])
@@ -55,7 +55,7 @@ def test_a_link_that_there_is_not_is_refused_by_name(panda, link):
     q = panda.random(seed=1)
     for call in (panda.forward_kinematics, panda.jacobian):
         with pytest.raises(ulna.UlnaError, match="link"):
-            call(q, link)
+            call(q, link=link)
 
 
 def test_what_python_does_not_take_is_refused_as_by_a_function(panda):
@@ -65,6 +65,8 @@ def test_what_python_does_not_take_is_refused_as_by_a_function(panda):
             method()
         with pytest.raises(TypeError, match="unexpected keyword argument 'queue'"):
             method(panda.home, queue=1)
+        with pytest.raises(TypeError, match="positional argument"):
+            method(panda.home, None, None)
         with pytest.raises(TypeError):
             getattr(ulna.Robot, name)(object(), panda.home)
 
@@ -72,7 +74,7 @@ def test_what_python_does_not_take_is_refused_as_by_a_function(panda):
 def test_a_world_that_has_changed_is_asked_again(panda, crate):
     q = panda.random(seed=2)
     for ask in (panda.in_collision, panda.signed_distance):
-        alone = [ask(q), ask(q, None), ask(q, None, True)]
+        alone = [ask(q), ask(q, None), ask(q, None, self_collision=True)]
         near = ask(q, crate)
         assert near == ask(q, world=crate) == ask(q, crate, self_collision=True)
         crate.add("about the hand", ulna.Sphere(0.05), panda.forward_kinematics(q))
@@ -84,7 +86,7 @@ def test_a_world_that_has_changed_is_asked_again(panda, crate):
         assert type(near) is (bool if ask.__name__ == "in_collision" else float)
 
 
-def test_objects_that_links_may_touch_are_asked_about_in_python(panda, crate):
+def test_objects_that_links_may_touch_are_checked_as_in_python(panda, crate):
     q = panda.home
     assert not panda.in_collision(q, crate)
     crate.add("table", ulna.Box((2, 2, 0.02)), touch_links=panda.link_names)
@@ -120,9 +122,9 @@ def test_a_subclass_may_have_methods_of_its_own():
     class Counting(ulna.Robot):
         calls = 0
 
-        def forward_kinematics(self, q, link=None, **named):
+        def forward_kinematics(self, q, *, link=None, **named):
             type(self).calls += 1
-            return super().forward_kinematics(q, link, **named)
+            return super().forward_kinematics(q, link=link, **named)
 
     robot = Counting(ulna.load("panda").description)
     assert np.array_equal(robot.forward_kinematics(robot.home), ulna.load("panda").forward_kinematics(robot.home))

@@ -123,7 +123,7 @@ def _megabytes(package: Distribution) -> float:
 
 def _child(code: str, **environment: str):
     """What a new Python process prints, read as JSON."""
-    command, variables = [sys.executable, "-c", code], os.environ | environment
+    command, variables = [sys.executable, "-P", "-c", code], os.environ | environment
     done = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)  # noqa: S603 -- our own code
     if done.returncode:
         raise UlnaError(f"a measuring process failed: {done.stderr.strip().splitlines()[-1:]}")

@@ -31,7 +31,7 @@ def dh(robot: AnyRobot, link: Link, *, convention: Convention = "modified", tole
 
     Fixed joints go into the poses of frame 0 and of the tip.
     """
-    return Output(dh_data(robot.dh(convention, link=link, tolerance=tolerance)), dh_table)
+    return Output(dh_data(robot.dh(convention=convention, link=link, tolerance=tolerance)), dh_table)
 
 
 def dh_data(table: DHTable) -> Data:

@@ -92,7 +92,7 @@ def write_rows(found: FollowedPath, path: Path) -> None:
 
 def follow_data(robot: Robot, link: str, found: FollowedPath) -> Data:
     """The joint path; see ``FOLLOW_KEYS``."""
-    known = found.q[: found.ends_at]
+    known = found.steps[np.isfinite(found.steps)]
     return {
         "robot": robot.name,
         "base": robot.base,
@@ -100,18 +100,18 @@ def follow_data(robot: Robot, link: str, found: FollowedPath) -> Data:
         "poses": len(found.q),
         "status": str(found.status),
         "success": found.success,
-        "reason": found.reason,
+        "reason": str(found.reason),
         "sentence": str(found),
         "proof": str(found.proof),
         "max_step": found.max_step,
-        "largest_step": float(np.abs(np.diff(known, axis=0)).max(initial=0.0)),
+        "largest_step": float(known.max(initial=0.0)),
         "ends_at": found.ends_at,
         "joints": [entry.name for entry in coordinates_of(robot)],
         "units": [entry.unit for entry in coordinates_of(robot)],
         "lower": robot.lower,
         "upper": robot.upper,
         "q": found.q,
-        **{key: None if found.ending is None else getattr(found.ending, key) for key in _ENDING},
+        **{key: getattr(found.reason.data, key) if found.reason else None for key in _ENDING},
     }
 
 

@@ -81,7 +81,7 @@ def ik_data(robot: Robot, link: str, T: NDArray[np.float64], orientation: str, a
         "residual": result.residual,
         "iterations": int(result.iterations),
         "starts": int(result.starts),
-        "reason": result.reason,
+        "reason": str(result.reason),
         "reach_excess": float(result.reach_excess),
         "limit_excess": result.limit_excess,
         "trace": result.trace if result.has_trace else None,

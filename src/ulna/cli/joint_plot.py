@@ -26,7 +26,7 @@ def draw_joints(robot: Robot, path: FollowedPath) -> Any:
         for limit in filter(np.isfinite, limits):
             ax.axhline(limit, color="0.7", linewidth=0.8)
         ax.set_ylabel(f"{entry.name} [{entry.unit}]", rotation=0, ha="right", fontsize="small")
-    axes[-1].plot(np.arange(1, len(path.q)), path.steps)
+    axes[-1].plot(np.arange(len(path.q) - len(path.steps), len(path.q)), path.steps)
     axes[-1].axhline(path.max_step, color="0.7", linewidth=0.8)
     axes[-1].set_ylabel("largest step", rotation=0, ha="right", fontsize="small")
     axes[-1].set_xlabel("pose")

@@ -18,8 +18,8 @@ from ulna.cli.depends import Json, command, defaults_of
 from ulna.cli.numbers import XYZ, numbers
 from ulna.cli.options import LinkName, Loading, OnPage, RobotName, Seed, TaskName, link_or_hand, load_robot
 from ulna.cli.output import Data, Output, make_table, printable, warn
+from ulna.cli.progress import progress
 from ulna.collision.world import World
-from ulna.engine.progress import progress
 from ulna.errors import needs_extra
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.reachability_map import reachability_map
@@ -52,7 +52,7 @@ RobotOfMap = Annotated[
 Figure = Annotated[Path, typer.Argument(metavar="OUT", help="The figure: .png, .svg or .pdf.")]
 
 REACH_KEYS = (
-    "path; robot; tip; poses; computed; reached; share: reached of computed; statuses: how many poses have each; "
+    "path; robot; link; poses; computed; reached; share: reached of computed; statuses: how many poses have each; "
     "seconds and poses_a_second of this run, null where nothing was left to do."
 )
 _DEFAULTS = defaults_of(reachability_map)
@@ -124,8 +124,8 @@ def compute(
 
         try:
             found = reachability_map(
-                arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, tip=tip, task=task,
-                clearance=clearance, solutions=solutions, client=client, resume=resume, seed=seed,
+                arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, link=tip, task=task,
+                keep_clearance=clearance, keep_solutions=solutions, client=client, resume=resume, seed=seed,
                 max_iterations=max_iterations, threads=threads, progress=note,
             )  # fmt: skip
         except KeyboardInterrupt:
@@ -174,7 +174,7 @@ def map_data(found: ReachabilityMap, seconds: float | None, poses: int) -> Data:
     return {
         "path": str(found.path),
         "robot": found.attributes["robot"],
-        "tip": found.tip,
+        "link": found.link,
         "poses": summary.poses,
         "computed": summary.computed,
         "reached": summary.reached,
@@ -188,7 +188,7 @@ def map_data(found: ReachabilityMap, seconds: float | None, poses: int) -> Data:
 def map_table(data) -> Iterator[RenderableType]:
     """How many poses have each status."""
     yield Text.assemble(
-        (f"{data['robot']}: {data['tip']}", "bold"), f", {data['computed']:,} of {data['poses']:,} poses computed"
+        (f"{data['robot']}: {data['link']}", "bold"), f", {data['computed']:,} of {data['poses']:,} poses computed"
     )
     table = make_table(["status"], ["poses", "share"], [])
     for status, count in sorted(data["statuses"].items(), key=lambda item: -item[1]):

@@ -45,7 +45,7 @@ def warmup(*, as_json: Json = False) -> Output:
         raise FileError("cache folder", f"{reason}; NUMBA_CACHE_DIR names another")
     jobs, start = all_jobs(DRIVERS), time.perf_counter()
     compiled = with_progress(compile_all(jobs, side_by_side=default_threads() > 1), len(jobs), in_lines=not as_json)
-    return Output(warmup_data(str(folder), time.perf_counter() - start, compiled), warmup_table)
+    return Output(warmup_data(str(folder.path), time.perf_counter() - start, compiled), warmup_table)
 
 
 def with_progress(compiled: Iterable[Compiled], total: int, *, in_lines: bool) -> list[Compiled]:

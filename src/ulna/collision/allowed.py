@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
+from numbers import Real
 
 from ulna.collision.names import OF_OBJECTS
 from ulna.errors import InputError, UnknownNameError
@@ -87,6 +88,16 @@ class AllowedCollisions(Collection):
     def never_seen(self) -> tuple[LinkPair, ...]:
         """The pairs that touched in no sample. They are not allowed: ``plus(*allowed.never_seen)`` would allow them."""
         return tuple(pair for pair in self.checked if pair.reason == NEVER)
+
+    def touching(self, share: float) -> tuple[LinkPair, ...]:
+        """The checked pairs that touched in at least a share of the samples, above 0 and at most 1.
+
+        Raises:
+            InputError: It is not such a share.
+        """
+        if isinstance(share, bool) or not isinstance(share, Real) or not 0.0 < share <= 1.0:
+            raise InputError("touching", f"{share!r}; a share above 0 and at most 1 is expected")
+        return tuple(pair for pair in self.checked if pair.samples and pair.touched >= share * pair.samples)
 
     def plus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":
         """These and more pairs, given as ``LinkPair`` or as two names.

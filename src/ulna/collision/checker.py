@@ -21,7 +21,7 @@ from ulna.collision.world import World
 from ulna.description.robot_description import Description
 from ulna.drivers import entry
 from ulna.engine.bound import bind
-from ulna.engine.threads import in_parts
+from ulna.engine.threads import in_parts, refuse_unless_threads
 from ulna.engine.width import WIDTH
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
@@ -131,6 +131,8 @@ class Checker:
     ) -> bool | NDArray[np.bool_]:
         """The same, in Python."""
         q = as_positions(q, self.tree)
+        if q.ndim == 1:
+            refuse_unless_threads(threads)
         if q.ndim == 1 and out is None:
             return self._touches(q, scene)
         hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)
@@ -161,7 +163,7 @@ class Checker:
         """The same, in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
-            return float(self._nearest(q, scene)[NEAREST])
+            return float(self._nearest(q, scene, threads)[NEAREST])
         result = as_out(out, q.shape[:-1], q)
         result[...] = self._nearest(q, scene, threads)[..., NEAREST]
         return result
@@ -233,6 +235,7 @@ class Checker:
         checked = self._scene(objects, self_collision), self.bodies, objects.names, float(max_distance)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
+            refuse_unless_threads(threads)
             return report_at(q, *checked)
         refuse_out_of_range(q)
         reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)
@@ -319,6 +322,20 @@ class Checker:
         if not in_parts(lambda part: nearest_batch(*scene, rows[part], out[part]), len(rows), threads=threads):
             refuse_out_of_range(q)
         return nearest
+
+    def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
+        """The pairs of links that touch at q, shape (n_dof,), of those that are checked.
+
+        Raises:
+            InputError: q is not one configuration.
+            GeometryError: As ``in_collision``.
+        """
+        q = as_positions(q, self.tree)
+        if q.ndim != 1:
+            raise InputError("at", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
+        held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
+        pairs = dict.fromkeys((pair.link, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
+        return tuple(pair for pair in pairs if held.isdisjoint(pair))
 
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
         """What is checked, as the kernels take it.

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.errors import TruthError
+
 
 @dataclass(frozen=True, eq=False)
 class EdgeReport:
@@ -23,6 +25,8 @@ class EdgeReport:
     q: NDArray[np.float64]
 
     def __bool__(self) -> bool:
+        if np.ndim(self.in_collision):
+            raise TruthError("an EdgeReport", "report.in_collision")
         return bool(self.in_collision)
 
     def __str__(self) -> str:

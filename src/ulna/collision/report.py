@@ -34,9 +34,12 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The pairs that overlap, deepest first, then those within ``max_distance``."""
+    """The pairs that overlap, deepest first, then those within ``max_distance``. ``if report:`` is whether any overlaps."""
 
     pairs: tuple[Pair, ...]
+
+    def __bool__(self) -> bool:
+        return self.in_collision
 
     @property
     def in_collision(self) -> bool:

@@ -20,6 +20,7 @@ from ulna.collision.world import World
 from ulna.description.clouds import HeightMap, Obstacle, PointCloud
 from ulna.description.convex_mesh import ConvexMesh
 from ulna.description.file_bytes import file_bytes, write_whole
+from ulna.description.json_text import json_value
 from ulna.description.pose import as_one_pose, pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from ulna.errors import DescriptionError, FileError, InputError, UlnaError, did_you_mean
@@ -111,10 +112,10 @@ def world_from_json(text: str | bytes, source: str = "scene") -> World:
     if len(text) > LONGEST:
         raise DescriptionError(f"more than {LONGEST // 1_000_000} MB; a scene file has at most that", source)
     try:
-        data = json.loads(text, object_pairs_hook=_without_repeats, parse_constant=_no_number)
+        data = json_value(text, object_pairs_hook=_without_repeats, parse_constant=_no_number)
     except json.JSONDecodeError as error:
         raise DescriptionError(f"is not valid JSON: {error.msg} (column {error.colno})", source, error.lineno) from None
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise DescriptionError(f"is not valid JSON: {error}", source) from None
     if not isinstance(data, dict) or not isinstance(data.get("objects"), list):
         raise DescriptionError('is not a scene: {"ulna_scene": 1, "objects": [...]} is expected', source)

@@ -30,8 +30,8 @@ def standing_boxes(robot: Robot, q: ArrayLike) -> Iterator[Solid[Box]]:
         yield replace(solid, link=robot.base, pose=places[solid.link] @ solid.pose)
 
 
-def light(robot: Robot, report: Report) -> Solid[Cylinder]:
-    """The light: red if anything touches, else green. The word beside it is ``str(report)``."""
+def light(robot: Robot, report: Report | None) -> Solid[Cylinder]:
+    """The light: red if anything touches, else green, grey while that is not known. Beside it is ``light_word(report)``."""
     return Solid("light", robot.base, pose(LIGHT_POSITION), LIGHT, light_color(report), glows=True)
 
 

@@ -172,8 +172,6 @@ class DemoApp:
                 self.player.advance(seconds * self.speed.value)
             if self.compiler.take_news() or self.player.report is None:
                 self.player.check()
-            if self.player.report is None:
-                self.draw_report(None)
             self.notice.show_compiling(self.compiler.names)
             self._show_way()
             self._follow(now)

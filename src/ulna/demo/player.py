@@ -22,8 +22,8 @@ class Screen(Protocol):
     def draw_arm(self, q: NDArray[np.float64]) -> None:
         """Draw the arm at q, shape (n_dof,)."""
 
-    def draw_report(self, report: Report) -> None:
-        """Draw the light, its text, and the boxes that touch."""
+    def draw_report(self, report: Report | None) -> None:
+        """Draw the light, its text, and the boxes that touch; grey while the report is not known."""
 
 
 class Player:
@@ -64,9 +64,11 @@ class Player:
         """Play the trajectory for a time [s], or the way around the box."""
         with self.lock:
             trajectory = self._ask(_TRAJECTORY, lambda: self.demo.trajectory)
-            if trajectory is not None and self.avoiding:
+            if trajectory is None:
+                self.move_to(self.q)
+            elif self.avoiding:
                 self.move_to(self.around.advance(self.q, seconds, corners_of(trajectory.samples)))
-            elif trajectory is not None:
+            else:
                 self.time += seconds
                 self.move_to(trajectory.at(self.time))
 
@@ -85,5 +87,4 @@ class Player:
 
     def _draw_report(self) -> None:
         self.report = self._ask(_COLLISIONS, self.demo.check, self.q)
-        if self.report is not None:
-            self.screen.draw_report(self.report)
+        self.screen.draw_report(self.report)

@@ -36,8 +36,8 @@ def _what(array: NDArray) -> str:
     return {"c": "complex numbers", "U": "text", "S": "text", "O": "objects"}.get(array.dtype.kind, str(array.dtype))
 
 
-def _has_mask(values: object) -> bool:
-    """Whether they are a masked array, or a list that holds one."""
+def _has_mask(values: object, levels: int = 64) -> bool:
+    """Whether they are a masked array, or a list that holds one, within the levels that an array may have."""
     if isinstance(values, list | tuple):
-        return any(_has_mask(value) for value in values if not isinstance(value, float | int))
+        return levels > 0 and any(_has_mask(value, levels - 1) for value in values if not isinstance(value, float | int))
     return isinstance(values, np.ma.MaskedArray)

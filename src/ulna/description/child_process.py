@@ -1,17 +1,24 @@
-"""Starts a program in a child process and ends it in time. Used by ``xacro.process`` and ``meshes.decompose``."""
+"""Starts a program in a child process and ends it in time. Used by ``xacro.process`` and ``meshes.decompose``.
+
+The program is Ulna's, its input may be a stranger's. So nothing that lies beside the input is run: Python is isolated (``-I``),
+in an empty folder of its own, and modules and libraries are searched for in absolute paths only, the interpreter's first.
+"""
 
 import json
 import os
+import re
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-_KEPT = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "PYTHONHOME", "SYSTEMROOT")  # some Pythons need them to start
+_LIBRARY_PATHS = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH")  # some Pythons need them to start
 _START = """
-import sys, types
+import json, sys, types
+sys.path += [path for path in json.loads(sys.argv[2]) if path not in sys.path]
 ulna = sys.modules["ulna"] = types.ModuleType("ulna")
 ulna.__path__ = [sys.argv[1]]
 from {module} import main
@@ -25,35 +32,43 @@ def program_of(module: str) -> str:
 
 
 @contextmanager
-def child_process(
-    program: str, memory: int, seconds: float, folder: Path | None
-) -> Iterator[tuple[subprocess.Popen, threading.Event]]:
+def child_process(program: str, memory: int, seconds: float) -> Iterator[tuple[subprocess.Popen, threading.Event]]:
     """A child process, and the event that its time is over. It has no environment variables of the user.
 
     Args:
         program: Its text. Its last argument is the limits in JSON, which it sets itself (``xacro.child.confinement``).
         memory: Bytes of address space.
         seconds: How long it may run; then it is killed.
-        folder: Its working directory; this process's unless given.
     """
-    command = [sys.executable, "-P", "-c", program, str(Path(__file__).parents[1])]
-    command.append(json.dumps({"memory": memory, "seconds": seconds}))
-    environment = {name: os.environ[name] for name in _KEPT if name in os.environ}
-    environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONUTF8": "1"}
+    paths = [path for path in sys.path if isinstance(path, str) and os.path.isabs(path)]  # noqa: PTH117 - text in, text out
+    arguments = [str(Path(__file__).parents[1]), json.dumps(paths), json.dumps({"memory": memory, "seconds": seconds})]
+    command = [sys.executable, "-I", "-X", "utf8", "-c", program, *arguments]
     pipe = subprocess.PIPE
-    child = subprocess.Popen(command, env=environment, cwd=folder, stdin=pipe, stdout=pipe, stderr=pipe)  # noqa: S603 - our module
     late = threading.Event()
+    with TemporaryDirectory(prefix="ulna-") as folder:
+        child = subprocess.Popen(command, env=_environment(), cwd=folder, stdin=pipe, stdout=pipe, stderr=pipe)  # noqa: S603 - our module
 
-    def end() -> None:
-        late.set()
-        child.kill()
+        def end() -> None:
+            late.set()
+            child.kill()
 
-    timer = threading.Timer(seconds, end)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield child, late
-    finally:
-        timer.cancel()
-        child.kill()
-        child.communicate()
+        timer = threading.Timer(seconds, end)
+        timer.daemon = True
+        timer.start()
+        try:
+            yield child, late
+        finally:
+            timer.cancel()
+            child.kill()
+            child.communicate()
+
+
+def _environment() -> dict[str, str]:
+    """What a Python needs to start. An empty element of a path of libraries would be the current folder."""
+    kept = {name: os.environ[name] for name in ("SYSTEMROOT",) if name in os.environ}
+    for name in _LIBRARY_PATHS:
+        elements = re.split("[:;]", os.environ.get(name, ""))
+        absolute = [element for element in elements if element.startswith("/")]
+        if absolute:
+            kept[name] = ":".join(absolute)
+    return kept

@@ -1,12 +1,16 @@
 """Checks names that a user gives: of links, joints, tools, objects. Used by ``structure``, ``subtree`` and ``collision``."""
 
+import re
+
 from ulna.errors import InputError
+
+_REORDERING = re.compile("[\u202a-\u202e\u2066-\u2069]")  # controls of UAX 9, by which a text can look like another
 
 
 def name_fault(name: object) -> str:
     """What is wrong with a name; empty if it is valid.
 
-    A lone surrogate cannot be written to a file or sent to a page.
+    A lone surrogate cannot be written to a file or sent to a page. By controls that reorder letters, a name looks like another.
 
     Example:
         >>> name_fault("hand"), name_fault(5)
@@ -18,7 +22,8 @@ def name_fault(name: object) -> str:
         name.encode()
     except UnicodeEncodeError as error:
         return f"{name!r} has a character that cannot be written, {name[error.start]!r}"
-    return ""
+    found = _REORDERING.search(name)
+    return f"{name!r} has a character that changes the order of letters, {found[0]!r}" if found else ""
 
 
 def refuse_no_name(name: object, argument: str = "name") -> None:

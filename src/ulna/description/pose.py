@@ -62,14 +62,15 @@ def rpy_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
     """Roll, pitch, yaw [rad], shape (..., 3), of rotation matrices (..., 3, 3) or poses (..., 4, 4).
 
     Roll and yaw lie in (-pi, pi], pitch in [-pi/2, pi/2]. Where cos(pitch) vanishes only a combination of roll and yaw is
-    defined; then roll is 0.
+    defined; then roll is 0. Where it is small roll is known less well, and yaw is that which goes with it: the second column of
+    R Rx(-roll) = Rz(yaw) Ry(pitch) is (-sin(yaw), cos(yaw), 0).
     """
     R = np.asarray(R, dtype=np.float64)
     cos_pitch = np.hypot(R[..., 0, 0], R[..., 1, 0])
-    locked = cos_pitch < 1e-12
-    roll = np.where(locked, 0.0, np.arctan2(R[..., 2, 1], R[..., 2, 2]))
+    roll = np.where(cos_pitch < 1e-12, 0.0, np.arctan2(R[..., 2, 1], R[..., 2, 2]))
     pitch = np.arctan2(-R[..., 2, 0], cos_pitch)
-    yaw = np.where(locked, np.arctan2(-R[..., 0, 1], R[..., 1, 1]), np.arctan2(R[..., 1, 0], R[..., 0, 0]))
+    s, c = np.sin(roll), np.cos(roll)
+    yaw = np.arctan2(s * R[..., 0, 2] - c * R[..., 0, 1], c * R[..., 1, 1] - s * R[..., 1, 2])
     rpy = np.stack([roll, pitch, yaw], axis=-1)
     return np.where(rpy == -np.pi, np.pi, rpy)
 

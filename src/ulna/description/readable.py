@@ -3,11 +3,12 @@
 They are the files in its folder, in its package, in ``package_dirs``, and in the packages that it finds.
 """
 
-import glob
 import os
 import re
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from fnmatch import fnmatch
 from pathlib import Path
 
 from ulna.description.file_bytes import regular_file_bytes
@@ -15,6 +16,7 @@ from ulna.description.packages import package_folders
 
 _PACKAGE_LEVELS = 6  # above a document, in which its own package may begin
 _WILDCARD = re.compile(r"[*?[]")
+_MOST_NAMES = 100_000  # of files and folders that one pattern is compared with; links to "." can make more without end
 
 
 class OutsideError(Exception):
@@ -99,18 +101,40 @@ class Readable:
         """The files that match a pattern such as ``parts/*.xacro`` and may be read.
 
         Raises:
-            OutsideError: Its folder lies outside.
+            OutsideError: Its folder lies outside, or there are too many names to compare.
         """
         parts = Path(pattern).parts
         first = next((k for k, part in enumerate(parts) if _WILDCARD.search(part)), len(parts))
         if ".." in parts[first:]:
             raise OutsideError(f"reads {pattern}, in which '..' comes after a wildcard")
-        self._check(str(Path(*parts[:first])))
-        return [path for path in sorted(glob.glob(pattern)) if self.admits(path)]  # noqa: PTH207 - text in, text out, as xacro does
+        paths = [str(Path(*parts[:first]))]
+        self._check(paths[0])
+        n_names = 0
+        for part in parts[first:]:
+            found = []
+            for path, name in _names_in(paths, part):
+                n_names += 1
+                if n_names > _MOST_NAMES:
+                    raise OutsideError(f"reads {pattern}, for which more than {_MOST_NAMES} names would be compared")
+                if fnmatch(name, part) and (part.startswith(".") or not name.startswith(".")):
+                    found.append(os.path.join(path, name))  # noqa: PTH118 - text in, text out, as xacro does
+            paths = found
+        return [path for path in sorted(paths) if os.path.lexists(path) and self.admits(path)]
 
     def _check(self, path: str) -> None:
         if not self.admits(path):
             raise OutsideError(f"reads {path}, which lies outside the document's folder, its package and package_dirs")
+
+
+def _names_in(folders: Iterable[str], part: str) -> Iterator[tuple[str, str]]:
+    """Each of the folders with each of its names that may match a part of a pattern."""
+    for folder in folders:
+        if not _WILDCARD.search(part):
+            yield folder, part
+            continue
+        with suppress(OSError), os.scandir(folder) as entries:
+            for entry in entries:
+                yield folder, entry.name
 
 
 def _within(path: str, root: str) -> bool:

@@ -19,6 +19,8 @@ Where the product is not unique:
 5. The base's z and the tip's z count as parallel to the axis beside them within 1e-3 rad: T_base_0 and T_n_tip represent any
    tilt exactly, and a common normal far away would be of no use.
 6. Of a prismatic joint only the direction matters: its axis passes through the next frame's origin, so a and the next d are zero.
+7. Where rules 3 and 6 would begin a normal farther away than the arm is long, since that of other axes, nearly parallel, is
+   there, it begins at the joint's own origin: a tilt that is taken as none counts with that distance.
 """
 
 from dataclasses import dataclass
@@ -48,6 +50,11 @@ class Axes:
         within = np.full(len(self.directions) - 1, tolerance)
         within[[0, -1]] = max(tolerance, _AT_THE_ENDS)
         return self.tilts <= within
+
+    @property
+    def length(self) -> float:
+        """That of the way from point to point [m]."""
+        return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
 
     @property
     def tilts(self) -> Array:
@@ -126,7 +133,8 @@ def _with_prismatic_axes_placed(axes: Axes, parallel: NDArray[np.bool_]) -> Arra
         following = i + 1
         points[i] = points[following]
         if following < len(z) - 1 and not axes.prismatic[following] and not parallel[following]:
-            points[i] = _nearest_points(points[following], z[following], points[following + 1], z[following + 1])[0]
+            origin = _nearest_points(points[following], z[following], points[following + 1], z[following + 1])[0]
+            points[i] = _near(origin, points[following], axes.length)
     return points
 
 
@@ -134,7 +142,12 @@ def _free_start(i: int, axes: Axes, points: Array, arrived: Array, *, ends_at_ti
     """Where on line i the normal to a parallel line begins."""
     if i == len(points) - 2:
         return _project(points[-1], points[i], axes.directions[i]) if ends_at_tip else points[i]
-    return points[i] if axes.prismatic[i] else arrived
+    return points[i] if axes.prismatic[i] else _near(arrived, points[i], axes.length)
+
+
+def _near(point: Array, own: Array, longest: float) -> Array:
+    """A point, or the joint's own one where that is too far away."""
+    return point if np.linalg.norm(point - own) <= longest else own
 
 
 def _nearest_points(p: Array, u: Array, s: Array, v: Array) -> tuple[Array, Array]:

@@ -10,6 +10,7 @@ from ulna.kernels.chain.closed_form_layout import (
     COINCIDE,
     COLUMNS,
     COMPLEX,
+    ENOUGH,
     FORM,
     INVERSE_REACH,
     LEAST_ERROR,
@@ -24,12 +25,14 @@ from ulna.kernels.chain.closed_form_layout import (
 from ulna.kernels.chain.closed_form_rows import proof_of
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
-from ulna.kernels.ik.polish import ENOUGH, polish
+from ulna.kernels.ik.nearest_branch import hardly_beyond, put_inside
+from ulna.kernels.ik.polish import polish
 from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.spatial.elementary import maximum, sincos
 from ulna.kernels.spatial.se3 import load_pose
 
 N_AXES = 6
+_STEPS_AT_LIMITS = 16  # of a polish: near two singularities at once they are short
 
 
 @workspace
@@ -74,8 +77,34 @@ def polish_branches(table, chain, rows, scratch):
         if any_lane((error > ENOUGH) & (error <= most)):
             polish(
                 chain, target_rows, q_rows[N_AXES * k : N_AXES * (k + 1)], known_rows[N_KNOWN * k : N_KNOWN * (k + 1)],
-                table[FORM, INVERSE_REACH], most, steps, jacobian_rows, system_rows, last_rows,
+                known_rows[:0], table[FORM, INVERSE_REACH], most, steps, jacobian_rows, system_rows, last_rows,
             )  # fmt: skip
+
+
+@workspace
+def put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_rows, error_rows):
+    """Put joints of branches that are hardly beyond a limit at it, where the branch reaches the target there as well.
+
+    How far beyond it a joint may be follows from how well its angle is known: near the singularity of a wrist two joints turn
+    against each other by eps / |sin q_5| within the rounding eps of the pose. So the others follow the joint to its limit, and
+    what counts is the error there. Whether there are any is found by ``is_any_hardly_beyond`` in less time. bound_rows: those of
+    ``nearest_branch``; inside_rows: six; error_rows: one.
+    """
+    _, _, target_rows, q_rows, known_rows = rows
+    jacobian_rows, system_rows, last_rows = scratch
+    for k in range(q_rows.shape[0] // N_AXES):
+        branch, residual = q_rows[N_AXES * k : N_AXES * (k + 1)], load(known_rows, N_KNOWN * k + RESIDUAL)
+        beyond = hardly_beyond(q_rows, known_rows, k, bound_rows)
+        if any_lane(beyond):
+            put_inside(branch, seed_rows, bound_rows, inside_rows)
+            store(error_rows, 0, where(beyond, 1.0, 0.0 * residual))
+            polish(
+                chain, target_rows, inside_rows, error_rows, bound_rows[: bound_rows.shape[0] // 2], table[FORM, INVERSE_REACH],
+                np.inf, _STEPS_AT_LIMITS, jacobian_rows, system_rows, last_rows,
+            )  # fmt: skip
+            put = beyond & (load(error_rows, 0) <= maximum(residual, ENOUGH))
+            for j in range(N_AXES):
+                store(branch, j, where(put, load(inside_rows, j), load(branch, j)))
 
 
 @workspace
@@ -104,21 +133,25 @@ def polish_seed(table, chain, rows, scratch, seed_rows, q_rows, known_rows, one_
     if not any_lane(near):
         return False
     polish(
-        chain, rows[2], q_rows, known_rows[:1], table[FORM, INVERSE_REACH], most, int(table[POLISH, STEPS]),
+        chain, rows[2], q_rows, known_rows[:1], known_rows[:0], table[FORM, INVERSE_REACH], most, int(table[POLISH, STEPS]),
         jacobian_rows, system_rows, last_rows,
     )  # fmt: skip
     return True
 
 
 @workspace
-def polish_state(n_dof):
-    """Rows of the target, q, the errors, a Jacobian, the last q, and the scratch of a polish."""
-    block = zero_rows(13 + 8 * n_dof + N_SYSTEM)
-    q, error, jacobian, last = 12, 12 + n_dof, 13 + n_dof, 13 + 7 * n_dof
+def polish_state(n_dof, bounds):
+    """Rows of the target, q, the error, bounds, a Jacobian, the last q, and the scratch of a polish."""
+    n_bounds = bounds.shape[0]
+    q, error, bound, jacobian, last = 12, 12 + n_dof, 13 + n_dof, 13 + n_dof + n_bounds, 13 + 7 * n_dof + n_bounds
+    block = zero_rows(last + n_dof + N_SYSTEM)
+    for k in range(n_bounds):
+        block[bound + k, :] = bounds[k]
     return (
         block[:q],
         block[q:error],
-        block[error:jacobian],
+        block[error:bound],
+        block[bound:jacobian],
         block[jacobian:last],
         block[last : last + n_dof],
         block[last + n_dof :],

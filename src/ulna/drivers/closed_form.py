@@ -9,6 +9,7 @@ from ulna.drivers.branch_rows import (
     polish_branches,
     polish_seed,
     polish_state,
+    put_at_limits,
     write_free_angles,
     write_seed,
 )
@@ -28,7 +29,7 @@ from ulna.kernels.chain.closed_form_rows import known_in_one, proof_of, proof_of
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, N_STATE, P2, R2, TAKEN
-from ulna.kernels.ik.nearest_branch import nearest_branch, turn_within
+from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, nearest_branch, turn_within
 from ulna.kernels.ik.polish import polish
 from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED, STATUS
 from ulna.kernels.layout import LARGEST_DEFECT
@@ -52,7 +53,7 @@ def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
     n_signs = 1 + q_out.shape[1] // N_BRANCHES  # 2: for a constant the compiler makes other code than for that of one target
     rows, scratch = branch_state(2)
     sign_rows, free_rows, target_rows, q_rows, known_rows = rows
-    bound_rows, seed_rows = best_state(plan)[1], scratch[2]
+    seed_rows, bound_rows, _, _, _, inside_rows, error_rows = best_state(plan)
     good = True
     for start in range(0, n, WIDTH):
         if start == 0 or seeds.shape[0] > 1:
@@ -61,8 +62,8 @@ def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
         gather_poses(targets, start, target_rows)
         closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
         polish_branches(table, chain, rows, scratch)
-        if with_bounds:  # the polish has its scratch where the seeds were
-            gather(seeds, start, seed_rows)
+        if with_bounds and is_any_hardly_beyond(q_rows, known_rows, bound_rows):
+            put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_rows, error_rows)
         good &= write_proof(known_rows, targets, start, proof)
         for branch in range(N_BRANCHES):
             store(known_rows, branch, known_in_one(known_rows, branch))  # of those before, what is known is in one already
@@ -83,7 +84,7 @@ def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
         return -1
     rows, scratch = branch_state(1)
     sign_rows, free_rows, target_rows, q_rows, known_rows = rows
-    bound_rows, seed_rows = best_state(plan)[1], scratch[2]
+    seed_rows, bound_rows, _, _, _, inside_rows, error_rows = best_state(plan)
     for lane in range(WIDTH):
         for k in range(12):
             target_rows[k, lane] = target[k // 4, k % 4]
@@ -92,7 +93,8 @@ def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
     n_signs = q_out.shape[0] // N_BRANCHES  # 1; as above
     closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
     polish_branches(table, chain, rows, scratch)
-    write_seed(seed, seed_rows)  # the polish has its scratch there
+    if is_any_hardly_beyond(q_rows, known_rows, bound_rows):
+        put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_rows, error_rows)
     proved = proof_of_lanes(known_rows)
     store(known_rows, 0, known_in_one(known_rows, 0))
     turn_within(q_rows, known_rows, 0, seed_rows, bound_rows)
@@ -115,20 +117,24 @@ def write_proof(known_rows, targets, start, proof):
     return good
 
 
-@entry((TABLE, MATRICES, MATRIX, NUMBER, WHOLE, NUMBERS))
-def polish_all(chain, targets, q, inverse_reach, steps, errors):
+@entry((TABLE, MATRICES, MATRIX, NUMBERS, NUMBER, WHOLE, NUMBERS))
+def polish_all(chain, targets, q, bounds, inverse_reach, steps, errors):
     """Polish configurations (n, n_dof), each for its target (n, 4, 4); always True.
 
-    errors: shape (n,): the errors if they are known, else anything above those allowed; written.
+    bounds: the lower bounds of the first joints, then the upper ones, between which q is; none of the others. errors: shape
+    (n,): the errors if they are known, else anything above those allowed; written.
     """
     n, n_dof = q.shape
-    target_rows, q_rows, error_rows, jacobian_rows, last_rows, system_rows = polish_state(n_dof)
+    target_rows, q_rows, error_rows, bound_rows, jacobian_rows, last_rows, system_rows = polish_state(n_dof, bounds)
     for start in range(0, n, WIDTH):
         gather_poses(targets, start, target_rows)
         gather(q, start, q_rows)
         for lane in range(WIDTH):
             error_rows[0, lane] = errors[min(start + lane, n - 1)]
-        polish(chain, target_rows, q_rows, error_rows, inverse_reach, np.inf, steps, jacobian_rows, system_rows, last_rows)
+        polish(
+            chain, target_rows, q_rows, error_rows, bound_rows, inverse_reach, np.inf, steps, jacobian_rows, system_rows,
+            last_rows,
+        )  # fmt: skip
         for lane in range(min(WIDTH, n - start)):
             for j in range(n_dof):
                 q[start + lane, j] = q_rows[j, lane]
@@ -170,6 +176,8 @@ def run_targets(table, chain, plan, targets, seeds, q_out, info):
             write_free_angles(table, best[0], rows[1])
         closed_form(table, rows[2], rows[0], 1 if step == 1 else 2, rows[1], rows[3], rows[4])
         polish_branches(table, chain, rows, scratch)
+        if is_any_hardly_beyond(rows[3], rows[4], best[1]):
+            put_at_limits(table, chain, rows, scratch, best[0], best[1], best[5], best[6])
         best[3][:] = np.inf
         if polish_seed(table, chain, rows, scratch, best[0], best[5], best[6], step == 1):
             nearest_branch(best[5], best[6], best[0], best[1], best[2], best[3])

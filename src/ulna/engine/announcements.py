@@ -1,8 +1,8 @@
 """Says that machine code is being made, which takes a second to half a minute. Used by ``cache``.
 
 On a terminal each entry is announced as its compilation begins. Elsewhere (a pipe, CI, Jupyter) a chain of compilations is
-announced once: those that one call waits for. A program that has configured logging gets that as a record of the logger ``ulna``,
-level INFO, and decides itself; one that has not gets a line on standard error.
+announced once: those that one call waits for. That is a record of the logger ``ulna``, level INFO. A program that shows records
+decides itself what becomes of it; one that shows none, or writes them only into a file, gets a line on standard error.
 """
 
 import contextlib
@@ -43,10 +43,11 @@ def compilation_begins(name: str) -> None:
     on_terminal = sys.stderr is not None and not sys.stderr.closed and sys.stderr.isatty()
     if on_terminal:
         _print(f"ulna: compiling {name} for this machine (once)")
-    if begins_chain and _is_configured():
-        LOGGER.info("compiling %s and what is called with it for this machine (once; `ulna warmup` compiles everything)", name)
-    elif begins_chain and not on_terminal:
-        _print(f"ulna: compiling {name} and what is called with it for this machine (once; `ulna warmup` compiles everything)")
+    if begins_chain:
+        line = f"compiling {name} and what is called with it for this machine (once; `ulna warmup` compiles everything)"
+        LOGGER.info(line)
+        if not on_terminal and not _shows_records():
+            _print(f"ulna: {line}")
 
 
 def compilation_ended() -> None:
@@ -63,9 +64,10 @@ def _prolong(seconds: float, *, ended: bool = False) -> bool:
         return begins
 
 
-def _is_configured() -> bool:
-    """Whether the program, or what it runs in, handles records: a handler here but our own, or one of the root."""
-    return len(LOGGER.handlers) > 1 or logging.getLogger().hasHandlers()
+def _shows_records() -> bool:
+    """Whether the program, or what it runs in, shows records: a handler here or of the root that writes not only into a file."""
+    handlers = (*LOGGER.handlers, *logging.getLogger().handlers)
+    return not all(isinstance(handler, logging.NullHandler | logging.FileHandler) for handler in handlers)
 
 
 def _print(line: str) -> None:

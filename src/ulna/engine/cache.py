@@ -9,11 +9,9 @@ code of poses.
 
 import contextlib
 import hashlib
-import os
+import pickle
 import platform
-import time
 import warnings
-from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -25,7 +23,7 @@ from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 
 from ulna.engine.announcements import compilation_begins, compilation_ended
-from ulna.engine.private_folder import SharedFolderError, cache_base, make_private
+from ulna.engine.private_folder import PrivateFolder, SharedFolderError, cache_base, private_folder
 from ulna.engine.sources import sources_hash
 
 _UNUSED_DAYS = 30
@@ -42,7 +40,7 @@ def compiler_hash() -> str:
 
 
 @cache
-def cache_folder() -> Path | None:
+def cache_folder() -> PrivateFolder | None:
     """The folder of this compiler's machine code; None if it cannot be written, or if other users could write there.
 
     It is in ``NUMBA_CACHE_DIR``, or else in the user's own cache folder. Files, and folders of other compilers, that were not
@@ -52,38 +50,17 @@ def cache_folder() -> Path | None:
         RuntimeWarning: Other users could have put code there, so the folder is not used.
     """
     try:
-        base = cache_base()
-        folder = make_private(base, f"kernels-{compiler_hash()}")
-        os.utime(folder)
-        _remove_unused(folder)
+        with private_folder(cache_base()) as base:
+            folder = base.folder(f"kernels-{compiler_hash()}")
+            folder.touch()
+            base.remove_unused_folders("kernels-", _UNUSED_DAYS)
+        folder.remove_unused(_UNUSED_DAYS)
     except SharedFolderError as error:
         warnings.warn(f"ulna: compiled code is not kept, nor read: {error}", RuntimeWarning, stacklevel=2)
         return None
     except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
         return None
-    return folder if os.access(folder, os.W_OK) else None
-
-
-def _remove_unused(folder: Path) -> None:
-    """Remove the files of a folder, and whole folders beside it, that were not used for a month."""
-    for other in folder.parent.glob("kernels-*"):
-        with contextlib.suppress(OSError):  # another user's, or another process removes it too
-            if other != folder and _is_unused(other):
-                _remove_files(other.iterdir())
-                other.rmdir()
-    _remove_files(file for file in folder.iterdir() if _is_unused(file))
-
-
-def _is_unused(path: Path) -> bool:
-    with contextlib.suppress(FileNotFoundError):
-        return path.stat().st_mtime < time.time() - _UNUSED_DAYS * 86400
-    return False
-
-
-def _remove_files(files: Iterable[Path]) -> None:
-    for file in files:
-        with contextlib.suppress(OSError):
-            file.unlink()
+    return folder
 
 
 class _Locator(_CacheLocator):
@@ -93,7 +70,10 @@ class _Locator(_CacheLocator):
         self._function = function
 
     def get_cache_path(self) -> Any:
-        return str(cache_folder())
+        return ""  # not used: the files are opened in the folder that is open
+
+    def ensure_cache_path(self) -> None:
+        pass
 
     def get_source_stamp(self) -> Any:
         return None  # the names of the files depend on the sources already
@@ -116,17 +96,19 @@ class _Files(IndexDataCacheFile):
     Numba numbers the files and keeps an index of them. Two processes that write at once can corrupt that index.
     """
 
+    def __init__(self, folder: PrivateFolder, filename_base: str) -> None:
+        super().__init__("", filename_base, None)
+        self._folder = folder
+
     def load(self, key):
         """The machine code of a key, or None; its file is marked as used now."""
-        name = self._name(key)
         with contextlib.suppress(FileNotFoundError):
-            os.utime(self._data_path(name))
-            return self._load_data(name)
+            return pickle.loads(self._folder.read(self._name(key)))  # noqa: S301 - only this user can write there
         return None
 
     def save(self, key, data):
         """Save the machine code of a key: the types of the arguments, the processor, and hashes of the function's own code."""
-        self._save_data(self._name(key), data)
+        self._folder.write(self._name(key), self._dump(data))
 
     def _name(self, key) -> str:
         return self._data_name_pattern.replace("{number:d}", hashlib.sha256(repr(key).encode()).hexdigest()[:16])
@@ -137,9 +119,9 @@ class RoutineCache(FunctionCache):
 
     _impl_class = _CacheImpl
 
-    def __init__(self, py_func):
+    def __init__(self, py_func, folder: PrivateFolder):
         super().__init__(py_func)
-        self._cache_file = _Files(self._cache_path, self._impl.filename_base, None)
+        self._cache_file = _Files(folder, self._impl.filename_base)
 
     def load_overload(self, sig, target_context):
         """The machine code of a signature from the cache, or None: then Numba compiles it."""

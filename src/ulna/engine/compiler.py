@@ -51,8 +51,9 @@ def compiled_once(function: Callable, flags: dict[str, Any]) -> Any:
     dispatcher = _njit(**flags)(function)
     if not is_disabled():
         within = _njit(pipeline_class=WholeCompiler, no_cpython_wrapper=True, **flags)(function)
-        if cache_folder() is not None:
-            within._cache = RoutineCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
+        folder = cache_folder()
+        if folder is not None:
+            within._cache = RoutineCache(function, folder)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
         share(within)
         _let_callers_use(within, dispatcher)
     return dispatcher
@@ -80,8 +81,9 @@ def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Calla
     dispatcher = _njit(pipeline_class=WholeCompiler, **flags)(function)
     if is_disabled():
         return dispatcher
-    if cache_folder() is not None:
-        dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
+    folder = cache_folder()
+    if folder is not None:
+        dispatcher._cache = KernelCache(function, folder)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
     _ask_before_compiling(dispatcher, may_compile)
     # Ctrl-C waits while an entry is compiled or loaded from disk.
     dispatcher.compile = _garbage_kept()(interrupts_deferred()(dispatcher.compile))

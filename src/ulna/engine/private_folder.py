@@ -1,12 +1,19 @@
-"""Makes folders for machine code to which only their user can write. Used by ``cache`` and by hulls.
+"""Opens folders of files to which only their user can write. Used by ``cache`` and ``meshes.kept_pieces``.
 
-The code in them is executed without another check.
+Machine code in them is executed without another check. So a folder is opened once, checked as it is open, and its files are
+opened in it by the same descriptor. Who may rename a folder above can exchange what the path leads to, but not what is open.
 """
 
+import contextlib
 import os
 import stat
 import sys
+import time
+import uuid
+from collections.abc import Iterator
 from pathlib import Path
+
+_HAS_MODES = hasattr(os, "geteuid")  # Windows: folders have access lists, which the user's own profile sets for the user alone
 
 
 class SharedFolderError(OSError):
@@ -24,42 +31,132 @@ def cache_base() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ulna"
 
 
-def make_private(base: Path, name: str) -> Path:
-    """The folder ``name`` in ``base``, created if necessary; both are accessible to this user only (mode 0700).
+class PrivateFolder(contextlib.AbstractContextManager):
+    """A folder that is open, until the end of a ``with`` block if it is in one.
+
+    Attributes:
+        path: Where it was when it was opened.
+    """
+
+    def __init__(self, path: Path, descriptor: int | None) -> None:
+        self.path, self._descriptor = path, descriptor
+
+    def __exit__(self, *_: object) -> None:
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+
+    def folder(self, name: str) -> "PrivateFolder":
+        """The folder ``name`` in this one, created if necessary.
+
+        Raises:
+            SharedFolderError: It belongs to another user, is open to others, or is a link.
+            OSError: It cannot be created or opened.
+        """
+        with contextlib.suppress(FileExistsError):
+            os.mkdir(self._in(name), 0o700, dir_fd=self._descriptor)
+        path = self.path / name
+        return PrivateFolder(path, _opened(path, self._in(name), self._descriptor, mend=False) if _HAS_MODES else None)
+
+    def read(self, name: str) -> bytes:
+        """The content of a file, which is marked as used now.
+
+        Raises:
+            OSError: It is not there, or cannot be read.
+        """
+        os.utime(self._in(name), dir_fd=self._descriptor)
+        with open(self._in(name), "rb", opener=self._open) as file:
+            return file.read()
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write a file, which is there as a whole or not at all. What is left of a process that was killed ends in ``.part``.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        part, here = self._in(f"{name}.{uuid.uuid4().hex[:16]}.part"), self._descriptor
+        try:
+            with open(part, "xb", opener=self._open) as file:
+                file.write(content)
+            os.replace(part, self._in(name), src_dir_fd=here, dst_dir_fd=here)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(part, dir_fd=here)
+            raise
+
+    def remove_unused(self, days: float) -> None:
+        """Remove the files that were not used for so many days."""
+        for entry in self._entries():
+            with contextlib.suppress(OSError):  # another process removes it too
+                if _is_unused(entry, days):
+                    os.unlink(self._in(entry.name), dir_fd=self._descriptor)
+
+    def remove_unused_folders(self, begin: str, days: float) -> None:
+        """Remove the folders whose names begin so and that were not used for so many days, with their files."""
+        for entry in self._entries():
+            with contextlib.suppress(OSError):  # another user's, or it has folders
+                if entry.name.startswith(begin) and _is_unused(entry, days):
+                    with self.folder(entry.name) as unused:
+                        unused.remove_unused(-1)
+                    os.rmdir(self._in(entry.name), dir_fd=self._descriptor)
+
+    def touch(self) -> None:
+        """Mark the folder itself as used now."""
+        os.utime(self.path if self._descriptor is None else self._descriptor)
+
+    def _entries(self) -> Iterator[os.DirEntry]:
+        with os.scandir(self.path if self._descriptor is None else self._descriptor) as entries:
+            yield from entries
+
+    def _open(self, path: str, flags: int) -> int:
+        return os.open(path, flags, 0o600, dir_fd=self._descriptor)
+
+    def _in(self, name: str) -> str:
+        """The name as it is given together with the descriptor; the path where there is none."""
+        return str(self.path / name) if self._descriptor is None else name
+
+
+def private_folder(base: Path) -> PrivateFolder:
+    """The folder ``base``, created if necessary, accessible to this user only (mode 0700). It may be a link of this user's.
 
     Raises:
-        SharedFolderError: One of them belongs to another user, or other users can write to it or replace it.
-        OSError: One of them cannot be created.
+        SharedFolderError: It belongs to another user, or any user can replace it.
+        OSError: It cannot be created or opened.
     """
     base.parent.mkdir(parents=True, exist_ok=True)
-    folder = base / name
-    if not hasattr(os, "geteuid"):  # Windows: folders have access lists, which the user's own profile sets for the user alone
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
-    for above in base.absolute().parents:
+    path = Path(os.path.realpath(base))
+    if not _HAS_MODES:
+        path.mkdir(exist_ok=True)
+        return PrivateFolder(path, None)
+    for above in {*base.absolute().parents, *path.parents}:
         _check_above(above)
-    base.mkdir(mode=0o700, exist_ok=True)
-    if _status(base).st_uid == os.geteuid():
-        base.chmod(0o700)  # earlier versions used another mode; the folder in it is checked separately
-    folder.mkdir(mode=0o700, exist_ok=True)
-    for one in (base, folder):
-        _check_own(one)
-    return folder
+    path.mkdir(mode=0o700, exist_ok=True)
+    return PrivateFolder(path, _opened(path, str(path), None, mend=True))
 
 
-def _status(folder: Path) -> os.stat_result:
-    status = folder.lstat()
+def _opened(path: Path, name: str, inside: int | None, *, mend: bool) -> int:
+    """The descriptor of a folder of this user's, whose mode is set to 0700 if ``mend`` (earlier versions used another)."""
+    try:
+        descriptor = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=inside)
+    except OSError:
+        _check(path, os.stat(name, dir_fd=inside, follow_symlinks=False))
+        raise
+    try:
+        if mend and os.fstat(descriptor).st_uid == os.geteuid():
+            os.fchmod(descriptor, 0o700)
+        _check(path, os.fstat(descriptor))
+    except BaseException:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
+def _check(path: Path, status: os.stat_result) -> None:
     if not stat.S_ISDIR(status.st_mode):
-        raise SharedFolderError(f"{folder} is no folder")
-    return status
-
-
-def _check_own(folder: Path) -> None:
-    status = _status(folder)
+        raise SharedFolderError(f"{path} is no folder")
     if status.st_uid != os.geteuid():
-        raise SharedFolderError(f"{folder} belongs to another user (number {status.st_uid})")
+        raise SharedFolderError(f"{path} belongs to another user (number {status.st_uid})")
     if stat.S_IMODE(status.st_mode) != 0o700:
-        raise SharedFolderError(f"{folder} is open to other users (mode {stat.S_IMODE(status.st_mode):04o}; 0700 is needed)")
+        raise SharedFolderError(f"{path} is open to other users (mode {stat.S_IMODE(status.st_mode):04o}; 0700 is needed)")
 
 
 def _check_above(folder: Path) -> None:
@@ -70,3 +167,7 @@ def _check_above(folder: Path) -> None:
     status = folder.stat()
     if status.st_mode & stat.S_IWOTH and not (status.st_mode & stat.S_ISVTX and status.st_uid in (0, os.geteuid())):
         raise SharedFolderError(f"{folder} lets other users exchange what lies in it (mode {stat.S_IMODE(status.st_mode):04o})")
+
+
+def _is_unused(entry: os.DirEntry, days: float) -> bool:
+    return entry.stat(follow_symlinks=False).st_mtime < time.time() - days * 86400

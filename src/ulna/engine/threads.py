@@ -2,6 +2,8 @@
 
 The parts begin at multiples of the number of lanes, so that no block of lanes is split, and the result of a row does not depend
 on its block: the result is bit for bit that of one call.
+
+A part is run in slices of some hundredths of a second: Python notices Ctrl-C between two calls of an entry, not within one.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ import os
 from collections import deque
 from collections.abc import Callable
 from functools import cache
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 from ulna.engine.processors import n_processors
@@ -23,6 +26,8 @@ LEAST_ROWS = 1024  # rows of a part, if a row takes about a microsecond
 LEAST_POSES = 16 * LEAST_ROWS  # rows of a part, if a row takes some 20 ns; waking a thread takes tens of microseconds
 VARIABLE = "ULNA_THREADS"
 _MOST = 2**31 - 1
+_SECONDS = 0.02  # of a slice
+_MOST_GROWTH = 16.0  # of a slice beside the one before
 
 
 def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, threads: int | None = None) -> bool:
@@ -44,11 +49,28 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
         (True, 70.0)
     """
     threads = default_threads() if threads is None else as_threads(threads)
-    n_parts = min(4 * threads, n // least)
+    n_parts, ended = min(4 * threads, n // least), []
     if n_parts < 2 or threads < 2:
-        return run(slice(0, n))
+        return _in_slices(run, slice(0, n), least, ended)
     step = -(-n // n_parts // WIDTH) * WIDTH
-    return _in_threads(run, deque(slice(start, min(start + step, n)) for start in range(0, n, step)), threads)
+    parts = deque(slice(start, min(start + step, n)) for start in range(0, n, step))
+    return _in_threads(lambda part: _in_slices(run, part, least, ended), parts, threads, lambda: ended.append(True))
+
+
+def _in_slices(run: Callable[[slice], bool], part: slice, least: int, ended: list[bool]) -> bool:
+    """Run a part slice by slice until ``ended`` has an entry: at first ``least`` rows, then as many as take ``_SECONDS``."""
+    rows = -(-least // WIDTH) * WIDTH
+    if part.stop - part.start <= rows:
+        return run(part)
+    start = part.start
+    while start < part.stop and not ended:
+        stop, began = min(start + rows, part.stop), perf_counter()
+        if not run(slice(start, stop)):
+            return False
+        share = _SECONDS / max(perf_counter() - began, 1e-9)
+        rows = max(1, int(min(share, _MOST_GROWTH) * rows) // WIDTH) * WIDTH
+        start = stop
+    return True
 
 
 def _in_threads(
@@ -132,6 +154,16 @@ def as_threads(threads: int) -> int:
     if isinstance(threads, bool) or not hasattr(threads, "__index__") or not 0 <= threads.__index__() <= _MOST:
         raise InputError("threads", f"{threads!r}; a whole number from 0 to {_MOST} is expected")
     return max(1, threads.__index__())
+
+
+def refuse_unless_threads(threads: int | None) -> None:
+    """Refuse an argument that is given and no number of threads; for calls that need only one.
+
+    Raises:
+        InputError: It is not a whole number, or below 0.
+    """
+    if threads is not None:
+        as_threads(threads)
 
 
 @cache

@@ -1,17 +1,8 @@
-"""Finds all solutions for one pose: every branch, or a spread set of a continuum. Used by ``ik.inverse_kinematics``.
-
-Where the closed form gives all of them, it does. Else:
-
-1. Search from random starts, half of them with the joints that can turn all the way round let free (and then turned back
-   into their limits by whole turns), which no limit stops on the way to a branch.
-2. Keep what lies within the limits and differs from all that is kept, whole turns aside, by more than DISTINCT in some joint.
-3. Where the Jacobian has as many independent rows as the arm has joints, a solution is isolated. Double the starts until that
-   many more have found nothing new.
-4. Elsewhere take ``n_spread`` of what was found, each as far as can be from those taken before (Gonzalez 1985).
-"""
+"""Finds all solutions of targets, by closed form or by search, and says what is proved. Used by ``ik.inverse_kinematics``."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -20,194 +11,255 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
+from ulna.drivers import entry
+from ulna.engine.bound import bind
 from ulna.errors import InputError
-from ulna.ik.closed_form.branches import PROOFS, all_branches
-from ulna.ik.closed_form.closed_form import closed_form_of
-from ulna.ik.closed_form.result import Proof
+from ulna.ik.branch_search import searched_solutions
+from ulna.ik.closed_form.axes import N_AXES, turning_order
+from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled_branches, within_limits
+from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
+from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
+from ulna.ik.closed_form.result import IKSolutions, Proof
+from ulna.ik.closed_form.six_joints import Workers
+from ulna.ik.closed_form.whole_turns import every_turn
 from ulna.ik.collision_filter import CollisionFilter
+from ulna.ik.entry_names import entry_names
 from ulna.ik.options import as_count
-from ulna.ik.problem import Problem, make_problem
-from ulna.ik.query import STEPS, Query
+from ulna.ik.problem import make_problem, of_task
+from ulna.ik.query import Query
 from ulna.ik.ranking import cost_of, refuse_clearance_of_nothing
-from ulna.ik.restarts import Restart, limit_starts, run_starts
-from ulna.ik.turns import nearest_turns, turning_columns
-from ulna.ik.units import jacobian_in_unit
-from ulna.kernels.ik import search_layout as layout
-from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.ik.turns import turning_columns
+from ulna.kernels.chain.closed_form_layout import N_BRANCHES, UNPROVED
+from ulna.kernels.ik.search_layout import WHOLE_POSE
+from ulna.kinematics.positions import as_positions, refuse_out_of_range
+from ulna.kinematics.tree import Tree
 
 if TYPE_CHECKING:
     from ulna.collision.world import World
 
 Array = NDArray[np.float64]
-DISTINCT = 1e-3  # rad or m
-EXACT = 1e-9  # rad, and of the unit of the search
-_FIRST, _MOST, _MOST_AT_LIMITS = 256, 16_384, 2048  # starts
-_MOST_BRANCHES = 256  # more than any arm of six joints has (16): what is found beyond is a continuum
-_ISOLATED = 1e-6  # of the largest singular value
+_One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]
+_ONE, _MATRIX, _TRUTHS = (N_BRANCHES, N_AXES), (4, 4), (2, N_BRANCHES)
+_SAME = 1e-3  # rad or m: nearer than this to a branch of the closed form, what a search finds is that branch
 
 
-def all_solutions(query: Query, T: ArrayLike, q_seed: ArrayLike | None, n_spread: int, world: World | None = None) -> Array:
-    """Distinct solutions for one target that are clear of the world, by rank or nearest to the seed first: shape (n, n_dof).
+class AllSolutions:
+    """All solutions of one link and task; made once, for any number of targets.
 
-    Their error is at most EXACT: near a singularity the caller's tolerance would turn each into a whole family. The caller's
-    tolerance counts only if no solution is that exact, as at the border of the reach.
+    Args:
+        query: The link and the options.
+        redundancy: The joint of seven that is held, or ``"elbow"``.
+        workers: What computes the branches; the threads of the options unless given.
 
     Raises:
-        InputError: T or the seed is a batch, T is no pose, or n_spread no count.
+        InputError: ``redundancy`` is not a joint of an arm of seven, one without a closed form where it is held, or the arm has
+            no elbow.
+        UnknownNameError: There is no such joint.
     """
-    problem, n_spread = make_problem(query, T, q_seed), as_count("n_spread", n_spread)
-    if problem.batch or len(problem.seeds) != 1:
-        raise InputError("T", f"shape {np.shape(T)}: all solutions are found for one target and one seed at a time")
-    as_pose(as_floats("T", T))
-    refuse_clearance_of_nothing(query.options.rank, world)
-    return _ranked(problem, _found(problem, n_spread), world)
+
+    __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "_workers", "in_c")
+
+    def __init__(self, query: Query, redundancy: str | None, workers: Workers = None) -> None:
+        self._query, tree = query, query.tree
+        self._workers = query.options.threads if workers is None else workers
+        by_elbow = redundancy == ELBOW and ELBOW not in entry_names(tree)
+        self._elbow = _elbow(query) if by_elbow else None
+        self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)
+        if redundancy is not None and not by_elbow and form is None:
+            raise InputError("redundancy", f"{redundancy!r}; {_held_with_form(query)}")
+        self._family = FAMILY if self._elbow else "" if form is None else form.geometry
+        self._six = None
+        in_order = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
+        if form is not None and in_order and query.task_axes is None and not callable(workers):
+            self._six = joints_at(form, query.home)
+            self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
+            self._run = entry("closed_form.all_branches_of_one")
+        self._of_one = None if self._six is None else self._one_by_entry()
+        self.in_c = None if self._of_one is None else (self._of_one, IKSolutions, PROOFS, self._family)
+
+    def of(
+        self, T: ArrayLike, n_samples: int, *, whole_turns: bool, q_seed: ArrayLike | None = None, world: World | None = None
+    ) -> IKSolutions:
+        """See ``Robot.all_solutions``.
+
+        Raises:
+            InputError: T is not an array of poses, ``q_seed`` is not a configuration, or the rank needs a world.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+        """
+        rank = self._query.options.rank
+        plain = not whole_turns and q_seed is None and world is None and rank is None
+        if self._of_one is not None and plain and (alone := self._of_one(T)) is not None:
+            q, valid, real, proved = alone
+            return IKSolutions.of_one(q, valid, real, PROOFS[proved], self._family)
+        refuse_clearance_of_nothing(rank, world)
+        targets = as_floats("T", T)
+        if self._six is None or targets.shape[-2:] != _MATRIX:  # the kernel of six joints says what is no pose
+            targets = as_pose(targets)
+        batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
+        query, tree = self._query, self._query.tree
+        seed = query.home.copy() if q_seed is None else _as_seed(q_seed, tree)
+        if self._elbow is not None:
+            found = _of_elbow(query, self._elbow, targets, seed, n_samples)
+        else:
+            found = _found(query, self._form, targets, seed, n_samples, self._workers)
+        if (found.proof < 0).any():
+            as_pose(targets.reshape(*batch, 4, 4))
+        if whole_turns:
+            found = _with_turns(tree, query.link, found)
+        colliding = np.zeros(len(targets), dtype=np.int64)
+        if world is not None or rank is not None:
+            found, colliding = _ranked(query, targets, seed, found, world)
+        m, n_dof = found.q.shape[1:]
+        q, valid, real = found.q.reshape(*batch, m, n_dof), found.valid.reshape(*batch, m), found.real.reshape(*batch, m)
+        if not batch:
+            return IKSolutions(q, valid, real, PROOFS[found.proof[0]], self._family, int(colliding[0]))
+        return IKSolutions.of_many(q, valid, real, found.proof.reshape(batch), self._family, colliding.reshape(batch))
+
+    def _one_by_entry(self) -> Callable[[ArrayLike], _One | None]:
+        """The way of one target, in C if the extension is there."""
+        return bind(self._run, "branches", self._tables, N_AXES, (N_BRANCHES, UNPROVED), self._in_python) or self._in_python
+
+    def _in_python(self, T: ArrayLike) -> _One | None:
+        """q, valid, real and the place of the proof; None if this is not one target, is no pose, or nothing is proved."""
+        T = as_floats("T", T)
+        if T.shape != _MATRIX:
+            return None
+        q, truths = np.empty(_ONE), np.empty(_TRUTHS, dtype=np.bool_)
+        proved = self._run(*self._tables, T, q, truths)
+        q.setflags(write=False)
+        truths.setflags(write=False)
+        return (q, truths[0], truths[1], proved) if 0 <= proved < UNPROVED else None
 
 
-def _ranked(problem: Problem, found: Array, world: World | None) -> Array:
-    """Those clear of the world, by the cost of the rank; without a rank in the order in which they are."""
-    query = problem.query
+def _held_with_form(query: Query) -> str:
+    """Which joints may be held for a closed form, in words."""
+    tree = query.tree
+    order = turning_order(tree.chain(query.link))
+    names = [name for k, name in enumerate(entry_names(tree)) if k in order and closed_form_of(tree, query.link, name)]
+    if not names or query.options.task.kind != WHOLE_POSE:
+        return "there is no closed form with this joint held, nor with another"
+    return f"there is no closed form with this joint held; there is one with {', '.join(names)}"
+
+
+def as_samples(n_samples: int) -> int:
+    """A number of samples.
+
+    Raises:
+        InputError: It is no whole number from 1 on.
+    """
+    if type(n_samples) is not int:
+        n_samples = as_count("n_samples", n_samples)
+    if n_samples < 1:
+        raise InputError("n_samples", f"{n_samples}; at least 1 is expected")
+    return n_samples
+
+
+def _elbow(query: Query) -> Elbow:
+    elbow = elbow_of(query.tree, query.link) if query.options.task.kind == WHOLE_POSE and query.task_axes is None else None
+    if elbow is None:
+        raise InputError("redundancy", "'elbow': that is an angle of arms of seven joints with a spherical shoulder and wrist")
+    return elbow
+
+
+def _as_seed(q_seed: ArrayLike, tree: Tree) -> Array:
+    """One configuration, within the limits.
+
+    Raises:
+        InputError: It has another shape, or an entry out of range.
+    """
+    seed = as_positions(q_seed, tree, "q_seed")
+    if seed.ndim != 1:
+        raise InputError("q_seed", f"shape {seed.shape}; one configuration, shape ({tree.n_dof},), is expected")
+    refuse_out_of_range(seed, "q_seed")
+    return np.clip(seed, tree.lower, tree.upper)
+
+
+def _ranked(
+    query: Query, targets: Array, seed: Array, found: Branches, world: World | None
+) -> tuple[Branches, NDArray[np.int64]]:
+    """The solutions of which those that collide are not valid, and how many these are; with a rank in its order.
+
+    Those that are not valid come last.
+    """
     collisions = None if world is None else CollisionFilter(query.checker, world, query.options.threads)
-    cost = cost_of(problem, collisions)
-    if cost is None or not len(found):
+    cost, (order, place) = cost_of(make_problem(query, targets, seed), collisions), np.nonzero(found.valid)
+    costs = np.full(found.valid.shape, np.inf)
+    if cost is not None and len(order):
+        costs[order, place] = cost(order, found.q[order, place])
+    valid = np.isfinite(costs)
+    colliding = (found.valid & ~valid).sum(axis=1)
+    if query.options.rank is None:
+        return replace(found, valid=valid), colliding
+    first = np.argsort(costs, axis=1, kind="stable")
+    real, valid = (np.take_along_axis(each, first, axis=1) for each in (found.real, valid))
+    return Branches(np.take_along_axis(found.q, first[..., None], axis=1), real, valid, found.proof), colliding
+
+
+def _of_elbow(query: Query, elbow: Elbow, targets: Array, seed: Array, n_samples: int) -> Branches:
+    """The branches at angles of the elbow."""
+    angles, real = elbow.branches(targets, n_samples)
+    q = np.broadcast_to(seed, (*real.shape, query.tree.n_dof)).copy()
+    q[..., list(elbow.columns)] = angles
+    proof = np.where(real.any(axis=1), PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
+    found = within_limits(query.tree.chain(query.link), query.tree, q, real, proof, seed[None])
+    return _with_search(query, targets, seed, n_samples, found, ~real.any(axis=1))
+
+
+def _found(query: Query, form: ClosedForm | None, targets: Array, seed: Array, n_samples: int, workers: Workers) -> Branches:
+    seeds = seed[None]
+    if form is None:
+        return _searched(query, targets, seed, n_samples, None)
+    if form.held_column is not None:
+        found = sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, workers)
+        return _with_search(query, targets, seed, n_samples, found, ~found.real.any(axis=1))
+    found = all_branches(form, query.tree, of_task(query, targets), seeds, workers)
+    if form.is_exact:
+        return _with_search(query, targets, seed, n_samples, found, found.proof == PROOFS.index(Proof.SEARCHED))
+    return _searched(query, targets, seed, n_samples, found)
+
+
+def _with_search(query: Query, targets: Array, seed: Array, n_samples: int, found: Branches, which: ArrayLike) -> Branches:
+    """Branches, with what a search finds besides for some of the targets, shape (n,)."""
+    n, m, n_dof = found.q.shape
+    new = {int(i): _new(query, targets[i], seed, n_samples, found.q[i, found.valid[i]]) for i in np.flatnonzero(which)}
+    width = m + max(map(len, new.values()), default=0)
+    if width == m:
         return found
-    costs = cost(np.zeros(len(found), dtype=np.int64), found)
-    order = np.argsort(costs, kind="stable") if query.options.rank is not None else np.arange(len(found))
-    return found[order[np.isfinite(costs[order])]]
+    q, real, valid = np.full((n, width, n_dof), np.nan), np.zeros((n, width), dtype=bool), np.zeros((n, width), dtype=bool)
+    q[:, :m], real[:, :m], valid[:, :m] = found.q, found.real, found.valid
+    for i, rows in new.items():
+        q[i, m : m + len(rows)], real[i, m : m + len(rows)], valid[i, m : m + len(rows)] = rows, True, True
+    return Branches(q, real, valid, found.proof)
 
 
-def _found(problem: Problem, n_spread: int) -> Array:
-    known = _of_closed_form(problem)
-    if len(known):
-        return known
-    query, settings = problem.query, problem.settings.copy()
-    for tolerance, exact in ((layout.POSITION_TOLERANCE, EXACT * query.unit), (layout.ROTATION_TOLERANCE, EXACT)):
-        settings[tolerance] = min(settings[tolerance], exact)
-    found = _branches(replace(problem, settings=settings), n_spread)
-    if not len(found):
-        found = _branches(problem, n_spread)
-    return found if len(found) else _at_limits(problem, n_spread)
+def _new(query: Query, T: Array, seed: Array, n_samples: int, known: Array) -> Array:
+    """What a search finds for a target (4, 4) besides what is known, shape (n, n_dof)."""
+    more = searched_solutions(query, T, seed, n_samples)
+    return np.array([q for q in more if not (np.abs(known - q).max(axis=-1) < _SAME).any()]).reshape(-1, query.tree.n_dof)
 
 
-def _of_closed_form(problem: Problem) -> Array:
-    """All solutions, if a closed form proves that they are; else none."""
-    query, empty = problem.query, np.empty((0, problem.query.tree.n_dof))
-    form = closed_form_of(query.tree, query.link, task=query.options.task)
-    if form is None or not form.is_exact or form.held is not None:
-        return empty
-    branches = all_branches(form, query.tree, problem.targets, problem.seeds, 1)
-    if PROOFS[branches.proof[0]] not in {Proof.COMPLETE, Proof.COINCIDING}:
-        return empty
-    return _nearest_first(problem, _merge(problem, empty, branches.q[0, branches.valid[0]]))
+def _searched(query: Query, targets: Array, seed: Array, n_samples: int, known: Branches | None) -> Branches:
+    """What a search finds for each target, after what a closed form that is nearly right led to."""
+    rows = []
+    for i, T in enumerate(targets):
+        first = np.empty((0, query.tree.n_dof)) if known is None else known.q[i, known.valid[i]]
+        rows.append(np.vstack([first, _new(query, T, seed, n_samples, first)]))
+    q, real = _padded(rows, query.tree.n_dof)
+    return Branches(q, real, real.copy(), np.full(len(targets), PROOFS.index(Proof.SEARCHED)))
 
 
-def _branches(problem: Problem, n_spread: int) -> Array:
-    found = np.empty((0, problem.query.tree.n_dof))
-    free, clamped = _let_free(problem), problem
-    first, count = 0, _FIRST
-    while first < _MOST:
-        before = len(found)
-        for part, start in ((free, first), (clamped, first + count // 2)):
-            found = _merge(problem, found, _solutions(part, Restart(start, count // 2, 3 * STEPS)))
-        if _is_continuum(problem, found):
-            found = _spread(problem, found, n_spread)
-            break
-        if first and len(found) == before:
-            break
-        first, count = first + count, first + count
-    return _nearest_first(problem, found)
+def _padded(rows: list[Array], n_dof: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Rows of different lengths as one array, NaN where there is nothing, and where there is something."""
+    m = max((len(row) for row in rows), default=0)
+    q, real = np.full((len(rows), m, n_dof), np.nan), np.zeros((len(rows), m), dtype=bool)
+    for i, row in enumerate(rows):
+        q[i, : len(row)], real[i, : len(row)] = row, True
+    return q, real
 
 
-def _nearest_first(problem: Problem, found: Array) -> Array:
-    return found[np.argsort(_distances(problem, found, problem.seeds[0]), kind="stable")]
-
-
-def _at_limits(problem: Problem, n_spread: int) -> Array:
-    """What is found from configurations with joints at their limits only."""
-    starts = limit_starts(problem, np.zeros(1, dtype=np.int64), _MOST_AT_LIMITS)[0]
-    each = replace(problem, seeds=starts, targets=np.repeat(problem.targets, len(starts), axis=0))
-    q, info = run_starts(each, np.arange(len(starts)), Restart(0, 1, 3 * STEPS, from_seed=True))
-    found = _merge(problem, np.empty((0, q.shape[-1])), q[info[:, :, layout.STATUS] == layout.SOLVED])
-    found = _spread(problem, found, n_spread) if _is_continuum(problem, found) else found
-    return _nearest_first(problem, found)
-
-
-def _solutions(problem: Problem, part: Restart) -> Array:
-    """What the starts of a round find, within the limits."""
-    q, info = run_starts(problem, np.zeros(1, dtype=np.int64), part)
-    q = _turned_within_limits(problem, q[0, info[0, :, layout.STATUS] == layout.SOLVED])
-    tree = problem.query.tree
-    return q[((q >= tree.lower) & (q <= tree.upper)).all(axis=1)]
-
-
-def _whole_turns(problem: Problem) -> NDArray[np.bool_]:
-    """The entries of q that may turn all the way round."""
-    tree = problem.query.tree
-    return turning_columns(problem.chain, tree.n_dof) & (tree.upper - tree.lower >= 2 * np.pi)
-
-
-def _let_free(problem: Problem) -> Problem:
-    turning = _whole_turns(problem)
-    bounds = problem.query.limits.copy()
-    middle = (bounds[0, 2] + bounds[0, 3]) / 2
-    bounds[0, 0, turning], bounds[0, 1, turning] = -np.inf, np.inf
-    bounds[0, 2, turning], bounds[0, 3, turning] = middle[turning] - np.pi, middle[turning] + np.pi
-    return replace(problem, bounds=bounds)
-
-
-def _turned_within_limits(problem: Problem, q: Array) -> Array:
-    """q with whole turns added where a joint can make them: within the limits, as near to the seed as that allows."""
-    tree = problem.query.tree
-    return nearest_turns(q, problem.seeds[0], tree.lower, tree.upper, _whole_turns(problem))
-
-
-def _differences(problem: Problem, a: Array, b: Array) -> Array:
-    """|a - b| by entry, whole turns aside for joints that can make them."""
-    difference = np.abs(a - b)
-    turned = np.abs(difference - 2 * np.pi * np.rint(difference / (2 * np.pi)))
-    return np.where(_whole_turns(problem), turned, difference)
-
-
-def _distances(problem: Problem, found: Array, q: Array) -> Array:
-    return _differences(problem, found, q).max(axis=-1, initial=0.0)
-
-
-def _merge(problem: Problem, found: Array, more: Array) -> Array:
-    for q in more:
-        if len(found) < _MOST_BRANCHES and (_distances(problem, found, q) > DISTINCT).all():
-            found = np.vstack([found, q])
-    return found
-
-
-def _is_continuum(problem: Problem, found: Array) -> bool:
-    """Whether the solutions are not isolated: more joints than rows, or far more solutions than any arm has branches."""
-    query = problem.query
-    moving = query.tree.moving_columns(query.link)
-    asked = int((np.asarray(query.options.task.slack) == 0.0).sum())
-    if len(moving) > asked or len(found) >= _MOST_BRANCHES:
-        return True
-    if not len(found) or not len(moving):
-        return False
-    J = _task_jacobian(problem, found)[..., moving]
-    values = np.linalg.svd(J, compute_uv=False)
-    return bool((values[:, len(moving) - 1] < _ISOLATED * values[:, 0]).all())
-
-
-def _task_jacobian(problem: Problem, q: Array) -> Array:
-    """The rows of the Jacobian, in the axes of the task, that the task asks for, shape (..., n_rows, n_dof)."""
-    query = problem.query
-    J = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "link"), query.unit)
-    if query.task_axes is not None:
-        J = np.concatenate([query.task_axes.T @ J[..., :3, :], query.task_axes.T @ J[..., 3:, :]], axis=-2)
-    return J[..., np.asarray(query.options.task.slack) == 0.0, :]
-
-
-def _spread(problem: Problem, found: Array, n: int) -> Array:
-    """n of the configurations, the first nearest to the seed, each next as far as can be from all before."""
-    if not len(found):
-        return found
-    chosen = [int(_distances(problem, found, problem.seeds[0]).argmin())]
-    nearest = _distances(problem, found, found[chosen[0]])
-    while len(chosen) < min(n, len(found)):
-        chosen.append(int(nearest.argmax()))
-        nearest = np.minimum(nearest, _distances(problem, found, found[chosen[-1]]))
-    return found[chosen]
+def _with_turns(tree: Tree, link: str, found: Branches) -> Branches:
+    """Every solution with every whole turn within the limits; those beyond the limits are left out."""
+    turning = turning_columns(tree.chain(link), tree.n_dof)
+    turned = [[every_turn(q, tree.lower, tree.upper, turning) for q in found.q[i, found.valid[i]]] for i in range(len(found.q))]
+    q, real = _padded([np.vstack([np.empty((0, tree.n_dof)), *rows]) for rows in turned], tree.n_dof)
+    return Branches(q, real, real.copy(), found.proof)

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.drivers import entry
-from ulna.engine.threads import in_parts
+from ulna.engine.threads import in_parts, refuse_unless_threads
 from ulna.errors import InputError
 from ulna.ik.options import positive
 from ulna.ik.query import refuse_immovable
@@ -60,6 +60,7 @@ def differential_ik(
         raise InputError("damping", f"{damping!r}; at most {_MOST_DAMPING:g} is expected, so that its square is finite")
     lam = damping**2
     if q.ndim == twist.ndim == 1:
+        refuse_unless_threads(threads)
         out = as_out(out, q.shape, q, twist)
         size = N_PER_JOINT * tree.n_dof + N_SYSTEM + N_TURNED
         if len(_work.numbers) < size:

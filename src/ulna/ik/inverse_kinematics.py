@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
-from ulna.ik.all_solutions import all_solutions
+from ulna.ik.all_solutions import AllSolutions, as_samples
 from ulna.ik.closed_form.result import IKSolutions
-from ulna.ik.closed_form.solutions import AllSolutions, as_samples
 from ulna.ik.closed_form.solver import ClosedFormSolver
 from ulna.ik.explanation import NOTHING_TO_EXPLAIN
 from ulna.ik.following.follow import follow
@@ -23,7 +22,6 @@ from ulna.ik.query import Query
 from ulna.ik.result import IKResult
 from ulna.ik.single_target import SingleTargetSolver
 from ulna.ik.solver import Solver
-from ulna.ik.task import Task, as_task
 from ulna.ik.textbook import TextbookSolver
 from ulna.kinematics.tree import Tree
 
@@ -55,7 +53,7 @@ class InverseKinematics:
         self._make_all_of = partial(_all_of, self._query, self.quick_solutions)
         self._all_of = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._make_all_of)
 
-    def solve(
+    def inverse_kinematics(
         self,
         T: ArrayLike,
         q_seed: ArrayLike | None,
@@ -82,39 +80,32 @@ class InverseKinematics:
         return _first_result(solvers, T, q_seed, posture, held, world)
 
     def all_solutions(
-        self, T: ArrayLike, q_seed: ArrayLike | None, link: str | None, options: Options, n_spread: int, world: World | None
-    ) -> Array:
-        """Distinct solutions for one target, shape (n, n_dof); see ``Robot.inverse_kinematics_all``.
-
-        Raises:
-            InputError: T or the seed is a batch, T is not a pose, or ``n_spread`` is not a count.
-            UnknownNameError: There is no such link.
-        """
-        return all_solutions(self._query(link, options), T, q_seed, n_spread, world)
-
-    def solutions(
         self,
         T: ArrayLike,
+        q_seed: ArrayLike | None,
+        world: World | None,
         link: str | None,
-        task: Task | str,
         redundancy: str | None,
         n_samples: int,
-        threads: int | None,
+        options: tuple,
         *,
         whole_turns: bool,
     ) -> IKSolutions:
         """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``.
 
+        ``options`` are the fields of ``Options``, in their order.
+
         Raises:
             InputError: An argument that cannot be taken.
             UnknownNameError: There is no such link or joint.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
         n_samples = as_samples(n_samples)
         try:
-            every = self._all_of(link, redundancy, task, threads)
+            every = self._all_of(link, redundancy, *options)
         except TypeError:  # an argument that has no hash
-            every = self._make_all_of(link, redundancy, task, threads)
-        return every.of(T, n_samples, whole_turns=whole_turns)
+            every = self._make_all_of(link, redundancy, *options)
+        return every.of(T, n_samples, whole_turns=whole_turns, q_seed=q_seed, world=world)
 
     def follow(
         self,
@@ -134,7 +125,7 @@ class InverseKinematics:
         """
 
         def solve(T: Array, seed: Array) -> IKResult:
-            return self.solve(T, seed, None, (), world, link, ())
+            return self.inverse_kinematics(T, seed, None, (), world, link, ())
 
         return follow(self._query(link, options), T_path, q_start, max_step, world, solve)
 
@@ -146,8 +137,7 @@ def _all_of(
     redundancy: str | None,
     *options: Any,
 ) -> AllSolutions:
-    task, threads = options
-    query = query_of(link, Options(task=as_task(task), threads=threads))
+    query = query_of(link, Options(*options))
     every = AllSolutions(query, redundancy)
     if every.in_c is not None and redundancy is None and query.options == Options():
         quick[link] = every.in_c

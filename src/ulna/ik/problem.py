@@ -65,11 +65,10 @@ def make_problem(
     tree, max_step = query.tree, query.options.max_step
     if max_step is not None and q_seed is None:
         raise InputError("max_step", "bounds the way from q_seed, so q_seed is needed too")
-    targets = _targets(T)
+    targets, seeds = _targets_and_seeds(_targets(T), query.home.copy() if q_seed is None else _seeds(tree, q_seed))
     batch = targets.shape[:-2]
     if query.options.trace and batch:
         raise InputError("trace", "a trace is of one target, shape (4, 4)")
-    seeds = query.home.copy().reshape(1, -1) if q_seed is None else _seeds(tree, q_seed, batch)
     settings = query.settings.copy()
     settings[layout.WITH_POSTURE] = posture is not None
     columns, step = _columns(tree, held), np.inf if max_step is None else max_step
@@ -135,17 +134,24 @@ def _columns(tree: Tree, held: tuple[str, ...]) -> tuple[int, ...]:
     return tuple(columns)
 
 
-def _seeds(tree: Tree, q_seed: ArrayLike, batch: tuple[int, ...]) -> Array:
-    """One seed for all targets or one for each."""
+def _seeds(tree: Tree, q_seed: ArrayLike) -> Array:
     seeds = as_positions(q_seed, tree, "q_seed")
     refuse_out_of_range(seeds, "q_seed")
+    return seeds
+
+
+def _targets_and_seeds(targets: Array, seeds: Array) -> tuple[Array, Array]:
+    """Targets (..., 4, 4) and their seeds (n or 1, n_dof): one seed for all targets, one for each, or several for one target."""
     if seeds.ndim == 1:
-        return seeds.reshape(1, -1)
+        return targets, seeds.reshape(1, -1)
     try:
-        return rows_of(seeds, batch)
+        batch = np.broadcast_shapes(targets.shape[:-2], seeds.shape[:-1])
     except ValueError:
-        message = f"shape {seeds.shape} does not go with targets of batch shape {batch}: give one seed, or one for each target"
-        raise InputError("q_seed", message) from None
+        message = f"shape {seeds.shape} does not go with targets of batch shape {targets.shape[:-2]}"
+        raise InputError("q_seed", f"{message}: give one seed, one for each target, or several for one target") from None
+    if batch != targets.shape[:-2]:
+        targets = np.array(np.broadcast_to(targets, (*batch, 4, 4)), order="C")
+    return targets, rows_of(seeds, batch)
 
 
 def mid_range(tree: Tree) -> Array:

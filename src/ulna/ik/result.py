@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.errors import TruthError
 from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
+from ulna.ik.reason import NO_REASON, Reason
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
@@ -46,12 +48,18 @@ _NARROWED = {
     Status.BEYOND_MAX_STEP: "found only beyond max_step",
     Status.HELD_JOINTS: "found only if what is held moved",
 }
+_WORDS = {
+    Status.SINGULAR: "the arm cannot move in the direction that is missing",
+    Status.STATIONARY: "no direction leads nearer",
+    Status.BUDGET_SPENT: "the budget ran out",
+    Status.NOT_FOUND: "no start led to the target",
+}
 _ROUNDING = 1e-9  # mm or degrees: a sentence calls less 0
 _OF_CODE = {float(code): status for status, code in CODES.items()}
 
 
 class IKResult:
-    """Configurations for targets of shape (..., 4, 4).
+    """Configurations for targets of shape (..., 4, 4). Of one target, ``if result:`` is whether it was reached.
 
     For a batch every attribute is an array of its shape (...,), and ``q`` has one axis more; for one target plain values. Not
     finding a configuration is a result too: then ``success`` is False and ``q`` the best one found, within the limits: the one
@@ -187,9 +195,14 @@ class IKResult:
         return self.explanation.trace
 
     @property
-    def reason(self) -> str:
-        """For one target: why it was not reached, as a sentence; else empty."""
-        return "" if self._batch or self.success else _reason(self)
+    def reason(self) -> Reason:
+        """For one target: why it was not reached; else no reason."""
+        return NO_REASON if self._batch or self.success else _reason(self)
+
+    def __bool__(self) -> bool:
+        if self._batch:
+            raise TruthError("an IKResult", "result.success")
+        return bool(self.success)
 
     def __str__(self) -> str:
         return many_as_text(self) if self._batch else one_as_text(self)
@@ -214,22 +227,22 @@ def one_as_text(result: IKResult) -> str:
     steps = f"after {result.iterations} step{'s' * (result.iterations != 1)}"
     if result.success:
         return f"solved: {off} {steps}"
-    return f"{result.status}: {result.reason + '; ' if result.reason else ''}the best is {off}"
+    return f"{result.status}: {f'{result.reason}; ' if result.reason else ''}the best is {off}"
 
 
-def _reason(result: IKResult) -> str:
+def _reason(result: IKResult) -> Reason:
     status, known = Status(str(result.status)), result.explanation
     if status == Status.UNREACHABLE:
         missing = f", {result.reach_excess:.3g} m are missing" if result.reach_excess else ""
-        return known.reach + missing
+        return Reason(known.reach + missing, {"reach_excess": result.reach_excess})
     if status in _NARROWED:
-        beyond = [f"{name} by {x:.3g}" for name, x in zip(known.entry_names, result.limit_excess, strict=True) if x > 0]
-        return f"{_NARROWED[status]}: {', '.join(beyond)}"
+        beyond = {name: float(x) for name, x in zip(known.entry_names, result.limit_excess, strict=True) if x > 0}
+        words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond.items())
+        return Reason(f"{_NARROWED[status]}: {words}", {"limit_excess": beyond})
     if status == Status.IN_COLLISION:
-        return ", ".join(f"{a} hits {b}" for a, b in result.collisions[:4])
-    if status == Status.SINGULAR:
-        return "the arm cannot move in the direction that is missing"
-    return {Status.STATIONARY: "no direction leads nearer", Status.BUDGET_SPENT: "the budget ran out"}.get(status, "")
+        words = ", ".join(f"{a} hits {b}" for a, b in result.collisions[:4])
+        return Reason(words, {"collisions": result.collisions})
+    return Reason(_WORDS.get(status, ""), {})
 
 
 def many_as_text(result: IKResult) -> str:

@@ -1,1 +1,1 @@
-"""The health of a robot description: what is wrong and what looks wrong, also in a file that cannot be loaded."""
+"""The health of a robot description, also of a file that cannot be loaded; and how two descriptions of one robot differ."""

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.drivers import entry
 from ulna.engine.bound import Called, bind, call_in_c
-from ulna.engine.threads import LEAST_POSES, in_parts
+from ulna.engine.threads import LEAST_POSES, in_parts, refuse_unless_threads
 from ulna.kinematics.bound import Bound
 from ulna.kinematics.out import as_out
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, for_kernel, refuse_out_of_range
@@ -44,7 +44,7 @@ class CompiledForward(Called):
         Raises:
             InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
         """
-        fits = out is None or type(out) is np.ndarray
+        fits = threads is None and (out is None or type(out) is np.ndarray)
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             T, forward_one = np.empty(_SHAPE) if out is None else out, self._one  # as a method it would take 20 ns longer
             try:
@@ -59,6 +59,7 @@ class CompiledForward(Called):
         q = as_positions(q, self._tree)
         T = as_out(out, (*q.shape[:-1], 4, 4), q)
         if q.ndim == 1:
+            refuse_unless_threads(threads)
             x = for_kernel(q)
             good = self._one(self._chain, len(x), x, T)
         else:
@@ -100,6 +101,7 @@ def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = Non
     """
     q, n = as_positions(q, tree), len(frames)
     if q.ndim == 1:
+        refuse_unless_threads(threads)
         T = np.empty((n, 4, 4)) if out is None else as_out(out, (n, 4, 4), q)
         good = entry("forward.frames_one")(tree.joints, frames, for_kernel(q), T)
     else:

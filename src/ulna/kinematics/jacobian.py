@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.pose import rpy_from_matrix
 from ulna.drivers import entry
 from ulna.engine.bound import Called, bind, call_in_c
-from ulna.engine.threads import LEAST_POSES, in_parts
+from ulna.engine.threads import LEAST_POSES, in_parts, refuse_unless_threads
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
 from ulna.kinematics.bound import Bound
@@ -54,7 +54,7 @@ class CompiledJacobian(Called):
         Raises:
             InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
         """
-        fits = out is None or type(out) is np.ndarray
+        fits = threads is None and (out is None or type(out) is np.ndarray)
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             J, jacobian_one = np.empty(self._shape) if out is None else out, self._one  # as a method it would take 20 ns longer
             try:
@@ -69,6 +69,7 @@ class CompiledJacobian(Called):
         q, n_dof = as_positions(q, self._tree), self._tree.n_dof
         J = as_out(out, (*q.shape[:-1], 6, n_dof), q)
         if q.ndim == 1:
+            refuse_unless_threads(threads)
             good = n_dof == 0 or self._one(self._chain, self._frame, n_dof, q, J)
         else:
             chain, frame, rows = self._tree.chain(self._link), self._frame, flat(q)

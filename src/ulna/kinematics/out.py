@@ -21,7 +21,7 @@ def as_out(
         name: The argument's name.
 
     Raises:
-        InputError: It is not a writable, C-contiguous array of that shape and type, or shares memory with an input.
+        InputError: It is not a writable, aligned, C-contiguous array of that shape and type, or shares memory with an input.
 
     Example:
         >>> as_out(None, (2, 3)).shape
@@ -34,7 +34,7 @@ def as_out(
     if out.shape != shape or out.dtype != dtype or not out.dtype.isnative:
         raise InputError(name, f"{out.dtype} of shape {out.shape}; {np.dtype(dtype)} of shape {shape} is expected")
     if not out.flags.carray:
-        raise InputError(name, "a writable, C-contiguous array is expected; numpy.empty(shape) makes one")
+        raise InputError(name, "a writable, aligned, C-contiguous array is expected; numpy.empty(shape) makes one")
     if any(_share(out, given) for given in inputs):
         raise InputError(name, "shares memory with what the result is computed from; give another array")
     return out

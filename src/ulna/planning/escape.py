@@ -55,8 +55,8 @@ def _way_out(question: Question, q: Array) -> Array:
 def _touches_nothing_else(question: Question, q: Array) -> bool:
     """Whether all that touches on the way from the start to q touches at the start too, looked at every ``_APART``."""
     start = question.start
-    touching = {(pair.name_a, pair.name_b) for pair in question.report(start).pairs}
+    touching = {(pair.name_a, pair.name_b) for pair in question.collision(start).data.pairs}
     n = max(2, 1 + int(np.ceil(np.abs(q - start).max() / _APART)))
     ways = start + np.linspace(0.0, 1.0, n)[1:, None] * (q - start)
-    near = (question.report(way).pairs for way in ways[~question.is_free(ways)])
+    near = (question.collision(way).data.pairs for way in ways[~question.is_free(ways)])
     return all((pair.name_a, pair.name_b) in touching for pairs in near for pair in pairs)

@@ -13,16 +13,15 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError
-from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.ik.inverse_kinematics import InverseKinematics
-from ulna.ik.options import Options
+from ulna.ik.reason import NO_REASON, Reason
 from ulna.ik.result import IKResult, Status
-from ulna.ik.task import Task, as_task
+from ulna.ik.task import Task
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import is_within, refuse_out_of_range
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
-from ulna.planning.plan_status import PlanStatus
+from ulna.planning.plan_status import PlanStatus, in_collision
 
 Array = NDArray[np.float64]
 SPREAD = 16  # configurations for a pose of a redundant arm, or places of the joint that its closed form holds
@@ -36,13 +35,13 @@ class Goals(NamedTuple):
         q: The free ones, shape (n, n_dof).
         of: Which of the goals given each belongs to, shape (n,).
         status: If there is none, why.
-        reason: The report or the result that shows it.
+        reason: The same in words, with the report or the result that shows it.
     """
 
     q: Array
     of: NDArray[np.int64]
     status: PlanStatus = PlanStatus.SOLVED
-    reason: Report | IKResult | str | None = None
+    reason: Reason = NO_REASON
 
 
 class Question(NamedTuple):
@@ -82,9 +81,11 @@ class Question(NamedTuple):
             free &= self.checker.signed_distance(q, self.world, self_collision=False) > self.margin
         return free
 
-    def report(self, q: Array) -> Report:
-        """The pairs that touch at q; with a margin those nearer than that too."""
-        return self.checker.check_collision(q, self.world, self_collision=True, max_distance=self.margin)
+    def collision(self, q: Array) -> Reason:
+        """The pairs that touch at q, or of which an object of the world is nearer than the margin."""
+        near = self.checker.check_collision(q, self.world, self_collision=True, max_distance=self.margin)
+        counted = tuple(pair for pair in near.pairs if pair.link_b is None or pair.signed_distance <= 0.0)
+        return in_collision(Report(counted), self.margin)
 
 
 def is_pose(goal: Array, n_dof: int) -> bool:
@@ -169,7 +170,7 @@ def find_goals(question: Question, goal: Array, held: NDArray[np.bool_], free: N
         return Goals(goal, np.arange(len(goal)))  # the most frequent case
     if free.any():
         return Goals(goal[free], np.flatnonzero(free))
-    return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, question.report(goal[0]))
+    return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, question.collision(goal[0]))
 
 
 def _of_poses(question: Question, poses: Array, held: NDArray[np.bool_]) -> Goals:
@@ -188,28 +189,28 @@ def _of_poses(question: Question, poses: Array, held: NDArray[np.bool_]) -> Goal
 
 def solutions_of(question: Question, T: Array, fixed: NDArray[np.bool_]) -> Array:
     """All configurations found for a pose that are clear of the world, shape (n, n_dof); ``fixed`` entries may be anything."""
-    link, form = question.tree.link_or_tip(question.link), None
+    link = question.tree.link_or_tip(question.link)
     if fixed[question.tree.moving_columns(link)].any():
         n = question.tree.n_dof
         seeds = np.vstack([question.start, random_positions(question.tree, _SEEDS - 1, question.seed)])
         seeds[:, fixed] = question.start[fixed]
         result = solve(question, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
         return np.unique(result.q[result.success].reshape(-1, n), axis=0)
-    options = Options(seed=question.seed, task=as_task(question.task), threads=1)
-    if options.task == Task.pose():
-        form = closed_form_of(question.tree, link)
-    if form is not None and form.held is not None:
-        found = question.inverse_kinematics.solutions(T, link, options.task, None, SPREAD, 1, whole_turns=False)
-        return found.q[found.valid]
-    search = question.inverse_kinematics.all_solutions
-    return search(T, question.start, link, options, SPREAD, question.world).copy()
+    found = question.inverse_kinematics.all_solutions(
+        T, question.start, None, link, None, SPREAD, _options(question, threads=1), whole_turns=False
+    )
+    return found.q[found.valid]
 
 
 def solve(question: Question, T: Array, seeds: Array) -> IKResult:
     """A search for each of several poses, or for one, from seeds in which the joints are held as the question says."""
-    method, tolerances = "levenberg_marquardt", (1e-5, 1e-5)
-    options = (method, question.seed, question.task, None, None, *tolerances, None, None, None, False)
-    return question.inverse_kinematics.solve(T, seeds, None, question.held, question.world, question.link, options)
+    search = question.inverse_kinematics.inverse_kinematics
+    return search(T, seeds, None, question.held, question.world, question.link, _options(question))
+
+
+def _options(question: Question, threads: int | None = None) -> tuple:
+    """The fields of ``Options``, in their order."""
+    return "levenberg_marquardt", question.seed, question.task, None, None, 1e-5, 1e-5, None, None, threads, False
 
 
 def _why_none(question: Question, T: Array, none: Array) -> Goals:
@@ -218,5 +219,5 @@ def _why_none(question: Question, T: Array, none: Array) -> Goals:
     if result.success and question.is_free(result.q[None])[0]:
         return Goals(result.q[None].copy(), np.zeros(1, dtype=np.int64))
     if result.success or result.status == Status.IN_COLLISION:
-        return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.report(result.q))
-    return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, result)
+        return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.collision(result.q))
+    return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, Reason(str(result), result))

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError, UnknownNameError
+from ulna.ik.reason import Reason
 from ulna.ik.result import IKResult
 from ulna.kinematics.tree import Tree
 from ulna.planning.goals import Goals, Question, solutions_of, solve
@@ -72,7 +73,7 @@ def find_links_goals(question: Question, poses: Mapping[str, Array], held: NDArr
     for link, T in poses.items():
         found = _of_link(alone._replace(link=link), T, held | ~own[link])
         if isinstance(found, IKResult):
-            return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, f"{link}: {found}")
+            return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, Reason(f"{link}: {found}", found))
         each[link] = _nearest_first(found, question.start, own[link])
     q = none
     for most in (_FIRST_CHOICES, _MOST_CHOICES):  # the nearest of each link, and more only where none of these is free
@@ -81,7 +82,7 @@ def find_links_goals(question: Question, poses: Mapping[str, Array], held: NDArr
         if len(free):
             free = _nearest_first(free, question.start, ~held)[:_MOST_GOALS]
             return Goals(free, np.zeros(len(free), dtype=np.int64))
-    return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.report(q[0]))
+    return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.collision(q[0]))
 
 
 def _choices(each: Mapping[str, Array], own: Mapping[str, NDArray[np.bool_]], start: Array, n_each: int) -> Array:

@@ -1,7 +1,8 @@
 """Plans many motions in several threads. Used by ``Robot.plan_many``."""
 
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ def plan_many(
     plan: Callable[[Any, Any, World | None], Plan],
     q_starts: ArrayLike | str | Sequence[str],
     goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
-    worlds: World | Iterable[World | None] | None,
+    world: World | Iterable[World | None] | None,
     threads: int | None,
     *,
     progress: Callable[[int, int], None] | bool | None,
@@ -32,7 +33,7 @@ def plan_many(
         InputError: The numbers of starts, goals and worlds do not go together, or a row is refused; the message names the row.
         UnknownNameError: There is no such link, joint or state; a note names the row.
     """
-    many = [worlds] if worlds is None or isinstance(worlds, World) else list(worlds)
+    many = [world] if world is None or isinstance(world, World) else list(world)
     starts, each = _starts(q_starts)
     counts = ({len(starts)} if each else set()) | ({len(many)} if len(many) != 1 else set())
     targets = [goals] * max(counts, default=1) if isinstance(goals, str) else _rows(goals)
@@ -40,9 +41,7 @@ def plan_many(
         raise InputError("goals", f"{len(targets)} goals, {len(starts)} starts and {len(many)} worlds do not go together")
     starts = starts if each else starts * len(targets)
     if progress is True:
-        from ulna.engine.progress import progress as bar  # noqa: PLC0415 - rich is needed for nothing else
-
-        with bar("planning", "plans") as shown:
+        with _bar() as shown:
             return _planned(plan, starts, targets, many, threads, shown)
     return _planned(plan, starts, targets, many, threads, progress or None)
 
@@ -77,6 +76,24 @@ def _planned(
 
     in_rows(run, len(plans), threads, stopped.set)
     return tuple(plans)
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[int, int], None]]:
+    """What is called with the plans done and those of all: a bar of rich on a terminal, nothing elsewhere."""
+    from rich.console import Console  # noqa: PLC0415 - rich is needed for nothing else, and takes long to import
+    from rich.progress import Progress, TextColumn  # noqa: PLC0415
+
+    console = Console(stderr=True)
+    columns = *Progress.get_default_columns(), TextColumn("{task.fields[rate]}")
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("planning", total=None, rate="")
+
+        def show(done: int, total: int) -> None:
+            speed = bar.tasks[0].speed
+            bar.update(task, completed=done, total=total, rate=f"{speed:,.0f} plans/s" if speed else "")
+
+        yield show
 
 
 def _starts(q_starts: ArrayLike | str | Sequence[str]) -> tuple[list[Any], bool]:

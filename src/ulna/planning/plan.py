@@ -9,11 +9,10 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.report import Report
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
 from ulna.ik.entry_names import entry_names
-from ulna.ik.result import IKResult
+from ulna.ik.reason import NO_REASON, Reason
 from ulna.planning.blend import rounded_path
 from ulna.planning.effort import Effort
 from ulna.planning.improve import Searched, improved
@@ -31,10 +30,10 @@ class Plan:
 
     ======================= =============================================================================================
     ``solved``              ``path`` leads from the start to a goal.
-    ``start in collision``  The start touches something; ``reason`` is the ``Report``.
+    ``start in collision``  The start touches something; ``reason.data`` is the ``Report``.
     ``start beyond limits`` The start is not within the joint limits; those of joints that are held count too.
-    ``goal in collision``   Every goal touches something; ``reason`` is the ``Report`` of the first.
-    ``goal unreachable``    No configuration was found for the pose; ``reason`` is the ``IKResult``, of several links a sentence.
+    ``goal in collision``   Every goal touches something; ``reason.data`` is the ``Report`` of the first.
+    ``goal unreachable``    No configuration was found for the pose; ``reason.data`` is the ``IKResult``.
     ``budget spent``        ``max_checks`` edges were checked. That says nothing about whether there is a way.
     ======================= =============================================================================================
 
@@ -44,7 +43,7 @@ class Plan:
             joints without limits; n = 0 if there is none.
         certified: Whether every edge of the path is certified, as by ``Robot.edge_in_collision``: free at all of its
             configurations; all but the first if ``escaped``. Else they were checked at samples.
-        reason: Why there is no path: a ``Report``, an ``IKResult`` or a sentence; None if there is one.
+        reason: Why there is no path; no reason if there is one.
         effort: What it took.
         escaped: Whether the start touched something, and was left for all that: the first edge leads out of it. It is not
             certified; at samples it touches only what the start touches.
@@ -55,7 +54,7 @@ class Plan:
     status: PlanStatus
     path: Array
     certified: bool
-    reason: Report | IKResult | str | None = None
+    reason: Reason = NO_REASON
     effort: Effort = field(default_factory=Effort)
     escaped: bool = False
     escape: float = 0.0
@@ -212,17 +211,4 @@ class Plan:
             left = out if self.escaped else ""
             points = f"{n} configuration{'s' * (n != 1)}, length {self.length:.3g}"
             return f"solved: {points}, {how}, after {self.checks} checked edges{left}"
-        return f"{self.status}: {_sentence(self)}"
-
-
-def _sentence(plan: Plan) -> str:
-    if isinstance(plan.reason, Report):
-        pairs = [f"{pair.name_a} and {pair.name_b} ({-pair.signed_distance * 1e3:.3g} mm deep)" for pair in plan.reason.pairs[:4]]
-        return ", ".join(pairs)
-    if plan.status == PlanStatus.BUDGET_SPENT:
-        effort = plan.effort
-        return (
-            f"after {effort.checks} checked edges; {effort.start_nodes} configurations were reached from the start, "
-            f"{effort.goal_nodes} from the goals, and no edge between them was found"
-        )
-    return str(plan.reason)
+        return f"{self.status}: {self.reason}"

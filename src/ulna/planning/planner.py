@@ -14,6 +14,7 @@ from ulna.description.semantic import GroupState
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names
+from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.groups import JointGroup, configuration, state_named, tip_of
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
@@ -25,7 +26,7 @@ from ulna.planning.links_goal import as_links_goal, find_links_goals, held_for_l
 from ulna.planning.motion import Motion, edges_of
 from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
-from ulna.planning.plan_status import PlanStatus
+from ulna.planning.plan_status import PlanStatus, budget_spent
 from ulna.planning.search import Search
 from ulna.planning.space import held_columns, make_space, slides_without_end
 
@@ -76,7 +77,7 @@ def plan_motion(
     if not free[0]:
         left = escape_from(question, fixed) if options.escape else None
         if left is None:
-            return Plan(PlanStatus.START_IN_COLLISION, nothing, certified=False, reason=question.report(start))
+            return Plan(PlanStatus.START_IN_COLLISION, nothing, certified=False, reason=question.collision(start))
         first, depth = left
     question = question if first is start else question._replace(start=first)
     if isinstance(targets, dict):
@@ -106,7 +107,7 @@ def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bo
     found = search.finish(int(options.max_checks), options.time_limit, shorten=bool(options.shorten))
     if found is None:
         nothing = np.empty((0, question.tree.n_dof))
-        return Plan(PlanStatus.BUDGET_SPENT, nothing, certified=False, effort=search.effort)
+        return Plan(PlanStatus.BUDGET_SPENT, nothing, certified=False, reason=budget_spent(search.effort), effort=search.effort)
     certified, goal = certify and found.confirmed, int(of[search.goal])
     return Plan(PlanStatus.SOLVED, found.path, certified, effort=search.effort, goal=goal, _searched=searched)
 
@@ -180,7 +181,8 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
     return start.copy(), within
 
 
-def _beyond(checker: Checker, start: Array) -> str:
+def _beyond(checker: Checker, start: Array) -> Reason:
     tree, excess = checker.tree, np.maximum(checker.tree.lower - start, start - checker.tree.upper)
     names = [name for name, part in zip(tree.joint_names, tree.joint_slices, strict=True) for _ in range(part.start, part.stop)]
-    return ", ".join(f"{name} by {x:.3g}" for name, x in zip(names, excess, strict=True) if x > 0)
+    beyond = {name: float(x) for name, x in zip(names, excess, strict=True) if x > 0}
+    return Reason(", ".join(f"{name} by {x:.3g}" for name, x in beyond.items()), beyond)

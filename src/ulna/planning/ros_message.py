@@ -43,7 +43,9 @@ def joint_trajectory(motion: Trajectory, joint_names: Sequence[str], period: flo
         from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: PLC0415 - it is of the caller's ROS
     except ImportError as error:
         reason = f"this Python cannot import trajectory_msgs: {' '.join(str(error).split())}"
-        raise MissingROSError(f"a message needs ROS ({reason}); docs/ros.md says how to install it, to_csv needs none") from None
+        raise MissingROSError(
+            f"a message needs trajectory_msgs of ROS ({reason}); docs/ros.md names its packages, to_csv needs none"
+        ) from None
     t, rests = _times(motion.rests, period)
     q, qd, qdd = (values[:, columns] for values in motion.at(t))
     qd[rests] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest

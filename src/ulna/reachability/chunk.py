@@ -26,7 +26,8 @@ from ulna.errors import FileError
 from ulna.reachability.model import robot_from_json
 from ulna.reachability.specification import Specification
 from ulna.reachability.statuses import REACHED
-from ulna.reachability.store import is_done, metadata_bytes, read_specification, variables, zarr_package
+from ulna.reachability.store import is_done, metadata_bytes, read_specification, variables
+from ulna.reachability.stored import open_arrays
 from ulna.reachability.verdicts import verdicts
 from ulna.robot import Robot
 
@@ -93,7 +94,7 @@ def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]
     for name in variables(specification)[len(values) : -1]:
         match name:
             case "manipulability":
-                of_solved = robot.manipulability(q, specification.tip, threads=threads)
+                of_solved = robot.manipulability(q, link=specification.link, threads=threads)
             case "clearance":
                 of_solved = robot.signed_distance(q, opened.world, threads=threads)
             case _:
@@ -135,7 +136,7 @@ def _opened(path: str, metadata: bytes) -> OpenMap:  # noqa: ARG001 -- another m
     specification = read_specification(where)
     if specification.version != version("ulna"):
         raise FileError(path, f"the map is of Ulna {specification.version}, and this process has {version('ulna')}: other bits")
-    group = zarr_package().open_group(where, mode="r+", use_consolidated=False)
     world = None if specification.scene is None else world_from_json(specification.scene, "the map's scene")
-    arrays = {name: group[name] for name in variables(specification)}
-    return OpenMap(where, specification, robot_from_json(specification.model), world, arrays)
+    robot = robot_from_json(specification.model)
+    arrays = open_arrays(where, specification, robot.n_dof, mode="r+")
+    return OpenMap(where, specification, robot, world, arrays)

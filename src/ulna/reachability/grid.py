@@ -44,10 +44,16 @@ class Grid:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "voxel", positive("voxel", self.voxel))
-        if as_count("orientations", self.orientations) < 1:
-            raise InputError("orientations", "at least 1 is needed")
-        if min(self.shape) < 1:
+        for name in ("orientations", "chunk_poses"):
+            if as_count(name, getattr(self, name)) < 1:
+                raise InputError(name, "at least 1 is needed")
+        low = as_floats("low", self.low)
+        if low.shape != (3,) or not np.isfinite(low).all():
+            raise InputError("low", "a corner of three finite numbers is expected")
+        if len(self.shape) != 3 or min(as_count("bounds", n) for n in self.shape) < 1:
             raise InputError("bounds", "there is no voxel between them")
+        if not math.isfinite(max(map(abs, low.tolist())) + max(self.shape) * self.voxel):
+            raise InputError("voxel", f"{self.voxel!r}; the corners of the map are not finite")
         if self.n_poses > _MOST:
             raise InputError("voxel", f"{self.n_poses:.3g} poses; a map holds at most {_MOST:.3g}")
 

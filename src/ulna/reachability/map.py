@@ -22,7 +22,8 @@ from ulna.reachability.orientations import nearest_orientation
 from ulna.reachability.placement import BasePlacement, base_placements
 from ulna.reachability.specification import Specification
 from ulna.reachability.statuses import NEVER, NUMBERS, REACHED
-from ulna.reachability.store import read_specification, zarr_package
+from ulna.reachability.store import attributes_at, read_specification, zarr_package
+from ulna.reachability.stored import check_chunks, open_arrays, read_verdicts, unreadable
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
@@ -75,15 +76,15 @@ class ReachabilityMap:
     """The voxels and how many orientations there are."""
     robot: Robot
     """The robot, as the map carries it."""
-    tip: str
+    link: str
     """The link that was brought to the poses."""
     task: Task
     """How much of a pose had to be reached."""
 
     def __init__(self, path: Path, specification: Specification, robot: Robot) -> None:
         self.path, self.grid, self.robot = path, specification.grid, robot
-        self.tip, self.task, self._specification = specification.tip, specification.task, specification
-        self._group = zarr_package().open_group(path, mode="r", use_consolidated=False)
+        self.link, self.task, self._specification = specification.link, specification.task, specification
+        self._reached: Any = open_arrays(path, specification, robot.n_dof)["reached"]
 
     @classmethod
     def open(cls, path: str | Path, *, robot: Robot | None = None) -> ReachabilityMap:
@@ -122,7 +123,7 @@ class ReachabilityMap:
     @property
     def attributes(self) -> dict[str, Any]:
         """The attributes of the Zarr group."""
-        return dict(self._group.attrs)
+        return attributes_at(self.path)
 
     @cached_property
     def data(self) -> Any:
@@ -196,7 +197,7 @@ class ReachabilityMap:
         flat = poses.reshape(-1, 4, 4)
         index, inside = self.grid.voxel_of(flat[:, :3, 3])
         columns = (*np.moveaxis(index, -1, 0), nearest_orientation(flat, self.grid.wxyz))
-        found = inside & (self._group["reached"].vindex[columns] == REACHED) if len(flat) else inside  # type: ignore[index]
+        found = inside & (self._verdicts_at(columns) == REACHED) if len(flat) else inside
         return bool(found[0]) if poses.ndim == 2 else found.reshape(poses.shape[:-2])
 
     def solutions_at(self, point: ArrayLike) -> IKResult:
@@ -212,8 +213,8 @@ class ReachabilityMap:
         z, y, x = (slice(int(k), int(k) + 1) for k in index)
         return self.solve(self.grid.targets((z, y, x, slice(None))), self.world)
 
-    def solve(self, T: ArrayLike, world: World | None = None, max_iterations: int | None = None) -> IKResult:
-        """Inverse kinematics with the map's tip, task, tolerances and seed, for targets T_base_tip, shape (..., 4, 4).
+    def solve(self, T: ArrayLike, world: World | None = None, *, max_iterations: int | None = None) -> IKResult:
+        """Inverse kinematics with the map's link, task, tolerances and seed, for targets T_base_tip, shape (..., 4, 4).
 
         Raises:
             InputError: T is not a pose.
@@ -221,7 +222,7 @@ class ReachabilityMap:
         """
         asked = self._specification
         return self.robot.inverse_kinematics(
-            T, link=asked.tip, seed=asked.seed, task=asked.task, world=world, position_tolerance=asked.position_tolerance,
+            T, link=asked.link, seed=asked.seed, task=asked.task, world=world, position_tolerance=asked.position_tolerance,
             rotation_tolerance=asked.rotation_tolerance, max_iterations=max_iterations or asked.max_iterations,
         )  # fmt: skip
 
@@ -301,10 +302,17 @@ class ReachabilityMap:
         return found
 
     def _chunks(self) -> Iterator[tuple[Region, NDArray[np.int8]]]:
-        array: Any = self._group["reached"]
         for chunk in range(self.grid.n_chunks):
-            region = self.grid.region(chunk)
-            yield region, array[region]
+            yield self.grid.region(chunk), read_verdicts(self.path, self._reached, self.grid, chunk)
+
+    def _verdicts_at(self, columns: tuple[NDArray[np.int64], ...]) -> NDArray[np.int8]:
+        """The verdicts of poses, by their indices along z, y, x and the orientations."""
+        places = {tuple(place) for place in (np.stack(columns, axis=-1) // self.grid.chunk_shape).tolist()}
+        check_chunks(self.path, self.grid, places)
+        try:
+            return self._reached.vindex[columns]
+        except Exception as error:  # noqa: BLE001 -- zarr and its codecs raise any exception
+            raise unreadable(self.path, error) from None
 
     def __repr__(self) -> str:
         z, y, x = self.grid.shape

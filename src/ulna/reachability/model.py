@@ -15,6 +15,7 @@ import numpy as np
 from ulna.collision.allowed import AllowedCollisions, LinkPair
 from ulna.collision.attached import Attached
 from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.json_text import json_value
 from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from ulna.errors import DescriptionError
@@ -46,7 +47,7 @@ def robot_from_json(text: str) -> Robot:
         DescriptionError: It is not one.
     """
     try:
-        data = json.loads(text)
+        data = json_value(text)
         description = replace(_made(data["description"]), source="a reachability map")
         attached = [_made(one) for one in data["attached"]]
         pairs = data["allowed"]

@@ -132,10 +132,10 @@ def _exact(of: ReachabilityMap, T_world_tip: Array, T_0: Array, row: Array, worl
     T_world_base = _turned(T_0, row[5])
     T_world_base[:3, 3] = row[2:5]
     T_base_world = inverse(T_world_base)
-    result = of.solve(T_base_world @ T_world_tip, _around_base(of.world, world, T_base_world), _STEPS)
+    result = of.solve(T_base_world @ T_world_tip, _around_base(of.world, world, T_base_world), max_iterations=_STEPS)
     if not np.all(result.success):
         return None
-    manipulability = np.asarray(of.robot.manipulability(result.q, of.tip))
+    manipulability = np.asarray(of.robot.manipulability(result.q, link=of.link))
     return BasePlacement(T_world_base, float(row[5]), float(row[0]), result.q, manipulability)
 
 

@@ -25,7 +25,7 @@ def draw(found: ReachabilityMap) -> Figure:
     _draw_by_height(axes[1, 0], found)
     _draw_shares(axes[1, 1], found)
     _draw_statuses(axes[1, 2], found)
-    figure.suptitle(f"{found.attributes['robot']}: {found.tip}, {found.grid.n_poses:,} poses")
+    figure.suptitle(f"{found.attributes['robot']}: {found.link}, {found.grid.n_poses:,} poses")
     return figure
 
 

@@ -40,10 +40,10 @@ def reachability_map(
     orientations: int,
     bounds: ArrayLike | None = None,
     world: World | None = None,
-    tip: str | None = None,
+    link: str | None = None,
     task: Task | str = "pose",
-    clearance: bool = False,
-    solutions: bool = False,
+    keep_clearance: bool = False,
+    keep_solutions: bool = False,
     client: Any = None,
     resume: bool = False,
     seed: int = 0,
@@ -67,10 +67,10 @@ def reachability_map(
             unless given.
         world: Configurations that collide with it, or in which the robot touches itself, do not count; without one, collisions
             are not checked. An empty ``World()`` checks the robot against itself.
-        tip: The link that is brought to the poses; the robot's tip unless given.
+        link: The link that is brought to the poses; the robot's tip unless given.
         task: How much of a pose must be reached; see ``Robot.inverse_kinematics``.
-        clearance: Keep how far the solution found is from the nearest obstacle, or from touching itself [m].
-        solutions: Keep the joint positions found.
+        keep_clearance: Keep how far the solution found is from the nearest obstacle, or from touching itself [m].
+        keep_solutions: Keep the joint positions found.
         client: A ``dask.distributed.Client``: the chunks are computed by its cluster. Threads of this process unless given.
         resume: Continue the map at ``path``. If there is no map yet, begin one; if it is complete, do nothing.
         seed: Chooses the random starts of the searches.
@@ -107,7 +107,7 @@ def reachability_map(
     zarr_package()
     where = _as_path(path)
     search = task, seed, position_tolerance, rotation_tolerance, max_iterations
-    asked = _specification(robot, tip, (voxel, orientations, bounds), world, search, (clearance, solutions))
+    asked = _specification(robot, link, (voxel, orientations, bounds), world, search, (keep_clearance, keep_solutions))
     workers = (
         ThreadWorkers(default_threads() if threads is None else as_threads(threads)) if client is None else DaskWorkers(client)
     )
@@ -120,26 +120,28 @@ def reachability_map(
     return ReachabilityMap.open(where, robot=robot)
 
 
-def default_bounds(robot: Robot, tip: str) -> NDArray[np.float64]:
+def default_bounds(robot: Robot, link: str) -> NDArray[np.float64]:
     """The cube around all positions that the arm's length lets a link reach [m], shape (2, 3).
 
     Raises:
         InputError: The robot has no joint that turns, or a slide without end: then there is no such cube.
     """
-    reach = reach_of(robot.tree.chain(tip), robot.lower, robot.upper)
+    reach = reach_of(robot.tree.chain(link), robot.lower, robot.upper)
     if reach is None or not np.isfinite(reach.most_of_origin):
         raise InputError("bounds", "are needed: the length of this robot does not bound where its tip may be")
     return np.stack([reach.base_point - reach.most_of_origin, reach.base_point + reach.most_of_origin])
 
 
-def _specification(robot: Robot, tip: str | None, grid: tuple, world: World | None, search: tuple, kept: tuple) -> Specification:
+def _specification(robot: Robot, link: str | None, grid: tuple, world: World | None, search: tuple, kept: tuple) -> Specification:
     """What is asked for; ``grid``, ``search`` and ``kept`` are the arguments that say how, checked here."""
     if not isinstance(robot, Robot):
         raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected")
     refuse_immovable(robot.tree)
-    if tip is None and robot.tip is None:
-        raise InputError("tip", f"{robot.name!r} has several tips; name one of {', '.join(robot.tree.leaves)}, or any other link")
-    link, (voxel, orientations, bounds) = robot.tree.link_or_tip(tip), grid
+    if link is None and robot.tip is None:
+        raise InputError(
+            "link", f"{robot.name!r} has several tips; name one of {', '.join(robot.tree.leaves)}, or any other link"
+        )
+    link, (voxel, orientations, bounds) = robot.tree.link_or_tip(link), grid
     task, seed, position_tolerance, rotation_tolerance, max_iterations = search
     clearance, solutions = map(bool, kept)
     poses = Grid.within(default_bounds(robot, link) if bounds is None else bounds, voxel, orientations)
@@ -152,7 +154,7 @@ def _specification(robot: Robot, tip: str | None, grid: tuple, world: World | No
         model=robot_to_json(robot, checked=checked),
         urdf=hashlib.sha256(text.encode()).hexdigest() if text else "",
         source=robot.description.source,
-        tip=link,
+        link=link,
         grid=poses,
         task=as_task(task),
         scene=None if world is None else world_to_json(world),

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ulna.description.json_text import json_value
 from ulna.errors import DescriptionError
 from ulna.ik.options import Options
 from ulna.ik.task import Task
@@ -14,6 +15,11 @@ from ulna.reachability.grid import Grid
 from ulna.reachability.model import fingerprint
 
 FORMAT = 2  # of the attributes; another number is refused
+_KINDS = {
+    str: ("robot", "robot_model", "urdf_sha256", "robot_source", "tool", "task", "scene", "ulna_version"),
+    bool: ("clearance_kept", "solutions_kept", "branches_counted"),
+    list: ("low", "voxels_zyx"),
+}  # numbers are checked where they are used
 
 
 @dataclass(frozen=True)
@@ -25,7 +31,7 @@ class Specification:
         model: The robot as text (``reachability.model``).
         urdf: The SHA-256 of the description's text, for the record; empty for a robot made without one.
         source: Where the robot was loaded from, for the record.
-        tip: The link that is brought to the poses.
+        link: The link that is brought to the poses.
         grid: The poses.
         task: How much of a pose must be reached.
         scene: The text of the world's scene file; None where collisions are not checked.
@@ -43,7 +49,7 @@ class Specification:
     model: str
     urdf: str
     source: str
-    tip: str
+    link: str
     grid: Grid
     task: Task
     scene: str | None
@@ -74,7 +80,7 @@ class Specification:
             "robot_sha256": fingerprint(self.model),
             "urdf_sha256": self.urdf,
             "robot_source": self.source,
-            "tool": self.tip,
+            "tool": self.link,
             "voxel": grid.voxel,
             "low": list(grid.low),
             "voxels_zyx": list(grid.shape),
@@ -104,7 +110,8 @@ class Specification:
         if attributes.get("ulna_reachability_map") != FORMAT:
             raise DescriptionError("is not a reachability map that this version of Ulna reads", where)
         try:
-            task = json.loads(attributes["task"])
+            _check_kinds(attributes)
+            task = json_value(attributes["task"])
             grid = Grid(
                 tuple(attributes["low"]),  # type: ignore[arg-type]
                 attributes["voxel"],
@@ -118,7 +125,7 @@ class Specification:
             made = Task(tuple(task["slack"]), tuple(task["axis"]))
             found = cls(*texts, grid, made, attributes["scene"] or None, *search)  # pyright: ignore[reportCallIssue]
         except (KeyError, TypeError, ValueError) as error:
-            raise DescriptionError(f"an attribute of the map is missing or wrong: {error}", where) from error
+            raise DescriptionError(f"an attribute of the map is missing or wrong: {error!s:.300}", where) from error
         if fingerprint(found.model) != attributes.get("robot_sha256"):
             raise DescriptionError("the map's robot is not the one that its hash names: the attributes were changed", where)
         return found
@@ -131,7 +138,7 @@ class Specification:
         if self.scene != other.scene:
             found.append("world")
         values = {
-            "tip": lambda one: one.tip,
+            "link": lambda one: one.link,
             "voxel": lambda one: one.grid.voxel,
             "bounds": lambda one: (one.grid.low, one.grid.shape),
             "orientations": lambda one: one.grid.orientations,
@@ -146,3 +153,10 @@ class Specification:
         }
         found += [f"{name}: {value(self)} and {value(other)}" for name, value in values.items() if value(self) != value(other)]
         return found
+
+
+def _check_kinds(attributes: Mapping[str, Any]) -> None:
+    for kind, names in _KINDS.items():
+        for name in names:
+            if not isinstance(attributes[name], kind):
+                raise TypeError(f"{name}: {attributes[name]!r:.40} is not a {kind.__name__}")

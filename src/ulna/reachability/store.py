@@ -13,7 +13,6 @@ All are cut into the same chunks. Of a chunk, ``reached`` is written last, by a 
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import uuid
@@ -23,13 +22,16 @@ from typing import Any
 
 import numpy as np
 
+from ulna.description.file_bytes import regular_file_bytes
+from ulna.description.json_text import json_value
 from ulna.errors import DescriptionError, FileError, needs_extra
 from ulna.reachability.grid import Grid
 from ulna.reachability.specification import Specification
 from ulna.reachability.statuses import NEVER, NUMBERS
 
 DIMENSIONS = ("z", "y", "x", "orientation")
-_META = "zarr.json"
+META = "zarr.json"
+_MOST_BYTES = 200_000_000  # of the group's metadata, in which the robot and the world are
 _TEXTS = {
     "manipulability": ("sqrt(det(J J')) of the solution found; NaN where none was", "mixed"),
     "clearance": ("signed distance of the solution found from the nearest object or link; NaN where none was", "m"),
@@ -85,7 +87,7 @@ def read_specification(path: Path) -> Specification:
         FileError: There is none, or it cannot be read.
         DescriptionError: It is not a map, or one of another form.
     """
-    return Specification.of_attributes(_attributes_at(path), str(path))
+    return Specification.of_attributes(attributes_at(path), str(path))
 
 
 def metadata_bytes(path: Path) -> bytes:
@@ -95,16 +97,19 @@ def metadata_bytes(path: Path) -> bytes:
         FileError: There is no map, or it cannot be read.
     """
     try:
-        return (path / _META).read_bytes()
+        content = regular_file_bytes(path / META, _MOST_BYTES)
     except FileNotFoundError:
         raise FileError(str(path), "there is no reachability map") from None
     except OSError as error:
         raise FileError(str(path), error.strerror or str(error)) from None
+    if len(content) > _MOST_BYTES:
+        raise FileError(str(path), f"its {META} has more than {_MOST_BYTES // 1_000_000} MB, the most that is read")
+    return content
 
 
 def is_done(path: Path, place: tuple[int, ...]) -> bool:
     """Whether the chunk at a place is there."""
-    return os.path.exists(_verdict(path, place))  # noqa: PTH110 -- asked for every chunk
+    return os.path.exists(verdict_file(path, place))  # noqa: PTH110 -- asked for every chunk
 
 
 def undone(path: Path, grid: Grid) -> list[int]:
@@ -118,14 +123,28 @@ def sweep(path: Path) -> None:
         part.unlink(missing_ok=True)
 
 
-def _verdict(path: Path, place: tuple[int, ...]) -> str:
+def verdict_file(path: Path, place: tuple[int, ...]) -> str:
+    """The file of the verdicts of the chunk at a place."""
     return os.path.join(path, "reached", "c", *map(str, place))  # noqa: PTH118 -- asked for every chunk
 
 
-def _attributes_at(path: Path) -> dict[str, Any]:
+def layout(name: str, grid: Grid, n_joints: int) -> tuple[tuple[int, ...], tuple[int, ...], str]:
+    """The shape, the chunks' shape and the type of a variable."""
+    tail = (n_joints,) if name == "q" else ()
+    kind = "int8" if name in ("reached", "branches") else "float32"
+    return (*grid.shape, grid.orientations, *tail), (*grid.chunk_shape, *tail), kind
+
+
+def attributes_at(path: Path) -> dict[str, Any]:
+    """The attributes of the group.
+
+    Raises:
+        FileError: There is no map, or it cannot be read.
+        DescriptionError: It is not a map.
+    """
     content = metadata_bytes(path)
     try:
-        found = json.loads(content)
+        found = json_value(content)
         attributes = found["attributes"]
     except (ValueError, KeyError, TypeError):
         raise DescriptionError("is not a reachability map", str(path)) from None
@@ -159,10 +178,10 @@ def _add_coordinates(group: Any, grid: Grid) -> None:
 
 
 def _add_variable(group: Any, name: str, grid: Grid, n_joints: int) -> None:
-    tail, names = ((n_joints,), ("joint",)) if name == "q" else ((), ())
-    shape, chunks = (*grid.shape, grid.orientations, *tail), (*grid.chunk_shape, *tail)
+    shape, chunks, kind = layout(name, grid, n_joints)
+    names = ("joint",) if name == "q" else ()
     if name == "reached":
-        kind, fill = "int8", NEVER
+        fill = NEVER
         words = ["never_computed", *(str(status).replace(" ", "_") for status in NUMBERS)]
         attributes: dict[str, Any] = {
             "long_name": "whether the pose is reached, or why not",
@@ -170,11 +189,11 @@ def _add_variable(group: Any, name: str, grid: Grid, n_joints: int) -> None:
             "flag_meanings": " ".join(words),
         }
     elif name == "branches":
-        kind, fill = "int8", NEVER
+        fill = NEVER
         words = "solutions within the limits, by the closed form; without collision, if there is a world; -1 never counted"
         attributes = {"long_name": words, "units": "1"}
     else:
-        kind, fill = "float32", np.nan
+        fill = np.nan
         attributes = dict(zip(("long_name", "units"), _TEXTS[name], strict=True))
     group.create_array(
         name,

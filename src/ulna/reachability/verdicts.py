@@ -44,7 +44,7 @@ def _searched(
 ) -> tuple[NDArray[np.int8], Array]:
     result = robot.inverse_kinematics(
         targets,
-        link=specification.tip,
+        link=specification.link,
         seed=specification.seed,
         task=specification.task,
         world=world,
@@ -61,7 +61,7 @@ def _by_closed_form(specification: Specification, robot: Robot, world: World | N
 
     Where a joint may have any angle, the closed form gives examples: where none of them is usable, there is a search.
     """
-    found = robot.all_solutions(targets, specification.tip, task=specification.task, threads=threads)
+    found = robot.all_solutions(targets, link=specification.link, task=specification.task, threads=threads)
     usable = found.valid.copy()
     if world is not None:
         usable[usable] = ~robot.in_collision(found.q[usable], world, threads=threads)

@@ -41,10 +41,11 @@ from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
 from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
-from ulna.ik.task import Task, as_task
+from ulna.ik.task import Task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
+from ulna.kinematics.named_positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
@@ -53,7 +54,7 @@ from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
 
 if TYPE_CHECKING:
-    from ulna.robot.gpu_robot import GpuRobot
+    from ulna.gpu.robot import GpuRobot
 
 Array = NDArray[np.float64]
 
@@ -239,6 +240,28 @@ class Robot(Quick):
         """
         return MappingProxyType({state.key: configuration(state, self.tree, self.home) for state in self.srdf.states})
 
+    def q_of_joints(self, names: Sequence[str], positions: ArrayLike, others: ArrayLike | None = None) -> Array:
+        """q, shape (n_dof,), of joints by name: of a ``JointState`` of ROS, its ``name`` and its ``position``.
+
+        Args:
+            names: Joints in any order. Those that the robot does not have are passed over: a ``JointState`` has mimic joints, and
+                joints of other robots.
+            positions: The position of each [rad or m], shape (len(names),).
+            others: Where the robot's other joints are: q [rad or m], shape (n_dof,). Unless given, every joint must be named.
+
+        Raises:
+            InputError: The positions do not go with the names, are not finite, or a joint is missing or named twice; or a named
+                joint has several positions, as a planar one.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> q = panda.q_of_joints(["panda_joint4", "panda_finger_joint1"], [-1.5, 0.02], others=panda.home)
+            >>> float(q[3])
+            -1.5
+        """
+        return q_of_joints(names, positions, others, self.tree)
+
     def random(self, n: int | None = None, *, seed: object = None) -> Array:
         """Random configurations, uniform within the limits.
 
@@ -274,7 +297,7 @@ class Robot(Quick):
         text = self.description.text or write_urdf(self.description)
         return with_mesh_paths(mesh_paths, text, self.description.folder, self.description.package_dirs)
 
-    def dh(self, convention: str = "modified", link: str | None = None, *, tolerance: float = PARALLEL) -> DHTable:
+    def dh(self, *, convention: str = "modified", link: str | None = None, tolerance: float = PARALLEL) -> DHTable:
         """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
 
         Args:
@@ -301,7 +324,7 @@ class Robot(Quick):
     # ---- where its links are, and how fast they move -------------------------------------------------------------------
 
     def forward_kinematics(
-        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
     ) -> Array:
         """The pose of a link.
 
@@ -325,7 +348,7 @@ class Robot(Quick):
             forward = self._forward.of(link)
         return forward(q, out, threads)
 
-    def compile_forward(self, link: str | None = None) -> CompiledForward:
+    def compile_forward(self, *, link: str | None = None) -> CompiledForward:
         """Forward kinematics of one link as a function ``fk(q, out=None, threads=None)`` for control loops: the same, but faster.
 
         Args:
@@ -367,9 +390,9 @@ class Robot(Quick):
     def jacobian(
         self,
         q: ArrayLike,
+        *,
         link: str | None = None,
         expressed_in: str = "base",
-        *,
         out: Array | None = None,
         threads: int | None = None,
     ) -> Array:
@@ -411,11 +434,11 @@ class Robot(Quick):
             InputError: The robot has no moving joints.
             MissingExtraError: The extra ``cuda`` is not installed.
         """
-        from ulna.robot.gpu_robot import GpuRobot  # noqa: PLC0415 - needs the extra
+        from ulna.gpu.robot import GpuRobot  # noqa: PLC0415 - needs the extra
 
         return GpuRobot(self, float32=float32)
 
-    def compile_jacobian(self, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
+    def compile_jacobian(self, *, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
         """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, but faster.
 
         Args:
@@ -440,7 +463,7 @@ class Robot(Quick):
         return self._jacobian.of((link, expressed_in))
 
     def analytical_jacobian(
-        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
     ) -> Array:
         """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
 
@@ -459,7 +482,7 @@ class Robot(Quick):
         return analytical_jacobian(self.tree, q, self.tree.link_or_tip(link), out, threads)
 
     def manipulability(
-        self, q: ArrayLike, link: str | None = None, *, out: Array | None = None, threads: int | None = None
+        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
     ) -> Any:
         """How well a link can be moved in all directions: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
 
@@ -486,10 +509,10 @@ class Robot(Quick):
         self,
         T: ArrayLike,
         q_seed: ArrayLike | None = None,
+        *,
         link: str | None = None,
         method: str = "levenberg_marquardt",
         seed: int = 0,
-        *,
         task: Task | str = "pose",
         world: World | None = None,
         rank: str | None = None,
@@ -511,9 +534,9 @@ class Robot(Quick):
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
-            q_seed: Where to start [rad or m], shape (..., n_dof) or (n_dof,). If given, the search from it comes first; if that
-                fails, random starts follow, and the solution nearest to the seed is returned. Otherwise the search starts
-                from ``home`` and random configurations.
+            q_seed: Where to start [rad or m], shape (..., n_dof), broadcast with T: several seeds may be of one target. If given,
+                the search from it comes first; if that fails, random starts follow, and the solution nearest to the seed is
+                returned. Otherwise the search starts from ``home`` and random configurations.
             link: The link's name; the tip unless given.
             method: ``"levenberg_marquardt"``: many searches at once, with restarts; or, from the seed alone and for teaching,
                 ``"jacobian_transpose"``, ``"pseudo_inverse"``, ``"damped_least_squares"``.
@@ -555,61 +578,7 @@ class Robot(Quick):
         """
         tolerances = position_tolerance, rotation_tolerance
         options = (method, seed, task, rank, max_step, *tolerances, max_iterations, time_limit, threads, trace)
-        return self._inverse_kinematics.solve(T, q_seed, posture, held, world, link, options)
-
-    def inverse_kinematics_all(
-        self,
-        T: ArrayLike,
-        q_seed: ArrayLike | None = None,
-        link: str | None = None,
-        seed: int = 0,
-        *,
-        task: Task | str = "pose",
-        world: World | None = None,
-        rank: str | None = None,
-        position_tolerance: float = 1e-5,
-        rotation_tolerance: float = 1e-5,
-        n_spread: int = 16,
-    ) -> Array:
-        """The distinct joint positions that bring a link to a pose, within the joint limits.
-
-        Args:
-            T: The pose to reach, T_base_link, shape (4, 4).
-            q_seed: The solutions are sorted by their distance from this [rad or m], shape (n_dof,); ``home`` unless given.
-            link: The link's name; the tip unless given.
-            seed: Chooses the random starts; the result depends on nothing else.
-            task: The components of the pose that count; see ``inverse_kinematics``.
-            world: Solutions that collide with it, or in which the robot touches itself, are left out.
-            rank: By what they are ordered instead; see ``inverse_kinematics``.
-            position_tolerance: Largest distance that counts as reached [m].
-            rotation_tolerance: Largest angle that counts as reached [rad].
-            n_spread: How many solutions, far from each other, are returned for a redundant arm.
-
-        Returns:
-            Shape (n, n_dof), n = 0 if none was found. For an arm with as many joints as the task has components, every branch,
-            each once, apart from whole turns: all there are where the arm has an exact closed form (``all_solutions`` proves it),
-            elsewhere all that the search found. For others ``n_spread`` of them.
-
-        Raises:
-            InputError: T or the seed is a batch, T is not a rigid motion, or another argument cannot be taken.
-            UnknownNameError: There is no such link.
-
-        Example:
-            >>> import ulna
-            >>> planar = ulna.Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
-            >>> elbows = planar.inverse_kinematics_all(planar.forward_kinematics([0.3, 0.5]), task="position")
-            >>> len(elbows)
-            2
-        """
-        options = Options(
-            seed=seed,
-            task=as_task(task),
-            rank=rank,
-            position_tolerance=position_tolerance,
-            rotation_tolerance=rotation_tolerance,
-            threads=1,
-        )
-        return self._inverse_kinematics.all_solutions(T, q_seed, link, options, n_spread, world)
+        return self._inverse_kinematics.inverse_kinematics(T, q_seed, posture, held, world, link, options)
 
     @cached_property
     def closed_form(self) -> ClosedForm | None:
@@ -628,12 +597,18 @@ class Robot(Quick):
     def all_solutions(
         self,
         T: ArrayLike,
-        link: str | None = None,
         *,
+        q_seed: ArrayLike | None = None,
+        link: str | None = None,
         task: Task | str = "pose",
+        world: World | None = None,
+        rank: str | None = None,
         redundancy: str | None = None,
         n_samples: int = 16,
         whole_turns: bool = False,
+        seed: int = 0,
+        position_tolerance: float = 1e-5,
+        rotation_tolerance: float = 1e-5,
         threads: int | None = None,
     ) -> IKSolutions:
         """All joint positions that bring a link to poses, and what is proved of them.
@@ -645,22 +620,34 @@ class Robot(Quick):
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
+            q_seed: Each solution is as near to this as whole turns within the limits bring it [rad or m], shape (n_dof,);
+                ``home`` unless given.
             link: The link's name; the tip unless given.
             task: What of the pose is to be reached: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
+            world: Solutions that collide with it, or in which the robot touches itself, are not valid.
+            rank: By what they are ordered, the best first: ``"nearest"`` to ``q_seed``, ``"manipulability"``, ``"clearance"`` or
+                ``"mid_range"``; see ``inverse_kinematics``. Those that are not valid come last. Unless given, in no order.
             redundancy: The joint of seven that is held; that of ``closed_form`` unless given. Or ``"elbow"``, for arms with a
                 spherical shoulder and wrist: the angle by which the arm is turned about the line between them.
-            n_samples: The number of places at which it is held, spread evenly over its range.
+            n_samples: The number of places at which it is held, spread evenly over its range; and, where a search finds more
+                solutions than can be listed, the number of those returned, far from each other.
             whole_turns: Whether to list every whole turn that the limits allow, and no solution beyond the limits. Otherwise
-                each solution is listed once, as near to ``home`` as whole turns within the limits bring it.
+                each branch is listed once; branches that coincide, as ``proof`` says then, are one solution to rounding, listed
+                more than once.
+            seed: Chooses the random starts of a search; the result depends on nothing else.
+            position_tolerance: Largest distance that counts as reached in a search [m].
+            rotation_tolerance: Largest angle that counts as reached in a search [rad].
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
-            An ``IKSolutions``: q (..., m, n_dof), valid, real, proof, family. Joints that may have any angle are near ``home``.
+            An ``IKSolutions``: q (..., m, n_dof), valid, real, proof, family. Of one target ``found.q[found.valid]`` are those
+            within the limits and clear of the world. Joints that may have any angle are near ``q_seed``.
 
         Raises:
             InputError: T is not an array of poses, the robot has several tips and no link is named, ``redundancy`` is not a joint
                 of an arm of seven or there is no closed form with it held, or another argument cannot be taken.
             UnknownNameError: There is no such link or joint.
+            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
 
         Example:
             >>> import ulna
@@ -668,14 +655,18 @@ class Robot(Quick):
             >>> found.q.shape, str(found.proof)
             ((256, 7), 'continuum')
         """
-        return self._inverse_kinematics.solutions(T, link, task, redundancy, n_samples, threads, whole_turns=whole_turns)
+        tolerances = position_tolerance, rotation_tolerance
+        options = "levenberg_marquardt", seed, task, rank, None, *tolerances, None, None, threads, False
+        return self._inverse_kinematics.all_solutions(
+            T, q_seed, world, link, redundancy, n_samples, options, whole_turns=whole_turns
+        )
 
     def follow(
         self,
         T_path: ArrayLike,
         q_start: ArrayLike | None = None,
-        link: str | None = None,
         *,
+        link: str | None = None,
         max_step: float = 0.1,
         world: World | None = None,
         rank: str | None = None,
@@ -684,7 +675,8 @@ class Robot(Quick):
     ) -> FollowedPath:
         """The joint path through a path of poses that never jumps to another branch, or where and why there is none.
 
-        Of all joint paths with no step longer than ``max_step`` the one with the least sum of squared joint steps is returned.
+        Of all joint paths with no step longer than ``max_step`` the one with the least sum of squared joint steps is returned,
+        the step from ``q_start`` to the first pose among them.
         Where the link has an exact closed form of six joints, all branches of all poses are compared. Other arms are searched;
         for seven joints and more a graph of samples of the redundancy is searched, and its best path is smoothed.
 
@@ -727,9 +719,9 @@ class Robot(Quick):
         q: ArrayLike,
         twist: ArrayLike,
         dt: float,
+        *,
         link: str | None = None,
         expressed_in: str = "base",
-        *,
         damping: float = 0.01,
         out: Array | None = None,
         threads: int | None = None,
@@ -742,7 +734,8 @@ class Robot(Quick):
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             twist: v [m/s] and w [rad/s] of the link, shape (..., 6).
-            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits, to rounding.
+            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits, to rounding. A joint that is beyond one
+                returns to it, at its velocity limit if it is further away than that.
             link: The link's name; the tip unless given.
             expressed_in: The frame of the twist; see ``jacobian``.
             damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
@@ -775,8 +768,8 @@ class Robot(Quick):
         self,
         q: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         out: NDArray[np.bool_] | None = None,
         threads: int | None = None,
     ) -> bool | NDArray[np.bool_]:
@@ -801,8 +794,8 @@ class Robot(Quick):
         self,
         q: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         max_distance: float = 0.0,
         threads: int | None = None,
     ) -> Any:
@@ -829,8 +822,8 @@ class Robot(Quick):
         self,
         q: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         out: Array | None = None,
         threads: int | None = None,
     ) -> Any:
@@ -858,8 +851,8 @@ class Robot(Quick):
         self,
         q: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         out: Array | None = None,
         threads: int | None = None,
     ) -> Array:
@@ -879,8 +872,8 @@ class Robot(Quick):
         q_a: ArrayLike,
         q_b: ArrayLike,
         world: World | None = None,
-        self_collision: bool = True,
         *,
+        self_collision: bool = True,
         resolution: float = 1e-4,
         threads: int | None = None,
     ) -> EdgeReport:
@@ -982,7 +975,7 @@ class Robot(Quick):
         self,
         q_starts: ArrayLike | str | Sequence[str],
         goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
-        worlds: World | Iterable[World | None] | None = None,
+        world: World | Iterable[World | None] | None = None,
         *,
         threads: int | None = None,
         progress: Callable[[int, int], None] | bool | None = None,
@@ -994,7 +987,7 @@ class Robot(Quick):
             q_starts: Where to start [rad or m], shape (n, n_dof), or (n_dof,) for all; or names of states of the SRDF, or one.
             goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem; or poses of several
                 links, shape (n, 4, 4) for each; or the names of states, or one for all.
-            worlds: One for all, or one for each problem.
+            world: One for all, or one for each problem.
             threads: How many threads are used at most; ``ULNA_THREADS``, or one a processor, unless given.
             progress: Called with the number of problems that are done, and of all, after each. True: a bar on standard error, if
                 that is a terminal.
@@ -1012,7 +1005,7 @@ class Robot(Quick):
         if "held" in options:
             options["held"] = as_names(options["held"])  # once: it may be an iterator
         plan = partial(self.plan, **options)
-        return plan_many(plan, q_starts, goals, worlds, threads, progress=progress)
+        return plan_many(plan, q_starts, goals, world, threads, progress=progress)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:
@@ -1036,7 +1029,7 @@ class Robot(Quick):
 
     # ---- the robot, changed --------------------------------------------------------------------------------------------
 
-    def with_tool(self, T_flange_tool: ArrayLike, name: str = "tool") -> Robot:
+    def with_tool(self, T_flange_tool: ArrayLike, *, name: str = "tool") -> Robot:
         """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.
 
         Args:
@@ -1053,17 +1046,39 @@ class Robot(Quick):
         """
         return self._changed(description=with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name))
 
-    def with_allowed_collisions(self, allowed: Iterable) -> Robot:
-        """The robot with other pairs of links that may touch, in place of those that were found.
+    def with_allowed_collisions(
+        self, pairs: Iterable = (), *, at: ArrayLike | str | None = None, touching: float | None = None
+    ) -> Robot:
+        """The robot with more pairs of links that may touch.
 
         Args:
-            allowed: An ``AllowedCollisions``, as ``robot.allowed_collisions.plus(("a", "b"))`` makes it; or pairs of names; or
-                the ``disabled_collisions`` of an SRDF.
+            pairs: Pairs of names, or the ``disabled_collisions`` of an SRDF: they are added. Or an ``AllowedCollisions``, as
+                ``robot.allowed_collisions.minus(("a", "b"))`` makes it: then these are all.
+            at: A configuration that is known to be free, such as the robot at rest [rad or m], shape (n_dof,), or the name of a
+                state of the SRDF: the pairs that touch there are added. Hulls are larger than the links, so that some touch
+                wherever the robot is.
+            touching: The pairs that touched in at least this share of the random configurations are added, above 0 and at most 1.
+                MoveIt's setup assistant uses 0.95.
 
         Raises:
-            UnknownNameError: There is no such link.
+            InputError: ``at`` is not one configuration, or ``touching`` not such a share.
+            UnknownNameError: There is no such link or state.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda").with_allowed_collisions([("panda_link1", "panda_link7")])
+            >>> ("panda_link1", "panda_link7") in panda.allowed_collisions
+            True
         """
-        return self._changed(allowed=as_allowed(allowed, self.link_names))
+        if isinstance(at, str):
+            at = configuration(state_named(at, self.srdf.states, None), self.tree, self.home)
+        more = () if at is None else self._checker.links_that_touch(at)
+        allowed = as_allowed(pairs, self.link_names)
+        if not isinstance(pairs, AllowedCollisions):
+            allowed = self.allowed_collisions.plus(*allowed)
+        if touching is not None:
+            more = *more, *self.allowed_collisions.touching(touching)
+        return self._changed(allowed=allowed.plus(*more) if more else allowed)
 
     def with_convex_hulls(self) -> Robot:
         """The robot with convex hulls in place of its collision meshes; hulls are checked exactly. Visuals are unchanged.
@@ -1101,7 +1116,7 @@ class Robot(Quick):
         return self._changed(description=with_pieces(self.description))
 
     def with_attached(
-        self, name: str, shape: Solid, T_link_object: ArrayLike, link: str | None = None, touch_links: Iterable[str] = ()
+        self, name: str, shape: Solid, T_link_object: ArrayLike, *, link: str | None = None, touch_links: Iterable[str] = ()
     ) -> Robot:
         """The robot with an attached object: it moves with a link, and is checked like the robot's own shapes.
 

@@ -6,6 +6,7 @@ it. Source: RFC 6455, section 10.2. A foreign host name can resolve to this mach
 
 import contextlib
 import http
+import logging
 import threading
 from collections.abc import Callable, Collection, Iterator
 from typing import Any
@@ -20,6 +21,7 @@ from ulna.viewer.document import asks_for_page, completed
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - addresses of all interfaces, and by which this machine reaches itself
 _starting = threading.Lock()
+_log = logging.getLogger(__name__)
 
 
 def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bool:
@@ -35,7 +37,10 @@ def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bo
         return False
     if origins[0] in others:
         return True
-    place = urlsplit(origins[0])
+    try:
+        place = urlsplit(origins[0])
+    except ValueError:  # not an address, such as http://[::1
+        return False
     known = host in EVERYWHERE or place.hostname in {*_LOOPBACK, host.lower()}
     return known and asked == [place.netloc]
 
@@ -53,9 +58,9 @@ def refusing_foreign_pages(host: str, others: Collection[str] = (), title: str =
     with _starting:
         serve = websockets.asyncio.server.serve  # read under the lock: another thread may have replaced it before
 
-        def guarding(*arguments: Any, process_request: Callable, **options: Any) -> Any:
+        def guarding(handler: Callable, *arguments: Any, process_request: Callable, **options: Any) -> Any:
             guarded.append(_asking(process_request, host, others, title))
-            return serve(*arguments, process_request=guarded[-1], **options)
+            return serve(_closing_if_it_fails(handler), *arguments, process_request=guarded[-1], **options)
 
         websockets.asyncio.server.serve = guarding  # type: ignore[assignment,misc]
         try:
@@ -64,6 +69,21 @@ def refusing_foreign_pages(host: str, others: Collection[str] = (), title: str =
             websockets.asyncio.server.serve = serve  # type: ignore[misc]
     if not guarded:
         raise UlnaError("this version of viser starts its server in a way that lets foreign pages in; viser 1.1.1 is known to do")
+
+
+def _closing_if_it_fails(handler: Callable) -> Callable:
+    """The handler of connections: one that fails, as by a message that viser cannot decode, is closed, with one line about it."""
+
+    async def handle(connection: Any) -> None:
+        try:
+            await handler(connection)
+        except Exception as error:  # noqa: BLE001 - viser decodes with several packages, which raise their own
+            words = " ".join(f"{type(error).__name__} {error}".split())[:200]
+            _log.warning("a connection of the page was closed: %s", ascii(words))
+            _log.debug("it failed here", exc_info=error)
+            await connection.close(1007, "a message could not be understood")
+
+    return handle
 
 
 def _asking(process_request: Callable, host: str, others: Collection[str], title: str) -> Callable:

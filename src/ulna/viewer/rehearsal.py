@@ -38,6 +38,6 @@ def _drag(robot: Robot, world: World | None) -> None:
     """Drag the hand to its own pose, to one nearby, and to one out of reach."""
     hand = Hand(robot, hand_link(robot))
     for step in (0.0, 0.01, _FAR):
-        T = robot.forward_kinematics(robot.home, hand.link).copy()
+        T = robot.forward_kinematics(robot.home, link=hand.link).copy()
         T[:3, 3] += np.array((step, 0.0, 0.0))
         hand.follow(robot.home, T, world)

@@ -142,3 +142,19 @@ def test_a_box_collides_with_the_arm_or_not(robot, place, touches):
 
 def test_a_box_wholly_inside_the_arm_collides(robot):
     assert robot.check_box_collision(HOME, [-0.04, 0, 0.05, 0.3, 0.2, 0.1, 0.01, 0.01, 0.01]) is True
+
+
+@pytest.mark.parametrize("pose", [None, 0.5, [0.5] * 5, [0.5] * 7, [[0.5] * 6]])
+def test_a_pose_that_is_not_six_numbers_is_refused(robot, pose):
+    with pytest.raises(ValueError, match=r"desired_ee_pos: .* 6 numbers are expected: x, y, z, roll, pitch, yaw"):
+        robot.inverse_kinematics(pose, HOME)
+
+
+@pytest.mark.parametrize("box", [None, [0.5] * 8, [0.5] * 10])
+def test_a_box_that_is_not_nine_numbers_is_refused(robot, box):
+    with pytest.raises(ValueError, match=r"box: .* 9 numbers are expected: .* length, width, height"):
+        robot.check_box_collision(HOME, box)
+
+
+def test_the_parameters_of_the_robot_have_the_course_name(robot):
+    assert np.allclose(robot.robot_params["origin"], ORIGIN)

@@ -50,7 +50,7 @@ def light_is(page, camera, color):
 
 def test_the_arm_is_drawn_where_forward_kinematics_puts_it(app, page, still):
     page.get_by_role("checkbox", name="Boxes").uncheck()
-    wrist, hand = (app.demo.robot.forward_kinematics(app.player.q, link)[:3, 3] for link in ("panda_link6", "panda_link8"))
+    wrist, hand = (app.demo.robot.forward_kinematics(app.player.q, link=link)[:3, 3] for link in ("panda_link6", "panda_link8"))
 
     def arm_is_there(image):
         return all(np.count_nonzero(around(image, project(still, p), 10).max(axis=-1) < 245) > 200 for p in (wrist, hand))

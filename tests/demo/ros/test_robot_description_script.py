@@ -48,3 +48,13 @@ def test_without_a_program_the_error_says_what_to_do(hw2):
     ended = run(hw2)
     assert ended.returncode == 1
     assert "ULNA=/path/to/venv/bin/ulna roslaunch hw2.launch" in ended.stderr
+
+
+def test_after_a_program_that_fails_the_next_is_tried(hw2, tmp_path):
+    broken = tmp_path / "bin" / "ulna"
+    put_ulna(broken)
+    broken.write_text('#!/bin/sh\necho "half a description"\necho "no module ulna" >&2\nexit 1\n')
+    put_ulna(hw2 / ".venv" / "bin" / "ulna")
+    ended = run(hw2, PATH=f"{broken.parent}{os.pathsep}{os.defpath}")
+    assert ended.stdout == f"{hw2 / '.venv' / 'bin' / 'ulna'} ros1 description\n"
+    assert ended.stderr == "no module ulna\n"

@@ -14,7 +14,7 @@ import pytest
 import ulna
 from ulna.demo.drawing import standing_boxes
 from ulna.demo.ros.adapter import load_ros
-from ulna.demo.ros.description import robot_description
+from ulna.demo.ros.description import robot_description, with_fingers
 from ulna.errors import MissingROSError
 
 ROOT = Path(__file__).parents[3]
@@ -33,6 +33,15 @@ def test_a_script_of_hw2_without_ros_is_a_one_line_error(script):
     assert SENTENCE in run.stderr
     assert SAME in run.stderr
     assert len(run.stderr.splitlines()) == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send to oneself")
+def test_ctrl_c_while_ros_is_imported_ends_a_script_without_a_traceback(tmp_path):
+    (tmp_path / "rosgraph.py").write_text("import signal; signal.raise_signal(signal.SIGINT)")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "test_collision_detection.py"]
+    run = subprocess.run(command, cwd=ROOT / "hw2", env=environment, capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (130, "")
 
 
 @pytest.mark.parametrize("version", ["ros1", "ros2"])
@@ -67,7 +76,7 @@ def test_ros_uses_the_loopback_address_unless_the_user_set_another(monkeypatch):
 def test_without_mesh_files_the_description_is_unchanged_and_a_message_says_so():
     text = ulna.load("panda").to_urdf().replace("package://", "package://not_here_")
     messages = []
-    assert robot_description(ulna.load(text), messages.append) == text
+    assert robot_description(ulna.load(text), messages.append) == with_fingers(text)
     assert "pip install example-robot-data" in messages[0]
     assert "not_here_" in messages[0]
 

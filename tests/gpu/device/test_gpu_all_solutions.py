@@ -15,9 +15,9 @@ from numba import cuda
 import robots
 import ulna
 from closed_form_arms import FAMILIES, arm_of
+from ulna.gpu.solutions import _run
 from ulna.ik.closed_form.closed_form import closed_form_of, joints_at
 from ulna.ik.closed_form.families import NAMES
-from ulna.robot.gpu_solutions import _run
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 5 if SIMULATED else 10_000

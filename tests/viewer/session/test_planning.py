@@ -81,7 +81,7 @@ def test_the_line_is_the_way_of_the_hand(planning, session, panda):
     T = beyond_the_post(planning)
     planning.frame(TICK)
     line = planning.shown.line
-    assert np.allclose(line[0], panda.forward_kinematics(panda.home, session.link)[:3, 3])
+    assert np.allclose(line[0], panda.forward_kinematics(panda.home, link=session.link)[:3, 3])
     assert np.allclose(line[-1], T[:3, 3], atol=2e-5)
     planning.scrub(0.4)
     planning.frame(TICK)

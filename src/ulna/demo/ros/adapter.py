@@ -1,10 +1,12 @@
 """Imports ``ros1`` and ``ros2``, which need ROS; an error says what is missing. Used by the commands and hw2."""
 
 import os
+import signal
 import sys
 from importlib import import_module
 from types import ModuleType
 
+from ulna.demo.ros.ending import exit_quietly
 from ulna.errors import MissingROSError, UlnaError
 
 # The variable that restricts ROS to this machine, and those by which a user may have chosen otherwise.
@@ -37,7 +39,8 @@ def load_ros(version: int) -> ModuleType:
 
 
 def ros1_or_exit() -> ModuleType:
-    """``load_ros(1)`` for a script: without ROS the script ends with the message."""
+    """``load_ros(1)`` for a script: without ROS the script ends with the message. From now on Ctrl-C prints no traceback."""
+    signal.signal(signal.SIGINT, exit_quietly)
     try:
         return load_ros(1)
     except MissingROSError as error:

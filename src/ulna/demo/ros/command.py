@@ -11,7 +11,8 @@ from rich.progress import Progress
 from ulna.cli.depends import as_options
 from ulna.cli.output import printable, warn, write
 from ulna.demo.ros.adapter import load_ros
-from ulna.demo.ros.description import robot_description, with_fingers
+from ulna.demo.ros.description import robot_description
+from ulna.demo.ros.node_compiler import node_compiler
 from ulna.demo.scenario import RATE_HZ, Demo
 from ulna.errors import needs_extra
 from ulna.robot import load
@@ -27,7 +28,8 @@ def ros1_demo(*, rviz: Annotated[bool, typer.Option(help="Open RViz, if there is
     It starts a master if there is none, robot_state_publisher and RViz, and ends what it started.
     """
     load_ros(1)
-    import_module("ulna.demo.ros.ros1_demo").run(rviz=rviz)
+    with node_compiler() as compiler:
+        import_module("ulna.demo.ros.ros1_demo").run(compiler.ask, rviz=rviz)
 
 
 @ros1.command("record")
@@ -45,24 +47,27 @@ def ros1_record(
         video = import_module("ulna.demo.ros.rviz_video")
     console = Console(stderr=True)
     with (
+        node_compiler() as compiler,
         as_options({"path": "PATH", "seconds": "--seconds"}),
         Progress(console=console, transient=True, disable=not console.is_terminal) as progress,
     ):
         task = progress.add_task(path.name, total=round(seconds * RATE_HZ))
-        video.record_rviz(path, seconds, lambda done: progress.update(task, completed=done))
+        video.record_rviz(path, seconds, compiler, lambda done: progress.update(task, completed=done))
     typer.echo(printable(f"{path}: {seconds:g} s, {path.stat().st_size / 1e6:.2f} MB"))
 
 
 @ros1.command("description")
 def ros1_description() -> None:
     """The Panda's URDF for the parameter robot_description: meshes by absolute addresses, and the finger joints. Needs no ROS."""
-    write(with_fingers(robot_description(load("panda"), warn)))
+    write(robot_description(load("panda"), warn))
 
 
 @ros2.command("demo")
 def ros2_demo() -> None:
     """One node that publishes the arm, the boxes and the light, and offers the box's handles: for your own RViz 2."""
-    load_ros(2).play(Demo())
+    ros = load_ros(2)
+    with node_compiler() as compiler:
+        ros.play(Demo(), compiler.ask)
 
 
 @ros1.callback()

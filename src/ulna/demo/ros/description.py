@@ -29,12 +29,15 @@ _FINGERS = """
 
 
 def robot_description(robot: Robot, warn: Callable[[str], object]) -> str:
-    """URDF with ``file://`` paths of meshes; if meshes are missing, with the given paths, and ``warn`` is called."""
+    """URDF with every joint of ``joint_states``, and ``file://`` paths of meshes.
+
+    If meshes are missing, it has the given paths, and ``warn`` is called.
+    """
     try:
-        return robot.to_urdf(mesh_paths="file")
+        return with_fingers(robot.to_urdf(mesh_paths="file"))
     except FileError as error:
         warn(f"the arm is seen by its boxes alone, for its meshes are not here (pip install example-robot-data): {error}")
-        return robot.to_urdf()
+        return with_fingers(robot.to_urdf())
 
 
 def with_fingers(urdf: str) -> str:

@@ -1,12 +1,14 @@
-"""Computes the mouse pointer's path in the video of RViz: it drags the box by its arrows. Used by ``rviz_video``."""
+"""Computes how the box is dragged in the video of RViz: the pointer, the events and the box. Used by ``screencast``."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-GRIP = 0.17  # [m] from the middle of the box along an arrow: where the pointer presses
+from ulna.demo.scenario import BOX_START
+
+GRIP = 0.17  # [m] from the middle of the box along an arrow: where the pointer holds it
 _AXES = {"x": (1.0, 0.0, 0.0), "z": (0.0, 0.0, 1.0)}
 Array = NDArray[np.float64]
 
@@ -40,36 +42,36 @@ DRAGS = (
 
 @dataclass(frozen=True)
 class Step:
-    """The mouse in one frame.
+    """The drag in one frame.
 
     Attributes:
-        place: Where it is [pixel x, y].
-        press: True if its button is pressed, False if released, else None.
-        box: Where the box is to be then [m], shape (3,).
+        pointer: The point under the pointer, on an arrow of the box, in the base frame [m], shape (3,).
+        box: Where the box is [m], shape (3,).
+        axis: That of the arrow, "x" or "z".
+        events: What RViz publishes of it, by the names in ``InteractiveMarkerFeedback``, in order.
     """
 
-    place: Array
+    pointer: Array
     box: Array
-    press: bool | None = None
+    axis: str
+    events: tuple[str, ...]
 
 
-def steps(n_frames: int, box: Callable[[], Array], project: Callable[[Array], Array]) -> Iterator[Step | None]:
-    """A step for each frame; None where the mouse does nothing.
+def steps(n_frames: int) -> Iterator[Step | None]:
+    """A step for each frame; None where the pointer does nothing.
 
     Args:
         n_frames: How many frames there are, at least three for each drag.
-        box: Returns the position of the box [m], shape (3,); called at the start of each drag.
-        project: Returns the place [pixel x, y] of a point in the base frame [m].
     """
-    done, ends = 0, 0.0
+    box, done, ends = np.array(BOX_START), 0, 0.0
     for drag in DRAGS:
-        axis, start = np.array(_AXES[drag.axis]), box()
+        axis, start = np.array(_AXES[drag.axis]), box
         n = max(round(drag.lasts * n_frames), 3) - 2
-        yield Step(project(start + GRIP * axis), start)  # RViz must see the pointer over the arrow before the button goes down
-        yield Step(project(start + GRIP * axis), start, press=True)
+        yield Step(start + GRIP * axis, start, drag.axis, ())
+        yield Step(start + GRIP * axis, start, drag.axis, ("MOUSE_DOWN",))
         for k in range(1, n + 1):
-            there = start + drag.way * k / n * axis
-            yield Step(project(there + GRIP * axis), there, press=False if k == n else None)
+            box = start + drag.way * k / n * axis
+            yield Step(box + GRIP * axis, box, drag.axis, ("POSE_UPDATE", "MOUSE_UP") if k == n else ("POSE_UPDATE",))
         ends += (drag.lasts + drag.rests) * n_frames
         done += n + 2
         while done < round(ends):

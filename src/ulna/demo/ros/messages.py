@@ -3,7 +3,7 @@
 # pyright: reportMissingImports=false
 # ROS is installed with the system, not by pip; without it pyright cannot check these imports.
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
@@ -14,7 +14,7 @@ from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, 
 
 from ulna.collision.report import Report
 from ulna.demo.drawing import WORD_POSITION_IN_BASE, joint_positions, light, movable_box
-from ulna.demo.scenario import BOX_NAME
+from ulna.demo.scenario import BOX_NAME, LIGHT_POSITION, light_word
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder
 from ulna.errors import InputError
@@ -36,11 +36,11 @@ def joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
     return JointState(name=list(positions), position=list(positions.values()))
 
 
-def markers(robot: Robot, report: Report) -> Iterator[Marker]:
-    """The light with its text, and the boxes of the arm, which move with its links."""
+def markers(robot: Robot, report: Report | None) -> Iterator[Marker]:
+    """The light with its text, and the boxes of the arm, which move with its links; None while the report is not known."""
     yield solid_marker(light(robot, report), "light", 0)
-    yield _word(robot, report)
-    for k, solid in enumerate(collision_boxes(robot, report.touching)):
+    yield text_marker(light_word(report), robot.base, WORD_POSITION_IN_BASE, INK, ("light", 1))
+    for k, solid in enumerate(collision_boxes(robot, report.touching if report is not None else ())):
         yield solid_marker(solid, "boxes", k)
 
 
@@ -52,6 +52,23 @@ def solid_marker(solid: Solid[Box] | Solid[Cylinder], namespace: str, number: in
         kind, size = Marker.CYLINDER, (2 * solid.shape.radius, 2 * solid.shape.radius, solid.shape.length)
     marker = Marker(header=Header(frame_id=solid.link), ns=namespace, id=number, type=kind, frame_locked=True)
     marker.pose, marker.scale, marker.color = pose_message(solid.pose), Vector3(**_xyz(size)), _color(solid.color, solid.opacity)
+    return _short_lived(marker)
+
+
+def legend(groups: Mapping[str, Sequence[Solid]]) -> Iterator[Marker]:
+    """The name of each group in the colour of its solids, above one another beside the light's place."""
+    for k, (name, (solid, *_)) in enumerate(groups.items()):
+        x, y, z = LIGHT_POSITION
+        yield text_marker(name, solid.link, (x, y, z + 1.5 * k * _WORD_HEIGHT), solid.color, ("legend", k))
+
+
+def text_marker(
+    text: str, link: str, position: tuple[float, float, float], color: tuple[int, int, int], key: tuple[str, int]
+) -> Marker:
+    """A text that faces the camera, at a position [m] in the frame of a link; ``key`` is its namespace and number."""
+    marker = Marker(header=Header(frame_id=link), ns=key[0], id=key[1], type=Marker.TEXT_VIEW_FACING, text=text)
+    marker.pose = pose_message(pose(position))
+    marker.scale, marker.color = Vector3(z=_WORD_HEIGHT), _color(color, 1.0)
     return _short_lived(marker)
 
 
@@ -70,6 +87,21 @@ def interactive_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Interactiv
     return handles
 
 
+def drag(robot: Robot, T_base_box: NDArray[np.float64], control: str, event: str) -> InteractiveMarkerFeedback:
+    """What RViz publishes while a handle of the box is dragged.
+
+    Args:
+        robot: The arm.
+        T_base_box: The pose of the box, shape (4, 4).
+        control: The name of the handle: "move_x".
+        event: Its name in the message's type: "MOUSE_DOWN", "POSE_UPDATE" or "MOUSE_UP".
+    """
+    message = InteractiveMarkerFeedback(client_id="/ulna", marker_name=BOX_NAME, control_name=control)
+    message.header.frame_id, message.pose = robot.base, pose_message(T_base_box)
+    message.event_type = getattr(InteractiveMarkerFeedback, event)
+    return message
+
+
 def pose_message(T: NDArray[np.float64]) -> Pose:
     """A pose, shape (4, 4), as a message."""
     w, x, y, z = map(float, quaternion_from_matrix(T))
@@ -77,13 +109,14 @@ def pose_message(T: NDArray[np.float64]) -> Pose:
 
 
 def pose_of(message: Pose) -> NDArray[np.float64]:
-    """The pose of a message, shape (4, 4).
+    """The pose of a message, shape (4, 4). A zero quaternion is one that was not set: no rotation, as in RViz.
 
     Raises:
-        InputError: It is not a pose: its quaternion is zero, or a number is not finite.
+        InputError: It is not a pose: a number is not finite.
     """
     p, r = message.position, message.orientation
-    return pose((p.x, p.y, p.z), wxyz=(r.w, r.x, r.y, r.z))
+    wxyz = (r.w, r.x, r.y, r.z)
+    return pose((p.x, p.y, p.z), wxyz=wxyz if any(wxyz) else None)
 
 
 def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.float64]:
@@ -96,13 +129,6 @@ def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.
     if frame not in ("", base):
         raise InputError("frame_id", f"the pose of the box is in {frame!r}; {base!r} is expected")
     return pose_of(feedback.pose)
-
-
-def _word(robot: Robot, report: Report) -> Marker:
-    marker = Marker(header=Header(frame_id=robot.base), ns="light", id=1, type=Marker.TEXT_VIEW_FACING, text=str(report))
-    marker.pose = pose_message(pose(WORD_POSITION_IN_BASE))
-    marker.scale, marker.color = Vector3(z=_WORD_HEIGHT), _color(INK, 1.0)
-    return _short_lived(marker)
 
 
 def _short_lived(marker: Marker) -> Marker:

@@ -1,4 +1,4 @@
-"""The demo as nodes of ROS 1: the arm with its light, and the box. Used by ``ros1_demo`` and hw2; only this imports rospy."""
+"""The demo as nodes of ROS 1: the arm with its light, and the box. Used by ``ros1_demo``, ``screencast`` and hw2."""
 
 # pyright: reportMissingImports=false
 
@@ -20,6 +20,7 @@ from ulna.collision.report import Report
 from ulna.demo.player import Player
 from ulna.demo.ros import messages
 from ulna.demo.ros.ending import noted_signals
+from ulna.demo.ros.node_compiler import node_compiler
 from ulna.demo.scenario import BOX_NAME, BOX_START, RATE_HZ, Demo
 from ulna.description.pose import pose
 from ulna.errors import InputError
@@ -31,11 +32,16 @@ _LOOK_FOR_MASTER_S = 1.0
 
 
 class ArmAndLight:
-    """Publishes the joints and the contacts of the arm; subscribes to the pose of the box."""
+    """Publishes the joints and the contacts of the arm; subscribes to the pose of the box.
 
-    def __init__(self, demo: Demo) -> None:
+    Args:
+        demo: The arm and the box.
+        ask: Calls functions, by ``Compiler.ask``.
+    """
+
+    def __init__(self, demo: Demo, ask: Callable[..., Any]) -> None:
         self.robot = demo.robot
-        self.player = Player(demo, self)
+        self.player = Player(demo, self, ask)
         self._joints = rospy.Publisher("joint_states", JointState, queue_size=_QUEUE)
         self._markers = rospy.Publisher("visualization_marker", Marker, queue_size=_QUEUE)
         rospy.Subscriber(f"/{messages.SERVER}/feedback", InteractiveMarkerFeedback, self._hear, queue_size=1)
@@ -45,8 +51,8 @@ class ArmAndLight:
         """Publish the joint positions."""
         self._joints.publish(_joint_state(self.robot, q))
 
-    def draw_report(self, report: Report) -> None:
-        """Publish the light, its text and the boxes."""
+    def draw_report(self, report: Report | None) -> None:
+        """Publish the light, its text and the boxes; the light is grey while the report is not known."""
         for marker in messages.markers(self.robot, report):
             self._markers.publish(marker)
 
@@ -64,14 +70,10 @@ class ArmAndLight:
 
 
 class MovableBox:
-    """The server of the box's handles.
-
-    Attributes:
-        is_held: Whether a handle is held by the mouse in RViz.
-    """
+    """The server of the box's handles."""
 
     def __init__(self, robot: Robot) -> None:
-        self._base, self.is_held = robot.base, False
+        self._base = robot.base
         self._last = messages.pose_message(pose(BOX_START))
         self._server = InteractiveMarkerServer(messages.SERVER)
         self._server.insert(messages.interactive_box(robot, pose(BOX_START)), self._dragged)
@@ -79,8 +81,6 @@ class MovableBox:
 
     def _dragged(self, feedback: InteractiveMarkerFeedback) -> None:
         """Publish the new pose to other RViz windows; an invalid pose is undone."""
-        if feedback.event_type in (InteractiveMarkerFeedback.MOUSE_DOWN, InteractiveMarkerFeedback.MOUSE_UP):
-            self.is_held = feedback.event_type == InteractiveMarkerFeedback.MOUSE_DOWN
         try:
             messages.feedback_pose(feedback, self._base)
             self._last = feedback.pose
@@ -96,7 +96,7 @@ def node(name: str) -> Iterator[Callable[[], bool]]:
 
     Yields:
         A function that returns whether the node is to end: after SIGINT or SIGTERM, or if ROS ends it. A second signal raises
-        KeyboardInterrupt.
+        SystemExit.
     """
     rospy.init_node(name, disable_signals=True)
     signals = noted_signals()
@@ -108,9 +108,8 @@ def node(name: str) -> Iterator[Callable[[], bool]]:
 
 def play_arm() -> None:
     """Play the trajectory of the arm, and update the light when the box moves, until the node is ended."""
-    demo = Demo()
-    with node("arm_and_light") as ended:
-        beat(ArmAndLight(demo).player.advance, ended)
+    with node_compiler() as compiler, node("arm_and_light") as ended:
+        beat(ArmAndLight(Demo(), compiler.ask).player.advance, ended)
 
 
 def hold_arm(q: NDArray[np.float64]) -> None:
@@ -127,12 +126,22 @@ def _joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
     return message
 
 
-def show_solids(groups: Mapping[str, Sequence[Solid]]) -> None:
-    """Publish static solids, by the namespaces in which RViz lists them, until the node is ended."""
-    with node("collision_boxes") as ended:
+def show_solids(make: Callable[[], Mapping[str, Sequence[Solid]]]) -> None:
+    """Publish static solids, by the namespaces in which RViz lists them, and a legend, until the node is ended.
+
+    Args:
+        make: Returns them, at least one in each group.
+    """
+    with node_compiler() as compiler, node("collision_boxes") as ended:
         publisher = rospy.Publisher("visualization_marker", Marker, queue_size=_QUEUE)
-        markers = [messages.solid_marker(solid, group, k) for group, solids in groups.items() for k, solid in enumerate(solids)]
-        beat(lambda _: [publisher.publish(marker) for marker in markers], ended)
+
+        def publish(_seconds: float) -> None:
+            groups = compiler.ask("their poses", make) or {}
+            solids = (messages.solid_marker(solid, name, k) for name, some in groups.items() for k, solid in enumerate(some))
+            for marker in (*solids, *messages.legend(groups)):
+                publisher.publish(marker)
+
+        beat(publish, ended)
 
 
 def serve_box() -> None:

@@ -5,17 +5,19 @@
 import os
 import signal
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from importlib.resources import as_file, files
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
 import rosgraph
 import rospy
 
 from ulna.demo.ros.children import Children, Ended
-from ulna.demo.ros.description import robot_description, with_fingers
+from ulna.demo.ros.description import robot_description
 from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, beat, node
 from ulna.demo.scenario import Demo
 from ulna.errors import MissingROSError
@@ -26,8 +28,8 @@ _PUBLISHER, _RVIZ = "robot_state_publisher", "RViz"
 _MOST_CRASHES = 3  # after so many, another start will not help
 
 
-def run(*, rviz: bool = True) -> None:
-    """Run a master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C.
+def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
+    """Run a master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C; ``ask`` is ``Compiler.ask``.
 
     Raises:
         MissingROSError: A program is not on this machine, or a master elsewhere does not answer.
@@ -41,13 +43,18 @@ def run(*, rviz: bool = True) -> None:
         config = str(stack.enter_context(as_file(files("ulna.demo.ros") / "demo.rviz"))) if rviz else None
         beside = stack.enter_context(Beside(demo, config))
         beside.meet_master()
-        arm, _box = ArmAndLight(demo), MovableBox(demo.robot)
+        arm, _box = ArmAndLight(demo, ask), MovableBox(demo.robot)
         print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - nothing else is seen without RViz
         beat(partial(_step, arm, master, beside), ended, beside.meet_master)
 
 
 def _step(arm: ArmAndLight, master: Children, beside: "Beside", seconds: float) -> None:
     arm.player.advance(seconds)
+    begin_ended_again(master, beside)
+
+
+def begin_ended_again(master: Children, beside: "Beside") -> None:
+    """Start what has ended by itself again: the master, and RViz if it has crashed."""
     for ended in beside.ended():
         rospy.logwarn(f"{ended}; {'another is started' if beside.begin_again(ended) else 'the demo goes on'}")
     for ended in master.ended():
@@ -65,7 +72,7 @@ class Beside(Children):
     def meet_master(self) -> None:
         """Set robot_description; start robot_state_publisher, and RViz if there is a configuration for it."""
         self.end_all()
-        rospy.set_param("robot_description", with_fingers(robot_description(self._demo.robot, rospy.logwarn)))
+        rospy.set_param("robot_description", robot_description(self._demo.robot, rospy.logwarn))
         self.start(_PUBLISHER, _find_state_publisher())
         if self._config:
             _open_rviz(self, self._config)

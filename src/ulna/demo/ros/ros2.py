@@ -4,6 +4,7 @@
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import rclpy
@@ -24,6 +25,7 @@ from ulna.demo.ros.description import robot_description
 from ulna.demo.ros.ending import noted_signals
 from ulna.demo.scenario import BOX_NAME, RATE_HZ, Demo
 from ulna.errors import InputError
+from ulna.robot import Robot, load
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -36,12 +38,17 @@ _QUEUE = 30  # messages
 
 
 class DemoNode(Node):
-    """Publishes the joints, the light and the boxes, offers the handles of the box, and follows a drag."""
+    """Publishes the joints, the light and the boxes, offers the handles of the box, and follows a drag.
 
-    def __init__(self, demo: Demo) -> None:
+    Args:
+        demo: The arm and the box.
+        ask: Calls functions, by ``Compiler.ask``.
+    """
+
+    def __init__(self, demo: Demo, ask: Callable[..., Any]) -> None:
         super().__init__("ulna_demo")
         self.demo = demo
-        self.player = Player(demo, self)
+        self.player = Player(demo, self, ask)
         self._joints = self.create_publisher(JointState, "joint_states", _QUEUE)
         self._markers = self.create_publisher(MarkerArray, "visualization_marker_array", _QUEUE)
         self._tf = None
@@ -51,7 +58,9 @@ class DemoNode(Node):
             self.get_logger().warning(NO_TF)
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # also for an RViz that starts later
         self._description = self.create_publisher(String, "robot_description", kept)
-        self._description.publish(String(data=robot_description(demo.robot, self.get_logger().warning)))
+        text = robot_description(demo.robot, self.get_logger().warning)
+        self._description.publish(String(data=text))
+        self._described, self._ask = load(text), ask
         self._handles = Handles(self, self._put_box)
         self._last = time.monotonic()
         self.create_timer(1.0 / RATE_HZ, self._beat)
@@ -63,10 +72,13 @@ class DemoNode(Node):
         message.header.stamp = stamp
         self._joints.publish(message)
         if self._tf is not None and TFMessage is not None:
-            self._tf.publish(TFMessage(transforms=transforms(self.demo, q, stamp)))
+            q = self._described.q_of_joints(message.name, message.position)
+            poses = self._ask("the poses of the links", self._described.link_poses, q)
+            if poses is not None:
+                self._tf.publish(TFMessage(transforms=transforms(self._described, poses, stamp)))
 
-    def draw_report(self, report: Report) -> None:
-        """Publish the light, its text and the boxes."""
+    def draw_report(self, report: Report | None) -> None:
+        """Publish the light, its text and the boxes; the light is grey while the report is not known."""
         self._markers.publish(MarkerArray(markers=list(messages.markers(self.demo.robot, report))))
 
     def _beat(self) -> None:
@@ -75,6 +87,7 @@ class DemoNode(Node):
         self._last = now
 
     def _put_box(self, feedback: InteractiveMarkerFeedback) -> None:
+        """Move the box to the pose of a marker of any name, as the node of ROS 1 does."""
         try:
             self.player.drag(messages.feedback_pose(feedback, self.demo.robot.base))
         except InputError as error:
@@ -86,10 +99,10 @@ class Handles:
     """The topics and the service of an interactive-marker server for RViz 2, without the package ``interactive_markers``."""
 
     def __init__(self, node: DemoNode, heard: Callable[[InteractiveMarkerFeedback], None]) -> None:
-        self._demo, self._heard, self._number = node.demo, heard, 0
+        self._demo, self._number = node.demo, 0
         self._updates = node.create_publisher(InteractiveMarkerUpdate, f"{messages.SERVER}/update", _QUEUE)
         node.create_service(GetInteractiveMarkers, f"{messages.SERVER}/get_interactive_markers", self._answer)
-        node.create_subscription(InteractiveMarkerFeedback, f"{messages.SERVER}/feedback", self._hear, _QUEUE)
+        node.create_subscription(InteractiveMarkerFeedback, f"{messages.SERVER}/feedback", heard, _QUEUE)
 
     def tell(self) -> None:
         """Publish the pose of the box."""
@@ -103,16 +116,11 @@ class Handles:
         response.markers = [messages.interactive_box(self._demo.robot, self._demo.world.pose(BOX_NAME))]
         return response
 
-    def _hear(self, feedback: InteractiveMarkerFeedback) -> None:
-        if feedback.marker_name == BOX_NAME:
-            self._heard(feedback)
 
-
-def transforms(demo: Demo, q: NDArray[np.float64], stamp) -> list[TransformStamped]:
-    """The pose in the base of each link except the root, at q, shape (n_dof,)."""
-    robot = demo.robot
+def transforms(robot: Robot, poses: NDArray[np.float64], stamp) -> list[TransformStamped]:
+    """The pose in the base of each link except the root, from ``link_poses``, shape (n_links, 4, 4)."""
     found = []
-    for name, T in zip(robot.link_names, robot.link_poses(q), strict=True):
+    for name, T in zip(robot.link_names, poses, strict=True):
         if name != robot.base:
             place = messages.pose_message(T)
             p = place.position
@@ -123,12 +131,12 @@ def transforms(demo: Demo, q: NDArray[np.float64], stamp) -> list[TransformStamp
     return found
 
 
-def play(demo: Demo) -> None:
-    """Run the node until Ctrl-C or SIGTERM."""
+def play(demo: Demo, ask: Callable[..., Any]) -> None:
+    """Run the node until Ctrl-C or SIGTERM; ``ask`` is ``Compiler.ask``."""
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     signals = noted_signals()
     try:
-        node = DemoNode(demo)
+        node = DemoNode(demo, ask)
         node.get_logger().info("the demo runs; Ctrl-C ends it")
         while not signals:
             rclpy.spin_once(node)  # a beat at the latest

@@ -1,4 +1,4 @@
-"""Starts an X display without a monitor, by Xvfb; sees its pixels and moves its mouse, by xdotool. Used by ``rviz_video``."""
+"""Starts an X display without a monitor, by Xvfb; sees its pixels and moves its pointer, by xdotool. Used by ``screencast``."""
 
 import os
 import subprocess
@@ -56,12 +56,6 @@ class VirtualScreen:
 
     def move_mouse(self, place: NDArray[np.float64]) -> None:
         """Move the pointer to a place [pixel x, y]."""
-        self._xdotool("mousemove", *map(str, place.round().astype(int)))
-
-    def press(self, *, down: bool) -> None:
-        """Press the left button, or release it."""
-        self._xdotool("mousedown" if down else "mouseup", "1")
-
-    def _xdotool(self, *words: str) -> None:
+        where = map(str, place.round().astype(int))
         environment = {**os.environ, "DISPLAY": self.name}
-        subprocess.run(["xdotool", *words], env=environment, check=True, stderr=subprocess.DEVNULL)  # noqa: S603, S607
+        subprocess.run(["xdotool", "mousemove", *where], env=environment, check=True, stderr=subprocess.DEVNULL)  # noqa: S603, S607

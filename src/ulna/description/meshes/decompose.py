@@ -82,7 +82,7 @@ def _decomposed(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Pieces:
     request = io.BytesIO()
     np.savez(request, vertices=vertices, faces=faces, parameters=json.dumps(PARAMETERS))
     program = program_of("ulna.description.meshes.decompose_child")
-    with child_process(program, MEMORY_LIMIT_BYTES, TIME_LIMIT_S, None) as (child, late):
+    with child_process(program, MEMORY_LIMIT_BYTES, TIME_LIMIT_S) as (child, late):
         output, errors = child.communicate(request.getvalue())
         try:
             return kept_pieces.from_bytes(output)

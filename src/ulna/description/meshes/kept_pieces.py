@@ -2,17 +2,13 @@
 
 import contextlib
 import io
-import os
-import time
 import zipfile
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.engine.private_folder import SharedFolderError, cache_base, make_private
-from ulna.engine.whole_file import write_whole
+from ulna.engine.private_folder import PrivateFolder, cache_base, private_folder
 
 _UNUSED_DAYS = 90
 
@@ -54,33 +50,24 @@ def from_bytes(data: bytes) -> Pieces:
 
 def read(name: str) -> Pieces | None:
     """The cached pieces of a name; None if there are none."""
-    folder = _folder()
-    if folder is None:
-        return None
-    path = folder / f"{name}.npz"
-    try:
-        pieces = from_bytes(path.read_bytes())
-        os.utime(path)
-    except (OSError, ValueError):
-        return None
-    return pieces
+    with contextlib.suppress(OSError, RuntimeError, ValueError), _folder() as folder:
+        return from_bytes(folder.read(f"{name}.npz"))
+    return None
 
 
 def write(name: str, pieces: Pieces) -> None:
     """Cache pieces under a name, if the folder can be written; remove files that were not used for three months."""
-    folder = _folder()
-    if folder is None:
-        return
-    with contextlib.suppress(OSError):
-        write_whole(folder / f"{name}.npz", to_bytes(pieces))
-        for path in folder.iterdir():
-            if path.stat().st_mtime < time.time() - _UNUSED_DAYS * 86400:
-                path.unlink()
+    with contextlib.suppress(OSError, RuntimeError), _folder() as folder:
+        folder.write(f"{name}.npz", to_bytes(pieces))
+        folder.remove_unused(_UNUSED_DAYS)
 
 
-def _folder() -> Path | None:
-    """The cache folder; None if it cannot be written, or other users could write there."""
-    try:
-        return make_private(cache_base(), "pieces")
-    except (SharedFolderError, OSError, RuntimeError):  # RuntimeError: a user without a home folder
-        return None
+def _folder() -> PrivateFolder:
+    """The cache folder.
+
+    Raises:
+        OSError: It cannot be written, or other users could write there.
+        RuntimeError: The user has no home folder.
+    """
+    with private_folder(cache_base()) as base:
+        return base.folder("pieces")

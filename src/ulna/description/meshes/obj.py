@@ -1,12 +1,14 @@
 """Checks a Wavefront OBJ file and writes it with one statement a line, triangles only, indices from 1. Used by ``reader``."""
 
 import re
+from io import StringIO
 from itertools import pairwise
 from math import isfinite
 
-from ulna.description.meshes.plain import Plain
+from ulna.description.meshes.plain import MOST_TRIANGLES, Plain
 
 _SURFACES = ("surf", "bzp", "bsp", "cdc", "cdp")
+_MOST_WORDS = MOST_TRIANGLES + 4  # of a line: one more corner than a face of so many triangles has
 
 
 def plain_obj(data: bytes) -> Plain:
@@ -17,14 +19,15 @@ def plain_obj(data: bytes) -> Plain:
     vertices is a fan. Lines and points have no faces and are left out, as are groups.
 
     Raises:
-        ValueError: A vertex or a face cannot be understood, a face names a vertex that is not there, or it has curved surfaces.
+        ValueError: A vertex or a face cannot be understood, a face names a vertex that is not there, or it has curved surfaces
+            or more triangles than are read.
     """
     lists: dict[str, list[str]] = {"v": [], "vt": [], "vn": []}
-    faces: list[str] = []
+    faces = StringIO()
     libraries: list[str] = []
     highest, n_triangles, all_coloured = 0, 0, True
     for number, line in _lines(data):
-        words = line.split()
+        words = line.split(None, _MOST_WORDS)
         match words[0] if words else "#":
             case "v":
                 vertex = _vertex(words[1:], number)
@@ -33,13 +36,14 @@ def plain_obj(data: bytes) -> Plain:
             case "vt" | "vn" as kind:
                 lists[kind].append(" ".join(words[1:4]))
             case "f" | "fo":
+                n_triangles += max(0, len(words) - 3)
+                if n_triangles > MOST_TRIANGLES:
+                    raise ValueError(f"line {number}: it has more than {MOST_TRIANGLES} triangles, the most that are read")
                 corners = [_corner(word, lists, number) for word in words[1:]]
                 highest = max([highest, *(int(corner.partition("/")[0]) for corner in corners)])
-                fan = [f"f {corners[0]} {b} {c}" for b, c in pairwise(corners[1:])]
-                n_triangles += len(fan)
-                faces += fan
+                faces.writelines(f"f {corners[0]} {b} {c}\n" for b, c in pairwise(corners[1:]))
             case "usemtl":
-                faces.append(" ".join(words))
+                faces.write(" ".join(words) + "\n")
             case "mtllib":
                 libraries.append(line.strip())
             case word if word in _SURFACES:
@@ -48,8 +52,8 @@ def plain_obj(data: bytes) -> Plain:
         raise ValueError(f"a face refers to vertex {highest}; there are {len(lists['v'])}")
     vertices = lists["v"] if all_coloured else [" ".join(vertex.split()[:3]) for vertex in lists["v"]]
     text = [*libraries[:1], *(f"v {vertex}" for vertex in vertices)]
-    text += [f"{kind} {row}" for kind in ("vt", "vn") for row in lists[kind]] + faces
-    return Plain("\n".join([*text, ""]).encode(), n_triangles)
+    text += [f"{kind} {row}" for kind in ("vt", "vn") for row in lists[kind]]
+    return Plain("\n".join([*text, faces.getvalue()]).encode(), n_triangles)
 
 
 def _lines(data: bytes) -> list[tuple[int, str]]:

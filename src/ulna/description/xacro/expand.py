@@ -40,12 +40,14 @@ def expand_xacro(
     arguments = {str(key): str(value) for key, value in xacro_args.items()}
     if only_defines(root):
         call_the_macro(root, source, arguments)
+    beside = None if folder is None else folder.resolve()
     request = {
         "text": etree.tostring(root, encoding="unicode"),
-        "file": None if folder is None else str(folder.resolve() / source),
+        "file": None if beside is None else str(beside / source),
+        "folder": str(beside or Path.cwd()),
         "arguments": arguments,
     }
-    readable = Readable(None if folder is None else folder.resolve(), [str(Path(p).resolve()) for p in package_dirs])
+    readable = Readable(beside, [str(Path(p).resolve()) for p in package_dirs])
     expanded = expanded_by_child(request, readable, MEMORY_LIMIT_BYTES, TIME_LIMIT_S, source)
     declared = {e.get("name", "") for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).localname == "arg"}
     for name in arguments:

@@ -23,7 +23,7 @@ def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, 
     Raises:
         DescriptionError: The document fails, runs too long or reaches outside.
     """
-    with child_process(_START, memory, seconds, readable.folder) as (child, late):
+    with child_process(_START, memory, seconds) as (child, late):
         left_out: dict[str, str] = {}
         try:
             left_out = _received(child)["left_out"]

@@ -19,7 +19,6 @@ Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 Found = tuple[Array, Truths, NDArray[np.int64]]
 PROOFS = tuple(Proof)
-_AT_LIMIT = 1e-9  # rad: no further beyond a limit than this, a joint is at it
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +67,13 @@ def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, worke
 
 
 def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Found:
-    """q, real and proof, whatever the limits."""
+    """q, real and proof; joints that are at a limit as far as their angle is known are at it."""
     six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
     if form.n_joints < N_AXES:
-        angles, known = branches_of_fewer(six, targets, seeds, workers)
+        angles, known = branches_of_fewer(six, targets, seeds, workers, tree.lower, tree.upper)
     else:
-        angles, known, _ = six.branches(targets, np.ascontiguousarray(seeds[:, six.columns]), workers)
+        own = np.ascontiguousarray(seeds[:, six.columns])
+        angles, known, _ = six.branches(targets, own, workers, six.plan(tree.lower, tree.upper))
     known = known.astype(np.int8)
     real = (known & layout.IS_REAL) > 0
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
@@ -142,8 +142,8 @@ def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArr
     """Branches turned near the seeds, those at a limit to rounding put there."""
     lower, upper = tree.lower, tree.upper
     turning = turning_columns(chain, tree.n_dof)
-    q = nearest_turns(q, seeds[:, None], lower - _AT_LIMIT, upper + _AT_LIMIT, turning)
-    valid = real & ((q >= lower - _AT_LIMIT) & (q <= upper + _AT_LIMIT)).all(axis=-1)
+    q = nearest_turns(q, seeds[:, None], lower - layout.AT_LIMIT, upper + layout.AT_LIMIT, turning)
+    valid = real & ((q >= lower - layout.AT_LIMIT) & (q <= upper + layout.AT_LIMIT)).all(axis=-1)
     q = np.where(valid[..., None], np.clip(q, lower, upper), np.where(real[..., None], q, np.nan))
     return Branches(q, real, valid, proof)
 

@@ -76,7 +76,7 @@ class Elbow:
         order, branch = np.nonzero(good)
         starts, errors = np.ascontiguousarray(q[order, branch]), np.full(len(order), _NEARLY)
         scale = 1.0 / self.axes.unit
-        entry("closed_form.polish_all")(self.axes.chain, targets[order], starts, scale, _STEPS, errors)
+        entry("closed_form.polish_all")(self.axes.chain, targets[order], starts, np.empty(0), scale, _STEPS, errors)
         q[order, branch], good[order, branch] = starts, errors <= REACHED
         return q, good
 

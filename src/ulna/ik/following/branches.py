@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import PROOFS, all_branches
 from ulna.ik.closed_form.result import Proof
+from ulna.ik.following.at_limits import with_solutions_at_limits
 from ulna.ik.following.course import Course
 from ulna.ik.following.graph import Sweep, sweep
 from ulna.ik.following.lazy_edges import LazyEdges
-from ulna.ik.following.lifts import AT_LIMIT
 from ulna.ik.query import STEPS
 from ulna.ik.restarts import Restart, run_starts
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
@@ -83,7 +84,7 @@ def along_branches(course: Course) -> Found:
         edges.renew(k)
         q, done = _best(course, nodes, costs, edges, done)
     following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
-    has_all_edges = not edges.removed and not course.lifts.is_cut and not course.lifts.leaves_out(course.max_step)
+    has_all_edges = not edges.removed and not course.lifts.cut.any() and not course.lifts.leaves_out(course.max_step)
     proved = bool(layers.proved[: len(q) + 1].all()) and has_all_edges
     return Found(q, _ends(course, done, nodes), following, proved=proved)
 
@@ -139,20 +140,25 @@ def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
     tree, threads = course.query.tree, course.query.options.threads
     found = all_branches(form, tree, course.targets, course.start[None].copy(), threads)
     rows, proved = [q[valid] for q, valid in zip(found.q, found.valid, strict=True)], np.isin(found.proof, _PROVED)
-    unproved = np.flatnonzero(~proved).tolist()
-    for k in unproved:
-        _continue_into(course, rows, k, k - 1)
-    for k in reversed(unproved):
-        _continue_into(course, rows, k, k + 1)
+    rows = with_solutions_at_limits(course, rows)
+    lines = [_lines(course, rows, proved, towards) for towards in (1, -1)]
+    for k in np.flatnonzero(~proved).tolist():
+        rows[k] = _distinct(course, np.vstack([rows[k], *(line[k] for line in lines)]))
     return rows, proved
 
 
-def _continue_into(course: Course, rows: list[Array], k: int, beside: int) -> None:
-    """Add to pose k what the solutions of a pose beside it continue to: where a joint may have any angle, others may not fit."""
-    if not 0 <= beside < len(rows) or not len(rows[beside]):
-        return
-    q, found = course.near(np.full(len(rows[beside]), k), rows[beside])
-    rows[k] = _distinct(course, np.vstack([rows[k], q[found]]))
+def _lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> dict[int, Array]:
+    """For each pose that is not proved what the solutions of the pose beside it continue to: others may not fit these.
+
+    Where a joint may have any angle at many poses in a row, the same lines are continued through all of them. A pose's own
+    solutions begin new ones as long as there are fewer than _MOST_BRANCHES.
+    """
+    lines: dict[int, Array] = {}
+    for k in np.flatnonzero(~proved).tolist()[::towards]:
+        ends = lines.get(k - towards, rows[k - towards] if 0 <= k - towards < len(rows) else rows[k][:0])
+        q, found = course.near(np.full(len(ends), k), ends)
+        lines[k] = _distinct(course, np.vstack([q[found], rows[k]]))[:_MOST_BRANCHES]
+    return lines
 
 
 def _searched(course: Course) -> list[Array]:

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.collision_filter import CollisionFilter
-from ulna.ik.following.lifts import AT_LIMIT, Lifts
+from ulna.ik.following.lifts import Lifts
 from ulna.ik.problem import Problem, make_problem
 from ulna.ik.query import SEEDED_STEPS, Query
 from ulna.ik.ranking import cost_of
 from ulna.ik.restarts import Restart, run_starts
 from ulna.ik.result import IKResult
 from ulna.ik.turns import TURN, nearest_turns, turning_columns
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ class Course:
     def beginning(self, q: Array) -> Array:
         """The cost of beginning at each lift of q (m, n_dof), infinite beyond the limits or a step from the start: (m, n_lifts).
 
-        Of lifts that are as good as each other, the one nearest to the start is taken.
+        It is that of the step from the start; if the caller gives none, it decides between lifts that are as good as each other.
         """
         lifts = self.lifts
         raised = np.where(lifts.lifted, q[:, None] + TURN * lifts.table, q[:, None])
@@ -103,7 +104,7 @@ class Course:
         allowed = lifts.allowed(q)
         if self.started:
             allowed &= np.abs(away).max(axis=-1, initial=0.0) <= self.max_step
-        return np.where(allowed, _TIE * (away**2).sum(axis=-1), np.inf)
+        return np.where(allowed, (self.weight if self.started else _TIE) * (away**2).sum(axis=-1), np.inf)
 
     def on_from_start(self, q: Array) -> Array:
         """A path (n, n_dof) whose free joints take no step above half a turn, begun as near to the start as whole turns bring it.

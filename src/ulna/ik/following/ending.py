@@ -7,6 +7,8 @@
    singularity is the reason.
 4. Else the solutions are on other branches, or further away than a step.
 
+Before step 2: if a step leads on to a turn that was left out because there are too many (``lifts``), that is the reason.
+
 Steps are measured between the limits: to be a whole turn away is to be far away, if the joint has to make that turn.
 """
 
@@ -18,9 +20,11 @@ from numpy.typing import NDArray
 from ulna.description.pose import inverse
 from ulna.ik.entry_names import entry_names
 from ulna.ik.following.course import Course
-from ulna.ik.following.lifts import AT_LIMIT
 from ulna.ik.following.result import Ending, PathStatus
+from ulna.ik.reason import Reason
 from ulna.ik.result import Status
+from ulna.ik.turns import TURN
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kinematics.forward import frame_poses
 from ulna.kinematics.jacobian import geometric_jacobian
 
@@ -37,7 +41,7 @@ _SAME = {
 }
 
 
-def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> Ending:
+def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> Reason:
     """Why no path leads to pose k.
 
     Args:
@@ -48,7 +52,7 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_al
         are_all: Whether these are proved to be all, so that no other step counts.
     """
     facts = _Facts(course, k, ends, solutions, are_all=are_all)
-    for rule in (_unsolved, _start_beyond, _collision, _limits, _singularity):
+    for rule in (_unsolved, _start_beyond, _cut, _collision, _limits, _singularity):
         ending = rule(facts)
         if ending is not None:
             return ending
@@ -99,14 +103,13 @@ class _Facts:
         J = geometric_jacobian(query.tree, self.ends[i], query.link, "base")[:, query.tree.moving_columns(query.link)]
         return J / _units(self.course)[:, None]
 
-    def ending(self, status: PathStatus, reason: str, excess: Array | None = None, collisions: tuple = ()) -> Ending:
+    def ending(self, status: PathStatus, sentence: str, excess: Array | None = None, collisions: tuple = ()) -> Reason:
         """The result, with the numbers of the best end."""
         values = [np.linalg.svd(self.jacobian(i), compute_uv=False) for i in range(len(self.ends))] or [np.full(1, np.nan)]
         best = max(values, key=lambda value: value[-1] / value[0])
         n_dof = len(self.course.start)
-        return Ending(
+        ending = Ending(
             status=status,
-            reason=reason,
             alive=len(self.all_ends),
             smallest_step=self.smallest_step,
             manipulability=float(np.prod(best)),
@@ -114,9 +117,10 @@ class _Facts:
             limit_excess=np.zeros(n_dof) if excess is None else excess,
             collisions=collisions,
         )
+        return Reason(sentence, ending)
 
 
-def _unsolved(facts: _Facts) -> Ending | None:
+def _unsolved(facts: _Facts) -> Reason | None:
     """The reason that inverse kinematics gives, where the pose has no solution at all."""
     if len(facts.solutions) or facts.near_within.any():
         return None
@@ -129,10 +133,10 @@ def _unsolved(facts: _Facts) -> Ending | None:
     if status is not PathStatus.UNREACHABLE and facts.near_beyond.any():
         return None  # the limits or the collision on the way are told with more detail
     depths = _touching(course, found.q) if status is PathStatus.COLLISION else ()
-    return facts.ending(status, found.reason or "no solution was found", np.asarray(found.limit_excess), depths)
+    return facts.ending(status, str(found.reason) or "no solution was found", np.asarray(found.limit_excess), depths)
 
 
-def _start_beyond(facts: _Facts) -> Ending | None:
+def _start_beyond(facts: _Facts) -> Reason | None:
     """Whether the start that was given is beyond the limits, and the first pose is not near the one within them."""
     course, excess = facts.course, facts.course.start_excess
     is_near = facts.near_within.any() or facts.smallest_step <= course.max_step
@@ -142,7 +146,24 @@ def _start_beyond(facts: _Facts) -> Ending | None:
     return facts.ending(PathStatus.LIMITS, f"{words} {facts.step_in_words()}, and {course.max_step:.3g} is allowed", excess)
 
 
-def _collision(facts: _Facts) -> Ending | None:
+def _cut(facts: _Facts) -> Reason | None:
+    """Whether a step leads on, to a turn that was not searched."""
+    course, lifts = facts.course, facts.course.lifts
+    if not lifts.cut.any():
+        return None
+    steps = course.steps_within(facts.all_ends[:, None], facts.solutions[None])
+    there = facts.all_ends[:, None] + steps
+    outside = lifts.cut & ((there < lifts.lower - AT_LIMIT) | (there > lifts.lower + TURN * lifts.counts + AT_LIMIT))
+    leading = outside[(np.abs(steps).max(axis=-1, initial=0.0) <= course.max_step) & outside.any(axis=-1)]
+    if not len(leading):
+        return None
+    joints = np.flatnonzero(leading.any(axis=0))
+    names = ", ".join(f"{lifts.counts[j]} turns of {entry_names(course.query.tree)[j]}" for j in joints)
+    words = f"{names} about the start were searched, of more that the limits allow; a step of {facts.smallest_step:.3g} leads on"
+    return facts.ending(PathStatus.NO_BRANCH, f"{words} to another turn: follow the rest from there")
+
+
+def _collision(facts: _Facts) -> Reason | None:
     course, hit = facts.course, facts.near_within & facts.hits
     if not facts.near_within.any() or course.world is None:
         return None
@@ -153,7 +174,7 @@ def _collision(facts: _Facts) -> Ending | None:
     return facts.ending(PathStatus.COLLISION, words, collisions=pairs)
 
 
-def _limits(facts: _Facts) -> Ending | None:
+def _limits(facts: _Facts) -> Reason | None:
     near = facts.beyond[facts.near_beyond]
     excess = facts.course.excess(near)
     excess = excess[(excess > AT_LIMIT).any(axis=1)]
@@ -170,7 +191,7 @@ def _excess_in_words(course: Course, excess: Array) -> str:
     return ", ".join(f"{name} by {x:.3g}" for name, x in zip(names, excess, strict=True) if x > AT_LIMIT)
 
 
-def _singularity(facts: _Facts) -> Ending | None:
+def _singularity(facts: _Facts) -> Reason | None:
     """Whether only the part of the step along the arm's weakest direction makes it too long, and that direction is weak."""
     longest = facts.course.max_step
     for i in range(len(facts.ends)):

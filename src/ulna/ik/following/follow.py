@@ -21,6 +21,7 @@ from ulna.ik.following.result import FollowedPath
 from ulna.ik.options import positive
 from ulna.ik.query import Query
 from ulna.ik.ranking import refuse_clearance_of_nothing
+from ulna.ik.reason import NO_REASON
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 
 if TYPE_CHECKING:
@@ -58,13 +59,14 @@ def _result(course: Course, found: Found) -> FollowedPath:
     q = np.full((n, len(course.start)), np.nan)
     q[:k] = found.q
     ends = found.ends if k else course.start[None] if course.started else found.ends
-    ending = None if k == n else why_it_ends(course, k, ends, found.next_nodes, are_all=found.proved)
-    is_contradicted = ending is not None and ending.smallest_step <= course.max_step  # the search is less exact than the nodes
+    reason = NO_REASON if k == n else why_it_ends(course, k, ends, found.next_nodes, are_all=found.proved)
+    is_contradicted = bool(reason) and reason.data.smallest_step <= course.max_step  # the search is less exact than the nodes
     return FollowedPath(
         q=q,
+        q_start=course.start if course.started else None,
         max_step=course.max_step,
         ends_at=None if k == n else k,
-        ending=ending,
+        reason=reason,
         proof=Proof.COMPLETE if found.proved and not is_contradicted else Proof.SEARCHED,
         joint_names=entry_names(course.query.tree),
     )

@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.turns import TURN
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-AT_LIMIT = 1e-9  # rad
-_MOST_TURNS = 3  # of a joint with wide limits: those about the start
-_BASE = 2 * _MOST_TURNS + 1
+_MOST_LIFTS, _LEAST_TURNS = 3**6, 3  # beyond the first, no more than the second of each joint with wide limits
 _MOST_SHIFTS = 300_000  # shifts of the lifts by any number of turns, times lifts
 
 
@@ -35,7 +34,7 @@ class Lifts:
         free: Those that can make any number, shape (n_dof,).
         closed: The lifted entries whose limits are whole turns apart, shape (n_dof,).
         table: The turns of each lift, shape (n_lifts, n_dof).
-        is_cut: Whether the limits allow more turns than these.
+        cut: The entries of which the limits allow more turns than these, shape (n_dof,).
     """
 
     lower: Array
@@ -44,7 +43,7 @@ class Lifts:
     free: NDArray[np.bool_]
     closed: NDArray[np.bool_]
     table: Counts
-    is_cut: bool
+    cut: NDArray[np.bool_]
     _known: dict[int, Counts] = field(default_factory=dict, repr=False)
 
     @classmethod
@@ -55,7 +54,7 @@ class Lifts:
             lower: The lower limits, shape (n_dof,).
             upper: The upper limits.
             turning: Which entries can make whole turns.
-            start: Of many turns those about these positions are in the table, shape (n_dof,).
+            start: Of too many turns those about these positions are in the table, shape (n_dof,).
             one_sided: Whether joints with one finite limit are lifted; else they are free, as if they had none.
         """
         finite = np.isfinite(lower).astype(int) + np.isfinite(upper)
@@ -63,13 +62,12 @@ class Lifts:
         with np.errstate(invalid="ignore"):
             lifted = turning & ~free & (upper - lower >= TURN - AT_LIMIT)
             counts = np.where(lifted, np.ceil((upper - lower - AT_LIMIT) / TURN), 1.0)
-            about = np.minimum(start - TURN * _MOST_TURNS / 2, upper - TURN * _MOST_TURNS)
-            low = np.where(counts > _MOST_TURNS, np.maximum(lower, about), lower)
+            searched = _searched(counts)
+            about = np.minimum(start - TURN * searched / 2, upper - TURN * searched)
+            low = np.where(counts > searched, np.maximum(lower, about), lower)
             whole = np.abs(upper - low - TURN * np.rint((upper - low) / TURN)) <= AT_LIMIT
-        is_cut = bool((counts > _MOST_TURNS).any())
-        counts = np.minimum(counts, _MOST_TURNS).astype(np.int64)
-        table = np.array(list(product(*map(range, counts))), dtype=np.int64)
-        return cls(low, upper, lifted, free, lifted & whole, table.reshape(-1, len(lower)), is_cut)
+        table = np.array(list(product(*map(range, searched))), dtype=np.int64)
+        return cls(low, upper, lifted, free, lifted & whole, table.reshape(-1, len(lower)), counts > searched)
 
     def first_turn(self, q: Array) -> Array:
         """q (..., n_dof) with each entry that can make whole turns in its first turn."""
@@ -115,13 +113,12 @@ class Lifts:
 
     def code(self, turns: Counts) -> Counts:
         """A number for the shift of the lifts by turns (m, n_dof), shape (m,)."""
-        digits = np.where(self.lifted, turns, 0) + _MOST_TURNS
-        return digits @ self._places
+        return np.where(self.lifted, turns + self.counts, 0) @ self._places
 
     def sources(self, code: int) -> Counts:
         """For the shift of a code: the lift that each lift comes from, or -1, shape (n_lifts,)."""
         if code not in self._known:
-            turns = np.where(self.lifted, code // np.maximum(self._places, 1) % _BASE - _MOST_TURNS, 0)
+            turns = np.where(self.lifted, code // self._places % (2 * self.counts + 1) - self.counts, 0)
             source = self.table - turns
             inside = np.all((source >= 0) & (source < self.counts), axis=1)
             place = np.ravel_multi_index(tuple(np.where(inside[:, None], source, 0).T), tuple(self.counts))
@@ -139,6 +136,14 @@ class Lifts:
 
     @cached_property
     def _places(self) -> Counts:
-        """The weight of each entry's turns in a code; entries without lifts have none of their own."""
-        digits = np.cumsum(self.lifted) - self.lifted
-        return np.where(self.lifted, _BASE**digits, 0)
+        """The weight of each entry's turns in a code."""
+        bases = np.where(self.lifted, 2 * self.counts + 1, 1)
+        return np.cumprod(np.r_[1, bases[:-1]])
+
+
+def _searched(counts: Array) -> Counts:
+    """How many turns of each entry are searched: all, but of joints without a limit, and while there are not too many lifts."""
+    searched = np.where(np.isfinite(counts), np.minimum(counts, _MOST_LIFTS), _LEAST_TURNS).astype(np.int64)
+    while float(np.prod(searched, dtype=np.float64)) > _MOST_LIFTS and searched.max() > _LEAST_TURNS:
+        searched[searched.argmax()] -= 1
+    return searched

@@ -3,11 +3,9 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine
-from ulna.engine.lanes import load, rint, store, where
-from ulna.kernels.chain.closed_form_layout import IS_WITHIN, N_KNOWN, REACHED, RESIDUAL
+from ulna.engine.lanes import any_lane, load, rint, store, where
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT, HARDLY_BEYOND, IS_WITHIN, N_KNOWN, REACHED, RESIDUAL
 from ulna.kernels.spatial.elementary import maximum, minimum
-
-AT_LIMIT = 1e-9  # rad or m: no further beyond a limit than this, a joint is at it
 
 
 @routine
@@ -42,6 +40,56 @@ def turned_towards(q, seed, bound_rows, j):
     q = q - turn * rint((q - seed) * load(bound_rows, 3 * n + j))
     q = where(q < lower - AT_LIMIT, q + turn, where(q > upper + AT_LIMIT, q - turn, q))
     return q, (q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT)
+
+
+@routine
+def is_any_hardly_beyond(q_rows, known_rows, bound_rows):
+    """Whether ``hardly_beyond`` is true of any branch in any lane; q_rows: six a branch, known_rows: N_KNOWN a branch."""
+    n, found, bounded = bound_rows.shape[0] // 4, False, False
+    for j in range(n):  # a joint that can make whole turns within its bounds is never beyond them
+        bounded |= any_lane(load(bound_rows, n + j) - load(bound_rows, j) < load(bound_rows, 2 * n + j))
+    if not bounded:
+        return False
+    for k in range(q_rows.shape[0] // 6):
+        found |= any_lane(hardly_beyond(q_rows, known_rows, k, bound_rows))
+    return found
+
+
+@kernel
+def hardly_beyond(q_rows, known_rows, k, bound_rows):
+    """Whether branch k is real and beyond the bounds, whole turns aside, and no joint by more than HARDLY_BEYOND."""
+    n, real = bound_rows.shape[0] // 4, load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED
+    furthest = where(real, 0.0, np.inf)
+    for j in range(n):
+        _, half, away = from_middle(load(q_rows, 6 * k + j), bound_rows, j)
+        furthest = maximum(furthest, where(half < np.inf, abs(away) - half, 0.0))
+        if not any_lane(furthest <= HARDLY_BEYOND):
+            break
+    return (furthest > AT_LIMIT) & (furthest <= HARDLY_BEYOND)
+
+
+@kernel
+def from_middle(q, bound_rows, j):
+    """The middle of the bounds of joint j, half their width, and how far q is from the middle, whole turns aside."""
+    n = bound_rows.shape[0] // 4
+    lower, upper = load(bound_rows, j), load(bound_rows, n + j)
+    middle = 0.5 * (lower + upper)
+    away = q - middle
+    return middle, 0.5 * (upper - lower), away - load(bound_rows, 2 * n + j) * rint(away * load(bound_rows, 3 * n + j))
+
+
+@routine
+def put_inside(q_rows, seed_rows, bound_rows, inside_rows):
+    """Write a branch, turned towards the seed, the joints that are beyond their bounds at the nearest ones; six rows."""
+    n = bound_rows.shape[0] // 4
+    for j in range(6):
+        q = load(q_rows, j)
+        if j < n:
+            turned, within = turned_towards(q, load(seed_rows, j), bound_rows, j)
+            middle, half, away = from_middle(q, bound_rows, j)
+            q = where(within, turned, middle + minimum(maximum(away, -half), half))
+            q = minimum(maximum(q, load(bound_rows, j)), load(bound_rows, n + j))
+        store(inside_rows, j, q)
 
 
 @routine

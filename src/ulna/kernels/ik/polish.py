@@ -1,30 +1,39 @@
 """Improves configurations that nearly reach their targets, by Newton steps of the forward kinematics. Used by ``drivers``.
 
 1. Evaluate the pose error and the Jacobian at q.
-2. Move by J' (J J' + lambda I)^-1 e with lambda = |e|^2 + 1e-13, which is Newton's step but where J has no inverse.
+2. Move by J' (J J' + lambda I)^-1 e with lambda = |e|^2 + 1e-13, which is Newton's step but where J has no inverse; within
+   bounds, and without the joints that are at a bound and would be pushed beyond it.
 3. Keep the step of a lane if its error is smaller then.
 """
 
 from ulna.engine.decorators import shared_routine
 from ulna.engine.lanes import any_lane, load, sqrt, store, where
+from ulna.kernels.chain.closed_form_layout import ENOUGH
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.chain.poses import chain_pose
-from ulna.kernels.ik.damped_system import back_to_joints, error_squares, pose_error, solve_damped
+from ulna.kernels.ik.damped_system import (
+    back_to_joints,
+    block_joints_at_bounds,
+    error_squares,
+    pose_error,
+    solve_damped,
+    within_bounds,
+)
 from ulna.kernels.spatial.se3 import load_pose
 
-ENOUGH = 1e-12  # of an error: below it a step is not worth its time
 _LEAST_DAMPING = 1e-13
 
 
 @shared_routine
-def polish(chain, target_rows, q_rows, error_rows, inverse_reach, most, steps, jacobian_rows, system_rows, last_rows):
+def polish(chain, target_rows, q_rows, error_rows, bound_rows, inverse_reach, most, steps, jacobian_rows, system_rows, last_rows):
     """At most ``steps`` of the above for the lanes whose error is above ENOUGH and at most ``most``.
 
-    q_rows: (n_dof), changed; error_rows: one, the error (a share of the reach, and radians, in one square), changed; the others
-    are scratch: (6 n_dof), (N_SYSTEM), (n_dof).
+    q_rows: (n_dof), changed; error_rows: one, the error (a share of the reach, and radians, in one square), changed; bound_rows:
+    the lower bounds of the first joints, then the upper ones, none of the others; the others are scratch: (6 n_dof), (N_SYSTEM),
+    (n_dof).
     """
-    n_dof, target = q_rows.shape[0], load_pose(target_rows, 0)
+    n_dof, n_bounded, target = q_rows.shape[0], bound_rows.shape[0] // 2, load_pose(target_rows, 0)
     for _ in range(steps):
         error = load(error_rows, 0)
         moving = (error > ENOUGH) & (error <= most)
@@ -33,11 +42,14 @@ def polish(chain, target_rows, q_rows, error_rows, inverse_reach, most, steps, j
         e = pose_error(chain_jacobian(chain, q_rows, BASE, jacobian_rows, 6, 1), target)
         p2, r2 = error_squares(e)
         before = sqrt(p2 * inverse_reach**2 + r2)
+        block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
         solve_damped(jacobian_rows, n_dof, p2 + r2 + _LEAST_DAMPING, e, system_rows)
         for j in range(n_dof):
             q = load(q_rows, j)
             store(last_rows, j, q)
             store(q_rows, j, q + back_to_joints(jacobian_rows, j, system_rows))
+        for j in range(n_bounded):
+            store(q_rows, j, within_bounds(load(q_rows, j), bound_rows, j))
         p2, r2 = error_squares(pose_error(chain_pose(chain, q_rows), target))
         after = sqrt(p2 * inverse_reach**2 + r2)
         better = moving & (after < before)

@@ -58,7 +58,7 @@ def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True, 
         names: The shown names of the robot's shapes; made from the robot unless given.
     """
     try:
-        report = robot.check_collision(q, world, itself)
+        report = robot.check_collision(q, world, self_collision=itself)
         distance = robot.signed_distance(q, world, self_collision=False)
     except GeometryError as error:
         return Clearance(None, refusal=str(error))

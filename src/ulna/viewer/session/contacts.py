@@ -44,7 +44,7 @@ def along_contacts(robot: Robot, q: Array, change: Array, link: str, world: Worl
         return Slid(change, ())
     rates = np.array([_rate(robot, q, pair) for pair in pairs])[:, free]
     least = np.minimum(MARGIN - np.array([pair.signed_distance for pair in pairs]), _OUT)
-    J = robot.jacobian(q, link)[:, free]
+    J = robot.jacobian(q, link=link)[:, free]
     step, forces = _nearest_step(J.T @ J + _DAMPING * np.eye(free.size), change[free], rates, least)
     slid = np.zeros_like(change)
     slid[free] = step
@@ -62,8 +62,8 @@ def _rate(robot: Robot, q: Array, pair: Pair) -> Array:
 def _point_jacobian(robot: Robot, q: Array, link: str, point: Array) -> Array:
     """The Jacobian of a point [m] that moves with a link, or with an object attached to one, shape (3, n_dof)."""
     carrier = next((held.link for held in robot.attached if held.name == link), link)
-    J = robot.jacobian(q, carrier)
-    return J[:3] + np.cross(J[3:], point - robot.forward_kinematics(q, carrier)[:3, 3], axis=0)
+    J = robot.jacobian(q, link=carrier)
+    return J[:3] + np.cross(J[3:], point - robot.forward_kinematics(q, link=carrier)[:3, 3], axis=0)
 
 
 def _nearest_step(H: Array, wanted: Array, G: Array, least: Array) -> tuple[Array, Array]:

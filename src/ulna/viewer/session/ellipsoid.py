@@ -34,13 +34,13 @@ def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
     Planar and floating joints are left out: they do not move while a hand is dragged.
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
     """
-    J = robot.jacobian(q, link)[:, _driven_columns(robot, link)]
+    J = robot.jacobian(q, link=link)[:, _driven_columns(robot, link)]
     axes, radii, _ = np.linalg.svd(np.hstack([J[:3], np.zeros((3, 3))]))
     axes[:, 2] *= np.sign(np.linalg.det(axes))
-    T = robot.forward_kinematics(q, link).copy()
+    T = robot.forward_kinematics(q, link=link).copy()
     T[:3, :3] = axes
     values = np.asarray(np.linalg.svd(J, compute_uv=False), dtype=np.float64)
-    return Mobility(T, radii, values, float(robot.manipulability(q, link)))
+    return Mobility(T, radii, values, float(robot.manipulability(q, link=link)))
 
 
 def _driven_columns(robot: Robot, link: str) -> list[int]:

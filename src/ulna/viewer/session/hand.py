@@ -85,21 +85,21 @@ class Hand:
 
     def place(self, q: Array, T: Array, world: World | None = None) -> Followed:
         """A configuration at a pose, on any IK branch, however far it is from q. Arguments as ``follow``."""
-        found = self.robot.inverse_kinematics(T, q, self.link, held=self.held, world=world)
+        found = self.robot.inverse_kinematics(T, q, link=self.link, held=self.held, world=world)
         if found.success:
             return Followed(found.q, reached=True, moving=False)
         return Followed(q, reached=False, moving=False, reason=_words(found))
 
     def _search(self, q: Array, T: Array, world: World | None, max_iterations: int | None = None) -> IKResult:
         return self.robot.inverse_kinematics(
-            T, q, self.link, held=self.held, max_step=MOST_A_FRAME, world=world, max_iterations=max_iterations
+            T, q, link=self.link, held=self.held, max_step=MOST_A_FRAME, world=world, max_iterations=max_iterations
         )
 
     def _glide(self, q: Array, T: Array, world: World | None) -> tuple[Array, tuple[Pair, ...]]:
         """The nearest configuration to the pose that one frame reaches, and the pairs that prevent a nearer one."""
         miss, against = self._miss(q, T), ()
         for _ in range(_GLIDES):
-            change = self._loop.differential_ik(q, self._error(q, T), 1.0, self.link, damping=_DAMPING)
+            change = self._loop.differential_ik(q, self._error(q, T), 1.0, link=self.link, damping=_DAMPING)
             if world is not None:
                 change, against = self._kept_off(q, _shortened(change), world)
             nearer = np.clip(q + _shortened(change), self.robot.lower, self.robot.upper)
@@ -110,7 +110,7 @@ class Hand:
 
     def _error(self, q: Array, T: Array) -> Array:
         """The remaining displacement [m] and rotation vector [rad], in the axes of the base, shape (6,)."""
-        T_base_link = self.robot.forward_kinematics(q, self.link)
+        T_base_link = self.robot.forward_kinematics(q, link=self.link)
         return np.concatenate([T[:3, 3] - T_base_link[:3, 3], rotation_vector(T[:3, :3] @ T_base_link[:3, :3].T)])
 
     def _miss(self, q: Array, T: Array) -> float:

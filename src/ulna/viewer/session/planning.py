@@ -47,7 +47,7 @@ def planned(robot: Robot, start: Array, goal: Array, world: World, link: str, he
     limits = robot.velocity_limits
     motion = plan.trajectory(velocity=np.where((limits > 0) & (limits < np.inf), limits, _VELOCITY), acceleration=_ACCELERATION)
     q = motion.at(np.linspace(0.0, motion.duration, _POINTS)).q
-    return Planned(plan, motion, robot.forward_kinematics(q, link)[:, :3, 3])
+    return Planned(plan, motion, robot.forward_kinematics(q, link=link)[:, :3, 3])
 
 
 class Planning:
@@ -83,7 +83,7 @@ class Planning:
         session = self._session
         if self._goal is None:
             return session.hand_pose
-        return self._goal.copy() if self._goal.ndim == 2 else session.robot.forward_kinematics(self._goal, session.link)
+        return self._goal.copy() if self._goal.ndim == 2 else session.robot.forward_kinematics(self._goal, link=session.link)
 
     def send(self, T_base_hand: ArrayLike) -> None:
         """Choose a pose of the hand as the goal, shape (4, 4).
@@ -144,8 +144,8 @@ class Planning:
         if self.shown is None:
             return "no goal yet: drag the handles of the goal"
         plan, motion = self.shown.plan, self.shown.motion
-        if isinstance(plan.reason, Report):
-            hits = [pair for pair in plan.reason.pairs if pair.signed_distance <= 0.0]
+        if isinstance(plan.reason.data, Report):
+            hits = [pair for pair in plan.reason.data.pairs if pair.signed_distance <= 0.0]
             return f"{plan.status}: {self._session.names.listed(hits)}"
         if motion is None:
             return str(plan)

@@ -131,7 +131,7 @@ class Session:
     @property
     def hand_pose(self) -> Array:
         """T_base_hand, shape (4, 4)."""
-        return self.robot.forward_kinematics(self.q, self.link)
+        return self.robot.forward_kinematics(self.q, link=self.link)
 
     def pull(self, T_base_hand: ArrayLike) -> None:
         """Pull the hand to a pose, shape (4, 4); the following frames move it there.

@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from processes import free_port, running
-from rviz_screen import screen
 
-NEEDED = ("rosmaster", "roslaunch", "rostopic", "rviz", "Xvfb", "xdotool", "import")
+NEEDED = ("rosmaster", "roslaunch", "rostopic", "rviz", "Xvfb", "xdotool")
 
 
 @pytest.fixture(scope="session")
@@ -37,7 +36,9 @@ def another(machine):
 
 @pytest.fixture(scope="session")
 def display(machine):
-    with screen() as found:
+    from ulna.demo.ros.virtual_screen import virtual_screen
+
+    with virtual_screen() as found:
         yield found
 
 

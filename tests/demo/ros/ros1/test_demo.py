@@ -17,7 +17,7 @@ from processes import running, wait_for
 from ulna.demo.ros.rviz_view import BACKGROUND, CONFIG, View
 from ulna.demo.scenario import LIGHT_POSITION
 
-FEEDBACK = "visualization_msgs/InteractiveMarkerFeedback"
+FEEDBACK, INIT = "visualization_msgs/InteractiveMarkerFeedback", "visualization_msgs/InteractiveMarkerInit"
 pytestmark = pytest.mark.filterwarnings(
     "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
 )  # rospy's
@@ -78,14 +78,22 @@ def test_joint_states_have_the_names_of_the_joints(node, another):
     assert re.findall(r"\w+_joint\d", text) == names
 
 
-def test_a_zero_quaternion_is_ignored_and_the_node_continues(node, another):
+def test_an_invalid_pose_is_ignored_and_the_node_continues(node, another):
     publish_box(another, 0.0, 1.0)
     wait_for(lambda: "collision" in word(another), "the word collision")
-    publish_box(another, 2.0, 0.0)
+    publish_box(another, ".nan", 1.0)
     assert "collision" in word(another)
     publish_box(another, 2.0, 1.0)
     wait_for(lambda: word(another) == "free", "the word free")
     assert node.poll() is None
+
+
+def test_an_orientation_that_is_not_set_is_none_in_a_drag_and_in_a_server_that_starts(node, another):
+    publish_box(another, 0.0, 0.0)
+    wait_for(lambda: "collision" in word(another), "the word collision")
+    marker = "{header: {frame_id: panda_link0}, name: box, pose: {position: {x: 2.0}}}"
+    rostopic(another, "pub", "-1", "/basic_controls/update_full", INIT, f"{{server_id: another, markers: [{marker}]}}")
+    wait_for(lambda: word(another) == "free", "the word free")
 
 
 def test_the_marker_name_of_the_course_is_accepted(node, another):

@@ -1,8 +1,10 @@
-"""A node ends at Ctrl-C, even in the middle of publish."""
+"""A node ends at Ctrl-C, even in the middle of publish, and while its kernels are compiled."""
 
+import re
 import subprocess
 import sys
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,7 @@ import rosgraph
 
 from processes import running, wait_for
 
+HW2 = Path(__file__).parents[4] / "hw2"
 pytestmark = pytest.mark.filterwarnings(
     "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
 )  # rospy's
@@ -37,7 +40,7 @@ NODES = {
         """
 import ulna
 from ulna.demo.drawing import standing_boxes
-ros1.show_solids({"a": list(standing_boxes(ulna.load("panda"), np.zeros(7)))})
+ros1.show_solids(lambda: {"a": list(standing_boxes(ulna.load("panda"), np.zeros(7)))})
 """,
     ),
 }
@@ -65,3 +68,16 @@ def test_a_signal_during_publish_ends_the_node(master, topic, call):
         done = subprocess.run(command, env=master, capture_output=True, text=True, check=False, timeout=300)
     assert done.stdout.startswith("signalled")
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("program", ["test_collision_detection.py", "collision_boxes.py", "-m ulna ros1 demo --no-rviz"])
+def test_ctrl_c_does_not_wait_for_the_compiler_which_is_announced_in_a_pipe(master, tmp_path, program):
+    environment, printed = {**master, "NUMBA_CACHE_DIR": str(tmp_path)}, tmp_path / "printed"
+    environment.pop("PYTHONUNBUFFERED")
+    with printed.open("w") as output:
+        command = [sys.executable, *program.split()]
+        with running(*command, env=environment, cwd=HW2, stdout=output, stderr=subprocess.STDOUT) as node:
+            announced = wait_for(lambda: re.search(r"compiling (\w+)", printed.read_text()), "what is compiled")
+    assert node.returncode == 0, printed.read_text()
+    assert not list(tmp_path.rglob(f"*{announced[1]}*")), "the compilation was waited for"
+    assert "Traceback" not in printed.read_text()

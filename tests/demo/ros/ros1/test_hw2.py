@@ -1,5 +1,6 @@
 """The assignment's launch file and scripts, each in its own process, with pictures of RViz."""
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -19,6 +20,7 @@ from processes import running, wait_for
 from ulna.demo.ros.rviz_view import BACKGROUND, View
 from ulna.demo.scenario import BOX_START, LIGHT_POSITION
 from ulna.description.names.panda import FINGER_JOINTS
+from ulna.viewer.palette import FREE, MOVABLE
 
 HW2 = Path(__file__).parents[4] / "hw2"
 AT_ZERO = np.zeros(7)
@@ -86,7 +88,7 @@ def test_every_published_joint_has_a_frame_and_there_are_no_warnings(rviz, print
 def test_the_arm_and_the_static_boxes_are_drawn(display, rviz, script):
     robot = ulna.load("panda")
     elbow, wrist, flange = (
-        robot.forward_kinematics(AT_ZERO, link)[:3, 3] for link in ("panda_link4", "panda_link5", "panda_link8")
+        robot.forward_kinematics(AT_ZERO, link=link)[:3, 3] for link in ("panda_link4", "panda_link5", "panda_link8")
     )
     with script("test_collision_boxes.py"):
         wait_for(lambda: all(differs(display.pixels(), rviz, p) for p in (elbow, wrist, flange)), "the arm at zero")
@@ -95,34 +97,62 @@ def test_the_arm_and_the_static_boxes_are_drawn(display, rviz, script):
         assert not differs(display.pixels(), rviz, beside)
         with script("collision_boxes.py"):
             wait_for(lambda: differs(display.pixels(), rviz, beside), "box 4")
+            wait_for(lambda: legend_colors(display.pixels(), rviz) == {MOVABLE, FREE}, "the names of both sets of boxes")
+
+
+def legend_colors(image, rviz):
+    """Which colours of solids, all but transparent in the boxes, are seen beside the light's place."""
+    beside = rviz.around(image, LIGHT_POSITION, 60).astype(int)
+    return {color for color in (MOVABLE, FREE) if (np.abs(beside - color).max(axis=-1) < 30).sum() > 50}
 
 
 def test_the_light_is_red_while_the_mouse_drags_the_box_into_the_arm(display, rviz, script):
     feedback = []
     rospy.Subscriber("/basic_controls/feedback", InteractiveMarkerFeedback, feedback.append)
-    with script("test_collision_detection.py"), script("6DoF_Box.py"):
-        wait_for(lambda: light_is(display, rviz, "green"), "a green light")
-        wait_for(lambda: arrow_up(display.pixels(), rviz, BOX_START) is not None, "the arrow that points up")
-        head = arrow_up(display.pixels(), rviz, BOX_START)
-        climb = rviz.project(np.add(BOX_START, (0, 0, 0.3))) - rviz.project(BOX_START)
-        display.drag(head, head + climb)  # to where the hand passes in each cycle
-        wait_for(lambda: light_is(display, rviz, "red"), "a red light")
-        down, moved, up = (getattr(InteractiveMarkerFeedback, name) for name in ("MOUSE_DOWN", "POSE_UPDATE", "MOUSE_UP"))
-        wait_for(lambda: up in {m.event_type for m in feedback}, "a released button")
+    down, moved, up = (getattr(InteractiveMarkerFeedback, name) for name in ("MOUSE_DOWN", "POSE_UPDATE", "MOUSE_UP"))
+
+    def drag_upwards(start, way):
+        """Drag the box along z by its upper arrow, from a place, by a way [m]: each step when RViz has done the one before."""
+        feedback.clear()
+        place = np.array(start)
+        head = np.array(wait_for(lambda: arrow_up(display.pixels(), rviz, place), "the arrow that points up"))
+        display.move_mouse(head)
+        wait_for(lambda: says_move(display.pixels()), "the arrow under the pointer")
+        mouse(display, "mousedown", 1)
+        wait_for(lambda: down in {m.event_type for m in feedback}, "a held arrow")
+        display.move_mouse(head + rviz.project(np.add(place, (0, 0, way))) - rviz.project(place))
+        wait_for(lambda: abs(feedback[-1].pose.position.z - place[2] - way) < 0.05, "the box at the end of its way")
+        mouse(display, "mouseup", 1)
+        wait_for(lambda: up in {m.event_type for m in feedback}, "a released arrow")
+        assert {m.marker_name for m in feedback} == {"box"}
         kinds = [m.event_type for m in feedback]
         assert moved in kinds[kinds.index(down) : kinds.index(up)]
-        assert {m.marker_name for m in feedback} == {"box"}
-        place = feedback[-1].pose.position
-        assert place.z > BOX_START[2] + 0.2
-        np.testing.assert_allclose([place.x, place.y], BOX_START[:2], atol=1e-3)
-        head = arrow_up(display.pixels(), rviz, [place.x, place.y, place.z])
-        display.drag(head, head - climb)
-        wait_for(lambda: feedback[-1].pose.position.z < BOX_START[2] + 0.05, "the box below")
+        end = feedback[-1].pose.position
+        np.testing.assert_allclose([end.x, end.y], place[:2], atol=1e-3)
+        return end.x, end.y, end.z
+
+    with script("test_collision_detection.py"), script("6DoF_Box.py"):
+        wait_for(lambda: light_is(display, rviz, "green"), "a green light")
+        above = drag_upwards(BOX_START, 0.3)  # to where the hand passes in each cycle
+        wait_for(lambda: light_is(display, rviz, "red"), "a red light")
+        drag_upwards(above, -0.3)
         wait_for(lambda: light_is(display, rviz, "green"), "a green light again")
 
 
 def arrow_up(image, rviz, place):
     """The head of the upward arrow of a box at ``place`` [pixel x, y]: the highest blue pixel above it, or None."""
     x, y = rviz.project(place).astype(int)
-    rows, columns = np.nonzero(image[: y - 40, x - 20 : x + 20, 2] - image[: y - 40, x - 20 : x + 20, :2].max(axis=-1) > 60)
-    return np.array([x - 20 + columns[rows.argmin()], rows.min() + 12]) if rows.size else None
+    above = image[: y - 40, x - 20 : x + 20].astype(int)
+    rows, columns = np.nonzero(above[..., 2] - above[..., :2].max(axis=-1) > 60)
+    return (x - 20.0 + columns[rows.argmin()], rows.min() + 12.0) if rows.size else None
+
+
+def says_move(image):
+    """Whether the line at the bottom of RViz is as short as over an arrow: "Left-Click: Move."."""
+    ink = (image[770:].max(axis=-1) < 100).any(axis=0)
+    return ink[60:185].any() and not ink[185:730].any()
+
+
+def mouse(display, *words):
+    """One command of xdotool."""
+    subprocess.run(["xdotool", *map(str, words)], env={**os.environ, "DISPLAY": display.name}, check=True)

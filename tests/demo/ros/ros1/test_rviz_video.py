@@ -13,6 +13,7 @@ import pytest
 
 pytest.importorskip("rospy", reason="no ROS 1 for this Python: docs/ros.md says how to install it")
 from colors import count
+from processes import wait_for
 from ulna.demo.ros.rviz_view import BACKGROUND, View
 from ulna.demo.scenario import BOX_START, LIGHT_POSITION
 from videos import decoded
@@ -47,7 +48,13 @@ def stall_rviz(process):
         time.sleep(2.0)
 
 
-@pytest.mark.parametrize("meanwhile", [lambda _: None, stall_rviz], ids=["idle", "stalled"])
+def crash_rviz(process):
+    """End the first RViz by a fault."""
+    first = wait_for(lambda: process.poll() is not None or children(process.pid, "rviz"), "RViz")
+    os.kill(first[0], signal.SIGSEGV)
+
+
+@pytest.mark.parametrize("meanwhile", [lambda _: None, stall_rviz, crash_rviz], ids=["idle", "stalled", "crashed"])
 def test_the_light_in_the_video_turns_red_and_green_again(another, tmp_path, meanwhile):
     process, errors = record(another, tmp_path / "out.mp4", "--seconds", "4", meanwhile=meanwhile)
     assert process.returncode == 0, errors

@@ -1,6 +1,7 @@
 """The node of ROS 2, and a second process that subscribes to its topics and drags the box: real rclpy, on loopback."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -11,7 +12,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS 2 for this Python: docs/ros.md says how to install it")
 import rclpy
-from geometry_msgs.msg import Pose
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Pose, Quaternion
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
@@ -19,8 +21,9 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerU
 from visualization_msgs.srv import GetInteractiveMarkers
 
 import ulna
-from processes import PATIENCE_S, running
+from processes import PATIENCE_S, running, wait_for
 from ulna.demo.ros.messages import pose_message, pose_of
+from ulna.demo.ros.ros2 import transforms
 from ulna.description.pose import pose
 from ulna.viewer.palette import GREEN, RED
 
@@ -74,12 +77,13 @@ class Listener:
             assert time.monotonic() < end, f"not received within {PATIENCE_S:g} s: {what}"
             rclpy.spin_once(self.node, timeout_sec=0.1)
 
-    def drag(self, place: Pose):
+    def drag(self, place: Pose, name="box"):
         self.wait_for(lambda: self.hand.get_subscription_count() > 0, "a server of handles")
-        self.hand.publish(InteractiveMarkerFeedback(header=Header(frame_id="panda_link0"), marker_name="box", pose=place))
+        self.hand.publish(InteractiveMarkerFeedback(header=Header(frame_id="panda_link0"), marker_name=name, pose=place))
 
     def light(self):
         """The light's colour, 0 to 255, and its text."""
+        self.wait_for(lambda: "visualization_marker_array" in self.received, "markers")
         light, word = self.received["visualization_marker_array"].markers[:2]
         return tuple(round(255 * c) for c in (light.color.r, light.color.g, light.color.b)), word.text
 
@@ -95,13 +99,18 @@ def test_joint_states_follow_the_trajectory(listener):
 
 def test_the_description_is_sent_to_an_rviz_that_starts_later(listener):
     listener.wait_for(lambda: "robot_description" in listener.received, "the description")
-    assert ulna.load(listener.received["robot_description"].data).joint_names == ulna.load("panda").joint_names
+    described = ulna.load(listener.received["robot_description"].data)
+    listener.wait_for(lambda: "joint_states" in listener.received, "joint states")
+    state = listener.received["joint_states"]
+    assert described.joint_names == tuple(state.name)
+    poses = described.link_poses(described.q_of_joints(state.name, state.position))
+    assert {"panda_link7", "panda_leftfinger"} < {found.child_frame_id for found in transforms(described, poses, Time())}
 
 
 def test_the_light_changes_when_the_box_is_moved(listener):
     listener.wait_for(lambda: "visualization_marker_array" in listener.received, "markers")
     assert len(listener.received["visualization_marker_array"].markers) == 14
-    assert listener.light() == (GREEN, "free")
+    listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light")
     listener.drag(pose_message(pose((0, 0, 0.1))))
     listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
     assert "box 1" in listener.light()[1]
@@ -111,13 +120,23 @@ def test_the_light_changes_when_the_box_is_moved(listener):
     listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light again")
 
 
-def test_a_zero_quaternion_is_undone_and_the_node_continues(listener):
+def test_the_marker_name_of_the_course_is_accepted(listener):
+    listener.drag(pose_message(pose((0, 0, 0.1))), name="simple_6dof")
+    listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
+
+
+def test_an_orientation_that_is_not_set_is_none(listener):
+    listener.drag(Pose(position=Point(z=0.1), orientation=Quaternion(w=0.0)))
+    listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
+    listener.drag(Pose(position=Point(y=0.8, z=0.1), orientation=Quaternion(w=0.0)))
+    listener.wait_for(lambda: listener.light() == (GREEN, "free"), "a green light")
+
+
+def test_an_invalid_pose_is_undone_and_the_node_continues(listener):
     listener.drag(pose_message(pose((0, 0, 0.1))))
     listener.wait_for(lambda: listener.light()[0] == RED, "a red light")
     listener.received.pop("basic_controls/update", None)
-    zero = Pose()
-    zero.orientation.w = 0.0
-    listener.drag(zero)
+    listener.drag(Pose(position=Point(x=np.nan)))
     listener.wait_for(lambda: "basic_controls/update" in listener.received, "the box put back")
     np.testing.assert_allclose(pose_of(listener.received["basic_controls/update"].poses[0].pose), pose((0, 0, 0.1)))
     listener.drag(pose_message(pose((0, 0.8, 0.1))))
@@ -169,3 +188,14 @@ app(['ros2', 'demo'])
     )
     assert ended.returncode == 0, ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+def test_ctrl_c_does_not_wait_for_the_compiler(machine, tmp_path):
+    environment, printed = {**machine, "NUMBA_CACHE_DIR": str(tmp_path)}, tmp_path / "printed"
+    with printed.open("w") as output:
+        command = [sys.executable, "-m", "ulna", "ros2", "demo"]
+        with running(*command, env=environment, stdout=output, stderr=subprocess.STDOUT) as node:
+            announced = wait_for(lambda: re.search(r"compiling (\w+)", printed.read_text()), "what is compiled")
+    assert node.returncode == 0, printed.read_text()
+    assert not list(tmp_path.rglob(f"*{announced[1]}*")), "the compilation was waited for"
+    assert "Traceback" not in printed.read_text()

@@ -39,8 +39,8 @@ class Arguments(dict):
         return super().__getitem__(name)
 
 
-def teach_xacro(parent: Parent, arguments: Arguments, file: str | None) -> None:
-    """Replace the functions by which xacro evaluates expressions and reads files.
+def teach_xacro(parent: Parent, arguments: Arguments, file: str | None, folder: str) -> None:
+    """Replace the functions by which xacro evaluates expressions and reads files, relative ones in ``folder``.
 
     Raises:
         RefusedError: This version of xacro lacks one of the replaced names.
@@ -54,7 +54,8 @@ def teach_xacro(parent: Parent, arguments: Arguments, file: str | None) -> None:
     offer_those_of_xacro(xacro._global_symbols)  # noqa: SLF001
     changed: Any = xacro
     changed.safe_eval = lambda text, names, _=None: evaluate(text, names.__getitem__)
-    changed.abs_filename_spec = lambda spec: _located(spec, parent, beside)
+    changed.root_dir = folder  # of $(cwd)
+    changed.abs_filename_spec = lambda spec: os.path.join(folder, _located(spec, parent, beside))  # noqa: PTH118 - text
     changed.glob = SimpleNamespace(glob=parent.matching)
     _teach_substitution(parent, arguments)
     if file is not None:

@@ -41,7 +41,7 @@ def main() -> None:
 
 def _expanded(parent: Parent, request: dict) -> dict[str, Any]:
     arguments = Arguments(request["arguments"])
-    teach_xacro(parent, arguments, request["file"])
+    teach_xacro(parent, arguments, request["file"], request["folder"])
     document: Any = xml.dom.minidom.parseString(request["text"])  # noqa: S318 - the parent parsed it first
     xacro.process_doc(document, mappings=arguments)
     text = document.toprettyxml(indent="  ")

@@ -1,8 +1,11 @@
-"""Finds all solutions of targets on a GPU, and holds those that stay there. Used by ``robot.gpu_robot``.
+"""Finds all solutions of targets on a GPU, a branch a thread, and holds those that stay there. Used by ``robot``.
 
 Where an arm has an exact closed form of its six joints, arrays on the device stay there. For other arms the CPU prepares the
 targets (seven joints: one at each place of the held joint) and turns the branches within the limits, so arrays are copied; what
 has no closed form, or one that is nearly right, is searched by the CPU. So the results are those of the CPU.
+
+The eight branches of a target are in threads beside each other, as they are in the eight lanes of a vector on the CPU where there
+is one target. A thread that computed all of them would have more numbers at a time than registers (3 kB spilled; so, none).
 """
 
 from __future__ import annotations
@@ -15,19 +18,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import as_pose
-from ulna.drivers.gpu.closed_form import branches
-from ulna.engine import gpu
+from ulna.drivers.branch_rows import polish_branches, put_at_limits, write_free_angles
+from ulna.drivers.closed_form import N_OPTIONS
+from ulna.gpu import device
+from ulna.gpu.device import cuda
+from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import PROOFS, proofs_of
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.result import IKSolutions, Proof
 from ulna.ik.closed_form.six_joints import Found, SixJoints
-from ulna.ik.closed_form.solutions import AllSolutions
 from ulna.ik.query import Query
-from ulna.kernels.chain.closed_form_layout import IS_REAL, N_BRANCHES
+from ulna.ik.reason import Reason
+from ulna.kernels.chain.closed_form import closed_form
+from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES, N_KNOWN
+from ulna.kernels.chain.closed_form_rows import known_in_one
+from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, turn_within
+from ulna.kernels.ik.scratch_layout import N_SYSTEM
+from ulna.kernels.layout import LARGEST_DEFECT
+from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 
 Array = NDArray[np.float64]
 _PROOFS = np.array(PROOFS)
+_N_SIGNS, _FREE, _OF_JACOBIAN = 3, 2 * N_AXES, 6 * N_AXES
 
 
 class DeviceSolutions(IKSolutions):
@@ -51,6 +64,16 @@ class DeviceSolutions(IKSolutions):
         q, valid, real = (array.copy_to_host() for array in (self.q, self.valid, self.real))
         return IKSolutions(q, valid, real, self.proof, self.family)
 
+    @property
+    def success(self) -> bool | NDArray[np.bool_]:
+        """Whether there is a valid solution, shape (...), on the host."""
+        return self.copy_to_host().success
+
+    @property
+    def reason(self) -> Reason:
+        """For one target: why no solution is valid; else no reason."""
+        return self.copy_to_host().reason
+
     def __str__(self) -> str:
         return str(self.copy_to_host())
 
@@ -58,14 +81,14 @@ class DeviceSolutions(IKSolutions):
 def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_samples: int, *, whole_turns: bool) -> IKSolutions:
     """See ``Robot.all_solutions``; T is NumPy's, or Numba's on the device, and so are the results.
 
-    rows: Makes rows of an array on the device, as ``gpu.as_device_rows``.
+    rows: Makes rows of an array on the device, as ``device.as_device_rows``.
 
     Raises:
         InputError: T is not an array of poses, or ``redundancy`` is not a joint of an arm of seven.
         UnknownNameError: There is no such joint.
     """
     every = AllSolutions(query, redundancy, _branches)
-    if not gpu.is_on_device(T):
+    if not device.is_on_device(T):
         return every.of(T, n_samples, whole_turns=whole_turns)
     targets = rows("T", T, (4, 4))
     batch = tuple(T.shape[:-2])
@@ -73,7 +96,7 @@ def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_sam
     if form is not None:
         return _staying(query, form, targets, batch)
     found = every.of(targets.copy_to_host().reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
-    q, valid, real = (gpu.on_device(array) for array in (found.q, found.valid, found.real))
+    q, valid, real = (device.on_device(array) for array in (found.q, found.valid, found.real))
     return DeviceSolutions(q, valid, real, found.family, lambda: found.proof)
 
 
@@ -113,11 +136,48 @@ def _run(six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArr
     Raises:
         InputError: A target is no rigid motion.
     """
-    n, flag = len(targets), gpu.on_device(np.zeros(1, dtype=np.int32))
+    n, flag = len(targets), device.on_device(np.zeros(1, dtype=np.int32))
     kinds = ((N_BRANCHES, N_AXES), np.float64), ((N_BRANCHES,), np.int8), ((N_BRANCHES,), np.bool_), ((N_BRANCHES,), np.bool_)
-    results = tuple(gpu.results_for(targets, (n, *shape), dtype) for shape, dtype in kinds)
-    constants = [gpu.on_device(array) for array in (six.table, six.chain, plan, columns, seeds)]
-    gpu.run(gpu.compiled(branches), constants, targets, results, flag, threads_each=N_BRANCHES)
+    results = tuple(device.results_for(targets, (n, *shape), dtype) for shape, dtype in kinds)
+    constants = [device.on_device(array) for array in (six.table, six.chain, plan, columns, seeds)]
+    device.run(device.compiled(branches), constants, targets, results, flag, threads_each=N_BRANCHES)
     if flag.copy_to_host()[0]:
-        as_pose(targets.copy_to_host() if gpu.is_on_device(targets) else targets)
+        as_pose(targets.copy_to_host() if device.is_on_device(targets) else targets)
     return results
+
+
+def branches(table, chain, plan, columns, seeds, targets, q_out, known_out, real, valid, not_a_pose):
+    """All branches of targets (n, 4, 4), with what is known of each; set the flag if a target is no rigid motion.
+
+    table, chain, plan, seeds, and what is written to q_out (n, 8, 6) and known_out (n, 8): those of
+    ``drivers.closed_form.all_branches``. columns: which entry of q_out each joint is. real, valid: (n, 8), whether a branch
+    reaches the target, and whether it is within the bounds too.
+    """
+    thread = cuda.grid(1)
+    i, branch = thread // N_BRANCHES, thread % N_BRANCHES
+    if i < targets.shape[0]:
+        if not rigidity_defect(targets[i]) <= LARGEST_DEFECT:
+            not_a_pose[0] = 1
+        signs, free = cuda.local.array(_N_SIGNS, np.float64), cuda.local.array(_FREE, np.float64)
+        target, q = cuda.local.array(12, np.float64), cuda.local.array(N_AXES, np.float64)
+        known, jacobian = cuda.local.array(N_KNOWN, np.float64), cuda.local.array(_OF_JACOBIAN, np.float64)
+        system, last = cuda.local.array(N_SYSTEM, np.float64), cuda.local.array(N_AXES, np.float64)
+        inside, error = cuda.local.array(N_AXES, np.float64), cuda.local.array(1, np.float64)
+        seed, bounds = seeds[min(i, seeds.shape[0] - 1)], plan[N_OPTIONS:]
+        for k in range(_N_SIGNS):
+            signs[k] = 1.0 - 2.0 * ((branch >> (_N_SIGNS - 1 - k)) & 1)
+        pose = matrix_pose(targets[i])
+        for k in range(12):
+            target[k] = pose[k]
+        write_free_angles(table, seed, free)
+        closed_form(table, target, signs, 1, free, q, known)
+        polish_branches(table, chain, (signs, free, target, q, known), (jacobian, system, last))
+        if bounds.shape[0] > 0 and is_any_hardly_beyond(q, known, bounds):
+            put_at_limits(table, chain, (signs, free, target, q, known), (jacobian, system, last), seed, bounds, inside, error)
+        known[0] = known_in_one(known, 0)
+        if bounds.shape[0] > 0:
+            turn_within(q, known, 0, seed, bounds)
+        bits = int(known[0])
+        known_out[i, branch], real[i, branch], valid[i, branch] = bits, (bits & IS_REAL) > 0, (bits & IS_WITHIN) > 0
+        for j in range(N_AXES):
+            q_out[i, branch, columns[j]] = q[j]

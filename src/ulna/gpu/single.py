@@ -1,4 +1,4 @@
-"""Makes of a kernel over float64 the same kernel over float32. Used by ``robot.gpu_robot``, for ``on_gpu(float32=True)``.
+"""Makes of a kernel over float64 the same kernel over float32. Used by ``robot``, for ``on_gpu(float32=True)``.
 
 A kernel is a formula over a number, but its constants are float64, and in Numba a float32 times a float64 is a float64. So
 ``in_single`` copies a function with the constants of its code and of its module as float32, and so every function of Ulna that it
@@ -11,6 +11,7 @@ calls. Where float64 is asked for by name (the scratch of a driver), the copy ge
 
 import math
 from collections.abc import Callable
+from dis import get_instructions
 from functools import cache
 from types import CellType, CodeType, FunctionType, ModuleType
 from typing import Any
@@ -39,7 +40,8 @@ def in_single(function: Callable) -> Any:
     if (plain.__module__, plain.__name__) == _SINCOS:
         return _primitive("sincos")
     known = plain.__globals__
-    names = {name: _value(plain, name, known[name]) for name in plain.__code__.co_names if name in known}
+    loaded = {step.argval for step in get_instructions(plain.__code__) if step.opname == "LOAD_GLOBAL"}  # no attributes' names
+    names = {name: _value(plain, name, known[name]) for name in plain.__code__.co_names if name in loaded & known.keys()}
     if "float" not in names:
         names["float"] = np.float32
     cells = tuple(CellType(_value(plain, "", cell.cell_contents)) for cell in plain.__closure__ or ())

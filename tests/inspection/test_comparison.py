@@ -9,8 +9,8 @@ import ulna
 from robot_files import EXAMPLES
 from robots import every_joint
 from ulna import InputError, Robot
-from ulna.comparison.result import KINDS
 from ulna.description.names.panda import DH_JOINT_TYPES, DH_ROWS
+from ulna.inspection.differences import KINDS
 
 ARM = """<robot name="arm">
   <link name="base"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>

@@ -1,11 +1,11 @@
-"""Runs forward kinematics and the Jacobian on a GPU. Used by ``robot.gpu_robot``."""
+"""Runs forward kinematics and the Jacobian on a GPU. Used by ``robot``."""
 
 from functools import cache
 
 import numpy as np
 
 from ulna.drivers.batch import write_matrix
-from ulna.engine.gpu import cuda
+from ulna.gpu.device import cuda
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose, frame_pose, tree_poses
 from ulna.kernels.spatial.elementary import all_in_range

@@ -1,4 +1,4 @@
-"""Shows how far a long command or call is, and how fast it is. Used by ``ulna reach`` and ``Robot.plan_many``."""
+"""Shows how far a long command is, and how fast it is. Used by ``reach``."""
 
 import sys
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""Compiles drivers for a GPU and runs them over batches, by numba-cuda. Used by ``drivers.gpu`` and ``robot.gpu_robot``.
+"""Compiles drivers for a GPU and runs them over batches, by numba-cuda. Used by the modules beside it.
 
 The extra ``cuda``, a GPU and its driver are needed only where something is run. With
 ``NUMBA_ENABLE_CUDASIM=1`` and ``NUMBA_DISABLE_JIT=1`` threads are simulated in plain Python, for tests.
@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.engine import device_array
-from ulna.engine.device_array import is_on_device
 from ulna.errors import DeviceError, InputError, MissingExtraError
+from ulna.gpu import device_array
+from ulna.gpu.device_array import is_on_device
 
 try:
     import numba.cuda  # of numba_cuda; the one that comes with Numba itself is older

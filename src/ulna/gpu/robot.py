@@ -4,33 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
-from ulna.drivers.gpu.collision import distances_of, overlaps_of
-from ulna.drivers.gpu.forward import frames_of, jacobians, poses
-from ulna.engine import gpu
 from ulna.errors import InputError
+from ulna.gpu import device
+from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
+from ulna.gpu.forward import frames_of, jacobians, poses
+from ulna.gpu.rows import as_float64
+from ulna.gpu.search import DeviceResult, OnHost, Search
+from ulna.gpu.solutions import DeviceSolutions, all_solutions
+from ulna.ik.all_solutions import as_samples
 from ulna.ik.closed_form.result import IKSolutions
-from ulna.ik.closed_form.solutions import as_samples
 from ulna.ik.options import Options
 from ulna.ik.query import Query, refuse_immovable
 from ulna.ik.result import IKResult
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
-from ulna.robot.gpu_result import DeviceResult
-from ulna.robot.gpu_rows import as_float64
-from ulna.robot.gpu_scene import DeviceScenes, distance_scratch
-from ulna.robot.gpu_search import Search
-from ulna.robot.gpu_solutions import DeviceSolutions, all_solutions
-
-if TYPE_CHECKING:
-    from ulna.robot.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -49,19 +44,19 @@ class GpuRobot:
     and returns float64.
     """
 
-    robot: Robot
+    robot: OnHost
     """The robot on the CPU."""
     float32: bool
     """Whether it computes in float32 where it can."""
 
-    def __init__(self, robot: Robot, *, float32: bool = False) -> None:
+    def __init__(self, robot: OnHost, *, float32: bool = False) -> None:
         refuse_immovable(robot.tree)
-        gpu.require_device()
+        device.require_device()
         self.robot, self.float32, self._tables = robot, bool(float32), {}
         self._scenes = DeviceScenes(robot._checker)  # noqa: SLF001 - a part of it
         self._number: Any = np.float32 if float32 else np.float64
 
-    def forward_kinematics(self, q: Any, link: str | None = None) -> Any:
+    def forward_kinematics(self, q: Any, *, link: str | None = None) -> Any:
         """T_base_link, shape (..., 4, 4), for joint positions q [rad or m], shape (..., n_dof).
 
         Raises:
@@ -81,7 +76,7 @@ class GpuRobot:
         tables = self._table("joints", None, lambda _: tree.joints), self._table("frames", None, lambda _: tree.link_frames)
         return self._over_q(frames_of(len(tree.joints)), tables, q, (len(tree.link_frames), 4, 4))
 
-    def jacobian(self, q: Any, link: str | None = None, expressed_in: str = "base") -> Any:
+    def jacobian(self, q: Any, *, link: str | None = None, expressed_in: str = "base") -> Any:
         """The geometric Jacobian, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
 
         Raises:
@@ -109,8 +104,8 @@ class GpuRobot:
             InputError: As ``in_collision``.
             GeometryError: As ``in_collision``.
         """
-        q = gpu.as_own("q", q)
-        n = prod(q.shape[:-1]) if gpu.is_on_device(q) else np.size(q) // self.robot.n_dof
+        q = device.as_own("q", q)
+        n = prod(q.shape[:-1]) if device.is_on_device(q) else np.size(q) // self.robot.n_dof
         scene = self._scenes.of(world, self_collision, np.float64)
         constants = *scene.parts, *distance_scratch(scene, n)
         return self._over_q(distances_of(*scene.sizes), constants, q, (), np.float64, shares_scratch=True)
@@ -119,8 +114,8 @@ class GpuRobot:
         self,
         T: Any,
         q_seed: ArrayLike | None = None,
-        link: str | None = None,
         *,
+        link: str | None = None,
         world: World | None = None,
         seed: int = 0,
         task: Task | str = "pose",
@@ -155,13 +150,13 @@ class GpuRobot:
         )
         robot, name = self.robot, self._link(link)
         query = Query(robot.tree, robot.home, robot._checker, name, options)  # noqa: SLF001 - a part of it
-        own = gpu.as_own("T", T)
-        device = gpu.is_on_device(own)
-        own = own if device else as_floats("T", own)
+        own = device.as_own("T", T)
+        stays = device.is_on_device(own)
+        own = own if stays else as_floats("T", own)
         if own.shape[-2:] != (4, 4):
             raise InputError("T", f"shape {own.shape}, but shape (..., 4, 4) is expected")
         batch = tuple(own.shape[:-2])
-        targets = self._wide_rows("T", own, (4, 4)) if device else np.ascontiguousarray(own).reshape(-1, 4, 4)
+        targets = self._wide_rows("T", own, (4, 4)) if stays else np.ascontiguousarray(own).reshape(-1, 4, 4)
         if world is not None:
             self._scenes.of(world, True, np.float64)
         search = Search(
@@ -169,14 +164,14 @@ class GpuRobot:
             lambda q: _on_host(self._any_touch(q, world, True, np.float64)),
         )  # fmt: skip
         q, info, explanation = search.of(targets, batch)
-        result = DeviceResult if device else IKResult
+        result = DeviceResult if stays else IKResult
         return result(q.reshape(*batch, robot.n_dof), info, batch, options.tolerances, explanation)
 
     def all_solutions(
         self,
         T: Any,
-        link: str | None = None,
         *,
+        link: str | None = None,
         task: Task | str = "pose",
         redundancy: str | None = None,
         n_samples: int = 16,
@@ -197,7 +192,7 @@ class GpuRobot:
         """
         robot, options = self.robot, Options(task=as_task(task))
         query = Query(robot.tree, robot.home, robot._checker, self._link(link), options)  # noqa: SLF001 - a part of it
-        T = gpu.as_own("T", T)
+        T = device.as_own("T", T)
         return all_solutions(query, T, self._wide_rows, redundancy, as_samples(n_samples), whole_turns=whole_turns)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
@@ -218,13 +213,13 @@ class GpuRobot:
 
         number: Over which the driver is to compute; ``dtype``: of its results, that number unless given.
         """
-        q, number = gpu.as_own("q", q), number or self._number
+        q, number = device.as_own("q", q), number or self._number
         rows = self._rows(q, number)
-        batch = tuple(np.shape(q)[:-1]) if not gpu.is_on_device(q) else tuple(q.shape[:-1])
-        flag = gpu.on_device(np.zeros(1, dtype=np.int32))
-        out = gpu.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype or number)
-        gpu.run(
-            gpu.compiled(_over_float32(driver) if number is np.float32 else driver),
+        batch = tuple(np.shape(q)[:-1]) if not device.is_on_device(q) else tuple(q.shape[:-1])
+        flag = device.on_device(np.zeros(1, dtype=np.int32))
+        out = device.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype or number)
+        device.run(
+            device.compiled(_over_float32(driver) if number is np.float32 else driver),
             constants,
             rows,
             (out,),
@@ -232,28 +227,28 @@ class GpuRobot:
             shares_scratch=shares_scratch,
         )
         if flag.copy_to_host()[0]:
-            refuse_out_of_range(rows.copy_to_host() if gpu.is_on_device(rows) else rows)
+            refuse_out_of_range(rows.copy_to_host() if device.is_on_device(rows) else rows)
         return out.reshape(*batch, *shape) if batch or shape else out[0]
 
     def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any) -> Any:
         """Whether anything touches; boxes are checked over ``number``."""
         scene = self._scenes.of(world, self_collision, number)
-        return self._over_q(overlaps_of(*scene.sizes), scene.parts, gpu.as_own("q", q), (), scene.number, dtype=np.bool_)
+        return self._over_q(overlaps_of(*scene.sizes), scene.parts, device.as_own("q", q), (), scene.number, dtype=np.bool_)
 
     def _rows(self, q: Any, number: Any) -> Any:
         """Configurations (n, n_dof) where q is, as float32 or float64."""
-        if not gpu.is_on_device(q):
+        if not device.is_on_device(q):
             with np.errstate(over="ignore"):  # then it is infinite, and refused
                 return np.ascontiguousarray(flat(as_positions(q, self.robot.tree)), dtype=number)
         if number is np.float32:
-            return gpu.as_device_rows("q", q, self.robot.tree.q_shape, number)
+            return device.as_device_rows("q", q, self.robot.tree.q_shape, number)
         return self._wide_rows("q", q, self.robot.tree.q_shape)
 
     def _wide_rows(self, name: str, own: Any, shape: tuple[int, ...]) -> Any:
         """Rows of a shape on the device as float64: converted there if they are float32, which ``float32`` alone may be."""
         if not self.float32 or own.dtype != np.float32:
-            return gpu.as_device_rows(name, own, shape)
-        return as_float64(gpu.as_device_rows(name, own, shape, np.float32))
+            return device.as_device_rows(name, own, shape)
+        return as_float64(device.as_device_rows(name, own, shape, np.float32))
 
     def _link(self, link: str | None) -> str:
         return self.robot.tree.link_or_tip(link)
@@ -261,7 +256,7 @@ class GpuRobot:
     def _table(self, kind: str, key: Any, make: Any) -> Any:
         """A table on the device, copied there once."""
         if (kind, key) not in self._tables:
-            self._tables[kind, key] = gpu.on_device(make(key).astype(self._number))
+            self._tables[kind, key] = device.on_device(make(key).astype(self._number))
         return self._tables[kind, key]
 
     def _seeds(self, q_seed: ArrayLike | None, batch: tuple[int, ...]) -> Array:
@@ -275,10 +270,10 @@ class GpuRobot:
 
 
 def _on_host(hits: Any) -> NDArray[np.bool_]:
-    return hits.copy_to_host() if gpu.is_on_device(hits) else hits
+    return hits.copy_to_host() if device.is_on_device(hits) else hits
 
 
 def _over_float32(driver: Callable) -> Any:
-    from ulna.engine.single import in_single  # noqa: PLC0415 - imports the compiler, which a wheel is installed without
+    from ulna.gpu.single import in_single  # noqa: PLC0415 - imports the compiler, which a wheel is installed without
 
     return in_single(driver)

@@ -1,4 +1,4 @@
-"""Pairs the joints and links of two robots. Used by ``compare``, ``parts`` and ``poses``."""
+"""Pairs the joints and links of two robots. Used by ``compare`` and ``differences``."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,1 +1,0 @@
-"""How two descriptions of one robot differ."""

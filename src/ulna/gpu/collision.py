@@ -1,0 +1,128 @@
+"""Keeps a scene on a GPU, tests it for overlap there and searches it for the nearest pair. Used by ``robot``.
+
+All objects are tested one by one, ball against ball first: threads of a warp that each go their own way through a BVH would wait
+for each other.
+"""
+
+from functools import cache
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.checker import Checker
+from ulna.collision.world import World
+from ulna.gpu import device
+from ulna.gpu.device import cuda
+from ulna.kernels.collision.nearest import nearest_unindexed
+from ulna.kernels.collision.overlap import overlaps_unindexed
+from ulna.kernels.collision.posed_pair import place_bodies
+from ulna.kernels.collision.scene import Scene
+from ulna.kernels.distance.epa import SCRATCH
+from ulna.kernels.spatial.elementary import all_in_range
+
+_MOST_SCRATCH, _MOST_DISTANCES = 0.25, 1 << 15  # of the free memory; threads that measure distances
+_BYTES = 8
+
+
+class DeviceScene(NamedTuple):
+    """A scene on the device.
+
+    Attributes:
+        parts: The arguments of the drivers.
+        sizes: The numbers of its joints and bodies.
+        of_boxes: Whether all shapes are boxes.
+        number: Over which its tables are: float32 for boxes alone.
+    """
+
+    parts: tuple
+    sizes: tuple[int, int]
+    of_boxes: bool
+    number: Any
+
+
+class DeviceScenes:
+    """The scenes of a robot and a world on the device. Those of the last world are kept."""
+
+    def __init__(self, checker: Checker) -> None:
+        self._checker, self._last = checker, {}
+
+    def of(self, world: World | None, self_collision: bool, number: Any) -> DeviceScene:
+        """The scene of a world.
+
+        Raises:
+            InputError: There is nothing to check.
+            GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
+        """
+        scene, last = self._checker.scene_of(world, self_collision), self._last.get(number)
+        if last is None or last[0] is not scene:
+            last = self._last[number] = scene, _on_device(scene, number)
+        return last[1]
+
+
+def _on_device(scene: Scene, number: Any) -> DeviceScene:
+    """The scene, as one whose objects are all tested one by one."""
+    of_boxes = scene.vertices is None
+    number, every = number if of_boxes else np.float64, scene._replace(n_unindexed=len(scene.objects))
+    parts = tuple(device.on_device(_over(number, part)) if isinstance(part, np.ndarray) else part for part in every)
+    return DeviceScene(parts, (len(scene.joints), len(scene.bodies)), of_boxes, number)
+
+
+def _over(number: Any, part: NDArray[Any]) -> NDArray[Any]:
+    """A table over a number; one of whole numbers or of bools as it is."""
+    with np.errstate(over="ignore"):  # an empty child of the BVH has a box at 1e300
+        return part.astype(number) if part.dtype == np.float64 else part
+
+
+def distance_scratch(scene: DeviceScene, n: int) -> list[Any]:
+    """Scratch for as many threads as measure n distances, or as there is memory for; boxes need none."""
+    threads, shapes = max(1, min(n, _MOST_DISTANCES)), [(1, 1)] * len(SCRATCH)
+    if not scene.of_boxes:
+        threads = max(1, int(min(threads, _MOST_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))))))
+        shapes = list(SCRATCH)
+    return [cuda.device_array((threads, *shape), np.float64) for shape in shapes]
+
+
+@cache
+def overlaps_of(n_joints: int, n_bodies: int):
+    """The driver for robots of these sizes: whether each q touches anything, to the bools of out, shape (n,)."""
+    of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
+
+    def overlaps(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch, q, out, out_of_range):
+        i = cuda.grid(1)
+        if i < q.shape[0]:
+            if not all_in_range(q[i]):
+                out_of_range[0] = 1
+            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
+            joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
+            place_bodies(joints, bodies, q[i], joint_rows, body_rows)
+            out[i] = overlaps_unindexed(scene, body_rows, q[i, 0]) > 0.0
+
+    return overlaps
+
+
+@cache
+def distances_of(n_joints: int, n_bodies: int):
+    """The driver for robots of these sizes: the least signed distance of each q to out, shape (n,).
+
+    The scratch of EPA is an array for each thread: points (m, ...), faces (m, ...) and edges (m, ...). So m threads do all.
+    """
+    of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
+
+    def distances(
+        joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch,
+        corners, faces, edges, q, out, out_of_range,
+    ):  # fmt: skip
+        thread = cuda.grid(1)
+        if thread < corners.shape[0]:
+            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
+            joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
+            scratch = corners[thread], faces[thread], edges[thread]
+            for i in range(thread, q.shape[0], corners.shape[0]):
+                if not all_in_range(q[i]):
+                    out_of_range[0] = 1
+                place_bodies(joints, bodies, q[i], joint_rows, body_rows)
+                out[i] = nearest_unindexed(scene, body_rows, q[i, 0], scratch)[0]
+
+    return distances
