@@ -27,7 +27,7 @@ def test_it_computes_a_map_and_says_how_many_poses_are_reached(run, ask, tmp_pat
     assert found.statuses == opened.summary.statuses
     assert found.share == pytest.approx(found.reached / found.poses)
     assert found.poses_a_second == pytest.approx(found.poses / found.seconds)
-    assert (found.robot, found.tip) == ("panda", "panda_ee")
+    assert (found.robot, found.link) == ("panda", "panda_ee")
     shown = run("reach", "panda", tmp_path / "m.zarr", *SMALL, "--resume").stdout
     assert f"{found.poses:,} of {found.poses:,} poses computed" in shown
     assert f"{found.reached:,}" in shown
@@ -46,7 +46,7 @@ def test_its_options_are_those_of_the_function(ask, panda, tmp_path):
     ask("reach", "panda", tmp_path / "m.zarr", *SMALL, *words, "--solutions", "--max-iterations", "200", "--threads", "1")
     bounds = [(0, -0.4, 0), (0.8, 0.4, 0.8)]
     same = {"voxel": 0.4, "orientations": 4, "bounds": bounds, "world": world, "task": "pointing", "seed": 3}
-    same |= {"clearance": True, "solutions": True, "max_iterations": 200}
+    same |= {"keep_clearance": True, "keep_solutions": True, "max_iterations": 200}
     found = ulna.reachability_map(panda, tmp_path / "m.zarr", resume=True, **same)
     assert set(found.data) == {"reached", "manipulability", "clearance", "q"}
 

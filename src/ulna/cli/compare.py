@@ -9,7 +9,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from ulna.cli.depends import command, defaults_of
-from ulna.cli.options import Load
+from ulna.cli.options import Loading, load_robot
 from ulna.cli.output import Data, Output, count_of, make_table
 from ulna.inspection.compare import compare as compare_robots
 from ulna.inspection.differences import KINDS, Comparison
@@ -35,7 +35,7 @@ _DEFAULTS = defaults_of(compare_robots)
 def compare(
     a: First,
     b: Second,
-    load: Load,
+    loading: Loading,
     *,
     ignore: Ignored = None,
     position_tolerance: Metres = _DEFAULTS["position_tolerance"],
@@ -48,8 +48,8 @@ def compare(
     Exit status 0 if nothing differs, 1 if something does, 2 if one of them cannot be read.
     """
     comparison = compare_robots(
-        load(a),
-        load(b),
+        load_robot(loading, robot=a),
+        load_robot(loading, robot=b),
         ignore=ignore or (),
         position_tolerance=position_tolerance,
         rotation_tolerance=rotation_tolerance,

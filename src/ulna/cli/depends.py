@@ -1,6 +1,6 @@
 """Makes commands of functions: what they depend on becomes options, what they return is printed. Used by every command.
 
-A parameter of a command is an option of its own, as typer declares it, or ``Annotated[Robot, Depends(named_robot)]``: then it is
+A parameter of a command is an option of its own, as typer declares it, or ``Annotated[Robot, Depends(load_robot)]``: then it is
 what that function returns, and the function's parameters are options of the command. So an option is declared, read and checked
 once, and a command names what it needs.
 """

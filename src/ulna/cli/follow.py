@@ -11,7 +11,7 @@ from rich.text import Text
 
 from ulna.cli.cell import Meshes, Obstacles, checked_robot
 from ulna.cli.depends import Json, as_options, command, defaults_of
-from ulna.cli.joint_plot import PlotFile, draw_path, write_figure
+from ulna.cli.joint_plot import PlotFile, draw_joints, write_figure
 from ulna.cli.options import AnyRobot, Link
 from ulna.cli.output import Data, Output, limit, make_table, number
 from ulna.cli.rows import read_poses
@@ -72,7 +72,7 @@ def follow(
     if csv is not None:
         write_rows(found, csv)
     if plot is not None:
-        write_figure(draw_path(robot, found), plot)
+        write_figure(draw_joints(robot, found), plot)
     return Output(follow_data(robot, link, found), follow_table, status=0 if found.success else 1)
 
 

@@ -1,7 +1,6 @@
 """Options that several commands share: the robot and a part of it, a link, a seed, a page. Used by every command."""
 
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -53,31 +52,6 @@ Port = Annotated[int, typer.Option(min=0, max=65535, help="Its port; 0 takes a f
 NoOpen = Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")]
 
 
-@dataclass(frozen=True)
-class Loader:
-    """Loads a robot with the options that say how; ``options`` are the arguments of ``ulna.load``."""
-
-    options: dict[str, Any]
-
-    @property
-    def given(self) -> list[str]:
-        """The options that were given, as they are written."""
-        return [f"--{name.removesuffix('s').replace('_', '-')}" for name, value in self.options.items() if value]
-
-    def __call__(self, robot: str) -> Robot:
-        """The robot of a name or a file. Warnings about unknown names in an SRDF are printed on standard error.
-
-        Raises:
-            UlnaError: It cannot be loaded; see ``ulna.load``.
-        """
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", DescriptionWarning)
-            arm = load(robot, **self.options)
-        for warning in caught:
-            warn(str(warning.message))
-        return arm
-
-
 def sources(*, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None) -> dict[str, Any]:
     """What reading a description needs besides its file: ``xacro_args`` from key:=value, and ``package_dirs``.
 
@@ -96,20 +70,29 @@ def sources(*, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None) -> 
 Sources = Annotated[dict[str, Any], Depends(sources)]
 
 
-def loader(sources: Sources, *, base: Base = None, tip: Tip = None, srdf: SrdfFile = None) -> Loader:
-    """What loads a robot, or a part of it."""
-    return Loader({**sources, "base": base, "tip": tip, "srdf": srdf})
+def loading(sources: Sources, *, base: Base = None, tip: Tip = None, srdf: SrdfFile = None) -> dict[str, Any]:
+    """How a robot is loaded, and which part of it: arguments of ``ulna.load``."""
+    return {**sources, "base": base, "tip": tip, "srdf": srdf}
 
 
-Load = Annotated[Loader, Depends(loader)]
+Loading = Annotated[dict[str, Any], Depends(loading)]
 
 
-def named_robot(load: Load, *, robot: RobotName = "panda") -> Robot:
-    """The robot of the first argument."""
-    return load(robot)
+def load_robot(loading: Loading, *, robot: RobotName = "panda") -> Robot:
+    """The robot of a name or a file. Warnings about unknown names in an SRDF are printed on standard error.
+
+    Raises:
+        UlnaError: It cannot be loaded; see ``ulna.load``.
+    """
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", DescriptionWarning)
+        arm = load(robot, **loading)
+    for warning in caught:
+        warn(str(warning.message))
+    return arm
 
 
-AnyRobot = Annotated[Robot, Depends(named_robot)]
+AnyRobot = Annotated[Robot, Depends(load_robot)]
 
 
 def link_or_hand(robot: AnyRobot, *, link: LinkName = None, as_json: Json = False) -> str:

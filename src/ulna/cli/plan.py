@@ -11,17 +11,16 @@ from rich.console import RenderableType
 
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
-from ulna.cli.joint_plot import PlotFile, draw_motion, write_figure
+from ulna.cli.joint_plot import PlotFile, write_figure
 from ulna.cli.numbers import RPY, XYZ, numbers, words
 from ulna.cli.options import Degrees, LinkName, Seed, link_or_hand
 from ulna.cli.output import Data, Output, make_table, number
-from ulna.cli.rates import Rates
 from ulna.cli.targets import HOME, Orientation, Start, positions, state_of, target_pose
 from ulna.description.pose import pose
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, group_named, tip_of
 from ulna.planning.plan import Plan
-from ulna.planning.trajectory import Trajectory
+from ulna.planning.trajectory import Trajectory, as_limits
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
@@ -45,7 +44,16 @@ Clearance = Annotated[float, typer.Option(metavar="METRES", help="Keep objects a
 MaxChecks = Annotated[int, typer.Option(help="How many edges are checked at most.")]
 Sampled = Annotated[bool, typer.Option("--sampled", help="Check edges at samples instead of certifying them.")]
 Escape = Annotated[bool, typer.Option("--escape", help="Leave a start that touches something by at most 10 mm.")]
+Velocity = Annotated[
+    float | None, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s or m/s], below its own limit.")
+]
+Acceleration = Annotated[float, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^2 or m/s^2].")]
+Jerk = Annotated[
+    float | None,
+    typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^3 or m/s^3]; the motion then stops at every corner."),
+]
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each 10 ms.")]
+_VELOCITY = 1.0  # [rad/s or m/s], of joints without a limit
 _PERIOD = 0.01  # [s]
 _DEFAULTS = defaults_of(Robot.plan)
 
@@ -72,7 +80,9 @@ def plan(
     max_checks: MaxChecks = _DEFAULTS["max_checks"],
     sampled: Sampled = False,
     escape: Escape = False,
-    rates: Rates,
+    velocity: Velocity = None,
+    acceleration: Acceleration = 5.0,
+    jerk: Jerk = None,
     csv: Csv = None,
     plot: PlotFile = None,
     degrees: Degrees = False,
@@ -104,11 +114,11 @@ def plan(
         )  # fmt: skip
     motion = None
     if found:
-        motion = found.trajectory(**rates)
+        motion = found.trajectory(velocity=_velocities(robot, velocity), acceleration=acceleration, jerk=jerk)
         if csv is not None:
             motion.to_csv(csv, period=_PERIOD)
         if plot is not None:
-            write_figure(draw_motion(robot, motion), plot)
+            write_figure(motion.plot(), plot)
     return Output(plan_data(robot, found, motion), plan_table, status=0 if found else 1)
 
 
@@ -122,6 +132,14 @@ def _configuration(text: str, robot: Robot, group: JointGroup | None, *, degrees
         return robot.home[columns]
     entries = coordinates_of(robot)
     return np.array(numbers("--to", text, [entries[column] for column in columns], degrees=degrees))
+
+
+def _velocities(robot: Robot, velocity: float | None) -> NDArray[np.float64]:
+    """The greatest velocity of each entry of q [rad/s or m/s], shape (n_dof,)."""
+    own = robot.velocity_limits
+    if velocity is None:
+        return np.where(np.isinf(own), _VELOCITY, own)
+    return np.minimum(own, as_limits("velocity", velocity, robot.n_dof))
 
 
 def _poses(goals: list[str], robot: Robot, *, degrees: bool) -> dict[str, NDArray[np.float64]]:

@@ -16,7 +16,7 @@ from ulna.cli.cell import Meshes, Obstacles, checked_robot
 from ulna.cli.cluster import client_of
 from ulna.cli.depends import Json, command, defaults_of
 from ulna.cli.numbers import XYZ, numbers
-from ulna.cli.options import LinkName, Load, OnPage, RobotName, Seed, TaskName, link_or_hand
+from ulna.cli.options import LinkName, Loading, OnPage, RobotName, Seed, TaskName, link_or_hand, load_robot
 from ulna.cli.output import Data, Output, make_table, printable, warn
 from ulna.cli.progress import progress
 from ulna.collision.world import World
@@ -82,7 +82,7 @@ def reach() -> None:
 @GROUP.command("map", epilog=f"JSON: {REACH_KEYS}")
 @command
 def compute(
-    load: Load,
+    loading: Loading,
     *,
     robot: RobotName,
     path: MapPath,
@@ -108,7 +108,7 @@ def compute(
     As in: ulna reach panda map.zarr --voxel 0.05 --orientations 64 --scene scene.json --resume. Ctrl-C leaves a map that
     --resume continues.
     """
-    arm = load(robot)
+    arm = load_robot(loading, robot=robot)
     tip = link_or_hand(arm, link=link, as_json=as_json)
     if itself and world is None:
         world = World()
@@ -151,12 +151,12 @@ def plot(path: MapPath, out: Figure) -> Output:
 
 @GROUP.command("show")
 @command
-def show_map(path: MapPath, load: Load, page: OnPage, *, robot: RobotOfMap = None) -> None:
+def show_map(path: MapPath, loading: Loading, page: OnPage, *, robot: RobotOfMap = None) -> None:
     """Show a map in the browser: voxels by colour, a plane that clips them, the robot inside; click a voxel for its solutions.
 
     As in: ulna reach show map.zarr. Ctrl-C ends it.
     """
-    found = ReachabilityMap.open(path, robot=None if robot is None else load(robot))
+    found = ReachabilityMap.open(path, robot=None if robot is None else load_robot(loading, robot=robot))
     with needs_extra("the view", "viewer", "viser", "trimesh"):
         from ulna.viewer.map_view import MapView  # noqa: PLC0415 -- needs the extra
     shown = MapView(found, host=page.host, port=page.port)

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from ulna.cli.cell import Obstacles, warn_of_missing
 from ulna.cli.depends import command
-from ulna.cli.options import Degrees, Load
+from ulna.cli.options import Degrees, Loading, load_robot
 from ulna.cli.output import printable
 from ulna.cli.plugins import FILMS, Film, load_plugins
 from ulna.cli.rows import read_motion, read_trajectory
@@ -46,7 +46,7 @@ _EXTRA = ("recording", "viewer", "trimesh", "av", "PIL")
 
 @command
 def record(
-    load: Load,
+    loading: Loading,
     world: Obstacles,
     *,
     path: Out,
@@ -70,8 +70,8 @@ def record(
     of_robot = any(each is not None for each in (robot, q, world, trajectory, plan))
     if sum(each is not None for each in (q, trajectory, plan)) > 1:
         raise InputError("--q, --trajectory, --plan", "at most one of them is expected: each has the joint positions")
-    if load.given and not of_robot:
-        raise InputError(", ".join(load.given), "go with --robot; without it the demo is recorded")
+    if any(loading.values()) and not of_robot:
+        raise InputError("--base, --tip, --srdf, --xacro-arg, --package-dir", "go with --robot; without it the demo is recorded")
     if of_robot and at is not None:
         raise InputError("--at", "goes with the demo; a robot that does not move has no points in time")
     if path.suffix.lower() == ".png" and (rate is not None or (of_robot and seconds is not None)):
@@ -79,7 +79,7 @@ def record(
     with needs_extra(*_EXTRA):
         from ulna.viewer.film.record import make_form  # noqa: PLC0415 -- needs the extra
     if of_robot:
-        film, length = _film_of_robot(load(robot or "panda"), world, q, trajectory, plan, degrees=degrees)
+        film, length = _film_of_robot(load_robot(loading, robot=robot or "panda"), world, q, trajectory, plan, degrees=degrees)
     else:
         film, length = _film(), 30.0
     form = make_form(path, length if seconds is None else seconds, None if size is None else _size(size), rate)

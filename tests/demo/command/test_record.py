@@ -23,7 +23,10 @@ def test_a_png_of_a_long_demo_is_one_picture(run, tmp_path):
         (["demo.png", "--seconds", "inf"], "--seconds: inf; a length above 0 s"),
         (["demo.png", "--at", "31"], "--at: 31 s is not between 0 and 30 s"),
         (["demo.mp4", "--at", "3"], "--at: is for a single picture, a .png; demo.mp4 shows the whole demo"),
-        (["demo.png", "--package-dir", "x"], "--package-dir: go with --robot; without it the demo is recorded"),
+        (
+            ["demo.png", "--package-dir", "x"],
+            "--base, --tip, --srdf, --xacro-arg, --package-dir: go with --robot",
+        ),
         (["missing/demo.png"], "missing/demo.png: cannot be written: No such file or directory"),
     ],
 )
