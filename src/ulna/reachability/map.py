@@ -16,9 +16,8 @@ from ulna.description.pose import as_pose
 from ulna.errors import InputError, needs_extra
 from ulna.ik.result import IKResult
 from ulna.ik.task import Task
-from ulna.reachability.grid import Grid, Region
+from ulna.reachability.grid import Grid, Region, nearest_orientation
 from ulna.reachability.model import robot_from_json, robot_to_json
-from ulna.reachability.orientations import nearest_orientation
 from ulna.reachability.placement import BasePlacement, base_placements
 from ulna.reachability.specification import Specification
 from ulna.reachability.statuses import NEVER, NUMBERS, REACHED
