@@ -15,7 +15,15 @@ from functools import cache
 
 import ulna
 
-_NAMED_IN_ANNOTATIONS = ("ulna.description", "ulna.kinematics", "ulna.collision", "ulna.ik", "ulna.robot", "ulna.viewer")
+_NAMED_IN_ANNOTATIONS = (
+    "ulna.description",
+    "ulna.kinematics",
+    "ulna.collision",
+    "ulna.ik",
+    "ulna.gpu",
+    "ulna.robot",
+    "ulna.viewer",
+)
 
 
 def public_classes():

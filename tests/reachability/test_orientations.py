@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ulna.description.pose import matrix_from_quaternion
-from ulna.reachability.orientations import nearest_orientation, super_fibonacci
+from ulna.reachability.grid import nearest_orientation, super_fibonacci
 
 
 def angles_to_the_nearest(points, wxyz):

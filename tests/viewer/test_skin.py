@@ -6,7 +6,7 @@ import trimesh
 
 from ulna.description.shapes import Box
 from ulna.viewer.film.camera import Camera, sun_view
-from ulna.viewer.film.panes import make_panes
+from ulna.viewer.film.painter import make_panes
 from ulna.viewer.film.skin import corner_normals, linear
 from ulna.viewer.solid import Solid
 

@@ -6,15 +6,12 @@ from pathlib import Path
 
 from ulna.errors import DescriptionError
 from ulna.inspection.elements import element_findings
-from ulna.inspection.inertia import inertia_findings
-from ulna.inspection.inspected import Inspected, read_inspected
-from ulna.inspection.joints import joint_findings
+from ulna.inspection.inspected import Inspected, read_inspected, tree_rows
+from ulna.inspection.joints import joint_findings, name_findings
+from ulna.inspection.links import inertia_findings, shape_findings
 from ulna.inspection.meshes import mesh_findings
-from ulna.inspection.names import name_findings
 from ulna.inspection.result import Finding, Inspection, Severity
 from ulna.inspection.robot_checks import closed_form_in_words, robot_findings, stretched_length
-from ulna.inspection.shapes import shape_findings
-from ulna.inspection.tree import tree_rows
 
 
 def inspect(

@@ -1,5 +1,6 @@
-"""Reads a description as far as it can be read: the robot if it loads, and the elements of its XML. Used by ``inspect``."""
+"""Reads a description as far as it can be read: the robot if it loads, its XML, its links in a tree. Used by ``inspect``."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from ulna.description.file_bytes import file_bytes
 from ulna.description.packages import as_package_dirs
 from ulna.description.xml import LONGEST, parse
 from ulna.errors import DescriptionError, InputError
+from ulna.inspection.result import TreeRow
 from ulna.robot import Robot, load
 
 _ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``: other input errors are about the document's own numbers
@@ -69,3 +71,29 @@ def _elements(
     except (DescriptionError, InputError):
         return None
     return root if root.tag == "robot" else None
+
+
+def tree_rows(root: etree._Element) -> tuple[TreeRow, ...]:
+    """A row for each link: from the links without a parent down, each link once, and then what only loops reach."""
+    links = [link.get("name", "") for link in root.iterfind("link")]
+    carried: defaultdict[str, list[TreeRow]] = defaultdict(list)
+    for joint in root.iterfind("joint"):
+        parent, child = (_link(joint, key) for key in ("parent", "child"))
+        carried[parent].append(TreeRow(0, child, joint.get("name", ""), joint.get("type", "")))
+    children = {row.link for rows in carried.values() for row in rows}
+    rows: list[TreeRow] = []
+    seen: set[str] = set()
+    for start in [*(link for link in links if link not in children), *links]:
+        waiting = [TreeRow(0, start)] if start not in seen else []
+        while waiting:
+            row = waiting.pop()
+            rows.append(row)
+            if row.link not in seen:
+                seen.add(row.link)
+                waiting += [TreeRow(row.depth + 1, one.link, one.joint, one.type) for one in reversed(carried[row.link])]
+    return tuple(rows)
+
+
+def _link(joint: etree._Element, key: str) -> str:
+    element = joint.find(key)
+    return "" if element is None else element.get("link", "")

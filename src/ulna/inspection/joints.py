@@ -1,4 +1,4 @@
-"""Checks joints: their types, limits, axes and angles. Used by ``inspect``."""
+"""Checks joints, their types, limits, axes and angles, and the names of links and joints. Used by ``inspect``."""
 
 import math
 from collections.abc import Iterator
@@ -86,3 +86,33 @@ def _axis_findings(joint: etree._Element) -> Iterator[Finding]:
         yield Finding(Severity.ERROR, where, "axis 0 0 0 has no direction", joint.sourceline)
     elif abs(length - 1) > _UNIT:
         yield Finding(Severity.WARNING, where, f'axis "{axis.get("xyz")}" has length {length:.4g}: normalised', axis.sourceline)
+
+
+def name_findings(root: etree._Element) -> Iterator[Finding]:
+    """What is wrong with the names of links and joints, and with what refers to them."""
+    for tag in ("link", "joint"):
+        yield from _repeated(root, tag)
+    links = {element.get("name", "") for element in root.iterfind("link")}
+    joints = {element.get("name", "") for element in root.iterfind("joint")}
+    for joint in root.iterfind("joint"):
+        for tag, key, known in (("parent", "link", links), ("child", "link", links), ("mimic", "joint", joints)):
+            name = "" if (element := joint.find(tag)) is None else element.get(key, "")
+            if element is not None and name not in known:
+                message = f"<{tag}> {key} {name!r} is not defined{did_you_mean(name, known)}"
+                yield Finding(Severity.ERROR, of_robot(joint), message, joint.sourceline)
+
+
+def _repeated(root: etree._Element, tag: str) -> Iterator[Finding]:
+    exact: set[str] = set()
+    folded: dict[str, str] = {}
+    for element in root.iterfind(tag):
+        name, where = element.get("name", ""), of_robot(element)
+        if not name:
+            yield Finding(Severity.ERROR, where, f"a <{tag}> without a name", element.sourceline)
+        elif name in exact:
+            yield Finding(Severity.ERROR, where, "defined twice", element.sourceline)
+        elif name.casefold() in folded:
+            message = f"differs from {folded[name.casefold()]!r} by case only"
+            yield Finding(Severity.WARNING, where, message, element.sourceline)
+        exact.add(name)
+        folded.setdefault(name.casefold(), name)

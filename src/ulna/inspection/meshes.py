@@ -14,8 +14,8 @@ from ulna.description.meshes.plain import CHECKED
 from ulna.description.packages import resolve_uri
 from ulna.errors import FileError, MissingExtraError
 from ulna.inspection.elements import listed, numbers, of_robot
+from ulna.inspection.links import size_findings
 from ulna.inspection.result import Finding, Severity
-from ulna.inspection.shapes import size_findings
 
 
 def mesh_findings(root: etree._Element, described: Located) -> Iterator[Finding]:

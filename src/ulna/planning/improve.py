@@ -7,19 +7,14 @@ other, each with new trees and other samples. What a search finds is shortened, 
 from __future__ import annotations
 
 import time
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.errors import InputError
 from ulna.planning.motion import Motion, edges_of
-from ulna.planning.options import refuse_unless, refuse_unless_count
+from ulna.planning.plan_status import Effort
 from ulna.planning.search import Search
-
-if TYPE_CHECKING:
-    from ulna.planning.plan import Plan
 
 Array = NDArray[np.float64]
 _WORTH = 1e-4  # of the length: a path is to be shorter by more
@@ -48,22 +43,27 @@ class Searched(NamedTuple):
     n_searches: int = 1
 
 
-def improved(plan: Plan, searched: Searched | None, max_checks: int, time_limit: float | None) -> Plan:
-    """A plan with a shorter path, or the same if none was found; see ``Plan.improve``.
+class Best(NamedTuple):
+    """The shortest path that was found.
 
-    Raises:
-        InputError: There is no path, or ``max_checks`` or ``time_limit`` cannot be taken.
+    Attributes:
+        path: From ``Searched.start`` to a goal, shape (n, n_dof).
+        goal: Which of the given goals it reaches.
+        certified: Whether all of its edges are certified.
+        effort: What all searches took.
     """
-    refuse_unless_count("max_checks", max_checks, 1)
-    if time_limit is not None:
-        refuse_unless("time_limit", time_limit, 0.0, "a time [s] above 0", above=True)
-    if searched is None or not plan:
-        raise InputError("plan", f"there is no path: {plan.status}")
-    began, motion, effort = time.perf_counter(), searched.motion, plan.effort
-    space = motion.space
+
+    path: Array
+    goal: int
+    certified: bool
+    effort: Effort
+
+
+def improved(searched: Searched, best: Best, max_checks: int, time_limit: float | None) -> tuple[Searched, Best]:
+    """A shorter path, or the same if none was found, after at most so many more checks; see ``Plan.improve``."""
+    began, motion = time.perf_counter(), searched.motion
+    space, (path, goal, certified, effort) = motion.space, best
     edges = edges_of(motion.checker, motion.world, space, motion.margin, certify=searched.certify)
-    outside = plan.path[:1] if plan.escaped else plan.path[:0]  # the edge that leads out of a contact stays
-    path, goal, certified = plan.path[len(outside) :], plan.goal, plan.certified
     straight = space.lengths(space.shortest_way(searched.goals - searched.start)).min()
     most, n_searches = effort.checks + int(max_checks), searched.n_searches
     budget = _FIRST_CHECKS
@@ -80,11 +80,4 @@ def improved(plan: Plan, searched: Searched | None, max_checks: int, time_limit:
             budget *= 2  # not all at once: a small tree costs less, and other samples may do better
         elif found.confirmed and space.lengths(np.diff(found.path, axis=0)).sum() < length:
             path, goal, certified = found.path, int(searched.of[search.goal]), searched.certify
-    return replace(
-        plan,
-        path=np.concatenate([outside, path]),
-        certified=certified,
-        effort=effort,
-        goal=goal,
-        _searched=searched._replace(n_searches=n_searches),
-    )
+    return searched._replace(n_searches=n_searches), Best(path, goal, certified, effort)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
 
@@ -14,10 +14,10 @@ from ulna.errors import InputError
 from ulna.ik.entry_names import entry_names
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.planning.blend import rounded_path
-from ulna.planning.effort import Effort
-from ulna.planning.improve import Searched, improved
+from ulna.planning.improve import Best, Searched, improved
 from ulna.planning.motion import Motion
-from ulna.planning.plan_status import PlanStatus
+from ulna.planning.options import refuse_unless, refuse_unless_count
+from ulna.planning.plan_status import Effort, PlanStatus
 from ulna.planning.trajectory import Trajectory, as_limits, make_trajectory, resting
 
 Array = NDArray[np.float64]
@@ -190,7 +190,16 @@ class Plan:
             >>> plan.improve(1000).length <= plan.length
             True
         """
-        return improved(self, self._searched, max_checks, time_limit)
+        refuse_unless_count("max_checks", max_checks, 1)
+        if time_limit is not None:
+            refuse_unless("time_limit", time_limit, 0.0, "a time [s] above 0", above=True)
+        if self._searched is None or not self:
+            raise InputError("plan", f"there is no path: {self.status}")
+        outside = self.path[:1] if self.escaped else self.path[:0]  # the edge that leads out of a contact stays
+        best = Best(self.path[len(outside) :], self.goal, self.certified, self.effort)
+        searched, best = improved(self._searched, best, max_checks, time_limit)
+        path = np.concatenate([outside, best.path])
+        return replace(self, path=path, certified=best.certified, effort=best.effort, goal=best.goal, _searched=searched)
 
     @property
     def _motion(self) -> Motion | None:

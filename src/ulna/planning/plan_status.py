@@ -1,10 +1,10 @@
-"""Names how a search for a plan ended, and says why. Used by ``plan``, ``planner`` and ``goals``."""
+"""Names how a search for a plan ended, says why, and holds what it took. Used by ``plan``, ``planner``, ``search``, ``goals``."""
 
+from dataclasses import dataclass
 from enum import StrEnum
 
 from ulna.collision.report import Pair, Report
 from ulna.ik.reason import Reason
-from ulna.planning.effort import Effort
 
 _MOST_PAIRS = 4  # that a sentence names
 
@@ -18,6 +18,28 @@ class PlanStatus(StrEnum):
     GOAL_IN_COLLISION = "goal in collision"
     GOAL_UNREACHABLE = "goal unreachable"
     BUDGET_SPENT = "budget spent"
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a search took.
+
+    Attributes:
+        checks: How many edges were checked.
+        iterations: How many samples a node stepped towards; the others were outside its domain.
+        start_nodes: How many configurations were reached from the start.
+        goal_nodes: How many the goals were reached from.
+    """
+
+    checks: int = 0
+    iterations: int = 0
+    start_nodes: int = 0
+    goal_nodes: int = 0
+
+    def plus(self, other: "Effort") -> "Effort":
+        """The sum of two searches; the nodes are those of the larger trees."""
+        nodes = max(self.start_nodes, other.start_nodes), max(self.goal_nodes, other.goal_nodes)
+        return Effort(self.checks + other.checks, self.iterations + other.iterations, *nodes)
 
 
 def in_collision(report: Report, margin: float) -> Reason:

@@ -3,27 +3,32 @@
 # pyright: reportMissingImports=false
 # ROS is installed with the system, not by pip; without it pyright cannot check these imports.
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import InputError, MissingROSError, UnknownNameError
 from ulna.planning.options import refuse_unless
-
-if TYPE_CHECKING:
-    from ulna.planning.trajectory import Trajectory
+from ulna.planning.timing import Moment
 
 Array = NDArray[np.float64]
 _NANO = 1_000_000_000
 
 
-def joint_trajectory(motion: Trajectory, joint_names: Sequence[str], period: float) -> Any:
+def joint_trajectory(
+    at: Callable[[Array], Moment], rests: Array, known: Sequence[str], joint_names: Sequence[str], period: float
+) -> Any:
     """A trajectory as ``trajectory_msgs/JointTrajectory``; see ``Trajectory.to_ros``.
+
+    Args:
+        at: Its positions, velocities and accelerations at times [s].
+        rests: When it is at rest [s].
+        known: The names of its joints.
+        joint_names: Those of the message.
+        period: The greatest time between two points [s].
 
     Raises:
         InputError: ``period`` is not above 0; no joint is named, or one twice.
@@ -33,12 +38,12 @@ def joint_trajectory(motion: Trajectory, joint_names: Sequence[str], period: flo
     refuse_unless("period", period, 0.0, "a time [s] above 0", above=True)
     names = (joint_names,) if isinstance(joint_names, str) else tuple(joint_names)
     for name in names:
-        if name not in motion.joint_names:
-            raise UnknownNameError("joint", str(name), motion.joint_names)
+        if name not in known:
+            raise UnknownNameError("joint", str(name), known)
     twice = next((name for name in names if names.count(name) > 1), None)
     if not names or twice is not None:
         raise InputError("joint_names", "no joint is named; None means all" if not names else f"{twice!r} is named twice")
-    columns = [motion.joint_names.index(name) for name in names]
+    columns = [known.index(name) for name in names]
     try:
         from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: PLC0415 - it is of the caller's ROS
     except ImportError as error:
@@ -46,10 +51,10 @@ def joint_trajectory(motion: Trajectory, joint_names: Sequence[str], period: flo
         raise MissingROSError(
             f"a message needs trajectory_msgs of ROS ({reason}); docs/ros.md names its packages, to_csv needs none"
         ) from None
-    t, rests = _times(motion.rests, period)
-    q, qd, qdd = (values[:, columns] for values in motion.at(t))
-    qd[rests] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest
-    qdd[rests[1:-1]] = 0.0  # neither that before the stop nor that behind it
+    t, at_rest = _times(rests, period)
+    q, qd, qdd = (values[:, columns] for values in at(t))
+    qd[at_rest] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest
+    qdd[at_rest[1:-1]] = 0.0  # neither that before the stop nor that behind it
     points = []
     for seconds, *values in zip(t.tolist(), q.tolist(), qd.tolist(), qdd.tolist(), strict=True):
         point = JointTrajectoryPoint(**dict(zip(("positions", "velocities", "accelerations"), values, strict=True)))

@@ -11,7 +11,7 @@ from ulna.drivers import entry
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
-from ulna.planning.effort import Effort
+from ulna.planning.plan_status import Effort
 from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
 

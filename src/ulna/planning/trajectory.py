@@ -147,7 +147,8 @@ class Trajectory:
             UnknownNameError: There is no such joint.
             MissingROSError: This Python finds no ``trajectory_msgs``.
         """
-        return joint_trajectory(self, self.joint_names if joint_names is None else joint_names, period)
+        names = self.joint_names if joint_names is None else joint_names
+        return joint_trajectory(self.at, self.rests, self.joint_names, names, period)
 
     def plot(self):
         """A Matplotlib figure of positions, velocities and accelerations over time.

@@ -25,10 +25,9 @@ from ulna.engine.threads import VARIABLE, default_threads
 from ulna.errors import FileError
 from ulna.reachability.model import robot_from_json
 from ulna.reachability.specification import Specification
-from ulna.reachability.statuses import REACHED
 from ulna.reachability.store import is_done, metadata_bytes, read_specification, variables
 from ulna.reachability.stored import open_arrays
-from ulna.reachability.verdicts import verdicts
+from ulna.reachability.verdicts import REACHED, verdicts
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]

@@ -1,4 +1,9 @@
-"""Holds the poses of a map: voxels times orientations, cut into chunks. Used by ``specification``, ``chunk``, ``run``."""
+"""Holds the poses of a map: voxels times orientations, cut into chunks. Used by ``specification``, ``chunk``, ``run``, ``map``.
+
+The orientations are spread evenly over SO(3) by super-Fibonacci spirals: point i of n lies on a spiral of the 3-sphere, whose two
+angles grow by irrational ratios. Source: M. Alexa, "Super-Fibonacci Spirals: Fast, Low-Discrepancy Sampling of SO(3)", CVPR 2022,
+algorithm 1.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +15,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.description.pose import matrix_from_quaternion
+from ulna.description.pose import matrix_from_quaternion, quaternion_from_matrix
 from ulna.errors import InputError
 from ulna.ik.options import as_count, positive
-from ulna.reachability.orientations import super_fibonacci
 
 Array = NDArray[np.float64]
 Region = tuple[slice, ...]
 POSES_OF_A_CHUNK = 4096
+_PHI = np.sqrt(2.0)
+_PSI = 1.533751168755204288118041  # the real root of psi^4 = psi + 4
+_AT_ONCE = 1 << 22  # products of quaternions that are held in memory
 _MOST = 2**40  # poses of a map
 
 
@@ -137,3 +144,27 @@ class Grid:
         most = np.array(self.shape) - 1
         inside = ((index >= 0) & (index <= most)).all(axis=-1)
         return np.clip(index, 0, most).astype(np.int64), np.asarray(inside)
+
+
+def super_fibonacci(n: int) -> Array:
+    """n unit quaternions, w first, spread evenly over SO(3): shape (n, 4).
+
+    Example:
+        >>> super_fibonacci(64).shape
+        (64, 4)
+    """
+    s = np.arange(n) + 0.5
+    r, R = np.sqrt(s / n), np.sqrt(1.0 - s / n)
+    alpha, beta = 2.0 * np.pi * s / _PHI, 2.0 * np.pi * s / _PSI
+    return np.stack([R * np.cos(beta), r * np.sin(alpha), r * np.cos(alpha), R * np.sin(beta)], axis=-1)
+
+
+def nearest_orientation(T: Array, wxyz: Array) -> NDArray[np.int64]:
+    """The index of the nearest of the quaternions (n, 4) to each pose or rotation (m, k, k): shape (m,).
+
+    Nearest by the angle between them, 2 arccos |a . b|: a quaternion and its negative are the same rotation.
+    """
+    given = quaternion_from_matrix(T)
+    step = max(1, _AT_ONCE // len(wxyz))
+    parts = [np.abs(given[k : k + step] @ wxyz.T).argmax(axis=1) for k in range(0, len(given), step)]
+    return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)

@@ -16,14 +16,13 @@ from ulna.description.pose import as_pose
 from ulna.errors import InputError, needs_extra
 from ulna.ik.result import IKResult
 from ulna.ik.task import Task
-from ulna.reachability.grid import Grid, Region
+from ulna.reachability.grid import Grid, Region, nearest_orientation
 from ulna.reachability.model import robot_from_json, robot_to_json
-from ulna.reachability.orientations import nearest_orientation
 from ulna.reachability.placement import BasePlacement, base_placements
 from ulna.reachability.specification import Specification
-from ulna.reachability.statuses import NEVER, NUMBERS, REACHED
 from ulna.reachability.store import attributes_at, read_specification, zarr_package
 from ulna.reachability.stored import check_chunks, open_arrays, read_verdicts, unreadable
+from ulna.reachability.verdicts import NEVER, NUMBERS, REACHED
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]

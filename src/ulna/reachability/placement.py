@@ -8,10 +8,9 @@ A map is of poses in the base frame, so that it serves for any place of the base
 3. The best are checked by inverse kinematics, with the world moved into the base frame.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,15 +20,37 @@ from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose, as_pose, inverse, matrix_from_rpy, quaternion_from_matrix
 from ulna.errors import InputError
 from ulna.ik.options import as_count
-
-if TYPE_CHECKING:
-    from ulna.reachability.map import ReachabilityMap
+from ulna.ik.result import IKResult
+from ulna.reachability.grid import Grid
+from ulna.robot import Robot
 
 Array = NDArray[np.float64]
 DOFS = ("x", "y", "z", "yaw")
 _AROUND = 4  # orientations of the map around that of a target
 _STEPS = 1600  # of the search for one target: four times those of the map
 _MOST_KEPT = 20_000  # candidates of one yaw
+
+
+class Reachable(Protocol):
+    """What is used here of a ``ReachabilityMap``, which has the same: the map calls this file, not the reverse."""
+
+    grid: Grid
+    robot: Robot
+    link: str
+
+    @cached_property
+    def verdicts(self) -> NDArray[np.bool_]:
+        """Whether each pose is reached, shape (z, y, x, orientation)."""
+        ...
+
+    @property
+    def world(self) -> World | None:
+        """The world that the map was computed with, in the base frame."""
+        ...
+
+    def solve(self, T: ArrayLike, world: World | None = None, *, max_iterations: int | None = None) -> IKResult:
+        """Inverse kinematics with the options of the map."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +73,7 @@ class BasePlacement:
 
 
 def base_placements(
-    of: ReachabilityMap, targets: ArrayLike, free_dofs: tuple[str, ...], world: World | None, T_world_base: ArrayLike | None,
+    of: Reachable, targets: ArrayLike, free_dofs: tuple[str, ...], world: World | None, T_world_base: ArrayLike | None,
     bounds: ArrayLike | None, yaw_steps: int, most: int, tries: int,
 ) -> tuple[BasePlacement, ...]:  # fmt: skip
     """See ``ReachabilityMap.base_placements``."""
@@ -79,7 +100,7 @@ def base_placements(
     return tuple(sorted(found, key=lambda one: (-one.score, -float(one.manipulability.min()))))
 
 
-def _candidates(of: ReachabilityMap, tips: Array, free: tuple[str, ...], at: Array, bounds: ArrayLike | None) -> Array:
+def _candidates(of: Reachable, tips: Array, free: tuple[str, ...], at: Array, bounds: ArrayLike | None) -> Array:
     """Places of the base, a voxel apart, from which each tip (n, 3) is no farther than the farthest reached voxel: (m, 3)."""
     z, y, x = np.nonzero(of.verdicts.any(axis=-1))
     if not len(z):
@@ -106,7 +127,7 @@ def _turned(T_0: Array, yaw: float) -> Array:
     return T
 
 
-def _ranked(of: ReachabilityMap, T_world_tip: Array, T_turned: Array, yaw: float, points: Array) -> Array:
+def _ranked(of: Reachable, T_world_tip: Array, T_turned: Array, yaw: float, points: Array) -> Array:
     """Least and mean score, place and yaw of the best candidates with one direction of the base: shape (m, 6)."""
     R = T_turned[:3, :3]
     near = _around(of, R.T @ T_world_tip[:, :3, :3])
@@ -121,13 +142,13 @@ def _ranked(of: ReachabilityMap, T_world_tip: Array, T_turned: Array, yaw: float
     return rows[np.lexsort((-rows[:, 1], -rows[:, 0]))[:_MOST_KEPT]]
 
 
-def _around(of: ReachabilityMap, rotations: Array) -> NDArray[np.int64]:
+def _around(of: Reachable, rotations: Array) -> NDArray[np.int64]:
     """The indices of the map's orientations nearest to each of some rotations (n, 3, 3): shape (n, m)."""
     alike = np.abs(quaternion_from_matrix(rotations) @ of.grid.wxyz.T)
     return np.argsort(-alike, axis=1, kind="stable")[:, :_AROUND]
 
 
-def _exact(of: ReachabilityMap, T_world_tip: Array, T_0: Array, row: Array, world: World | None) -> BasePlacement | None:
+def _exact(of: Reachable, T_world_tip: Array, T_0: Array, row: Array, world: World | None) -> BasePlacement | None:
     """The placement of a candidate if every target is reached from there."""
     T_world_base = _turned(T_0, row[5])
     T_world_base[:3, 3] = row[2:5]

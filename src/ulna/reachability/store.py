@@ -27,7 +27,7 @@ from ulna.description.json_text import json_value
 from ulna.errors import DescriptionError, FileError, needs_extra
 from ulna.reachability.grid import Grid
 from ulna.reachability.specification import Specification
-from ulna.reachability.statuses import NEVER, NUMBERS
+from ulna.reachability.verdicts import NEVER, NUMBERS
 
 DIMENSIONS = ("z", "y", "x", "orientation")
 META = "zarr.json"

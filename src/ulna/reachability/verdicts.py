@@ -1,4 +1,4 @@
-"""Decides of poses whether a robot reaches them, by the closed form or by search. Used by ``chunk``."""
+"""Decides of poses whether a robot reaches them, and numbers what is said of each. Used by ``chunk``, ``store`` and ``map``."""
 
 from __future__ import annotations
 
@@ -9,12 +9,28 @@ from numpy.typing import NDArray
 
 from ulna.collision.world import World
 from ulna.ik.closed_form.result import Proof
-from ulna.ik.result import Status
+from ulna.ik.result import CODES, Status
 from ulna.kernels.ik import search_layout as layout
 from ulna.reachability.specification import Specification
-from ulna.reachability.statuses import NUMBERS, OF_CODES, REACHED
 from ulna.robot import Robot
 
+NEVER = -1  # a pose that was not computed yet
+REACHED = 1
+NUMBERS = {
+    Status.SOLVED: REACHED,
+    Status.UNREACHABLE: 2,
+    Status.BUDGET_SPENT: 3,
+    Status.IN_COLLISION: 4,
+    Status.JOINT_LIMITS: 5,
+    Status.SINGULAR: 6,
+    Status.STATIONARY: 7,
+    Status.NOT_FOUND: 8,
+    Status.BEYOND_MAX_STEP: 9,
+    Status.HELD_JOINTS: 10,
+}
+OF_CODES = np.full(1 + max(CODES.values()), NUMBERS[Status.NOT_FOUND], dtype=np.int8)  # by the codes of the kernels
+for _status, _code in CODES.items():
+    OF_CODES[_code] = NUMBERS[_status]
 Array = NDArray[np.float64]
 
 
