@@ -39,13 +39,14 @@ ready = panda.home + 0.1
 batch = np.tile(ready, (9, 1))
 target, targets = panda.forward_kinematics(panda.home), panda.forward_kinematics(batch)
 for q in (ready, batch, batch.tolist(), np.broadcast_to(ready, (2, 3, 7)), batch[:, ::-1], batch.astype(np.float32)):
-    panda.forward_kinematics(q), panda.forward_kinematics(q, "panda_link3"), panda.link_poses(q), panda.collision_poses(q)
+    panda.forward_kinematics(q), panda.forward_kinematics(q, link="panda_link3"), panda.link_poses(q), panda.collision_poses(q)
     panda.jacobian(q), panda.analytical_jacobian(q), panda.manipulability(q)
     panda.differential_ik(q, np.ones(6), 0.01)
     for robot, scene in ((panda, world), (panda, None), (panda, mixed), (held, world), (hull, mixed)):
         for self_collision in (True, False) if scene else (True,):
-            robot.in_collision(q, scene, self_collision), robot.signed_distance(q, scene, self_collision)
-            robot.distance_gradient(q, scene, self_collision)
+            ask = {"self_collision": self_collision}
+            robot.in_collision(q, scene, **ask), robot.signed_distance(q, scene, **ask)
+            robot.distance_gradient(q, scene, **ask)
         robot.check_collision(q, scene, max_distance=0.1)
         robot.edge_in_collision(q, panda.home, scene)
 panda.differential_ik(panda.home, np.ones((4, 6)), 0.01)
