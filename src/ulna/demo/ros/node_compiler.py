@@ -1,11 +1,15 @@
 """Compiles a node's kernels in another thread, so that Ctrl-C ends the node meanwhile. Used by ``ros1`` and the commands."""
 
+from __future__ import annotations
+
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from ulna.viewer.compiler import Compiler
+if TYPE_CHECKING:
+    from ulna.viewer.compiler import Compiler
 
 _CTRL_C = 130
 
@@ -17,6 +21,8 @@ def node_compiler() -> Iterator[Compiler]:
     If the block has ended, or was interrupted, while something is being compiled, the process ends at once. A normal exit would
     wait for that, up to half a minute.
     """
+    from ulna.viewer.compiler import Compiler  # noqa: PLC0415 -- it imports Numba, which the help of a command does not need
+
     compiler, status = Compiler(lambda: None), None
     try:
         yield compiler
