@@ -11,7 +11,7 @@ import pytest
 import ulna
 
 UNNEEDED = {"asyncio", "concurrent", "email", "http", "importlib.metadata", "rich", "ssl", "subprocess", "tempfile", "typer",
-            "ulna.inspection", "ulna.reachability", "ulna.viewer", "urllib.request", "zipfile"}  # fmt: skip
+            "ulna.gpu", "ulna.inspection", "ulna.reachability", "ulna.viewer", "urllib.request", "zipfile"}  # fmt: skip
 
 
 def loaded_by(code):

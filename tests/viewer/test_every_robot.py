@@ -6,10 +6,10 @@ import pytest
 import ulna
 from processes import wait_for
 from robot_files import example_urdfs, rtb_package_dirs, rtb_xacros
-from ulna.viewer.ellipsoid import EllipsoidPanel
 from ulna.viewer.hand import HandPanel
 from ulna.viewer.joints import JointSliders
 from ulna.viewer.page import Page
+from ulna.viewer.readings import EllipsoidPanel
 from ulna.viewer.session.session import Session
 
 NOT_LOADED = {"alex_psyonic_hands", "ur3", "kr210l150"}  # tests/crosscheck has the reasons

@@ -10,7 +10,7 @@ from browser import around, arrow, camera_of, drag, pixels, project, wait_to_see
 from colors import count
 from processes import wait_for
 from ulna.viewer.configuration import as_text
-from ulna.viewer.ellipsoid import COLOR
+from ulna.viewer.readings import COLOR
 
 NAMELESS = """() => [...document.querySelectorAll('input:not([type=hidden]), textarea, button, [role=slider], [role=tab]')]
     .filter((e) => e.getAttribute('aria-hidden') !== 'true')

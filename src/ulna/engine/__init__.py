@@ -9,14 +9,13 @@
 ``decorators, signatures`` marks kernels and entries for the compiler; the types of entries' arguments
 ``compiler``               hands them to Numba,
 ``pipelines``              which runs the passes that they need,
-``without_code, shared``   makes no machine code of what is only copied, and of what is shared once,
-``aligned_stack``          and aligns the stack of what is compiled
+``without_code``           makes no machine code of what is only copied, aligns the stack of what is compiled,
+``shared``                 and makes machine code of what is shared once
 ``interrupts``             Ctrl-C waits until the compiler is done
 ``lane_types``             the lanes for the compiler: the type ``f64x8``,
 ``lane_lowering``          its operations,
 ``lane_operators``         its operators,
-``lane_rows``              its arrays,
-``lane_columns``           and how columns of a batch are loaded and stored
+``lane_rows``              its arrays, and how columns of a batch are loaded and stored
 ``cache, sources``         machine code on disk, found by a hash of the sources that it was compiled from
 ``plain``                  a plain C interface for compiled entries,
 ``emit``                   which are written to object files for a wheel,

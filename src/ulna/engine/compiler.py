@@ -11,7 +11,6 @@ from typing import Any
 from numba import njit, types
 from numba.core import config
 
-import ulna.engine.lane_columns
 import ulna.engine.lane_lowering
 import ulna.engine.lane_operators
 import ulna.engine.lane_rows  # noqa: F401 - for their effect: Numba knows the number that is eight numbers

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import prod
 from typing import Any
 
@@ -17,6 +16,7 @@ from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, ove
 from ulna.gpu.forward import frames_of, jacobians, poses
 from ulna.gpu.rows import as_float64
 from ulna.gpu.search import DeviceResult, OnHost, Search
+from ulna.gpu.single import in_single
 from ulna.gpu.solutions import DeviceSolutions, all_solutions
 from ulna.ik.all_solutions import as_samples
 from ulna.ik.closed_form.result import IKSolutions
@@ -219,7 +219,7 @@ class GpuRobot:
         flag = device.on_device(np.zeros(1, dtype=np.int32))
         out = device.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype or number)
         device.run(
-            device.compiled(_over_float32(driver) if number is np.float32 else driver),
+            device.compiled(in_single(driver) if number is np.float32 else driver),
             constants,
             rows,
             (out,),
@@ -271,9 +271,3 @@ class GpuRobot:
 
 def _on_host(hits: Any) -> NDArray[np.bool_]:
     return hits.copy_to_host() if device.is_on_device(hits) else hits
-
-
-def _over_float32(driver: Callable) -> Any:
-    from ulna.gpu.single import in_single  # noqa: PLC0415 - imports the compiler, which a wheel is installed without
-
-    return in_single(driver)

@@ -18,8 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from ulna.engine import compiler
-
 # By module and name: what the rounding of a float32, 2^29 times that of a float64, makes of a threshold.
 THRESHOLDS = {
     ("ulna.kernels.layout", "CONTACT"): 1e-6,
@@ -51,6 +49,8 @@ def in_single(function: Callable) -> Any:
 
 
 def _as_compiled(twin: Callable, function: Any) -> Any:
+    from ulna.engine import compiler  # noqa: PLC0415 - imports Numba, which a wheel is installed without
+
     options = getattr(function, "targetoptions", None)
     if options is None or compiler.is_disabled():
         return twin
@@ -88,6 +88,8 @@ def _value(function: Any, name: str, value: Any) -> Any:
 def _primitive(name: str) -> Any:
     if name not in _PRIMITIVES:
         raise LookupError(f"lanes.{name} has no form over float32")
+    from ulna.engine import compiler  # noqa: PLC0415 - imports Numba too
+
     function = _PRIMITIVES[name]
     return function if compiler.is_disabled() else compiler.compiled(function, {})
 

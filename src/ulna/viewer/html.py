@@ -1,13 +1,14 @@
 """Writes the HTML of the panel: text with a coloured mark, lists, the tree, tables of numbers. Used by the page's parts."""
 
 import html
+from collections import defaultdict
 from collections.abc import Iterable
+from typing import NamedTuple
 
-from ulna.description.robot_description import JointType
+from ulna.description.robot_description import Joint, JointType
 from ulna.robot import Robot
 from ulna.viewer.palette import Color
 from ulna.viewer.session.ellipsoid import Mobility
-from ulna.viewer.session.tree_text import outline
 
 STYLE = "padding:0.35em 0.75em;line-height:1.35"
 
@@ -59,3 +60,24 @@ def mobility_html(mobility: Mobility) -> str:
 
 def _kind(kind: JointType) -> str:
     return "fixed " if kind == JointType.FIXED else f"{kind} "
+
+
+class Branch(NamedTuple):
+    """A line of the tree: its depth, the link, and the joint that carries it (None for the root)."""
+
+    depth: int
+    link: str
+    joint: Joint | None
+
+
+def outline(robot: Robot) -> list[Branch]:
+    """The links depth first, in the order of the description."""
+    carried: defaultdict[str, list[Joint]] = defaultdict(list)
+    for joint in robot.description.joints:
+        carried[joint.parent].append(joint)
+    lines, waiting = [], [Branch(0, robot.base, None)]
+    while waiting:
+        line = waiting.pop()
+        lines.append(line)
+        waiting += [Branch(line.depth + 1, joint.child, joint) for joint in reversed(carried[line.link])]
+    return lines

@@ -14,7 +14,7 @@ import rich
 import viser
 
 from ulna.errors import InputError, UlnaError
-from ulna.viewer.layout import dock
+from ulna.viewer.document import dock
 from ulna.viewer.origin import EVERYWHERE, refusing_foreign_pages
 
 HOST = "127.0.0.1"

@@ -11,10 +11,8 @@ from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes
 from ulna.robot import Robot
 from ulna.viewer.arm import Arm
-from ulna.viewer.clearance import ClearancePanel
 from ulna.viewer.compiler import Compiler
 from ulna.viewer.configuration import ConfigurationPanel
-from ulna.viewer.ellipsoid import EllipsoidPanel
 from ulna.viewer.floor import Floor, floor_height
 from ulna.viewer.hand import HandPanel
 from ulna.viewer.html import plain
@@ -24,6 +22,7 @@ from ulna.viewer.notice import Notice
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.plan_panel import PlanPanel
+from ulna.viewer.readings import ClearancePanel, EllipsoidPanel
 from ulna.viewer.rehearsal import rehearsals
 from ulna.viewer.session.session import Session
 from ulna.viewer.stage import add_stage

@@ -5,8 +5,8 @@ import pytest
 
 import robots
 import ulna
+from ulna.viewer.html import outline
 from ulna.viewer.session.joints import limbs, slide_groups
-from ulna.viewer.session.tree_text import outline
 
 
 @pytest.fixture(scope="module")
