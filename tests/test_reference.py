@@ -69,7 +69,7 @@ def test_the_reference_of_a_command_has_its_usage_line(commands):
     ("command", "entry"),
     [
         ("ulna ik", "`--xyz X,Y,Z`\n: The position to reach, in metres. [required]"),
-        ("ulna ik", "`--seed` (integer)\n: Chooses the random starts. [default: 0; x>=0]"),
+        ("ulna ik", "`--seed` (integer)\n: Chooses the random samples: the same number gives the same result. [default: 0]"),
         ("ulna dh", "`ROBOT` (text)\n: A name of `ulna list`, or the path of a .urdf or .xacro file. [default: panda]"),
         ("ulna check", "`--self` / `--no-self`\n: Check the robot's links against each other too. [default: self]"),
         ("ulna record", "`--seconds` (number)\n: "),

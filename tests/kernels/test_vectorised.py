@@ -28,6 +28,7 @@ pytestmark = pytest.mark.compiler
 
 N, DOF, LINKS = 8, 7, 10
 CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
+NO_TOUCH = np.zeros((12, 1), dtype=np.bool_)
 Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), np.zeros(N_SETTINGS)
 TARGETS, INFO, ORDER, TRACE = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.arange(N), np.zeros((0, 4))
 CLOSED_FORM, ROWS = np.zeros((N_ROWS, 3)), [np.zeros((n, 8)) for n in (12, 6, 12, 6 * N_BRANCHES, N_KNOWN * N_BRANCHES)]
@@ -40,7 +41,10 @@ ENTRIES = {
     "forward_batch": (forward_batch, (CHAIN, Q, TARGETS)),
     "frames_batch": (frames_batch, (CHAIN, FRAMES, Q, np.zeros((N, LINKS, 4, 4)))),
     "jacobian_batch": (jacobian_batch, (CHAIN, 0, Q, np.zeros((N, 6, DOF)))),
-    "overlap_batch": (overlap_batch, (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, 12, Q, np.zeros(N, dtype=np.bool_))),
+    "overlap_batch": (
+        overlap_batch,
+        (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, 12, NO_TOUCH, Q, np.zeros(N, dtype=np.bool_)),
+    ),
     "search_jobs": (search_jobs, (CHAIN, TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0], SETTINGS, Q, INFO)),
     "follow_each": (follow_each, (0, CHAIN, TARGETS, Q, BOUNDS, SETTINGS, Q, INFO, TRACE)),
     "closed_form": (closed_form, (CLOSED_FORM, *ROWS[:2], 2, *ROWS[2:])),  # that of ``all_branches``, and shared

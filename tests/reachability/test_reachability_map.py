@@ -141,7 +141,7 @@ def test_what_cannot_be_taken_is_refused_before_anything_is_written(panda, tmp_p
 
 
 def test_several_tips_need_a_name(tmp_path):
-    with pytest.raises(ulna.InputError, match=r"tip: 'ur5' has several tips; name one of .*tool0") as refused:
+    with pytest.raises(ulna.InputError, match=r"link: 'ur5' has several tips; name one of .*tool0") as refused:
         ulna.reachability_map(ulna.load("ur5"), tmp_path / "m.zarr", **SMALL)
     assert refused.value.argument == "link"
 

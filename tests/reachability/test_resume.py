@@ -128,7 +128,7 @@ def other_worlds():
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"robot": lambda panda: panda.with_tool(ulna.pose((0, 0, 0.1)))}, "robot: its description; tip: panda_ee and tool"),
+        ({"robot": lambda panda: panda.with_tool(ulna.pose((0, 0, 0.1)))}, "robot: its description; link: panda_ee and tool"),
         ({"robot": lambda panda: ulna.Robot(panda.description, home=panda.home + 0.1)}, "robot: its description"),
         ({"voxel": 0.4}, "voxel: 0.3 and 0.4"),
         ({"orientations": 9}, "orientations: 8 and 9"),

@@ -26,7 +26,7 @@ with ulna.view(panda) as view:
         assert "checking ..." in view.clearance.state.content
         wait_for(lambda: "ball" in view.obstacles.nodes, "the ball")
         view.q = panda.home + 0.1
-        there = panda.forward_kinematics(view.q, panda.link_names[-1])[:3, 3]
+        there = panda.forward_kinematics(view.q, link=panda.link_names[-1])[:3, 3]
         wait_for(lambda: np.allclose(view.arm.frames[-1].position, there), "the arm where it is now")
         start = view.session.hand_pose
         view.session.pull(start @ ulna.pose((0, 0, -0.05)))

@@ -50,7 +50,7 @@ def test_a_click_solves_the_orientations_of_a_voxel_and_the_robot_goes_there(vie
     assert (view.result.success == found.solutions_at(centre).success).all()
     reached = np.flatnonzero(view.result.success)
     assert f"{len(reached)} of 8 orientations reached" in view.told.content
-    number = found.robot.link_names.index(found.tip)
+    number = found.robot.link_names.index(found.link)
     np.testing.assert_allclose(view.arm.frames[number].position, centre, atol=1e-4)
     before, view.solution.value = view.arm.frames[number].wxyz.copy(), len(reached)
     view._pose_arm()

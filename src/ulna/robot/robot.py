@@ -365,7 +365,7 @@ class Robot(Quick):
         Example:
             >>> import ulna
             >>> panda = ulna.load("panda")
-            >>> fk, T = panda.compile_forward("panda_link4"), np.empty((4, 4))
+            >>> fk, T = panda.compile_forward(link="panda_link4"), np.empty((4, 4))
             >>> fk(panda.home, out=T) is T
             True
         """
