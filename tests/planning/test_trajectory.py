@@ -219,3 +219,16 @@ def test_a_plan_that_does_not_move_takes_no_time(panda):
 
 def test_the_entry_is_listed():
     assert entry("time_parameterisation.time_sections")
+
+
+def test_a_joint_whose_velocity_is_given_as_zero_is_named_and_other_limits_serve():
+    text = """<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+      <joint name="lift" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
+        <limit lower="0" upper="1" velocity="0" effort="1"/></joint>
+      <joint name="turn" type="revolute"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/>
+        <limit lower="-1" upper="1" velocity="2" effort="1"/></joint></robot>"""
+    block = '<link name="c"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>'
+    plan = ulna.load(text.replace('<link name="c"/>', block)).plan([0, 0], [0.5, 0.5])
+    with pytest.raises(InputError, match=r"velocity: the description allows 'lift' a velocity of 0.*give velocity="):
+        plan.trajectory(acceleration=1.0)
+    assert plan.trajectory(acceleration=1.0, velocity=1.0).duration > 0

@@ -154,6 +154,11 @@ class Plan:
         if isinstance(blend, bool) or not isinstance(blend, Real) or not 0.0 <= blend < np.inf:
             raise InputError("blend", f"{blend!r}; a length of at least 0 is expected")
         tree = self._motion.checker.tree
+        if velocity is None and not tree.velocity_limits.all():
+            still = ", ".join(repr(name) for name, most in zip(entry_names(tree), tree.velocity_limits, strict=True) if not most)
+            raise InputError(
+                "velocity", f"the description allows {still} a velocity of 0, so no motion has times; give velocity="
+            )
         limits = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, tree.n_dof, may_be_infinite=True)
         names = tuple(entry_names(tree))
         accelerations = as_limits("acceleration", acceleration, tree.n_dof)

@@ -244,7 +244,7 @@ class Robot(Quick):
         """q, shape (n_dof,), of joints by name: of a ``JointState`` of ROS, its ``name`` and its ``position``.
 
         Args:
-            names: Joints in any order. Those that the robot does not have are passed over: a ``JointState`` has mimic joints, and
+            names: Joints in any order. Those that the robot does not have are ignored: a ``JointState`` has mimic joints, and
                 joints of other robots.
             positions: The position of each [rad or m], shape (len(names),).
             others: Where the robot's other joints are: q [rad or m], shape (n_dof,). Unless given, every joint must be named.
