@@ -86,7 +86,7 @@ def test_without_a_way_the_arm_rests_and_says_why_until_the_box_is_gone(player):
     q = player.q
     play(player, 1)
     assert player.q is q
-    assert player.around.sentence == "no way round the box: start in collision"
+    assert player.around.sentence == "the arm is in the box: move the box away"
     player.drag(pose(BOX_START))
     play(player, 3)
     assert player.around.plan

@@ -113,6 +113,8 @@ class Around:
         if self.plan:
             how = "certified free" if self.plan.certified else "free at samples"
             return f"a way {'away from the box, and then' if self.plan.escaped else 'round the box,'} {how}"
+        if self.plan.status == PlanStatus.START_IN_COLLISION:
+            return "the arm is in the box: move the box away"
         if isinstance(self.plan.reason.data, Report):
             return f"no way round the box: {self.plan.status}"
         return f"no way round the box was found: {self.plan}"

@@ -26,7 +26,7 @@ def test_the_arm_goes_round_the_box_or_the_page_says_that_there_is_no_way(app, o
     q = app.player.q
     wait_to_see(page, lambda: abs(app.player.q - q).max() > 0.05, "an arm that moves")
     app.put_box(pose(app.demo.robot.forward_kinematics(app.player.q, link="panda_link4")[:3, 3]))
-    page.get_by_text("no way round the box: start in collision").wait_for()
+    page.get_by_text("the arm is in the box: move the box away").wait_for()
     assert app.player.report.in_collision
     app.put_box(pose(BOX_START))
     page.get_by_text("certified free").wait_for()
