@@ -83,7 +83,7 @@ def test_seven_joints_are_solved_at_places_of_the_one_that_is_held(redundancy):
     T = targets_of(robot, FEW)
     found = robot.on_gpu().all_solutions(T, redundancy=redundancy, n_samples=3)
     assert_same(found, robot.all_solutions(T, redundancy=redundancy, n_samples=3), 1e-6)
-    assert found.q.shape[1] in {24, 24 + 16}  # eight at each of three places; where these give none, what a search finds
+    assert found.q.shape[1] in {24, 24 + 3}  # eight at each of three places; where these give none, three that a search finds
 
 
 def test_a_position_and_a_pointing_are_tasks():
