@@ -179,7 +179,8 @@ static PyObject *or_in_python(PyObject *result, Bound *bound, PyObject *const *a
 static PyObject *call_pose(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
     Bound *bound = (Bound *)self;
     PyObject *out = n > 1 && arguments[1] != Py_None ? arguments[1] : NULL;
-    PyObject *result = !names && n >= 1 && n <= 3 ? pose_of(bound, arguments[0], out) : NULL;
+    int plain = !names && n >= 1 && (n < 3 || (n == 3 && arguments[2] == Py_None)); /* Python checks a number of threads */
+    PyObject *result = plain ? pose_of(bound, arguments[0], out) : NULL;
     return or_in_python(result, bound, arguments, n, names);
 }
 

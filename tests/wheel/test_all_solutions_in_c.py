@@ -70,7 +70,8 @@ def test_what_is_found_is_as_the_class_makes_it(arm):
     arm.all_solutions(T)
     found = arm.all_solutions(T)
     assert type(found) is IKSolutions
-    assert list(vars(found)) == [field.name for field in dataclasses.fields(IKSolutions)]
+    assert [*vars(found), "colliding"] == [field.name for field in dataclasses.fields(IKSolutions)]
+    assert found.colliding == 0
     assert type(found.proof) is Proof
     with pytest.raises(dataclasses.FrozenInstanceError):
         found.q = None  # type: ignore[misc]
@@ -118,7 +119,7 @@ def test_a_link_that_there_is_not_is_refused_by_name(arm, link):
 
 def test_it_is_bound_to_so_many_branches_as_there_is_room_for(arm):
     arm.all_solutions(arm.forward_kinematics(arm.home))
-    every = arm._inverse_kinematics._all_of(None, None, "pose", None)
+    every = arm._inverse_kinematics._all_of(None, None)
     for numbers in [(17, 3), (0, 3), (8, 0), (8,)]:
         with pytest.raises(ValueError, match="a size" if len(numbers) == 2 else "too few"):
             _calls.bind(every._run, "branches", every._tables, 6, numbers, len)

@@ -99,13 +99,12 @@ def test_in_c_and_in_python_are_the_same_bits(panda):
     for k in range(20):
         world.add(f"{k}", ulna.Box((0.1, 0.2, 0.1)), ulna.pose((0.6 * np.cos(k), 0.6 * np.sin(k), 0.05 * k)))
     forward, jacobian, checker = panda.compile_forward(), panda.compile_jacobian(), panda._checker
-    objects = world.objects()
-    scene = checker._scene(objects, True)
+    scene = checker._scene(world.objects(), True)
     for q in panda.random(1000, seed=4):
         assert np.array_equal(panda.forward_kinematics(q), forward._validated(q))
         assert np.array_equal(panda.jacobian(q), jacobian._validated(q))
-        assert panda.in_collision(q, world) == checker._any_touch(objects, scene, q)
-        assert panda.signed_distance(q, world) == checker._least_distance(objects, scene, q)
+        assert panda.in_collision(q, world) == checker._any_touch(scene, q)
+        assert panda.signed_distance(q, world) == checker._least_distance(scene, q)
 
 
 def test_in_c_and_in_python_find_the_same_solution(panda):
