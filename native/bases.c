@@ -50,7 +50,7 @@ static PyObject *call(PyObject *self, PyObject *arguments, PyObject *named) {
     PyObject *function = ((Called *)self)->in_c, *out = NULL, *result = NULL;
     Bound *bound = function ? bound_of(function, &POSE) : NULL;
     Py_ssize_t n = PyTuple_Size(arguments);
-    int plain = bound && n >= 1 && n <= 3;
+    int plain = bound && n >= 1 && (n < 3 || (n == 3 && PyTuple_GetItem(arguments, 2) == Py_None)); /* threads: Python checks them */
     if (plain && n > 1) out = PyTuple_GetItem(arguments, 1);
     if (plain && named) {
         out = n == 1 && PyDict_Size(named) == 1 ? PyDict_GetItemString(named, "out") : NULL;

@@ -3,13 +3,16 @@
 import contextlib
 import itertools
 import os
+import re
 import signal
 import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 PATIENCE_S = 240.0  # with a program that is told to end: one that takes longer never does
+TRIES = 5
 LOOKS = 600  # for what is waited for; a slow machine looks more slowly
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # of a shell's background job; what is started here would inherit it
@@ -63,3 +66,25 @@ def wait_for(condition: Callable[[], object], what: str, looks: int | None = LOO
 
 def _a_moment() -> None:
     time.sleep(0.1)
+
+
+def ended_in_the_middle(command: list[str], environment: dict[str, str], folder: Path, **options) -> bool:
+    """Whether a program with an empty cache of kernels ends at Ctrl-C before the entry is compiled that it announces.
+
+    It must end well, and without a traceback. On a busy machine the entry may be compiled before the signal arrives: then the
+    program is run again, a few times. One that waits for its compiler has the entry in the cache every time.
+    """
+    for attempt in range(TRIES):
+        cache = folder / str(attempt)
+        cache.mkdir()
+        printed, own = cache / "printed", {**environment, "NUMBA_CACHE_DIR": str(cache)}
+        with (
+            printed.open("w") as output,
+            running(*command, env=own, stdout=output, stderr=subprocess.STDOUT, **options) as program,
+        ):
+            announced = wait_for(lambda: re.search(r"compiling (\w+)", printed.read_text()), "what is compiled")  # noqa: B023
+        assert program.returncode == 0, printed.read_text()
+        assert "Traceback" not in printed.read_text()
+        if not list(cache.rglob(f"*{announced[1]}*")):
+            return True
+    return False
