@@ -192,6 +192,8 @@ def test_what_touches_in_a_share_of_the_samples_may_be_allowed(panda):
     some = panda.with_allowed_collisions(touching=most / 2).allowed_collisions
     expected = {pair.links for pair in counted if pair.touched / pair.samples >= most / 2}
     assert expected == {pair.links for pair in some} - {pair.links for pair in panda.allowed_collisions}
+    bare = panda.with_allowed_collisions(AllowedCollisions(())).with_allowed_collisions(touching=most / 2)
+    assert {pair.links for pair in bare.allowed_collisions} == expected, "the samples are the robot's, whatever pairs were given"
     for wrong in (0, 1.5, True, "95 %"):
         with pytest.raises(InputError, match="touching"):
             panda.with_allowed_collisions(touching=wrong)

@@ -330,7 +330,7 @@ class Checker:
             InputError: q is not one configuration.
             GeometryError: As ``in_collision``.
         """
-        q = as_positions(q, self.tree)
+        q = as_positions(q, self.tree, "at")
         if q.ndim != 1:
             raise InputError("at", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
         held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)

@@ -1077,7 +1077,7 @@ class Robot(Quick):
         if not isinstance(pairs, AllowedCollisions):
             allowed = self.allowed_collisions.plus(*allowed)
         if touching is not None:
-            more = *more, *self.allowed_collisions.touching(touching)
+            more = *more, *self._checker.found.counted(self._checker.bodies).touching(touching)
         return self._changed(allowed=allowed.plus(*more) if more else allowed)
 
     def with_convex_hulls(self) -> Robot:

@@ -71,6 +71,13 @@ def child_gap(nodes, node, bounds):
 
 
 @kernel
+def children_in(nodes, node, bounds):
+    """The children of a node whose AABBs overlap the given one, as bits."""
+    x, y, z = child_gap(nodes, node, bounds)
+    return lane_bits(maximum(maximum(x, y), z) <= 0.0)
+
+
+@kernel
 def gap_bound(gap):
     """A lower bound of the signed distance of two bodies whose AABBs have these gaps, axis by axis."""
     x, y, z = gap
@@ -108,8 +115,7 @@ def objects_within(nodes, n, bounds, stack, found):
     while top > 0:
         top -= 1
         node = stack[top]
-        x, y, z = child_gap(nodes, node, bounds)
-        bits = lane_bits(maximum(maximum(x, y), z) <= 0.0)
+        bits = children_in(nodes, node, bounds)
         while bits != 0:
             child = WIDTH * node + lowest_bit(bits)
             if node >= leaf:

@@ -10,9 +10,9 @@ half extents h, lies within a box of half extents |R|^T h about the same middle.
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import any_lane, lane_bits, lane_count, lane_of, lowest_bit
+from ulna.engine.lanes import any_lane, lane_count, lane_of, lowest_bit
 from ulna.engine.width import WIDTH
-from ulna.kernels.collision.bvh import child_gap, first_leaf
+from ulna.kernels.collision.bvh import children_in, first_leaf
 from ulna.kernels.collision.posed_pair import BALLS
 from ulna.kernels.collision.rounded_core import beyond, core_radius
 from ulna.kernels.layout import HALF_EXTENTS, REACH, SHAPE, SPHERE
@@ -60,13 +60,6 @@ def push_reached(nodes, node, bounds, bodies, k, a, p, within, stack, top):
             top += 1
         bits &= bits - 1
     return top
-
-
-@kernel
-def children_in(nodes, node, bounds):
-    """The children of a node whose AABBs overlap the given one, as bits."""
-    x, y, z = child_gap(nodes, node, bounds)
-    return lane_bits(maximum(maximum(x, y), z) <= 0.0)
 
 
 @kernel
