@@ -7,12 +7,12 @@ import re
 import signal
 import socket
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 PATIENCE_S = 240.0  # with a program that is told to end: one that takes longer never does
-TRIES = 5
 LOOKS = 600  # for what is waited for; a slow machine looks more slowly
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # of a shell's background job; what is started here would inherit it
@@ -68,23 +68,37 @@ def _a_moment() -> None:
     time.sleep(0.1)
 
 
-def ended_in_the_middle(command: list[str], environment: dict[str, str], folder: Path, **options) -> bool:
-    """Whether a program with an empty cache of kernels ends at Ctrl-C before the entry is compiled that it announces.
+# Runs the program of its arguments, with a compiler that never ends and leaves Python to the other threads as a real one does.
+ENDLESS_COMPILER = """
+import runpy, sys
+from ulna.engine import cache
+announce = cache.compilation_begins
+def compile_without_end(name):
+    announce(name)
+    while True:
+        pass
+cache.compilation_begins = compile_without_end
+sys.argv.pop(0)
+if sys.argv[0] == "-m":
+    sys.argv.pop(0)
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+else:
+    runpy.run_path(sys.argv[0], run_name="__main__")
+"""
 
-    It must end well, and without a traceback. On a busy machine the entry may be compiled before the signal arrives: then the
-    program is run again, a few times. One that waits for its compiler has the entry in the cache every time.
+
+def ends_while_it_compiles(program: list[str], environment: dict[str, str], cache: Path, **options) -> None:
+    """Assert that a program with an empty cache of kernels ends well at Ctrl-C while a compilation runs that it announced.
+
+    Args:
+        program: A script and its arguments, or ``-m``, a module and its arguments.
+        environment: Its environment.
+        cache: An empty folder, for the kernels and what the program prints.
+        **options: As of ``subprocess.Popen``.
     """
-    for attempt in range(TRIES):
-        cache = folder / str(attempt)
-        cache.mkdir()
-        printed, own = cache / "printed", {**environment, "NUMBA_CACHE_DIR": str(cache)}
-        with (
-            printed.open("w") as output,
-            running(*command, env=own, stdout=output, stderr=subprocess.STDOUT, **options) as program,
-        ):
-            announced = wait_for(lambda: re.search(r"compiling (\w+)", printed.read_text()), "what is compiled")  # noqa: B023
-        assert program.returncode == 0, printed.read_text()
-        assert "Traceback" not in printed.read_text()
-        if not list(cache.rglob(f"*{announced[1]}*")):
-            return True
-    return False
+    printed, own = cache / "printed", {**environment, "NUMBA_CACHE_DIR": str(cache)}
+    command = (sys.executable, "-c", ENDLESS_COMPILER, *program)
+    with printed.open("w") as output, running(*command, env=own, stdout=output, stderr=subprocess.STDOUT, **options) as process:
+        wait_for(lambda: re.search(r"compiling \w+", printed.read_text()), "what is compiled")
+    assert process.returncode == 0, printed.read_text()
+    assert "Traceback" not in printed.read_text()
