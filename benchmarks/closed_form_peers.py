@@ -1,4 +1,4 @@
-"""Closed forms of other libraries beside Ulna's, in one run: times, branches missed, errors. Used by ``benchmarks.closed_forms``.
+"""Closed forms of other libraries beside Ulna's, in one run: times, branches missed, errors.
 
 Every branch of every target of a sample is compared: by the forward kinematics of Ulna, a branch of either library that the other
 lacks and that reaches the target is missed by the other. EAIK, ssik and jaik are timed where they are installed; the table names

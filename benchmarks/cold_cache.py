@@ -1,4 +1,4 @@
-"""Times a first use on a machine that has no machine code yet. Used by ``make bench``."""
+"""Times a first use on a machine that has no machine code yet."""
 
 from tempfile import TemporaryDirectory
 

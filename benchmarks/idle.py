@@ -1,4 +1,4 @@
-"""Entries that take the arguments of a pose and of a Jacobian and do nothing. Used by ``benchmarks.account``."""
+"""Entries that take the arguments of a pose and of a Jacobian and do nothing."""
 
 from ulna.engine.decorators import low_latency_entry
 from ulna.engine.signatures import MATRIX, NUMBERS, WHOLE

@@ -1,4 +1,4 @@
-"""Judges paths: the overlap test at many samples, and Coal where they come nearest to an object. Used by ``plans``."""
+"""Judges paths: the overlap test at many samples, and Coal where they come nearest to an object."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Compares two timings pass by pass. Used by the tables of peers and by ``guard``."""
+"""Compares two timings pass by pass."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Reads the planning problems of VAMP's source distribution: ``resources/panda`` of ``vamp-planner``. Used by ``plans``.
+"""Reads the planning problems of VAMP's source distribution: ``resources/panda`` of ``vamp-planner``.
 
 The 700 problems are those of MotionBenchMaker (Chamzas et al., IEEE RA-L 2022). VAMP replaces cylinders by capsules, and in the
 problems called "box" by boxes; so do these worlds, unless the exact cylinders are asked for.

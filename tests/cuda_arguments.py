@@ -1,4 +1,4 @@
-"""Gives the types that a kernel's arguments have in a CUDA thread, where a number is a float64. Used by ``gpu/test_ptx.py``.
+"""Gives the types that a kernel's arguments have in a CUDA thread, where a number is a float64.
 
 One table: what a name means everywhere, in a folder, in a module, or in one kernel; the narrowest counts. Where a thread tests
 the eight children of a node of the BVH, it uses an ``f64x8`` as the CPU does: the compiler makes eight numbers of it.

@@ -1,4 +1,4 @@
-"""Copies the repository without the demo, hw2 and their tests, and runs tests there. Used by ``make test-without-demo``.
+"""Copies the repository without the demo, hw2 and their tests, and runs tests there.
 
 As in: python tests/without_demo.py -n auto tests/cli tests/robot. What ``ulna`` is, is set by PYTHONPATH: nothing is installed.
 """

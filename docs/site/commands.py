@@ -1,4 +1,4 @@
-"""Writes the reference of the command line from what typer knows of each command. Used by ``conf.py``."""
+"""Writes the reference of the command line from what typer knows of each command."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Runs the command ``ulna``. Used by ``python -m ulna``."""
+"""Runs the command ``ulna``."""
 
 from ulna.cli.app import app
 

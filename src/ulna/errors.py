@@ -1,4 +1,4 @@
-"""Defines every error that Ulna raises: an ``UlnaError`` that is a built-in too, with its data. Used by all folders but kernels.
+"""Defines every error that Ulna raises: an ``UlnaError`` that is a built-in too, with its data.
 
 Each says where and what next, and carries its data as attributes.
 """

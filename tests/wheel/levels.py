@@ -1,4 +1,4 @@
-"""Prints the levels of the installed wheel that this CPU has, lowest first. Used by ``make test-wheel``."""
+"""Prints the levels of the installed wheel that this CPU has, lowest first."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Fails if Numba can be imported. Used by the workflow that builds wheels."""
+"""Fails if Numba can be imported."""
 
 import sys
 from importlib.util import find_spec

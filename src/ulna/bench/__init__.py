@@ -1,4 +1,4 @@
-"""Measures Ulna on this machine: timing, arms, targets and the protocols of inverse kinematics. Used by ``ulna bench``.
+"""Measures Ulna on this machine: timing, arms, targets and the protocols of inverse kinematics.
 
 ``benchmarks/``, beside the package, measures peers by the same protocols.
 """

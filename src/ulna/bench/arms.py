@@ -1,4 +1,4 @@
-"""Names the arms that are measured: the file of each, and the links at both ends of its chain. Used by ``report``.
+"""Names the arms that are measured: the file of each, and the links at both ends of its chain.
 
 The files come with the data packages ``example-robot-data`` (the extra ``meshes``) and ``rtb-data``; the Panda is bundled.
 """

@@ -1,4 +1,4 @@
-"""Measures a first use: importing, loading and first calls in a new process, memory, and size on disk. Used by ``report``."""
+"""Measures a first use: importing, loading and first calls in a new process, memory, and size on disk."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Names the machine and the versions that figures belong to; no host names, no paths. Used by ``report``."""
+"""Names the machine and the versions that figures belong to; no host names, no paths."""
 
 import platform
 import sys

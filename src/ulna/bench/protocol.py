@@ -1,4 +1,4 @@
-"""Says how inverse kinematics is measured: the targets, the start, and what counts as reached. Used by ``solver``.
+"""Says how inverse kinematics is measured: the targets, the start, and what counts as reached.
 
 ``ulna bench ik`` runs these protocols on Ulna, ``make bench`` on the peers too. A solver's own status is not trusted: its q must
 be within the limits, and reach the target by a forward kinematics that is not the solver's.

@@ -1,4 +1,4 @@
-"""Measures the requested subjects: facts of the machine, and a list of rows for each subject. Used by ``ulna bench``."""
+"""Measures the requested subjects: facts of the machine, and a list of rows for each subject."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Measures a solver of inverse kinematics: how many targets it solves, and how long each call takes. Used by ``report``."""
+"""Measures a solver of inverse kinematics: how many targets it solves, and how long each call takes."""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Makes targets: poses of random configurations, poses of a smooth path, and poses beyond reach. Used by ``protocol``."""
+"""Makes targets: poses of random configurations, poses of a smooth path, and poses beyond reach."""
 
 import numpy as np
 from numpy.typing import NDArray

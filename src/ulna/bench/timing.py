@@ -1,4 +1,4 @@
-"""Times calls: whole passes over many inputs, interleaved (A B A B ...), and medians. Used by ``workloads`` and ``solver``.
+"""Times calls: whole passes over many inputs, interleaved (A B A B ...), and medians.
 
 A pass calls a function once for each of its inputs, so that no call finds only what the one before left in the caches. The cost
 of the loop, measured the same way with an empty body, is subtracted. The first pass of each function warms it up (compiles it, if

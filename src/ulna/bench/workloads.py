@@ -1,4 +1,4 @@
-"""Makes what is timed: one call and a batch of each kind of query. Used by ``report`` and ``benchmarks.guard``."""
+"""Makes what is timed: one call and a batch of each kind of query."""
 
 import numpy as np
 from numpy.typing import NDArray

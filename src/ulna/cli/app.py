@@ -1,4 +1,4 @@
-"""``ulna``: builds the command line from one file for each command, and from plugins. Used by the script ``ulna``.
+"""``ulna``: builds the command line from one file for each command, and from plugins.
 
 Exit status: 0 success; 1 not solved, a collision, or a failed check; 2 a wrong argument or file; 130 Ctrl-C; 141 the reader of
 the output has closed its pipe. Errors are one line on standard error; with ``--json`` an object: error, its kind, and message.

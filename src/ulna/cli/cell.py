@@ -1,4 +1,4 @@
-"""What is around a robot and what of it is checked: ``--scene``, ``--box``, ``--meshes``. Used by the commands that check."""
+"""What is around a robot and what of it is checked: ``--scene``, ``--box``, ``--meshes``."""
 
 from collections.abc import Sequence
 from enum import StrEnum

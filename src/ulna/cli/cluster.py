@@ -1,4 +1,4 @@
-"""Connects to a Dask cluster. Used by ``ulna reach``."""
+"""Connects to a Dask cluster."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress

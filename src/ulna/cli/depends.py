@@ -1,4 +1,4 @@
-"""Makes commands of functions: what they depend on becomes options, what they return is printed. Used by every command.
+"""Makes commands of functions: what they depend on becomes options, what they return is printed.
 
 A parameter of a command is an option of its own, as typer declares it, or ``Annotated[Robot, Depends(load_robot)]``: then it is
 what that function returns, and the function's parameters are options of the command. So an option is declared, read and checked

@@ -1,4 +1,4 @@
-"""The option ``--plot``: draws a joint path over its poses, and writes a figure. Used by ``follow`` and ``plan``."""
+"""The option ``--plot``: draws a joint path over its poses, and writes a figure."""
 
 from pathlib import Path
 from typing import Annotated, Any

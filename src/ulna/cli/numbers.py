@@ -1,4 +1,4 @@
-"""Reads numbers as people write them on the command line: decimals, and fractions of pi. Used by the commands."""
+"""Reads numbers as people write them on the command line: decimals, and fractions of pi."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Options that several commands share: the robot and a part of it, a link, a seed, a page. Used by every command."""
+"""Options that several commands share: the robot and a part of it, a link, a seed, a page."""
 
 import warnings
 from pathlib import Path

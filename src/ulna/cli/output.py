@@ -1,4 +1,4 @@
-"""Converts results to data, and prints it as JSON, or as tables that truncate no number. Used by every command."""
+"""Converts results to data, and prints it as JSON, or as tables that truncate no number."""
 
 import json
 import re

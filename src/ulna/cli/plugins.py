@@ -1,4 +1,4 @@
-"""Loads plugins: commands and films that packages add by entry points, as the demo does. Used by ``app`` and ``record``.
+"""Loads plugins: commands and films that packages add by entry points, as the demo does.
 
 A package adds commands in the group ``ulna.commands``: a ``typer.Typer`` whose commands become commands of ``ulna``. In the group
 ``ulna.films`` it adds a film, which ``ulna record`` makes if ``--robot`` is not given.

@@ -1,4 +1,4 @@
-"""Shows how far a long command is, and how fast it is. Used by ``reach``."""
+"""Shows how far a long command is, and how fast it is."""
 
 import sys
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""Reads rows of q, motions, or poses from a file: .csv, or .npy as NumPy saves them. Used by ``record`` and ``follow``."""
+"""Reads rows of q, motions, or poses from a file: .csv, or .npy as NumPy saves them."""
 
 from pathlib import Path
 

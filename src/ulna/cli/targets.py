@@ -1,4 +1,4 @@
-"""Reads a q or a pose from the command line: ``--q``, ``--from``, ``--xyz``, ``--rpy``, ``--wxyz``. Used by the commands."""
+"""Reads a q or a pose from the command line: ``--q``, ``--from``, ``--xyz``, ``--rpy``, ``--wxyz``."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""Holds pairs of links whose contact is no collision, each with a reason. Used by ``checker``, ``bodies``, ``Robot``."""
+"""Holds pairs of links whose contact is no collision, each with a reason."""
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field

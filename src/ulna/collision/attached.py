@@ -1,4 +1,4 @@
-"""Attached objects: shapes that move with a link and are not in the description. Used by ``Robot``, ``checker``."""
+"""Attached objects: shapes that move with a link and are not in the description."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Makes the tables of a robot's collision bodies and of the pairs to check. Used by ``checker`` and ``sampled_pairs``."""
+"""Makes the tables of a robot's collision bodies and of the pairs to check."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Checks the robot at q against itself and against the objects of a world. Used by ``Robot`` and ``ik``."""
+"""Checks the robot at q against itself and against the objects of a world."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

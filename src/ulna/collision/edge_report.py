@@ -1,4 +1,4 @@
-"""Holds the result of checking the straight line between two configurations. Used by ``checker`` and ``Robot``."""
+"""Holds the result of checking the straight line between two configurations."""
 
 from dataclasses import dataclass
 from typing import Any

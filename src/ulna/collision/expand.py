@@ -1,4 +1,4 @@
-"""Lists the solids of a world's object: one, or many for a point cloud. Used by ``objects`` and ``viewer.visuals``."""
+"""Lists the solids of a world's object: one, or many for a point cloud."""
 
 from dataclasses import dataclass
 

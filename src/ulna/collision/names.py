@@ -1,4 +1,4 @@
-"""Checks the names of ``touch_links``. Used by ``world`` and ``attached``."""
+"""Checks the names of ``touch_links``."""
 
 from collections.abc import Iterable
 

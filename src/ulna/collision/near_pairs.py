@@ -1,4 +1,4 @@
-"""Finds the pairs of a report: those that overlap at q, or are near, with depth and witness points. Used by ``checker``."""
+"""Finds the pairs of a report: those that overlap at q, or are near, with depth and witness points."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Makes the tables of a world's objects, and a BVH over them. Used by ``world`` and ``checker``."""
+"""Makes the tables of a world's objects, and a BVH over them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

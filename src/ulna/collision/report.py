@@ -1,4 +1,4 @@
-"""Holds the result of a collision check. Used by ``collision``, the command line, the page and the demo."""
+"""Holds the result of a collision check."""
 
 from dataclasses import dataclass
 

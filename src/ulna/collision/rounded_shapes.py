@@ -1,4 +1,4 @@
-"""Converts shapes to columns of a table: a core, and the radius that rounds it. Used by ``bodies`` and ``expand``."""
+"""Converts shapes to columns of a table: a core, and the radius that rounds it."""
 
 from math import inf
 

@@ -1,4 +1,4 @@
-"""Finds pairs of links that may touch, from joints and random configurations. Used by ``checker``.
+"""Finds pairs of links that may touch, from joints and random configurations.
 
 To save time, MoveIt's setup assistant also allows the pairs that never touched in its samples (Coleman et al., Reducing the
 barrier to entry of complex robotic software, J. Software Engineering for Robotics 5(1), 2014, section 4.1). Here such

@@ -1,4 +1,4 @@
-"""Reads and writes a world as a small JSON file, one object a line. Used by ``ulna.load_world``, the page, the command line.
+"""Reads and writes a world as a small JSON file, one object a line.
 
     {"ulna_scene": 1,
      "objects": [

@@ -1,4 +1,4 @@
-"""Puts the bodies of a robot and the objects of a world into the tables that kernels take. Used by ``checker``."""
+"""Puts the bodies of a robot and the objects of a world into the tables that kernels take."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Holds the world around a robot: named shapes with poses in its base frame. Used by ``checker``, ``ik`` and the page."""
+"""Holds the world around a robot: named shapes with poses in its base frame."""
 
 import threading
 from collections.abc import Iterable

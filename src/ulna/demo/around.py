@@ -1,4 +1,4 @@
-"""Moves the arm between the corners of the demo's trajectory by certified plans that avoid the box. Used by ``player``."""
+"""Moves the arm between the corners of the demo's trajectory by certified plans that avoid the box."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs the checks of the assignment: each gives a figure, its bound, and whether it passed. Used by ``ulna demo``."""
+"""Runs the checks of the assignment: each gives a figure, its bound, and whether it passed."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""``ulna demo``: the assignment's checks, and its page. Used by the command line, to which ``commands`` is added."""
+"""``ulna demo``: the assignment's checks, and its page."""
 
 from collections.abc import Iterable
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""Says what is drawn of the demo: solids with their names, poses and colours. Used by its page, its film and its ROS nodes."""
+"""Says what is drawn of the demo: solids with their names, poses and colours."""
 
 from collections.abc import Iterator
 from dataclasses import replace

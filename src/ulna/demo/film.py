@@ -1,4 +1,4 @@
-"""Records the demo into a video or picture. Used by ``ulna record``, by an entry point, and the Record button."""
+"""Records the demo into a video or picture."""
 
 from collections.abc import Sequence
 from dataclasses import replace

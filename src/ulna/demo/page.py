@@ -1,4 +1,4 @@
-"""Serves the demo's page: plays the trajectory, follows the handles and the sliders. Used by ``ulna demo``."""
+"""Serves the demo's page: plays the trajectory, follows the handles and the sliders."""
 
 import os
 import time

@@ -1,4 +1,4 @@
-"""Plays the demo on a screen: moves the arm along its trajectory, and the box as it is dragged. Used by the page, ROS nodes."""
+"""Plays the demo on a screen: moves the arm along its trajectory, and the box as it is dragged."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""Records the demo's page as a video, from one click of a button to the next. Used by ``page``.
+"""Records the demo's page as a video, from one click of a button to the next.
 
 While recording, only the poses of the arm, the box and the camera are kept. The video is rendered afterwards (``viewer.film``),
 so that a slow browser loses no frames, and the page stays fast.

@@ -1,4 +1,4 @@
-"""The assignment's demo without a screen: trajectory, movable box, light. Used by the page, the ROS nodes and the film.
+"""The assignment's demo without a screen: trajectory, movable box, light.
 
 The numbers are those of the assignment (section 5 and its demo).
 """

@@ -1,4 +1,4 @@
-"""Draws the demo on a page: the arm, its boxes, the movable box with its handles, the light with its text. Used by ``page``."""
+"""Draws the demo on a page: the arm, its boxes, the movable box with its handles, the light with its text."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Computes q, the pose of the box, and the contacts at each moment of the demo's film. Used by ``film``.
+"""Computes q, the pose of the box, and the contacts at each moment of the demo's film.
 
 The box goes round the arm once and touches it at six places, from the hand to the base: it approaches, touches, slides along and
 moves away. The places are relative to the moving arm, so the contacts are the same for any length of the film.

@@ -1,4 +1,4 @@
-"""Checks arrays of numbers that a caller passes. Used by ``pose``, ``shapes``, ``kinematics.positions``, ``ik`` and ``dh``."""
+"""Checks arrays of numbers that a caller passes."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

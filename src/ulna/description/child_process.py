@@ -1,4 +1,4 @@
-"""Starts a program in a child process and ends it in time. Used by ``xacro.process`` and ``meshes.decompose``.
+"""Starts a program in a child process and ends it in time.
 
 The program is Ulna's, its input may be a stranger's. So nothing that lies beside the input is run: Python is isolated (``-I``),
 in an empty folder of its own, and modules and libraries are searched for in absolute paths only, the interpreter's first.

@@ -1,4 +1,4 @@
-"""Defines point clouds and height maps: many small solids, one object of a world. Used by ``world`` and the page."""
+"""Defines point clouds and height maps: many small solids, one object of a world."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Defines convex meshes: the convex hull of points. Used by ``shapes``, ``meshes.hulls`` and ``rounded_shapes``."""
+"""Defines convex meshes: the convex hull of points."""
 
 from __future__ import annotations
 

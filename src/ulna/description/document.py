@@ -1,4 +1,4 @@
-"""Reads a document from a file or from text, and expands it if it is xacro. Used by ``load`` and ``inspection``."""
+"""Reads a document from a file or from text, and expands it if it is xacro."""
 
 import re
 from collections.abc import Mapping

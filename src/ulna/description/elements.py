@@ -1,4 +1,4 @@
-"""Reads children, attributes and numbers of XML elements; an error says what is missing. Used by ``urdf`` and ``srdf``."""
+"""Reads children, attributes and numbers of XML elements; an error says what is missing."""
 
 import math
 

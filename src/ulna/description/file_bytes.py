@@ -1,4 +1,4 @@
-"""Reads and writes the bytes of files. Used by ``document``, ``readable``, ``packages``, ``inspected`` and ``scene_file``.
+"""Reads and writes the bytes of files.
 
 Reading a pipe without a writer ends after a time limit. A file is written completely or not at all.
 """

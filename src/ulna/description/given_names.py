@@ -1,4 +1,4 @@
-"""Checks names that a user gives: of links, joints, tools, objects. Used by ``structure``, ``subtree`` and ``collision``."""
+"""Checks names that a user gives: of links, joints, tools, objects."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Finds the joints that a group of a semantic description names. Used by ``kinematics.groups`` and ``description.subtree``."""
+"""Finds the joints that a group of a semantic description names."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Reads JSON of a stranger, which may be nested deeply. Used by ``scene_file`` and the readers of reachability maps."""
+"""Reads JSON of a stranger, which may be nested deeply."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""Loads a description by a bundled name, a path, text, or the name of a robot elsewhere. Used by ``robot.load``."""
+"""Loads a description by a bundled name, a path, text, or the name of a robot elsewhere."""
 
 import warnings
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""Resolves ``package://`` without ROS: folders of packages, and files of addresses. Used by ``readable``, ``meshes``."""
+"""Resolves ``package://`` without ROS: folders of packages, and files of addresses."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Makes and checks poses as 4x4 matrices, from roll-pitch-yaw and quaternions. Used by the readers, ``Robot``, the page.
+"""Makes and checks poses as 4x4 matrices, from roll-pitch-yaw and quaternions.
 
 ``T_a_b`` maps coordinates in b to coordinates in a; adjacent names cancel: ``T_a_c = T_a_b @ T_b_c``.
 """

@@ -1,4 +1,4 @@
-"""Decides which files a description may read. Used by ``meshes.files`` and ``xacro``.
+"""Decides which files a description may read.
 
 They are the files in its folder, in its package, in ``package_dirs``, and in the packages that it finds.
 """

@@ -1,4 +1,4 @@
-"""Checks an SRDF against its robot; drops references to unknown names with a warning. Used by ``load``, ``subtree``."""
+"""Checks an SRDF against its robot; drops references to unknown names with a warning."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace

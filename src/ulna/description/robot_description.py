@@ -1,4 +1,4 @@
-"""The description of a robot as immutable data: links and joints. Used by all readers and by ``Robot``."""
+"""The description of a robot as immutable data: links and joints."""
 
 from dataclasses import dataclass, field, fields
 from enum import StrEnum

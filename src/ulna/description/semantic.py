@@ -1,4 +1,4 @@
-"""Holds a semantic description (SRDF) as frozen data: groups, states, allowed pairs. Used by ``srdf`` and ``Robot``."""
+"""Holds a semantic description (SRDF) as frozen data: groups, states, allowed pairs."""
 
 from dataclasses import dataclass
 

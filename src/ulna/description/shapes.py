@@ -1,4 +1,4 @@
-"""Defines the shapes of links and of a world's objects, in metres. Used by the readers, ``collision`` and ``viewer``."""
+"""Defines the shapes of links and of a world's objects, in metres."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Reads SRDF (wiki.ros.org/srdf); invalid elements are refused with file and line. Used by ``load``.
+"""Reads SRDF (wiki.ros.org/srdf); invalid elements are refused with file and line.
 
 Elements of other programs (grippers, rotors, feet, collision spheres, properties of joints) are ignored.
 """

@@ -1,4 +1,4 @@
-"""Checks that links and joints form one tree, and orders them from the root. Used by ``kinematics.tree`` and ``subtree``.
+"""Checks that links and joints form one tree, and orders them from the root.
 
 It also assigns to each joint the entries of q that move it.
 """

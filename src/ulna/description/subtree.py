@@ -1,4 +1,4 @@
-"""Cuts parts out of a description, and adds a tool to one. Used by ``Robot``, ``robot.load`` and ``dh.moving_chain``."""
+"""Cuts parts out of a description, and adds a tool to one."""
 
 from collections import defaultdict
 from dataclasses import replace

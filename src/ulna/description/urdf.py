@@ -1,4 +1,4 @@
-"""Reads URDF (wiki.ros.org/urdf/XML); invalid elements are refused with file and line. Used by ``load``."""
+"""Reads URDF (wiki.ros.org/urdf/XML); invalid elements are refused with file and line."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Writes a description as URDF text: for robots without a file, or parts of one. Used by ``Robot``."""
+"""Writes a description as URDF text: for robots without a file, or parts of one."""
 
 import math
 

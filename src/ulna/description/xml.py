@@ -1,4 +1,4 @@
-"""Parses XML with limits: no entities, no network, no unlimited depth. Used by ``document``, ``urdf``, ``srdf``, ``xacro``."""
+"""Parses XML with limits: no entities, no network, no unlimited depth."""
 
 import re
 

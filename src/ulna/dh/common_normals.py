@@ -1,4 +1,4 @@
-"""Computes the axes of a serial arm, their common normals, and the DH parameters between them. Used by ``from_chain``.
+"""Computes the axes of a serial arm, their common normals, and the DH parameters between them.
 
 The lines are the z axis of the base, the axes of the n joints, and the z axis of the tip. From each to the next leads a common
 normal, along x; so the arm at zero is

@@ -1,4 +1,4 @@
-"""Computes the Denavit-Hartenberg table of any serial chain, and proves that it is the same robot. Used by ``Robot``."""
+"""Computes the Denavit-Hartenberg table of any serial chain, and proves that it is the same robot."""
 
 from collections.abc import Iterator
 from math import floor, log10

@@ -1,4 +1,4 @@
-"""Makes a description from a Denavit-Hartenberg table. Used by ``Robot.from_dh``."""
+"""Makes a description from a Denavit-Hartenberg table."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Finds the part of a chain that moves, which the rows of its DH table describe. Used by ``from_chain``."""
+"""Finds the part of a chain that moves, which the rows of its DH table describe."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Holds a Denavit-Hartenberg table, and formats it. Used by ``from_chain``, ``from_table``, ``Robot`` and ``ulna dh``."""
+"""Holds a Denavit-Hartenberg table, and formats it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields

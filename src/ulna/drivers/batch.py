@@ -1,4 +1,4 @@
-"""Gathers a batch into rows of lanes and scatters the results, eight problems at a time. Used by all other drivers.
+"""Gathers a batch into rows of lanes and scatters the results, eight problems at a time.
 
 A batch has one problem after the other in memory; rows of lanes have the same number of eight problems together.
 

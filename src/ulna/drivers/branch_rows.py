@@ -1,4 +1,4 @@
-"""Makes and fills the rows of the branches of a closed form, and polishes these. Used by ``drivers``."""
+"""Makes and fills the rows of the branches of a closed form, and polishes these."""
 
 import numpy as np
 

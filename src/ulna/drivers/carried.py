@@ -1,4 +1,4 @@
-"""Sorts the bodies of a scene by the joint that carries them, for edges. Used by ``continuous`` and ``planned_edge``."""
+"""Sorts the bodies of a scene by the joint that carries them, for edges."""
 
 import numpy as np
 

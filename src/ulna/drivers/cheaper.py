@@ -1,4 +1,4 @@
-"""One iteration of a search for a path that costs less than a bound. Used by ``planning``.
+"""One iteration of a search for a path that costs less than a bound.
 
 Wilson, Thomason, Kingston and Gammell, AORRTC: almost-surely asymptotically optimal planning with RRT-Connect (RA-L 2025), after
 Hauser and Zhou, Asymptotically optimal planning by feasible kinodynamic planning in a state-cost space (T-RO 2016). A node has

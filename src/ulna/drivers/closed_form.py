@@ -1,4 +1,4 @@
-"""Finds all eight branches of inverse kinematics in closed form, eight targets at a time, or one. Used by ``ik.closed_form``."""
+"""Finds all eight branches of inverse kinematics in closed form, eight targets at a time, or one."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Computes the contacts of chosen pairs. Used by ``ulna.collision``."""
+"""Computes the contacts of chosen pairs."""
 
 import numpy as np
 

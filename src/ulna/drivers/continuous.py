@@ -1,4 +1,4 @@
-"""Runs continuous collision checking over a batch of edges. Used by ``collision.checker``."""
+"""Runs continuous collision checking over a batch of edges."""
 
 import numpy as np
 

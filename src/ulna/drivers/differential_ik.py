@@ -1,4 +1,4 @@
-"""Runs one step of differential inverse kinematics over one configuration or a batch. Used by ``ik.differential``."""
+"""Runs one step of differential inverse kinematics over one configuration or a batch."""
 
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry

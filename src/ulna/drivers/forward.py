@@ -1,4 +1,4 @@
-"""Runs forward kinematics over one configuration or a batch. Used by ``kinematics.forward``."""
+"""Runs forward kinematics over one configuration or a batch."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Writes the path that a search has found, and leaves out its repeats. Used by ``planning``."""
+"""Writes the path that a search has found, and leaves out its repeats."""
 
 from ulna.drivers.tree_nodes import read_node
 from ulna.engine.decorators import routine

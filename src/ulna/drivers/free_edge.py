@@ -1,4 +1,4 @@
-"""Decides whether an edge is free, eight intervals at a time, and how far it is. Used by ``continuous`` and ``planned_edge``.
+"""Decides whether an edge is free, eight intervals at a time, and how far it is.
 
 1. Eight intervals cover the edge. If something touches at the middle of any (``kernels.collision.interval``), it is not free.
 2. An interval that is not clear throughout is split: one into eight, two into four each, up to four into two each, so that the

@@ -1,4 +1,4 @@
-"""Runs the geometric Jacobian over one configuration or a batch. Used by ``kinematics.jacobian``."""
+"""Runs the geometric Jacobian over one configuration or a batch."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Writes one IK search into a lane and its result out of it. Used by ``multi_start`` and ``single_start``."""
+"""Writes one IK search into a lane and its result out of it."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Runs Levenberg-Marquardt from several starts per target, eight at a time. Used by ``ik.single_target``, ``ik.restarts``.
+"""Runs Levenberg-Marquardt from several starts per target, eight at a time.
 
 A *job* is one start for one target. Jobs are numbered target by target; each lane takes the next job as soon as it has ended its
 own, so that a hard target never delays the other lanes. Lanes are independent: the result of a job is the same bit for bit

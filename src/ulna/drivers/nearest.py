@@ -1,4 +1,4 @@
-"""Finds the nearest pair of a batch of configurations. Used by ``collision.checker``."""
+"""Finds the nearest pair of a batch of configurations."""
 
 import numpy as np
 

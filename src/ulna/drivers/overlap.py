@@ -1,4 +1,4 @@
-"""Runs the overlap test over one q, a batch, or groups of pairs. Used by ``collision.checker``, ``collision.sampled_pairs``."""
+"""Runs the overlap test over one q, a batch, or groups of pairs."""
 
 import numpy as np
 

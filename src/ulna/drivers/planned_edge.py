@@ -1,4 +1,4 @@
-"""Decides whether an edge of a plan is free, as its settings say. Used by ``planning``, ``shortening``."""
+"""Decides whether an edge of a plan is free, as its settings say."""
 
 from typing import NamedTuple
 

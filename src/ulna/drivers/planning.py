@@ -1,4 +1,4 @@
-"""Grows two trees towards each other until an edge joins them, and shortens the path. Used by ``ulna.planning``.
+"""Grows two trees towards each other until an edge joins them, and shortens the path.
 
 RRT-Connect (Kuffner and LaValle, RRT-Connect: an efficient approach to single-query path planning, ICRA 2000), with the domains
 of Jaillet et al. (Adaptive tuning of the sampling domain for dynamic-domain RRTs, IROS 2005):

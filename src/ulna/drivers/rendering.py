@@ -1,4 +1,4 @@
-"""Rasterises, shades and composes one picture. Used by ``viewer.film.painter``."""
+"""Rasterises, shades and composes one picture."""
 
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import sqrt

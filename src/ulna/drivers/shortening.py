@@ -1,4 +1,4 @@
-"""Shortens a path of free edges. Used by ``planning``."""
+"""Shortens a path of free edges."""
 
 from ulna.drivers.planned_edge import is_free
 from ulna.engine.decorators import kernel, routine

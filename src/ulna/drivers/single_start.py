@@ -1,4 +1,4 @@
-"""Runs the textbook IK methods from the seed, one target a lane, within the joint bounds. Used by ``ik.textbook``.
+"""Runs the textbook IK methods from the seed, one target a lane, within the joint bounds.
 
 1. Evaluate the error and the Jacobian, less what the task leaves free; leave out the joints that would be pushed through a
    bound. Done at the tolerances.

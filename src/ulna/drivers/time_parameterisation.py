@@ -1,4 +1,4 @@
-"""Times paths, one after the other. Used by ``planning.trajectory``."""
+"""Times paths, one after the other."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Finds, reads and adds nodes of the trees of a search; see ``kernels.planning.space``. Used by ``planning``."""
+"""Finds, reads and adds nodes of the trees of a search; see ``kernels.planning.space``."""
 
 import numpy as np
 

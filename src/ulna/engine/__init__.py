@@ -1,4 +1,4 @@
-"""Makes machine code of formulas, and finds it by name. Used by everything that computes. The only package that knows Numba.
+"""Makes machine code of formulas, and finds it by name. The only package that knows Numba.
 
 ========================== ==========================================================================================
 ``entries``                entries by name: what callers ask for, whoever provides the machine code

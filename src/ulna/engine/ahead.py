@@ -1,4 +1,4 @@
-"""Finds the machine code that a wheel brings, compiled ahead for a few levels of CPU. Used by ``entries`` and ``decorators``.
+"""Finds the machine code that a wheel brings, compiled ahead for a few levels of CPU.
 
 It is in the folder ``machine_code`` beside this file, the only place that is searched: a library for each level, with the
 entries that ``emit`` wrote, and ``index.json``, which says what is in them. A clone has no such folder: there Numba compiles.

@@ -1,4 +1,4 @@
-"""Says that machine code is being made, which takes a second to half a minute. Used by ``cache``.
+"""Says that machine code is being made, which takes a second to half a minute.
 
 On a terminal each entry is announced as its compilation begins. Elsewhere (a pipe, CI, Jupyter) a chain of compilations is
 announced once: those that one call waits for. That is a record of the logger ``ulna``, level INFO. A program that shows records

@@ -1,4 +1,4 @@
-"""Binds an entry's leading arguments in C, and puts methods in C in a class. Used by ``Robot`` and by what it asks about one q.
+"""Binds an entry's leading arguments in C, and puts methods in C in a class.
 
 The extension comes with a wheel (``ahead``). Without it there are no such functions, and callers go Python's own way.
 """

@@ -1,4 +1,4 @@
-"""Keeps the machine code of entries on disk, and never loads code of other sources. Used by ``decorators``.
+"""Keeps the machine code of entries on disk, and never loads code of other sources.
 
 Numba's own cache depends only on the file of the entry, not on the kernels that it calls. Here file names depend on everything
 that determines the machine code. The folder's name has a hash of the compiler, its settings and this package's part in compiling;

@@ -1,4 +1,4 @@
-"""Gives functions to Numba, with the lanes taught and our cache set. Used by ``decorators``, ``warmup`` and ``emit``.
+"""Gives functions to Numba, with the lanes taught and our cache set.
 
 Nothing else need be imported to compile, and nothing that is compiled ahead imports it.
 """

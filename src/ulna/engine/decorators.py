@@ -1,4 +1,4 @@
-"""Marks functions for the compiler, with its flags. Used by every kernel and driver.
+"""Marks functions for the compiler, with its flags.
 
 ``kernel``, ``exact_kernel``, ``routine``, ``shared_routine`` and ``workspace`` are for functions that other kernels call;
 ``entry`` and ``low_latency_entry`` for those that Python calls, by name (``entries``). These have the types of their arguments

@@ -1,4 +1,4 @@
-"""Writes the machine code of entries as object files, for a wheel. Used by ``hatch_build.py``, as two programs for each level.
+"""Writes the machine code of entries as object files, for a wheel.
 
 ``python -m ulna.engine.emit ulna.drivers:DRIVERS FOLDER together``, and ``rest``: the entries that are compiled in one process
 (``Entries.compiled_together``), and the others.

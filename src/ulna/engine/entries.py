@@ -1,4 +1,4 @@
-"""Finds entries by name, whoever provides their machine code. Used by the drivers' package and by ``warmup``.
+"""Finds entries by name, whoever provides their machine code.
 
 An entry is a function of the drivers that Python calls. Callers know its name and its arguments, not where its machine code comes
 from: that is decided in ``Entries.find`` alone. Until an entry is asked for, nothing loads the compiler.

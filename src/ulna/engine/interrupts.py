@@ -1,4 +1,4 @@
-"""Lets Ctrl-C wait until the compiler is done. Used by ``compiler``.
+"""Lets Ctrl-C wait until the compiler is done.
 
 Python raises ``KeyboardInterrupt`` between any two of its instructions. Within LLVM's callbacks it is lost, and the program runs
 on. Between taking and releasing llvmlite's lock it leaves the lock taken, and the program waits for ever.

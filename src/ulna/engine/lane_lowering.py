@@ -1,4 +1,4 @@
-"""Teaches Numba the operations of ``lanes``: their typing rules and their LLVM code. Used by ``decorators``.
+"""Teaches Numba the operations of ``lanes``: their typing rules and their LLVM code.
 
 Operations on vectors have no fast-math flags of their own: Numba adds those of the function that contains them.
 """

@@ -1,4 +1,4 @@
-"""Teaches Numba the operators of ``f64x8``, which a float64 already has. Used by ``decorators``."""
+"""Teaches Numba the operators of ``f64x8``, which a float64 already has."""
 
 import operator
 

@@ -1,4 +1,4 @@
-"""Compiles the making of rows of lanes, and loads and stores of eight columns of a batch as lanes. Used by ``compiler``.
+"""Compiles the making of rows of lanes, and loads and stores of eight columns of a batch as lanes.
 
 A row fills a cache line of 64 bytes. NumPy's and Numba's own arrays begin at multiples of 16 or 32 bytes: a row may then lie
 across two lines, and each load and each store of it touches both.

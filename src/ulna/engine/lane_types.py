@@ -1,4 +1,4 @@
-"""Defines ``f64x8`` for Numba: eight float64 in the LLVM vector ``<8 x double>``. Used by ``lane_lowering``, ``lane_operators``.
+"""Defines ``f64x8`` for Numba: eight float64 in the LLVM vector ``<8 x double>``.
 
 With ``+ - * /``, comparisons and the operations of ``lanes`` defined for it, the same Python function that does scalar arithmetic
 compiles to AVX-512, AVX2, SSE2 or NEON code for eight problems at a time, with no intrinsics in the algorithm.

@@ -1,4 +1,4 @@
-"""The operations on a number that may be eight numbers, in which every kernel is written. Used by the kernels and the drivers.
+"""The operations on a number that may be eight numbers, in which every kernel is written.
 
 Each is a plain function of NumPy, which runs as it is without the compiler (``NUMBA_DISABLE_JIT=1``). Compiled, it is an
 operation on a float64, or on the vector ``f64x8`` (``lane_types``, ``lane_lowering``). Kernels call these instead of ``math.*``,

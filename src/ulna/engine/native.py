@@ -1,4 +1,4 @@
-"""Gives the extension the addresses of code that Numba has compiled in this process. Used by ``bound``."""
+"""Gives the extension the addresses of code that Numba has compiled in this process."""
 
 from functools import cache
 from typing import Any

@@ -1,4 +1,4 @@
-"""Chooses the passes of Numba that a function of ours needs, and where its code goes. Used by ``compiler``.
+"""Chooses the passes of Numba that a function of ours needs, and where its code goes.
 
 Numba runs some thirty passes over a function. Half of them are for what kernels and drivers do not have: closures and
 comprehensions, ``with``, ``literal_unroll``, expressions of whole arrays. They took a tenth of the time of compiling. Numba also

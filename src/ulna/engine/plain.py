@@ -1,4 +1,4 @@
-"""Gives compiled entries a plain C interface. Used by ``emit`` for a library, and by ``bound`` for code that is compiled now.
+"""Gives compiled entries a plain C interface.
 
 Numba passes an array as seven and more arguments, by rules of its own. Here it is ``int32 f(int64 *slots, int64 *result)``: each
 argument takes slots of 8 bytes, one after the other: a number one, an array its address and its shape, None none, a tuple

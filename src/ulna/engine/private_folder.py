@@ -1,4 +1,4 @@
-"""Opens folders of files to which only their user can write. Used by ``cache`` and ``meshes.kept_pieces``.
+"""Opens folders of files to which only their user can write.
 
 Machine code in them is executed without another check. So a folder is opened once, checked as it is open, and its files are
 opened in it by the same descriptor. Who may rename a folder above can exchange what the path leads to, but not what is open.

@@ -1,4 +1,4 @@
-"""How many processors this process may use: by its affinity, and by the CPU quota of its control groups. Used by ``threads``."""
+"""How many processors this process may use: by its affinity, and by the CPU quota of its control groups."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""Finds how many numbers one vector instruction of this machine computes. Used by ``bench.machine``."""
+"""Finds how many numbers one vector instruction of this machine computes."""
 
 from functools import cache
 from typing import Any

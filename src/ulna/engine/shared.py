@@ -1,4 +1,4 @@
-"""Compiles a routine once, for every entry that calls it. Used by ``compiler``.
+"""Compiles a routine once, for every entry that calls it.
 
 Numba copies what a function calls into each of its callers, and LLVM optimises every copy. For what is long (the distance of two
 convex bodies) and called by many entries, that takes most of the time of compiling. Here a caller has only the routine's name.

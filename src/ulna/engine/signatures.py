@@ -1,4 +1,4 @@
-"""The types of the arguments of entries. Used by the drivers, by ``compiler`` and by ``ahead``. All arrays are C-contiguous.
+"""The types of the arguments of entries. All arrays are C-contiguous.
 
 They are described here without the compiler: what was compiled ahead is found by the same description.
 """

@@ -1,4 +1,4 @@
-"""Hashes what an entry is compiled from: its own file and every file whose names that uses. Used by the cache and the decorators.
+"""Hashes what an entry is compiled from: its own file and every file whose names that uses.
 
 The imports are found in the text, so nothing is imported for it. A file counts as it was when its functions were marked for the
 compiler, which is when it was loaded: a file that is edited while a program runs does not change what the program compiles.

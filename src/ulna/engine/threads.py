@@ -1,4 +1,4 @@
-"""Runs large batches in parts in several threads, and chooses their number. Used by all that calls entries over a batch.
+"""Runs large batches in parts in several threads, and chooses their number.
 
 The parts begin at multiples of the number of lanes, so that no block of lanes is split, and the result of a row does not depend
 on its block: the result is bit for bit that of one call.

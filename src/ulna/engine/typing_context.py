@@ -1,4 +1,4 @@
-"""Remembers which types operators give, while functions of ours are typed and lowered. Used by ``pipelines``.
+"""Remembers which types operators give, while functions of ours are typed and lowered.
 
 For every ``a * b`` Numba tries the templates of ``*`` one after the other, many of which are for arrays, strings or sets: when it
 types the expression, and again when it lowers it. Our kernels have thousands of such expressions and few types of operands, so

@@ -1,4 +1,4 @@
-"""Compiles every entry ahead, so that no call waits for the compiler. Used by ``cli.warmup``."""
+"""Compiles every entry ahead, so that no call waits for the compiler."""
 
 import atexit
 import multiprocessing

@@ -1,4 +1,4 @@
-"""Writes a file so that it is there as a whole or not at all, also where the process ends meanwhile. Used by ``emit``, caches."""
+"""Writes a file so that it is there as a whole or not at all, also where the process ends meanwhile."""
 
 import os
 import tempfile

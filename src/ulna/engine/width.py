@@ -1,3 +1,3 @@
-"""How many problems a lane number holds. Used by the lanes, the drivers and the code that lays out tables for them."""
+"""How many problems a lane number holds."""
 
 WIDTH = 8

@@ -1,4 +1,4 @@
-"""Translates what only compiled code calls, leaves its optimisation to its callers, and aligns stacks. Used by ``pipelines``.
+"""Translates what only compiled code calls, leaves its optimisation to its callers, and aligns stacks.
 
 Numba optimises every function that it compiles, with a copy of all that this calls, and makes machine code of it. Most of ours
 are then copied into their callers, and optimised there once more, at each level. Here each is translated, and made short by

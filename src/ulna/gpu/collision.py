@@ -1,4 +1,4 @@
-"""Keeps a scene on a GPU, tests it for overlap there and searches it for the nearest pair. Used by ``robot``.
+"""Keeps a scene on a GPU, tests it for overlap there and searches it for the nearest pair.
 
 All objects are tested one by one, ball against ball first: threads of a warp that each go their own way through a BVH would wait
 for each other.

@@ -1,4 +1,4 @@
-"""Compiles drivers for a GPU and runs them over batches, by numba-cuda. Used by the modules beside it.
+"""Compiles drivers for a GPU and runs them over batches, by numba-cuda.
 
 The extra ``cuda``, a GPU and its driver are needed only where something is run. With
 ``NUMBA_ENABLE_CUDASIM=1`` and ``NUMBA_DISABLE_JIT=1`` threads are simulated in plain Python, for tests.

@@ -1,4 +1,4 @@
-"""Takes arrays on a GPU from any library, and gives them to any. Used by ``device``.
+"""Takes arrays on a GPU from any library, and gives them to any.
 
 Two protocols do that without a copy: ``__cuda_array_interface__`` (CuPy, PyTorch, Numba) and DLPack (these and JAX). numba-cuda
 has the first; the second is that of cuda.core, on which numba-cuda depends. Both are imported where they are used: a robot

@@ -1,4 +1,4 @@
-"""Runs forward kinematics and the Jacobian on a GPU. Used by ``robot``."""
+"""Runs forward kinematics and the Jacobian on a GPU."""
 
 from functools import cache
 

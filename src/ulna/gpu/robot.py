@@ -1,4 +1,4 @@
-"""Computes a robot's batches on an NVIDIA GPU. Used by ``Robot.on_gpu``."""
+"""Computes a robot's batches on an NVIDIA GPU."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes rows of arrays on a GPU, converts them, and puts others in their places. Used by ``robot`` and ``search``.
+"""Takes rows of arrays on a GPU, converts them, and puts others in their places.
 
 An array is NumPy's, or on the device: then only the rows that are asked for are copied.
 """

@@ -1,4 +1,4 @@
-"""Solves inverse kinematics for many targets on a GPU, and leaves the rest to the CPU. Used by ``robot``.
+"""Solves inverse kinematics for many targets on a GPU, and leaves the rest to the CPU.
 
 1. Each thread searches for a target by Levenberg-Marquardt, from the seed and from random starts.
 2. With a world: solutions that collide are searched again from further random starts, a few times.

@@ -1,4 +1,4 @@
-"""Makes of a kernel over float64 the same kernel over float32. Used by ``robot``, for ``on_gpu(float32=True)``.
+"""Makes of a kernel over float64 the same kernel over float32.
 
 A kernel is a formula over a number, but its constants are float64, and in Numba a float32 times a float64 is a float64. So
 ``in_single`` copies a function with the constants of its code and of its module as float32, and so every function of Ulna that it

@@ -1,4 +1,4 @@
-"""Finds all solutions of targets on a GPU, a branch a thread, and holds those that stay there. Used by ``robot``.
+"""Finds all solutions of targets on a GPU, a branch a thread, and holds those that stay there.
 
 Where an arm has an exact closed form of its six joints, arrays on the device stay there. For other arms the CPU prepares the
 targets (seven joints: one at each place of the held joint) and turns the branches within the limits, so arrays are copied; what

@@ -1,4 +1,4 @@
-"""Finds all solutions of targets, by closed form or by search, and says what is proved. Used by ``ik.inverse_kinematics``."""
+"""Finds all solutions of targets, by closed form or by search, and says what is proved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Narrows the bounds of a search for one call: joints that are held, and steps no longer than allowed. Used by ``ik.problem``."""
+"""Narrows the bounds of a search for one call: joints that are held, and steps no longer than allowed."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Searches for all solutions for one pose: every branch, or a spread set of a continuum. Used by ``ik.all_solutions``.
+"""Searches for all solutions for one pose: every branch, or a spread set of a continuum.
 
 1. Search from random starts, half of them with the joints that can turn all the way round let free (and then turned back
    into their limits by whole turns), which no limit stops on the way to a branch.

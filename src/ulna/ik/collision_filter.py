@@ -1,4 +1,4 @@
-"""Rejects configurations that collide. Used by ``ik.numeric`` and ``ik.ranking``."""
+"""Rejects configurations that collide."""
 
 from __future__ import annotations
 

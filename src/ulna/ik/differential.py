@@ -1,4 +1,4 @@
-"""Computes one control step of differential inverse kinematics. Used by ``Robot``."""
+"""Computes one control step of differential inverse kinematics."""
 
 import threading
 

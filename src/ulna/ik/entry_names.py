@@ -1,4 +1,4 @@
-"""Names the entries of q. Used by ``ik.numeric`` and ``ik.closed_form``."""
+"""Names the entries of q."""
 
 from ulna.kinematics.tree import Tree
 

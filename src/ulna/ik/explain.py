@@ -1,4 +1,4 @@
-"""Finds why a target was not reached: out of reach, limits in the way, collision, or a singularity. Used by ``ik.numeric``."""
+"""Finds why a target was not reached: out of reach, limits in the way, collision, or a singularity."""
 
 from dataclasses import replace
 

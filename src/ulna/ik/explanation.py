@@ -1,4 +1,4 @@
-"""Holds what is known about targets that were not reached, and the trace of a search. Used by ``IKResult``."""
+"""Holds what is known about targets that were not reached, and the trace of a search."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Chooses the solvers of an inverse kinematics query, and keeps what is prepared for the next. Used by ``Robot``."""
+"""Chooses the solvers of an inverse kinematics query, and keeps what is prepared for the next."""
 
 from collections.abc import Callable, Iterable
 from functools import lru_cache, partial

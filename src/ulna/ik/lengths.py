@@ -1,4 +1,4 @@
-"""Measures how large a robot is, for what a search compares with its size. Used by ``ik.query``."""
+"""Measures how large a robot is, for what a search compares with its size."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Solves by Levenberg-Marquardt with restarts, and says why a target was not reached. Used by ``ik.inverse_kinematics``."""
+"""Solves by Levenberg-Marquardt with restarts, and says why a target was not reached."""
 
 from __future__ import annotations
 

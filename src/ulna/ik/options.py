@@ -1,4 +1,4 @@
-"""Holds and checks what a caller may choose about a search, whatever the targets. Used by ``ik.query``."""
+"""Holds and checks what a caller may choose about a search, whatever the targets."""
 
 import sys
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Checks the targets and configurations of one call, and shapes them for the kernels. Used by the solvers of ``ik``."""
+"""Checks the targets and configurations of one call, and shapes them for the kernels."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Prepares what is the same for every target: one link of a robot, and options. Used by the solvers of ``ik``."""
+"""Prepares what is the same for every target: one link of a robot, and options."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""Computes the cost by which one of several solutions is taken. Used by the solvers of ``ik``."""
+"""Computes the cost by which one of several solutions is taken."""
 
 from __future__ import annotations
 

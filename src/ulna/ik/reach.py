@@ -1,4 +1,4 @@
-"""Computes bounds on how far an arm can reach, to prove targets out of reach. Used by ``query``.
+"""Computes bounds on how far an arm can reach, to prove targets out of reach.
 
 1. On each revolute axis choose a point. A joint turns about its axis, so the distance between the points of two consecutive
    axes is the same in every configuration; a prismatic joint between them makes it the largest over its range.

@@ -1,4 +1,4 @@
-"""Says why something was not found, as a sentence and as data. Used by the results of ``ik`` and ``planning``."""
+"""Says why something was not found, as a sentence and as data."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""Searches from the seed and from random starts until every target is solved or the budget is spent. Used by ``ik.numeric``.
+"""Searches from the seed and from random starts until every target is solved or the budget is spent.
 
 Every target gets one start; those that are left get more and more. The result for a target depends on nothing but the target, its
 seed, its bounds and the random seed: not on what else is in the batch, nor on how the batch is cut for the threads.

@@ -1,4 +1,4 @@
-"""Holds the configurations that a search found, their errors, and why a target was not reached. Used by every solver."""
+"""Holds the configurations that a search found, their errors, and why a target was not reached."""
 
 from collections.abc import Mapping
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""Solves for one pose from up to 64 starts: the fast path of default options. Used by ``ik.inverse_kinematics``."""
+"""Solves for one pose from up to 64 starts: the fast path of default options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Defines the interface of a solver of inverse kinematics. Used by ``ik.inverse_kinematics``, which tries one after the other."""
+"""Defines the interface of a solver of inverse kinematics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Defines what of a pose a search must reach: all, position, direction, or within tolerances. Used by ``options``."""
+"""Defines what of a pose a search must reach: all, position, direction, or within tolerances."""
 
 from dataclasses import dataclass
 

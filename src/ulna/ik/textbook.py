@@ -1,4 +1,4 @@
-"""Solves by the textbook methods: from the seed alone, wherever that leads. Used by ``ik.inverse_kinematics``."""
+"""Solves by the textbook methods: from the seed alone, wherever that leads."""
 
 from __future__ import annotations
 

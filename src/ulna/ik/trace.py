@@ -1,4 +1,4 @@
-"""Replays how a search converged, step by step from the start that led to its result. Used by the solvers of ``ik``."""
+"""Replays how a search converged, step by step from the start that led to its result."""
 
 from dataclasses import replace
 

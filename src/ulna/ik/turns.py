@@ -1,4 +1,4 @@
-"""Adds whole turns to entries of q where no pose changes, to come near another q. Used by ``restarts`` and ``explain``."""
+"""Adds whole turns to entries of q where no pose changes, to come near another q."""
 
 import numpy as np
 from numpy.typing import NDArray

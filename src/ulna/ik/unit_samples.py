@@ -1,4 +1,4 @@
-"""Draws the starts of a search as numbers between 0 and 1. Used by ``ik.restarts``, ``ik.trace``, ``ik.single_target``."""
+"""Draws the starts of a search as numbers between 0 and 1."""
 
 from functools import lru_cache
 

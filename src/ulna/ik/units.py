@@ -1,4 +1,4 @@
-"""Brings a search for a robot that is far from a metre long into a unit of its own. Used by ``ik.restarts``, ``ik.textbook``.
+"""Brings a search for a robot that is far from a metre long into a unit of its own.
 
 The errors of a pose are lengths and angles in one sum, and so are dampings and thresholds: right for arms of a metre or so. The
 units are powers of two, so that nothing is rounded on the way there and back.

@@ -1,4 +1,4 @@
-"""Compares two robots, part by part and pose by pose. Used by ``ulna.compare`` and ``ulna compare``."""
+"""Compares two robots, part by part and pose by pose."""
 
 from collections.abc import Iterable, Iterator
 

@@ -1,4 +1,4 @@
-"""Holds a comparison as frozen data, and compares joints and shapes in pairs. Used by ``compare`` and ``ulna compare``."""
+"""Holds a comparison as frozen data, and compares joints and shapes in pairs."""
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass

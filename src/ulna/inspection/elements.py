@@ -1,4 +1,4 @@
-"""Finds the elements and numbers of a description that are used (wiki.ros.org/urdf/XML). Used by the checks of ``inspection``."""
+"""Finds the elements and numbers of a description that are used (wiki.ros.org/urdf/XML)."""
 
 import difflib
 import math

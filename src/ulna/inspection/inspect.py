@@ -1,4 +1,4 @@
-"""Runs every check on a description and lists its tree. Used by ``ulna.inspect`` and ``ulna inspect``."""
+"""Runs every check on a description and lists its tree."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping

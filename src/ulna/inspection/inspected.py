@@ -1,4 +1,4 @@
-"""Reads a description as far as it can be read: the robot if it loads, its XML, its links in a tree. Used by ``inspect``."""
+"""Reads a description as far as it can be read: the robot if it loads, its XML, its links in a tree."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""Checks joints, their types, limits, axes and angles, and the names of links and joints. Used by ``inspect``."""
+"""Checks joints, their types, limits, axes and angles, and the names of links and joints."""
 
 import math
 from collections.abc import Iterator

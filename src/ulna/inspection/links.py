@@ -1,4 +1,4 @@
-"""Checks links: shapes without volume, missing, or of a size that suggests another unit; and inertia. Used by ``inspect``."""
+"""Checks links: shapes without volume, missing, or of a size that suggests another unit; and inertia."""
 
 from collections.abc import Iterator, Sequence
 

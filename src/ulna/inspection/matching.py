@@ -1,4 +1,4 @@
-"""Pairs the joints and links of two robots. Used by ``compare`` and ``differences``."""
+"""Pairs the joints and links of two robots."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

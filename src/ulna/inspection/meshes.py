@@ -1,4 +1,4 @@
-"""Checks mesh files: missing, unreadable, or of a size that suggests another unit. Used by ``inspect``."""
+"""Checks mesh files: missing, unreadable, or of a size that suggests another unit."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence

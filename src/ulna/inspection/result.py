@@ -1,4 +1,4 @@
-"""Holds the result of an inspection, as frozen data. Used by all of ``inspection`` and ``ulna inspect``."""
+"""Holds the result of an inspection, as frozen data."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""Checks the whole robot: mimic joints that leave no range, and an implausible reach. Used by ``inspect``."""
+"""Checks the whole robot: mimic joints that leave no range, and an implausible reach."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The mathematics: formulas over a generic number, compiled by Numba. Used by ``drivers``.
+"""The mathematics: formulas over a generic number, compiled by Numba.
 
 A kernel takes numbers, tuples and caller-owned arrays. It allocates nothing, raises nothing and validates nothing.
 The number is a float64, eight float64 in one vector register (``lanes``), or, without the compiler, a NumPy array.

@@ -1,4 +1,4 @@
-"""Numbers the columns of the flat tables that hold a robot. Used by kernels, drivers and what builds the tables.
+"""Numbers the columns of the flat tables that hold a robot.
 
 Plain numbers only, so that descriptions can be read without a compiler.
 

@@ -1,4 +1,4 @@
-"""Caches the functions of q that are bound to a link. Used by ``kinematics.forward`` and ``kinematics.jacobian``."""
+"""Caches the functions of q that are bound to a link."""
 
 from collections.abc import Callable, Hashable
 from typing import Any, Generic, Protocol, TypeVar

@@ -1,4 +1,4 @@
-"""Computes the poses of links, NumPy in and out. Used by ``Robot``, ``jacobian`` and ``dh.from_chain``."""
+"""Computes the poses of links, NumPy in and out."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

@@ -1,4 +1,4 @@
-"""Resolves the groups and states of a semantic description on a robot: joints, links, entries of q. Used by ``Robot``."""
+"""Resolves the groups and states of a semantic description on a robot: joints, links, entries of q."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Computes Jacobians, NumPy in and out. Used by ``Robot`` and ``ik``."""
+"""Computes Jacobians, NumPy in and out."""
 
 from collections.abc import Callable
 from typing import Any

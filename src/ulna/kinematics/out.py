@@ -1,4 +1,4 @@
-"""Checks the caller's array ``out=``, or makes a new one. Used by ``forward``, ``jacobian``, ``checker`` and ``ik``."""
+"""Checks the caller's array ``out=``, or makes a new one."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Checks q and shapes it for the kernels, and makes q of named joints. Used by every function that takes q."""
+"""Checks q and shapes it for the kernels, and makes q of named joints."""
 
 from collections.abc import Sequence
 from math import prod

@@ -1,4 +1,4 @@
-"""Draws random joint positions within the limits. Used by ``ik``, ``dh``, ``inspection``, ``bench`` and ``sampled_pairs``."""
+"""Draws random joint positions within the limits."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

@@ -1,4 +1,4 @@
-"""Turns a description into the flat arrays that the kernels read. Used by ``Robot`` and everything that computes.
+"""Turns a description into the flat arrays that the kernels read.
 
 Every joint of a table turns about, or slides along, the z axis of its own frame. A joint about another axis gets a frame of its
 own, turned so that z lies along that axis, and the link behind it is turned back. A planar joint is three joints of the table

@@ -1,4 +1,4 @@
-"""Rounds the corners of a path by parabolas. Used by ``trajectory``.
+"""Rounds the corners of a path by parabolas.
 
 A corner P between the unit directions d and e is cut b before and b behind it. The parabola with the control points P - b d, P,
 P + b e has the derivative (1 - s / 2b) d + (s / 2b) e by the length s of the path's edges, so that it goes on smoothly from one

@@ -1,4 +1,4 @@
-"""Times a line from rest to rest within limits of velocity, acceleration and jerk. Used by ``trajectory``.
+"""Times a line from rest to rest within limits of velocity, acceleration and jerk.
 
 Source: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 3.4: the velocity has the
 form of two S. The jerk is constant in each of seven phases.

@@ -1,4 +1,4 @@
-"""Finds a free configuration next to a start that touches something a little. Used by ``planner``."""
+"""Finds a free configuration next to a start that touches something a little."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Finds the configurations that a plan may end in. Used by ``planner``."""
+"""Finds the configurations that a plan may end in."""
 
 from __future__ import annotations
 

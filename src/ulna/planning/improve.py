@@ -1,4 +1,4 @@
-"""Goes on with a plan for a shorter path. Used by ``plan``.
+"""Goes on with a plan for a shorter path.
 
 AORRTC (Wilson, Thomason, Kingston and Gammell, RA-L 2025): searches for a path that is shorter than the best one, one after the
 other, each with new trees and other samples. What a search finds is shortened, and its length bounds the next search.

@@ -1,4 +1,4 @@
-"""Finds the configurations that bring several links to a pose each, such as both hands of a robot. Used by ``planner``.
+"""Finds the configurations that bring several links to a pose each, such as both hands of a robot.
 
 Each link has joints of its own, which move it and no other of these links: those of its arm. Joints that move several of
 them, such as those of a torso, are held. So the inverse kinematics of each link is a problem of its own, and every choice of

@@ -1,4 +1,4 @@
-"""Plans many motions in several threads. Used by ``Robot.plan_many``."""
+"""Plans many motions in several threads."""
 
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

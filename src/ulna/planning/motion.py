@@ -1,4 +1,4 @@
-"""Holds what a plan was found with, so that more can be asked of it. Used by ``planner`` and ``plan``."""
+"""Holds what a plan was found with, so that more can be asked of it."""
 
 from functools import lru_cache
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Checks the options of a plan. Used by ``planner``, ``improve``."""
+"""Checks the options of a plan."""
 
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""Holds a motion from a configuration to a goal, or why there is none. Used by ``planner`` and ``Robot``."""
+"""Holds a motion from a configuration to a goal, or why there is none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names how a search for a plan ended, says why, and holds what it took. Used by ``plan``, ``planner``, ``search``, ``goals``."""
+"""Names how a search for a plan ended, says why, and holds what it took."""
 
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""Plans a motion from a configuration to a goal. Used by ``Robot.plan``."""
+"""Plans a motion from a configuration to a goal."""
 
 from __future__ import annotations
 

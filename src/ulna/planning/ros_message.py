@@ -1,4 +1,4 @@
-"""Makes the ROS message of a trajectory, whose classes and fields have the same names in ROS 1 and 2. Used by ``trajectory``."""
+"""Makes the ROS message of a trajectory, whose classes and fields have the same names in ROS 1 and 2."""
 
 # pyright: reportMissingImports=false
 # ROS is installed with the system, not by pip; without it pyright cannot check these imports.

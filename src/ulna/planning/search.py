@@ -1,4 +1,4 @@
-"""Runs the search for a path and its shortening, in slices of checked edges. Used by ``planner``."""
+"""Runs the search for a path and its shortening, in slices of checked edges."""
 
 from dataclasses import dataclass, field
 from functools import lru_cache

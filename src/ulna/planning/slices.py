@@ -1,4 +1,4 @@
-"""Divides a search into slices, between which it may end: by Ctrl-C, a time limit, another search. Used by ``search``."""
+"""Divides a search into slices, between which it may end: by Ctrl-C, a time limit, another search."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""Describes the configurations that a plan may use: limits, metric, joints that turn for ever. Used by ``planner``."""
+"""Describes the configurations that a plan may use: limits, metric, joints that turn for ever."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Finds the times of a path, and evaluates it at a time. Used by ``trajectory``."""
+"""Finds the times of a path, and evaluates it at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gives a path times: the fastest motion within limits of velocity and acceleration. Used by ``Plan.trajectory``."""
+"""Gives a path times: the fastest motion within limits of velocity and acceleration."""
 
 from __future__ import annotations
 

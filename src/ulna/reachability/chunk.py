@@ -1,4 +1,4 @@
-"""Computes chunks of a map and writes them: what a thread or a worker of a cluster runs. Used by ``run``.
+"""Computes chunks of a map and writes them: what a thread or a worker of a cluster runs.
 
 A chunk depends on the map's attributes and on its own number alone, so that it has the same bits whoever computes it: twice by
 two workers does no harm.

@@ -1,4 +1,4 @@
-"""Holds the poses of a map: voxels times orientations, cut into chunks. Used by ``specification``, ``chunk``, ``run``, ``map``.
+"""Holds the poses of a map: voxels times orientations, cut into chunks.
 
 The orientations are spread evenly over SO(3) by super-Fibonacci spirals: point i of n lies on a spiral of the 3-sphere, whose two
 angles grow by irrational ratios. Source: M. Alexa, "Super-Fibonacci Spirals: Fast, Low-Discrepancy Sampling of SO(3)", CVPR 2022,

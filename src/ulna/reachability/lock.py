@@ -1,4 +1,4 @@
-"""Keeps a second process from writing to a map. Used by ``reachability_map``.
+"""Keeps a second process from writing to a map.
 
 The operating system locks a file beside the map and frees it when the process ends, however it ends: a kill leaves no lock.
 """

@@ -1,4 +1,4 @@
-"""Opens a map and reads from it: scores of poses, slices, what differs from another. Used by programs and ``ulna reach``."""
+"""Opens a map and reads from it: scores of poses, slices, what differs from another."""
 
 from __future__ import annotations
 

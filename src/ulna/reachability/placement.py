@@ -1,4 +1,4 @@
-"""Ranks where a robot's base may stand so that it reaches given poses. Used by ``map``.
+"""Ranks where a robot's base may stand so that it reaches given poses.
 
 A map is of poses in the base frame, so that it serves for any place of the base: T_base_tip = T_world_base^-1 T_world_tip.
 1. Candidates are a voxel apart, over all places from which the farthest target may still be reached, in ``yaw_steps`` directions.

@@ -1,4 +1,4 @@
-"""Draws the figures of a map. Used by ``ulna reach plot``."""
+"""Draws the figures of a map."""
 
 from __future__ import annotations
 

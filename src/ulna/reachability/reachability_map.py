@@ -1,4 +1,4 @@
-"""Computes a map of the poses that a robot reaches, or what it still lacks. Used by programs and ``ulna reach``."""
+"""Computes a map of the poses that a robot reaches, or what it still lacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Computes what a map still lacks: sizes the tasks, bounds how many are under way. Used by ``reachability_map``.
+"""Computes what a map still lacks: sizes the tasks, bounds how many are under way.
 
 1. The chunks that are not there wait in their order. The first tasks are one chunk each.
 2. Every task returns how long a chunk took; the next ones get so many chunks that they take about ``TASK_S`` of work. Chunks near

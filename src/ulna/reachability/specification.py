@@ -1,4 +1,4 @@
-"""Says what a map is of: everything that its bits depend on, kept as its attributes. Used by ``store``, ``chunk``, ``run``."""
+"""Says what a map is of: everything that its bits depend on, kept as its attributes."""
 
 from __future__ import annotations
 

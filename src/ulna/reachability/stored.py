@@ -1,4 +1,4 @@
-"""Opens the arrays of a map and reads chunks of its verdicts, which may be damaged or a stranger's. Used by ``chunk``, ``map``.
+"""Opens the arrays of a map and reads chunks of its verdicts, which may be damaged or a stranger's.
 
 Before the package zarr opens a file, it is seen to be a regular one: a pipe would have no end. What zarr then opens must have the
 layout that ``store`` gives a map.

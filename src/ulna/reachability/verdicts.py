@@ -1,4 +1,4 @@
-"""Decides of poses whether a robot reaches them, and numbers what is said of each. Used by ``chunk``, ``store`` and ``map``."""
+"""Decides of poses whether a robot reaches them, and numbers what is said of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs tasks side by side: on a thread pool, or on a Dask cluster. Used by ``run``."""
+"""Runs tasks side by side: on a thread pool, or on a Dask cluster."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names the entries of q and their units. Used by the command line and the page."""
+"""Names the entries of q and their units."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Finds the hand of a robot: the link to take where there are several tips and none is named. Used by ``cli`` and ``viewer``."""
+"""Finds the hand of a robot: the link to take where there are several tips and none is named."""
 
 from collections.abc import Iterable
 

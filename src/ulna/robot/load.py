@@ -1,4 +1,4 @@
-"""Loads a robot from a file, a text or a name. Used by ``ulna.load``."""
+"""Loads a robot from a file, a text or a name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Holds a robot and passes each call to the layer that computes it. Used by ``ulna.load`` and everything above.
+"""Holds a robot and passes each call to the layer that computes it.
 
 A ``Robot`` is composed of a description, its tree in flat arrays, functions bound to a link, and a collision checker. A method
 computes nothing itself: it calls one function of the folders below.

@@ -1,4 +1,4 @@
-"""Shows any robot: ``view`` on a page, ``session`` without the page, ``film`` as pictures. Used by the command line, the demo.
+"""Shows any robot: ``view`` on a page, ``session`` without the page, ``film`` as pictures.
 
 Only this package and the demo's page import viser.
 """

@@ -1,4 +1,4 @@
-"""Draws a robot in the scene: visuals, collision shapes, held objects, frames and names of links. Used by ``view``, the demo."""
+"""Draws a robot in the scene: visuals, collision shapes, held objects, frames and names of links."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

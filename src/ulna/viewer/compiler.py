@@ -1,4 +1,4 @@
-"""Compiles kernels in another thread, so that no frame waits up to half a minute for them. Used by ``view``."""
+"""Compiles kernels in another thread, so that no frame waits up to half a minute for them."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""Sets q to home, to a named configuration, or to one of a file; and copies and saves q. Used by ``view``."""
+"""Sets q to home, to a named configuration, or to one of a file; and copies and saves q."""
 
 import html
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Adds to viser's page: a title, names for screen readers, scripts, a style; docks its panel. Used by ``origin``, ``page``."""
+"""Adds to viser's page: a title, names for screen readers, scripts, a style; docks its panel."""
 
 import html
 import http

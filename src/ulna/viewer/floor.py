@@ -1,4 +1,4 @@
-"""Adds a floor under the robot as an obstacle, and removes it. Used by ``view``."""
+"""Adds a floor under the robot as an obstacle, and removes it."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Shows the hand: handles, a mark (red if it cannot follow, orange if it stops before a collision), text. Used by ``view``."""
+"""Shows the hand: handles, a mark (red if it cannot follow, orange if it stops before a collision), text."""
 
 from collections.abc import Callable
 

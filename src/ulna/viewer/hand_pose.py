@@ -1,4 +1,4 @@
-"""Shows the hand's pose in fields that can be edited. Used by ``hand``."""
+"""Shows the hand's pose in fields that can be edited."""
 
 from collections.abc import Callable
 from typing import Protocol

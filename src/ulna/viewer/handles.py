@@ -1,4 +1,4 @@
-"""Handles that a person drags in any tab; meanwhile the program does not move them. Used by the hand, obstacles, the demo."""
+"""Handles that a person drags in any tab; meanwhile the program does not move them."""
 
 from collections.abc import Callable
 from typing import Any

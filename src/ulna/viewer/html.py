@@ -1,4 +1,4 @@
-"""Writes the HTML of the panel: text with a coloured mark, lists, the tree, tables of numbers. Used by the page's parts."""
+"""Writes the HTML of the panel: text with a coloured mark, lists, the tree, tables of numbers."""
 
 import html
 from collections import defaultdict

@@ -1,4 +1,4 @@
-"""Shows the joints: a slider for each entry of q, and a disabled one for each mimic joint. Used by ``view`` and the demo."""
+"""Shows the joints: a slider for each entry of q, and a disabled one for each mimic joint."""
 
 from collections.abc import Callable
 

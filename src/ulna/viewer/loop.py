@@ -1,4 +1,4 @@
-"""Runs the thread that draws the frames of a page: after each event, and at intervals. Used by ``view`` and the demo."""
+"""Runs the thread that draws the frames of a page: after each event, and at intervals."""
 
 import threading
 import traceback

@@ -1,4 +1,4 @@
-"""Shows a reachability map on a page: coloured voxels, a plane that clips them, the robot inside. Used by ``ulna reach show``."""
+"""Shows a reachability map on a page: coloured voxels, a plane that clips them, the robot inside."""
 
 import threading
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""Adds shapes to the scene of a page, as nodes whose colour and opacity can be changed. Used by ``arm`` and ``obstacles``."""
+"""Adds shapes to the scene of a page, as nodes whose colour and opacity can be changed."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Shows that kernels are being compiled, and that a frame has failed. Used by ``view`` and the demo."""
+"""Shows that kernels are being compiled, and that a frame has failed."""
 
 import html
 

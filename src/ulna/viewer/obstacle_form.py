@@ -1,4 +1,4 @@
-"""Shows and edits the chosen obstacle: its name, its dimensions, its pose. Used by ``obstacles``."""
+"""Shows and edits the chosen obstacle: its name, its dimensions, its pose."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Shows the obstacles, and lets them be added, edited, dragged, deleted, saved and loaded. Used by ``view``."""
+"""Shows the obstacles, and lets them be added, edited, dragged, deleted, saved and loaded."""
 
 import threading
 from collections.abc import Callable, Collection

@@ -1,4 +1,4 @@
-"""Opens a page that shows a robot while the program continues: ``ulna.view``. Used by programs and ``ulna view``."""
+"""Opens a page that shows a robot while the program continues: ``ulna.view``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Refuses requests of foreign pages: pages of other sites that are open in the same browser. Used by ``page``.
+"""Refuses requests of foreign pages: pages of other sites that are open in the same browser.
 
 A browser lets any page open a websocket to 127.0.0.1, and sends the page's address in the header ``Origin``. viser does not check
 it. Source: RFC 6455, section 10.2. A foreign host name can resolve to this machine (DNS rebinding): CWE-350.

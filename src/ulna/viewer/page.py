@@ -1,4 +1,4 @@
-"""Starts and stops the server of a page on this machine. Used by ``view`` and the demo."""
+"""Starts and stops the server of a page on this machine."""
 
 import contextlib
 import errno

@@ -1,4 +1,4 @@
-"""Colours (red, green, blue in 0..255) and opacities of everything drawn. Used by the page, the film and the demo.
+"""Colours (red, green, blue in 0..255) and opacities of everything drawn.
 
 Free and touching shapes also differ in lightness or opacity, for people who cannot distinguish red from green.
 """

@@ -1,4 +1,4 @@
-"""Makes a plain body for a robot without visuals: tubes from joint to joint, and housings. Used by ``visuals``."""
+"""Makes a plain body for a robot without visuals: tubes from joint to joint, and housings."""
 
 from collections.abc import Iterable, Iterator
 

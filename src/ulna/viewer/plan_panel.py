@@ -1,4 +1,4 @@
-"""Shows a plan: handles of the goal, the hand's path as a line, the reason if there is none; plays it. Used by ``view``."""
+"""Shows a plan: handles of the goal, the hand's path as a line, the reason if there is none; plays it."""
 
 import time
 from collections.abc import Callable

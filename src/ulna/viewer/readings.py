@@ -1,4 +1,4 @@
-"""Shows in panel and scene the nearest pair, the manipulability ellipsoid and the singular values. Used by ``view``."""
+"""Shows in panel and scene the nearest pair, the manipulability ellipsoid and the singular values."""
 
 import numpy as np
 import viser

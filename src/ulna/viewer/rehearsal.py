@@ -1,4 +1,4 @@
-"""Makes each kind of call of a page once, so that its kernels are compiled ahead. Used by ``view``."""
+"""Makes each kind of call of a page once, so that its kernels are compiled ahead."""
 
 from collections.abc import Callable, Iterator
 

@@ -1,4 +1,4 @@
-"""Rounds numbers for a form, and finds those that were typed over. Used by ``obstacle_form`` and ``hand_pose``."""
+"""Rounds numbers for a form, and finds those that were typed over."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A shape with its pose and colour, as pictures show it. Used by the film and the demo."""
+"""A shape with its pose and colour, as pictures show it."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass

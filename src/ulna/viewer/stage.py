@@ -1,4 +1,4 @@
-"""Sets the floor and the camera of a page to the size of its robot. Used by ``view`` and the demo."""
+"""Sets the floor and the camera of a page to the size of its robot."""
 
 import numpy as np
 import viser

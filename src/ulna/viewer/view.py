@@ -1,4 +1,4 @@
-"""Shows a robot on a page, moved by its joints and its hand among obstacles, beside the program. Used by ``ulna.view``."""
+"""Shows a robot on a page, moved by its joints and its hand among obstacles, beside the program."""
 
 import html
 import time

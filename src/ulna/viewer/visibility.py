@@ -1,4 +1,4 @@
-"""Shows and hides visuals, collision shapes, frames and names; and shows the tree. Used by ``view``."""
+"""Shows and hides visuals, collision shapes, frames and names; and shows the tree."""
 
 import viser
 

@@ -1,4 +1,4 @@
-"""Makes the triangles of links and shapes: meshes with their materials, shapes, or the plain body. Used by ``arm``, the film."""
+"""Makes the triangles of links and shapes: meshes with their materials, shapes, or the plain body."""
 
 from dataclasses import dataclass
 

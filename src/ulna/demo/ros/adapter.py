@@ -1,4 +1,4 @@
-"""Imports ``ros1`` and ``ros2``, which need ROS; an error says what is missing. Used by the commands and hw2."""
+"""Imports ``ros1`` and ``ros2``, which need ROS; an error says what is missing."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Starts programs that end with this one. Used by ``ros1_demo``."""
+"""Starts programs that end with this one."""
 
 import signal
 import subprocess

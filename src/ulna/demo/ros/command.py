@@ -1,4 +1,4 @@
-"""``ulna ros1`` and ``ulna ros2``: the demo in RViz. Used by ``demo.command``."""
+"""``ulna ros1`` and ``ulna ros2``: the demo in RViz."""
 
 from importlib import import_module
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Makes the URDF that RViz and robot_state_publisher read. Used by ``ros1_demo``, ``ros2`` and ``ulna ros1 description``."""
+"""Makes the URDF that RViz and robot_state_publisher read."""
 
 from collections.abc import Callable
 

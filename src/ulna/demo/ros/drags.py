@@ -1,4 +1,4 @@
-"""Computes how the box is dragged in the video of RViz: the pointer, the events and the box. Used by ``screencast``."""
+"""Computes how the box is dragged in the video of RViz: the pointer, the events and the box."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, noted until a node can end. Used by ``ros1``, ``ros2`` and ``adapter``."""
+"""Ctrl-C and SIGTERM, noted until a node can end."""
 
 import signal
 import sys

@@ -1,4 +1,4 @@
-"""Compiles a node's kernels in another thread, so that Ctrl-C ends the node meanwhile. Used by ``ros1`` and the commands."""
+"""Compiles a node's kernels in another thread, so that Ctrl-C ends the node meanwhile."""
 
 from __future__ import annotations
 

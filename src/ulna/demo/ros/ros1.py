@@ -1,4 +1,4 @@
-"""The demo as nodes of ROS 1: the arm with its light, and the box. Used by ``ros1_demo``, ``screencast`` and hw2."""
+"""The demo as nodes of ROS 1: the arm with its light, and the box."""
 
 # pyright: reportMissingImports=false
 

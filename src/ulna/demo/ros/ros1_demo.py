@@ -1,4 +1,4 @@
-"""Starts everything that the demo needs of ROS 1, and ends it. Used by ``ulna ros1 demo`` and ``rviz_video``."""
+"""Starts everything that the demo needs of ROS 1, and ends it."""
 
 # pyright: reportMissingImports=false
 

@@ -1,4 +1,4 @@
-"""The demo as one node of ROS 2: joints, tf, the description, the light, the box. Used by ``ulna ros2 demo``."""
+"""The demo as one node of ROS 2: joints, tf, the description, the light, the box."""
 
 # pyright: reportMissingImports=false
 

@@ -1,4 +1,4 @@
-"""Records the demo in RViz on a virtual screen as a video. Used by ``ulna ros1 record``.
+"""Records the demo in RViz on a virtual screen as a video.
 
 The video is made frame by frame: the arm advances by a tenth of a second, the box by a step, and the frame is taken when RViz has
 drawn both. So the video has the right speed, however slowly this machine draws.

@@ -1,4 +1,4 @@
-"""Projects points of the scene into RViz's window, by the camera of ``demo.rviz``. Used by ``screencast``, tests."""
+"""Projects points of the scene into RViz's window, by the camera of ``demo.rviz``."""
 
 from importlib.resources import files
 

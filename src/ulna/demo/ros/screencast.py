@@ -1,4 +1,4 @@
-"""Takes the frames of a video of RViz, in which the box is dragged by its arrows. Used by ``rviz_video``.
+"""Takes the frames of a video of RViz, in which the box is dragged by its arrows.
 
 A frame is taken when RViz has drawn the arm and the box of that moment, with the light. The box is moved by the messages that
 RViz publishes while its mouse drags a handle, and the pointer is moved along with it. A mouse alone may miss: RViz finds what is

@@ -1,4 +1,4 @@
-"""Starts an X display without a monitor, by Xvfb; sees its pixels and moves its pointer, by xdotool. Used by ``screencast``."""
+"""Starts an X display without a monitor, by Xvfb; sees its pixels and moves its pointer, by xdotool."""
 
 import os
 import subprocess

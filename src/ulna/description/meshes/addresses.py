@@ -1,4 +1,4 @@
-"""Rewrites mesh paths in URDF text as absolute ``file://`` addresses. Used by ``load`` and ``Robot``.
+"""Rewrites mesh paths in URDF text as absolute ``file://`` addresses.
 
 For programs that cannot resolve ``package://``, such as RViz.
 """

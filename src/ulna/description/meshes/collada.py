@@ -1,4 +1,4 @@
-"""Checks a Collada file and writes it with a flat scene: each instance of a geometry with one matrix. Used by ``reader``.
+"""Checks a Collada file and writes it with a flat scene: each instance of a geometry with one matrix.
 
 Source: Collada 1.4.1 specification, chapters 4 and 5. As in RViz, the unit of the asset is applied and its ``up_axis`` is not,
 since the URDF gives the orientation of the mesh. (Assimp applies both; Pinocchio and Coal, which read with Assimp, apply

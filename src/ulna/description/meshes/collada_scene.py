@@ -1,4 +1,4 @@
-"""Walks the nodes of a Collada scene, each instance of a geometry with its pose. Used by ``collada``.
+"""Walks the nodes of a Collada scene, each instance of a geometry with its pose.
 
 A node may be instanced many times, and so may the nodes within it: with forty levels, a file of 3 KB has 10^12 triangles. So the
 instances are counted first, in one pass over the nodes.

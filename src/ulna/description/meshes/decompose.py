@@ -1,4 +1,4 @@
-"""Replaces a description's collision meshes by convex pieces, by CoACD. Used by ``robot``.
+"""Replaces a description's collision meshes by convex pieces, by CoACD.
 
 Source: Wei et al., Approximate Convex Decomposition for 3D Meshes with Collision-Aware Concavity and Tree Search, SIGGRAPH 2022.
 """

@@ -1,4 +1,4 @@
-"""Decomposes a mesh with CoACD, as the program of a child process. Used by ``decompose``.
+"""Decomposes a mesh with CoACD, as the program of a child process.
 
 Arrays are passed through pipes, as NumPy's files. The process confines itself before it reads the mesh.
 """

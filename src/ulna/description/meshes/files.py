@@ -1,4 +1,4 @@
-"""Finds the files of meshes, within the folders that a description may read. Used by ``hulls``, ``inspection`` and ``viewer``.
+"""Finds the files of meshes, within the folders that a description may read.
 
 A description may come from a stranger, so not every file that it names is opened (``readable``).
 """

@@ -1,4 +1,4 @@
-"""Replaces the collision meshes of a description by their convex hulls. Used by ``Robot``."""
+"""Replaces the collision meshes of a description by their convex hulls."""
 
 import hashlib
 from collections.abc import Callable

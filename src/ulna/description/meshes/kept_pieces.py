@@ -1,4 +1,4 @@
-"""Caches the convex pieces of meshes on disk, in the user's own cache folder. Used by ``decompose`` and its child process."""
+"""Caches the convex pieces of meshes on disk, in the user's own cache folder."""
 
 import contextlib
 import io

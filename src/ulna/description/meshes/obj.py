@@ -1,4 +1,4 @@
-"""Checks a Wavefront OBJ file and writes it with one statement a line, triangles only, indices from 1. Used by ``reader``."""
+"""Checks a Wavefront OBJ file and writes it with one statement a line, triangles only, indices from 1."""
 
 import re
 from io import StringIO

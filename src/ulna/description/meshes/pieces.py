@@ -1,4 +1,4 @@
-"""Groups the triangles of a mesh by approximate convex pieces, and measures what their hulls add. Used by ``decompose_child``.
+"""Groups the triangles of a mesh by approximate convex pieces, and measures what their hulls add.
 
 A decomposition works on a closed surface that is remeshed, so its pieces are near the mesh but do not contain it. Here each
 triangle of the mesh is assigned to one piece, and a piece becomes the hull of its triangles: together they contain the surface.

@@ -1,4 +1,4 @@
-"""A mesh file rewritten in the simplest form of its format, and its number of triangles. Used by each format's reader."""
+"""A mesh file rewritten in the simplest form of its format, and its number of triangles."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Reads a mesh file with trimesh, the same for what is checked and what is drawn. Used by ``hulls``, the viewer, ``inspect``.
+"""Reads a mesh file with trimesh, the same for what is checked and what is drawn.
 
 A file of a format with many notations is first rewritten in one notation (``stl``, ``obj``, ``collada``). Afterwards the
 triangles are counted. So a file is read completely, or refused.

@@ -1,4 +1,4 @@
-"""Checks an STL file and writes it as binary STL, which is unambiguous. Used by ``reader``."""
+"""Checks an STL file and writes it as binary STL, which is unambiguous."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Lists the robots that come with Ulna, by name. Used by ``load`` and ``by_name``."""
+"""Lists the robots that come with Ulna, by name."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Finds robots of ``example-robot-data`` and ``robot_descriptions`` by name. Downloads nothing. Used by ``load``."""
+"""Finds robots of ``example-robot-data`` and ``robot_descriptions`` by name. Downloads nothing."""
 
 from dataclasses import dataclass
 from pathlib import Path

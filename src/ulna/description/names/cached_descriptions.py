@@ -1,4 +1,4 @@
-"""Finds the robots of the package robot_descriptions that are in its cache. Used by ``by_name``.
+"""Finds the robots of the package robot_descriptions that are in its cache.
 
 The package is github.com/robot-descriptions/robot_descriptions.py. Its modules download when they are imported. So each is run
 with a replacement for the one function that downloads: it returns the folder in the cache, or raises an error that says how to

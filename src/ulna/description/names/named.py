@@ -1,4 +1,4 @@
-"""Holds what a robot's name refers to: a file, and what it needs to be read. Used by ``by_name``, ``cached_descriptions``."""
+"""Holds what a robot's name refers to: a file, and what it needs to be read."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

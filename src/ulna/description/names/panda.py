@@ -1,4 +1,4 @@
-"""Holds the Panda's DH table from the assignment and its home configuration. Used by ``bundled`` and the demo."""
+"""Holds the Panda's DH table from the assignment and its home configuration."""
 
 from math import pi
 

@@ -1,4 +1,4 @@
-"""Expands xacro to URDF text, in a child process that may only compute. Used by ``document``."""
+"""Expands xacro to URDF text, in a child process that may only compute."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path

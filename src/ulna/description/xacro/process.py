@@ -1,4 +1,4 @@
-"""Starts the child process that expands a xacro document, passes it files, and ends it in time. Used by ``expand``."""
+"""Starts the child process that expands a xacro document, passes it files, and ends it in time."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""Expands a xacro document that only defines a macro, by calling it. Used by ``expand``.
+"""Expands a xacro document that only defines a macro, by calling it.
 
 The course's ``franka_robot.urdf`` is such a document.
 """

@@ -1,4 +1,4 @@
-"""Adds joints to an arm of fewer than six, so that it is one of six. Used by ``closed_form.six_joints``.
+"""Adds joints to an arm of fewer than six, so that it is one of six.
 
 An added joint is *free* where the task leaves its turn open: three about the link's origin for a position, one about the axis of
 a pointing. Otherwise it is *at rest*: a solution of the six joints is one of the arm where the added joint does not turn. They

@@ -1,4 +1,4 @@
-"""Finds the axes of the joints that a closed form moves, in the zero configuration. Used by ``closed_form.six_joints``."""
+"""Finds the axes of the joints that a closed form moves, in the zero configuration."""
 
 from dataclasses import dataclass
 

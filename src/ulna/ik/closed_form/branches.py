@@ -1,4 +1,4 @@
-"""Computes all branches of an arm by its closed form, turned into the limits. Used by the solvers of ``ik``."""
+"""Computes all branches of an arm by its closed form, turned into the limits."""
 
 from dataclasses import dataclass
 

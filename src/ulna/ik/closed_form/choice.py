@@ -1,4 +1,4 @@
-"""Takes of all branches within the limits the best by a rank, clear of a world. Used by ``closed_form.solver``."""
+"""Takes of all branches within the limits the best by a rank, clear of a world."""
 
 from __future__ import annotations
 

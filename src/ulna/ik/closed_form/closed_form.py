@@ -1,4 +1,4 @@
-"""Says whether an arm has a closed form, and of which family. Used by ``Robot``, ``ik.all_solutions`` and the solvers."""
+"""Says whether an arm has a closed form, and of which family."""
 
 from dataclasses import dataclass, field
 from functools import lru_cache

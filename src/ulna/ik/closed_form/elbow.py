@@ -1,4 +1,4 @@
-"""Computes the branches of arms with a spherical shoulder and wrist at samples of the elbow's angle. Used by ``solutions``.
+"""Computes the branches of arms with a spherical shoulder and wrist at samples of the elbow's angle.
 
 The three axes at the shoulder S intersect, and the three at the wrist W; axis 4 is the elbow's. The redundancy is the angle by
 which the arm is turned about the line from S to W; it is 0 where the plane of the elbow holds the first axis.

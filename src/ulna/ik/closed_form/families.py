@@ -1,4 +1,4 @@
-"""Finds to which family of closed forms six axes belong, and by how much they miss it. Used by ``closed_form.six_joints``.
+"""Finds to which family of closed forms six axes belong, and by how much they miss it.
 
 Source of the families: Ostermeier, Kuelz and Althoff, Automatic geometric decomposition for analytical inverse kinematics
 (EAIK, 2024), table 1; of the parallel and intersecting axes that they need: Elias and Wen, IK-Geo (2022).

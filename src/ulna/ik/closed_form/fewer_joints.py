@@ -1,4 +1,4 @@
-"""Takes from the branches of six joints, some of them added, those of the arm's own joints. Used by ``closed_form.branches``.
+"""Takes from the branches of six joints, some of them added, those of the arm's own joints.
 
 1. All branches of the six joints.
 2. Where joints were added that have to be at rest: a branch in which they nearly are is a start. Newton steps of the other

@@ -1,4 +1,4 @@
-"""Moves targets instead of a held joint at either end of a chain: so one form serves all its places. Used by ``branches``."""
+"""Moves targets instead of a held joint at either end of a chain: so one form serves all its places."""
 
 import numpy as np
 from numpy.typing import NDArray

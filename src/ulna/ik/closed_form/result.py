@@ -1,4 +1,4 @@
-"""Holds all solutions of targets, and what is proved of them. Used by ``Robot.all_solutions``."""
+"""Holds all solutions of targets, and what is proved of them."""
 
 from dataclasses import dataclass, fields
 from enum import StrEnum

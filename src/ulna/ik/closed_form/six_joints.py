@@ -1,4 +1,4 @@
-"""Computes all branches of targets by the closed form of six joints, the others at one place. Used by ``closed_form``.
+"""Computes all branches of targets by the closed form of six joints, the others at one place.
 
 Of an arm of fewer joints some are added (``added_joints``).
 """

@@ -1,4 +1,4 @@
-"""Solves by the closed form, where the arm has one: the branch nearest to the seed. Used by ``ik.inverse_kinematics``."""
+"""Solves by the closed form, where the arm has one: the branch nearest to the seed."""
 
 from __future__ import annotations
 

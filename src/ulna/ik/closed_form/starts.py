@@ -1,4 +1,4 @@
-"""Finds starts of a search for arms of seven joints: branches of their closed form. Used by ``ik.numeric``.
+"""Finds starts of a search for arms of seven joints: branches of their closed form.
 
 The held joint is put to eight places: that of the seed, and seven more spread over its range. Of the branches within the limits
 the nearest to the seed, or those of the best rank, are the starts; of an exact form each is a solution already.

@@ -1,4 +1,4 @@
-"""Lays out six axes of a family as the table of the kernels. Used by ``closed_form.six_joints``."""
+"""Lays out six axes of a family as the table of the kernels."""
 
 import numpy as np
 from numpy.typing import NDArray

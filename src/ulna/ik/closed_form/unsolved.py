@@ -1,4 +1,4 @@
-"""Completes a closed form's results by those of the search, for targets without one within the limits. Used by ``solver``."""
+"""Completes a closed form's results by those of the search, for targets without one within the limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lists every whole turn of solutions that the joint limits allow. Used by ``ik.all_solutions``."""
+"""Lists every whole turn of solutions that the joint limits allow."""
 
 from collections.abc import Iterator
 from itertools import product

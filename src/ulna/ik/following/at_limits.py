@@ -1,4 +1,4 @@
-"""Adds solutions that whole turns bring to a limit, as far as their angles are known. Used by ``branches``.
+"""Adds solutions that whole turns bring to a limit, as far as their angles are known.
 
 The closed form puts a branch at the limits that it is hardly beyond in the turn that is nearest to a seed. In another turn it may
 be hardly beyond a limit as well: there it is a solution of its own, the joint at the limit and the others where they make good

@@ -1,4 +1,4 @@
-"""Continues a joint path pose by pose, from many configurations of the redundancy at once. Used by ``redundant``.
+"""Continues a joint path pose by pose, from many configurations of the redundancy at once.
 
 Each pose has a set of configurations in which a path ends. Guesses are these and some at random distances from them, brought
 to the next pose by the search. Kept is what is within the limits, no more than a step away and clear of the world, none near

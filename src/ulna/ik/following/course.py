@@ -1,4 +1,4 @@
-"""Holds a path of poses and what a joint path through it must keep to. Used by the rest of this folder."""
+"""Holds a path of poses and what a joint path through it must keep to."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds why no joint path leads on to a pose. Used by ``follow``.
+"""Finds why no joint path leads on to a pose.
 
 1. Continue the ends of all paths to the pose: within the limits, and without them.
 2. What continues within a step but collides: the collision is the reason. What continues beyond the limits: the limits.

@@ -1,4 +1,4 @@
-"""Finds the joint path through a path of poses, or why there is none. Used by ``ik.inverse_kinematics``."""
+"""Finds the joint path through a path of poses, or why there is none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds the best chain through layers of solutions by dynamic programming (Bellman 1957). Used by ``branches``, ``redundant``.
+"""Finds the best chain through layers of solutions by dynamic programming (Bellman 1957).
 
 The cost of a chain is the sum of its nodes' costs and of the squared joint steps of its edges. Edges are listed once, whole turns
 aside; a node is searched for every lift (``lifts``) that is within the limits.

@@ -1,4 +1,4 @@
-"""Makes edges of a layered graph when they are first needed, less those found wrong. Used by ``branches`` and ``redundant``."""
+"""Makes edges of a layered graph when they are first needed, less those found wrong."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Numbers the whole turns that limits allow, and measures steps, whole turns aside. Used by the rest of this folder.
+"""Numbers the whole turns that limits allow, and measures steps, whole turns aside.
 
 A solution is kept once: each joint that can make whole turns is in the first turn from its lower limit on. A *lift* adds
 turns. Two solutions less than half a turn apart differ by one shift of the lifts, so a graph of solutions is searched once for

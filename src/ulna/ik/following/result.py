@@ -1,4 +1,4 @@
-"""Holds a joint path through poses, or why there is none. Used by ``Robot.follow``."""
+"""Holds a joint path through poses, or why there is none."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,4 +1,4 @@
-"""Shortens a joint path through poses by moving along the redundancy. Used by ``redundant``."""
+"""Shortens a joint path through poses by moving along the redundancy."""
 
 import numpy as np
 from numpy.typing import NDArray

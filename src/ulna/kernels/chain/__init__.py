@@ -1,1 +1,1 @@
-"""Forward kinematics and Jacobians of a chain or a tree. Used by ``drivers``, ``kernels.collision`` and ``kernels.ik``."""
+"""Forward kinematics and Jacobians of a chain or a tree."""

@@ -1,4 +1,4 @@
-"""Says how much of their digits angles keep that are computed one from the other. Used by the closed forms of this folder.
+"""Says how much of their digits angles keep that are computed one from the other.
 
 An equation for an angle has two roots. With ``sure``, a^4 for an amplitude a, and ``apart``, the share of a^2 that its
 discriminant is, what the equation is off by, delta, moves the angle by delta / (a sqrt(apart)): at a double root by

@@ -1,4 +1,4 @@
-"""Computes all branches of inverse kinematics of six joints in closed form. Used by ``drivers.closed_form``.
+"""Computes all branches of inverse kinematics of six joints in closed form.
 
 1. From the target T to the motion G = T T(0)^-1 of the end, its rotation made exact, lengths as shares of the reach; inverted if
    the chain is seen from its end.

@@ -1,4 +1,4 @@
-"""Numbers the rows of the table of a closed form and its families. Used by the kernels and by ``ik.closed_form``.
+"""Numbers the rows of the table of a closed form and its families.
 
 The arm in its zero configuration, as a product of exponentials: the motion G(q) = T(q) T(0)^-1 of the end is that of six turns,
 the last first. All vectors are in the base's axes. Lengths are shares of the reach, so that one threshold serves every arm.

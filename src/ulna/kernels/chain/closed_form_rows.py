@@ -1,4 +1,4 @@
-"""Reads the tables of a closed form and writes its branches. Used by the closed forms of this folder."""
+"""Reads the tables of a closed form and writes its branches."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load, sqrt, store, where

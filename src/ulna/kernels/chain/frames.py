@@ -1,4 +1,4 @@
-"""Turns vectors in the frame of an axis, where a turn about it changes two numbers. Used by the closed forms of this folder.
+"""Turns vectors in the frame of an axis, where a turn about it changes two numbers.
 
 The frame F of an axis h has the columns n, h x n and h (NORMALS and AXES of the table). A matrix is a tuple of three rows.
 """

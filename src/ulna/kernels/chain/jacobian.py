@@ -1,4 +1,4 @@
-"""Computes the geometric Jacobian of a chain's end, linear part first. Used by the Jacobian's driver and by ``kernels.ik``.
+"""Computes the geometric Jacobian of a chain's end, linear part first.
 
 Column j is the velocity of the end for a unit rate of entry j of q.
 

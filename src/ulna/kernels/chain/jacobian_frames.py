@@ -1,3 +1,3 @@
-"""Numbers the frames in which a Jacobian may be expressed. Used by the Jacobian's kernels and by ``kinematics.jacobian``."""
+"""Numbers the frames in which a Jacobian may be expressed."""
 
 BASE, LINK, SPATIAL = 0, 1, 2

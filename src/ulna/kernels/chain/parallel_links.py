@@ -1,4 +1,4 @@
-"""Solves two links about parallel axes 2 and 3, in the frame of these. Used by the closed forms of arms that have such.
+"""Solves two links about parallel axes 2 and 3, in the frame of these.
 
 In the frame F of axis 2 (``frames``) v = F' R_1' p - F' P_1 is a plane vector, but for its part along the axis, which is known.
 Two is P_2 and three is P_3 there: v = R_2 (two + R_3 three).

@@ -1,4 +1,4 @@
-"""Solves six revolute joints: a spherical wrist, axes 2 and 3 parallel, as industrial arms have. Used by ``closed_form``.
+"""Solves six revolute joints: a spherical wrist, axes 2 and 3 parallel, as industrial arms have.
 
 It is the first family of ``spherical_wrist``, with its steps and sources, in the frame of axis 2 (``parallel_links``).
 """

@@ -1,4 +1,4 @@
-"""Computes the pose of a joint, of a chain's end and of all joints of a tree. Used by drivers, ``posed_pair``, ``jacobian``.
+"""Computes the pose of a joint, of a chain's end and of all joints of a tree.
 
 A joint turns by an angle, whose sine and cosine are needed, or slides by a length. For eight configurations of a chain these are
 computed for all joints first, and then the poses. A sine is a long chain of operations, each of which waits for the one before; a

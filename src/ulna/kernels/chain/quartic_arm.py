@@ -1,4 +1,4 @@
-"""Solves six revolute joints whose first equation is a quartic. Used by ``closed_form``.
+"""Solves six revolute joints whose first equation is a quartic.
 
 Two families, in the notation of ``three_parallel`` and ``spherical_wrist``. Each has two equations that are linear in the sines
 and cosines of q_1 and of one other angle, and so is a pair of circles (``two_circles``); what is left is as in those.

@@ -1,4 +1,4 @@
-"""Solves arms with a spherical wrist whose first three joints slide, one, two or all of them. Used by ``closed_form``.
+"""Solves arms with a spherical wrist whose first three joints slide, one, two or all of them.
 
 The position of the wrist's centre is p = M_1 (P_1 + M_2 (P_2 + M_3 P_3)), where M_i v = R_i v for a joint that turns, and
 v + d_i h_i for one that slides. It gives the first three joints, then the rotation the others, as in ``spherical_wrist``.

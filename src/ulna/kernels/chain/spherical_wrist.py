@@ -1,4 +1,4 @@
-"""Solves six revolute joints: a spherical wrist, two axes before it parallel or intersecting. Used by ``closed_form``.
+"""Solves six revolute joints: a spherical wrist, two axes before it parallel or intersecting.
 
 The position of the wrist's centre gives the first three angles, then the rotation the others.
 

@@ -1,4 +1,4 @@
-"""Solves the Paden-Kahan subproblems, in least squares where they have no solution. Used by the closed forms of this folder.
+"""Solves the Paden-Kahan subproblems, in least squares where they have no solution.
 
 Each is for one angle of a rotation. An angle is a pair, its sine and cosine. ``rot(k, angle)`` turns about the unit vector k.
 

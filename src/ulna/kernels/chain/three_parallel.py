@@ -1,4 +1,4 @@
-"""Solves arms of six revolute joints whose axes 2, 3 and 4 are parallel and 5 and 6 intersect. Used by ``closed_form``.
+"""Solves arms of six revolute joints whose axes 2, 3 and 4 are parallel and 5 and 6 intersect.
 
 So are Universal Robots' arms. The angle of axes 2, 3 and 4 together is that of R_2 R_3 R_4 = rot(h_2, bend).
 

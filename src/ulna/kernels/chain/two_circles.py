@@ -1,4 +1,4 @@
-"""Finds two unit vectors of the plane with y = u - B x, of which there are up to four pairs. Used by ``quartic_arm``.
+"""Finds two unit vectors of the plane with y = u - B x, of which there are up to four pairs.
 
 It is subproblem 6 of Elias and Wen (IK-Geo, 2022, section 3): two equations linear in the sines and cosines of two angles. There
 it is a quartic; here, its geometry: the image of one circle, an ellipse, meets another circle. The angle of x is theta.

@@ -1,4 +1,4 @@
-"""Bounds how far the bodies of each joint move in an interval of an edge. Used by ``interval`` and ``drivers.free_edge``.
+"""Bounds how far the bodies of each joint move in an interval of an edge.
 
 On q(t) = q_a + t (q_b - q_a) a point p of a body moves by no more than h |p'(c)| + h^2 / 2 max |p''| from the middle c of an
 interval to its ends, h away (Taylor). Its velocity at the middle is exact. With r_k the rate of joint k, and M_k the greatest

@@ -1,4 +1,4 @@
-"""Computes the AABB of a body and searches a BVH of a world's objects. Used by overlap, nearest pair, contacts, ``reached``.
+"""Computes the AABB of a body and searches a BVH of a world's objects.
 
 The tree is complete: eight children a node, node 0 the root, node i above nodes 8 i + 1 to 8 i + 8, and under the nodes of the
 last level the objects, eight a node, in the order of their table. So it needs no pointers: a node is six rows of eight numbers,

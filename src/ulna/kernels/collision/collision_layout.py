@@ -1,4 +1,4 @@
-"""What the collision kernels write: status codes and columns. Plain numbers only. Used by them, the drivers and ``collision``."""
+"""What the collision kernels write: status codes and columns. Plain numbers only."""
 
 # Overlap of one configuration.
 FREE, OVERLAPS, OUT_OF_RANGE = 0, 1, 2

@@ -1,4 +1,4 @@
-"""Computes distance, witness points, normal and distance gradient of one pair. Used by ``drivers.contacts``.
+"""Computes distance, witness points, normal and distance gradient of one pair.
 
 A pair is a body of the robot and another, or an object of the world, numbered from the last body on.
 """

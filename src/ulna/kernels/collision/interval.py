@@ -1,4 +1,4 @@
-"""Decides of eight intervals of an edge which are free. Used by ``drivers.free_edge``.
+"""Decides of eight intervals of an edge which are free.
 
 An interval has one of three outcomes, each from one distance at its middle, d, and a bound on the motion in it, ``reach``:
 

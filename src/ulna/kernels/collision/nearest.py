@@ -1,4 +1,4 @@
-"""Finds the pair of least signed distance: robot with itself, robot with world. Used by ``drivers.nearest``.
+"""Finds the pair of least signed distance: robot with itself, robot with world.
 
 A result is three numbers: the distance [m], infinite if there is no pair; the body of
 the robot; the other body of the robot, or the object, numbered from the last body on.

@@ -1,4 +1,4 @@
-"""Tests whether the robot at q overlaps itself or the world. Used by ``drivers.overlap``.
+"""Tests whether the robot at q overlaps itself or the world.
 
 Pairs and unindexed objects are tested one by one, the other objects where the BVH finds them (``scene``, ``bvh``).
 """

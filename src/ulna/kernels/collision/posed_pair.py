@@ -1,4 +1,4 @@
-"""Computes poses of the robot's bodies at q, and distance or overlap of pairs of rows. Used by the other files here.
+"""Computes poses of the robot's bodies at q, and distance or overlap of pairs of rows.
 
 Each table comes with its vertices. If either is None, all shapes are boxes. A scene of boxes, the most frequent, thus compiles
 without GJK and EPA, in a fraction of the time.

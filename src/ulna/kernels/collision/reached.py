@@ -1,4 +1,4 @@
-"""Finds the nodes of the BVH that a body can reach in any of eight intervals of an edge. Used by ``interval``.
+"""Finds the nodes of the BVH that a body can reach in any of eight intervals of an edge.
 
 The children of a node are tested twice. First all eight at once, a lane each, against one AABB round the body in all intervals.
 Then each that is left against the body in all eight intervals at once, a lane each: the distance of the body's bounding ball,

@@ -1,4 +1,4 @@
-"""Computes the distance of a point from the box round a body's core. Used by ``interval`` and ``reached``.
+"""Computes the distance of a point from the box round a body's core.
 
 A body is a core swept by a ball of RADIUS (``kernels.layout``). The smallest box that holds the core is the core itself for a
 sphere, a capsule and a box: then the distance from it, less the radius, is that of the body. Else it is a lower bound.

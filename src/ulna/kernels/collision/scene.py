@@ -1,4 +1,4 @@
-"""Names the parts of a robot and a world as the kernels take them. Used by every kernel and driver of collision.
+"""Names the parts of a robot and a world as the kernels take them.
 
 An entry takes the parts one by one (``entry(*scene, q)``) and puts them together again: a call with a tuple takes 600 ns
 longer than one with its arrays.

@@ -1,1 +1,1 @@
-"""Two convex shapes: overlap, distance, penetration depth. Used by ``kernels.collision``."""
+"""Two convex shapes: overlap, distance, penetration depth."""

@@ -1,4 +1,4 @@
-"""Computes the exact signed distance of two oriented boxes, with witness points and normal. Used by ``pairs``, ``posed_pair``.
+"""Computes the exact signed distance of two oriented boxes, with witness points and normal.
 
 Boxes apart. The pairs of nearest points form a convex set; at a corner of that set the faces of the two boxes in which the
 points lie have no direction in common, so that one point is a corner of its box, or both lie within edges that cross. And

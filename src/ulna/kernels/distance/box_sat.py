@@ -1,4 +1,4 @@
-"""Tests two oriented boxes by the fifteen axes of the separating-axis theorem. Used by ``box_distance``, ``posed_pair``.
+"""Tests two oriented boxes by the fifteen axes of the separating-axis theorem.
 
 Source: Gottschalk, Lin and Manocha, OBBTree (SIGGRAPH 1996), section 5; the layout follows Ericson, Real-Time Collision
 Detection (2005), section 4.4.1. Two convex bodies are apart exactly if their projections on some axis are; for boxes the

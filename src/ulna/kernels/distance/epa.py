@@ -1,4 +1,4 @@
-"""Computes how deep two convex cores overlap, by the expanding polytope algorithm. Used by ``pairs`` and the drivers.
+"""Computes how deep two convex cores overlap, by the expanding polytope algorithm.
 
 The algorithm takes one pair of plain numbers. The Minkowski difference, all p - q for points p of A and q of B, is convex and
 contains the origin. The depth is the distance from the origin to its surface, and the outward normal there is the direction of

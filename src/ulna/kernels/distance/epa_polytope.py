@@ -1,4 +1,4 @@
-"""Grows a polytope of support points of the Minkowski difference of two cores. Used by ``epa``.
+"""Grows a polytope of support points of the Minkowski difference of two cores.
 
 A point is a row of the points: the difference w = p - q, then p. A face is a row of the faces: the indices of its corners,
 counter-clockwise seen from outside, its unit normal, and its offset from the origin.

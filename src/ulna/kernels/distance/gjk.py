@@ -1,4 +1,4 @@
-"""Computes the distance of two convex cores that do not overlap, by GJK. Used by ``pairs``, ``epa`` and ``epa_polytope``.
+"""Computes the distance of two convex cores that do not overlap, by GJK.
 
 Source: Gilbert, Johnson and Keerthi, IEEE J. Robotics and Automation 1988.
 

@@ -1,4 +1,4 @@
-"""Computes the signed distance of a convex shape from a half-space. Used by ``pairs``."""
+"""Computes the signed distance of a convex shape from a half-space."""
 
 from ulna.engine.decorators import kernel
 from ulna.kernels.distance.support import support

@@ -1,4 +1,4 @@
-"""Computes signed distance, witness points, normal and overlap of two bodies of any shapes. Used by ``posed_pair``.
+"""Computes signed distance, witness points, normal and overlap of two bodies of any shapes.
 
 A body is (kind, pose, size, vertices): a kind of ``layout``; a pose; four numbers, the half extents and the radius; and the
 points of a hull, a plain array of shape (n, 3), else of shape (0, 3). The kind and the points are the same in all lanes; pose

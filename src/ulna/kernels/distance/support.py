@@ -1,4 +1,4 @@
-"""Computes the support point of a core, its farthest along a direction. Used by ``gjk`` and ``half_space``."""
+"""Computes the support point of a core, its farthest along a direction."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Computes the signed distance of spheres and capsules: points and segments swept by a ball. Used by ``pairs``.
+"""Computes the signed distance of spheres and capsules: points and segments swept by a ball.
 
 Every function gives the signed distance of two cores [m], the nearest point of each and the unit normal from a to b, in the frame
 in which the poses are given; ``swept`` then adds the balls.

@@ -1,1 +1,1 @@
-"""One step of each inverse kinematics method. Used by the drivers of ``ulna.ik``."""
+"""One step of each inverse kinematics method."""

@@ -1,4 +1,4 @@
-"""Solves damped least squares with bounds on each unknown. Used by ``drivers.differential_ik``.
+"""Solves damped least squares with bounds on each unknown.
 
 It minimises |J x - v|^2 + lambda |x|^2 with a lower and an upper bound on every x_j.
 

@@ -1,4 +1,4 @@
-"""Computes the step of damped least squares with constant damping. Used by ``textbook`` and ``drivers.single_start``.
+"""Computes the step of damped least squares with constant damping.
 
 Source: Wampler (IEEE Trans. Systems, Man and Cybernetics 1986); Nakamura and Hanafusa (J. Dyn. Sys., Meas., Control 1986).
 

@@ -1,4 +1,4 @@
-"""Computes pose errors, solves the damped 6x6 system and keeps joints within bounds. Used by the other steps of this folder.
+"""Computes pose errors, solves the damped 6x6 system and keeps joints within bounds.
 
 Source: Levenberg (1944), Marquardt (1963); Wampler (1986) and Nakamura and Hanafusa (1986) for arms; the damping that follows
 the error is Sugihara's (IEEE Trans. Robotics 2011).

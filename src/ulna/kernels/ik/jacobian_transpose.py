@@ -1,4 +1,4 @@
-"""Computes the step of the Jacobian transpose, steepest descent. Used by ``textbook``.
+"""Computes the step of the Jacobian transpose, steepest descent.
 
 Source: Wolovich and Elliott (CDC 1984); the step length is Buss's (Introduction to Inverse Kinematics, 2004, eq. 7).
 

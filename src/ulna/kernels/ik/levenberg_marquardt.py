@@ -1,4 +1,4 @@
-"""Takes one Levenberg-Marquardt step of eight searches, a lane each. Used by ``drivers.multi_start``.
+"""Takes one Levenberg-Marquardt step of eight searches, a lane each.
 
 Rows of a search (``rows``), all caller-owned: q (n_dof); the q of the step before (n_dof); the target (12); the lower and
 then the upper bounds (2 n_dof); the state, as numbered below.

@@ -1,4 +1,4 @@
-"""Takes of the branches of a closed form the one nearest to a seed within the joint limits. Used by ``drivers.closed_form``."""
+"""Takes of the branches of a closed form the one nearest to a seed within the joint limits."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Improves configurations that nearly reach their targets, by Newton steps of the forward kinematics. Used by ``drivers``.
+"""Improves configurations that nearly reach their targets, by Newton steps of the forward kinematics.
 
 1. Evaluate the pose error and the Jacobian at q.
 2. Move by J' (J J' + lambda I)^-1 e with lambda = |e|^2 + 1e-13, which is Newton's step but where J has no inverse; within

@@ -1,4 +1,4 @@
-"""Computes the step of the pseudo-inverse, dq = J^+ e. Used by ``textbook`` and ``singular_values``.
+"""Computes the step of the pseudo-inverse, dq = J^+ e.
 
 It is the shortest of all steps that would reach the target if the arm were linear.
 

@@ -1,4 +1,4 @@
-"""Sizes of the scratch arrays of inverse kinematics. Used by its kernels and drivers, and by ``ik.differential``."""
+"""Sizes of the scratch arrays of inverse kinematics."""
 
 N_SYSTEM = 27  # rows: the lower triangle of a 6x6 matrix, then a vector of six
 N_TURNED = 42  # rows: six of the error, then the six columns of a 6x6 matrix

@@ -1,4 +1,4 @@
-"""Numbers the settings, the results and the status codes of IK searches. Used by their kernels and drivers, and ``ik.task``."""
+"""Numbers the settings, the results and the status codes of IK searches."""
 
 # NOT_A_POSE: the target is no rigid motion, or the seed out of range: the caller finds out which.
 SOLVED, NOT_FOUND, NOT_A_POSE, STATIONARY = 0, 1, 2, 3

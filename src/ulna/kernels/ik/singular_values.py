@@ -1,4 +1,4 @@
-"""Solves damped least squares by singular values, for very small damping. Used by ``bounded_least_squares``.
+"""Solves damped least squares by singular values, for very small damping.
 
 Source: Nakamura and Hanafusa (J. Dyn. Sys., Meas., Control 1986) for sigma / (sigma^2 + lambda);
 the singular values are those of ``pseudo_inverse``. lambda is added to each sigma^2 separately, so it is not lost to rounding

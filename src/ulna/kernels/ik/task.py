@@ -1,4 +1,4 @@
-"""Reduces a pose error and its Jacobian to the rows of a task. Used by ``levenberg_marquardt``, ``textbook``, ``single_start``.
+"""Reduces a pose error and its Jacobian to the rows of a task.
 
 Source: the bounds of TRAC-IK (Beeson and Ames, Humanoids 2015); the swing of an axis is the shortest rotation between two
 directions.

@@ -1,4 +1,4 @@
-"""Takes the step of a textbook method by its number, and measures steps and errors. Used by ``drivers.single_start``."""
+"""Takes the step of a textbook method by its number, and measures steps and errors."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store

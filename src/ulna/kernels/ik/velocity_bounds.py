@@ -1,4 +1,4 @@
-"""Computes the bounds of the joint velocities of one control step. Used by ``drivers.differential_ik``.
+"""Computes the bounds of the joint velocities of one control step.
 
 The bounds of entry j are the velocity limits, and what reaches the position limit at the end of the step: (limit - q) / dt. An
 entry beyond a limit returns at no more than its velocity limit.

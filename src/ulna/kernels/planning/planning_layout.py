@@ -1,4 +1,4 @@
-"""Numbers settings, state and status codes of planning. Plain numbers only. Used by its kernels, drivers and ``planning``."""
+"""Numbers settings, state and status codes of planning. Plain numbers only."""
 
 # Settings of a search.
 RANGE = 0  # the longest edge of a tree, in the metric of the space

@@ -1,4 +1,4 @@
-"""Measures distances of configurations, and steps from one towards another. Used by the drivers of plans.
+"""Measures distances of configurations, and steps from one towards another.
 
 The metric is Euclidean, with a weight for each entry of q. Of an entry that may turn for ever, the difference is taken the short
 way round. A tree is rows of eight nodes: row ``block * n_dof + k`` holds entry k of the nodes 8 block to 8 block + 7, infinite

@@ -1,4 +1,4 @@
-"""Finds the fastest motion along a path within limits of velocity and acceleration. Used by ``drivers.time_parameterisation``.
+"""Finds the fastest motion along a path within limits of velocity and acceleration.
 
 TOPP-RA (Pham and Pham, A new approach to time-optimal path parameterization based on reachability analysis, IEEE T-RO 2018). The
 path q(s) is given at grid points s_0 .. s_N; x = (ds/dt)^2 and u = d2s/dt2, which is constant in an interval. Then

@@ -1,1 +1,1 @@
-"""Rasterising and shading of pictures. Used by ``drivers.rendering``."""
+"""Rasterising and shading of pictures."""

@@ -1,4 +1,4 @@
-"""Computes the light of a surface and of the floor: sun with shadows, sky, lamp. Used by ``shading``.
+"""Computes the light of a surface and of the floor: sun with shadows, sky, lamp.
 
 Light is linear: a number is an amount of it, 1 what white paper sends back. The words used here and in ``shading``:
 

@@ -1,4 +1,4 @@
-"""Finds the samples that a triangle covers on a raster. Used by ``drivers.rendering`` and the other kernels of this folder.
+"""Finds the samples that a triangle covers on a raster.
 
 Of the triangles behind a sample the nearest counts, seen by a camera or by a light.
 

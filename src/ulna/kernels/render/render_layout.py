@@ -1,3 +1,3 @@
-"""What the raster kernels write. Plain numbers only. Used by them and ``viewer.film``."""
+"""What the raster kernels write. Plain numbers only."""
 
 NOTHING = -1  # the number of no triangle

@@ -1,4 +1,4 @@
-"""Computes the light of one sample from the triangle behind it. Used by ``drivers.rendering``."""
+"""Computes the light of one sample from the triangle behind it."""
 
 from ulna.engine.decorators import kernel, routine
 from ulna.kernels.render.illumination import floor_light, ray, surface_light

@@ -1,4 +1,4 @@
-"""Computes how much of the light behind a translucent pane it covers. Used by ``drivers.rendering``."""
+"""Computes how much of the light behind a translucent pane it covers."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt

@@ -1,1 +1,1 @@
-"""Vectors, rotations and poses. Used by all other kernels."""
+"""Vectors, rotations and poses."""

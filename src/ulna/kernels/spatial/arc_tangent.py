@@ -1,4 +1,4 @@
-"""Computes the angle of a sine and a cosine, without a division. Used by the closed forms of ``chain``."""
+"""Computes the angle of a sine and a cosine, without a division."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Computes minimum, maximum, sine, cosine and an arc tangent, and says where numbers are in range. Used by all other kernels."""
+"""Computes minimum, maximum, sine, cosine and an arc tangent, and says where numbers are in range."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Composes, loads and stores poses of twelve numbers. Used by all other kernels; the package says what rows are."""
+"""Composes, loads and stores poses of twelve numbers."""
 
 import numpy as np
 

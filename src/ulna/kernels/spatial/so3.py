@@ -1,4 +1,4 @@
-"""Computes the rotation vector of a matrix, or from one matrix to another. Used by ``ik.damped_system``."""
+"""Computes the rotation vector of a matrix, or from one matrix to another."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt, where

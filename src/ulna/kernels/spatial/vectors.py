@@ -1,4 +1,4 @@
-"""Adds, scales, multiplies and rotates vectors of three numbers. Used by all other kernels."""
+"""Adds, scales, multiplies and rotates vectors of three numbers."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import where

@@ -1,4 +1,4 @@
-"""Renders pictures and videos of any robot without a display. Used by ``ulna record`` and the demo.
+"""Renders pictures and videos of any robot without a display.
 
 It has its own renderer, since the alternatives (a browser, off-screen OpenGL, a ray tracer) would have to be installed beside
 Python. Its formulas are in ``kernels.render``, its loops over pixels in ``drivers.rendering``.

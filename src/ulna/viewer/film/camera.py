@@ -1,4 +1,4 @@
-"""A pinhole camera, and its projection in the form of the kernels' arguments. Used by ``painter`` and ``record``."""
+"""A pinhole camera, and its projection in the form of the kernels' arguments."""
 
 from dataclasses import dataclass
 from math import atan, cos, sin, tan

@@ -1,4 +1,4 @@
-"""Writes text over a finished picture. Used by ``painter``."""
+"""Writes text over a finished picture."""
 
 from dataclasses import dataclass
 from functools import cache

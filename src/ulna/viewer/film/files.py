@@ -1,4 +1,4 @@
-"""Writes a film into a file: .mp4, .gif or .png by the ending of its name. Used by ``record``."""
+"""Writes a film into a file: .mp4, .gif or .png by the ending of its name."""
 
 from collections.abc import Callable
 from errno import EISDIR

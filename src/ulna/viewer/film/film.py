@@ -1,4 +1,4 @@
-"""Paints the pictures of a film in threads, as the kernels release the interpreter's lock. Used by ``record`` and ``files``."""
+"""Paints the pictures of a film in threads, as the kernels release the interpreter's lock."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""Makes the triangles of a robot and of opaque solids, shared by all pictures. Used by ``painter`` and ``record``."""
+"""Makes the triangles of a robot and of opaque solids, shared by all pictures."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

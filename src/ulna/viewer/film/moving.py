@@ -1,4 +1,4 @@
-"""Records a robot that moves along rows of q among obstacles, with a fixed camera. Used by ``ulna record``."""
+"""Records a robot that moves along rows of q among obstacles, with a fixed camera."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Paints pictures of a robot and of solids and translucent boxes around it on the CPU, with no display. Used by ``film``."""
+"""Paints pictures of a robot and of solids and translucent boxes around it on the CPU, with no display."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Records pictures into a file: of a robot while the camera goes round it, or given ones. Used by ``ulna record``, the demo."""
+"""Records pictures into a file: of a robot while the camera goes round it, or given ones."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

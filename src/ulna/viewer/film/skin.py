@@ -1,4 +1,4 @@
-"""Makes arrays for the raster of meshes that move with frames: vertices, triangles, normals, colours. Used by ``model``."""
+"""Makes arrays for the raster of meshes that move with frames: vertices, triangles, normals, colours."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

@@ -1,1 +1,1 @@
-"""The state of a view, without a page: the robot, its hand, its joints, its clearance. Used by the page of ``viewer``."""
+"""The state of a view, without a page: the robot, its hand, its joints, its clearance."""

@@ -1,4 +1,4 @@
-"""Finds what a robot touches, and the nearest pair of it and the world. Used by ``session`` and the page."""
+"""Finds what a robot touches, and the nearest pair of it and the world."""
 
 from dataclasses import dataclass
 

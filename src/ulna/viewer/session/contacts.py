@@ -1,4 +1,4 @@
-"""Changes a step of the joints so that it ends free of collision: the arm slides along obstacles. Used by ``hand``.
+"""Changes a step of the joints so that it ends free of collision: the arm slides along obstacles.
 
 Source: Faverjon and Tournassoud, A local based approach for path planning of manipulators with a high number of degrees of
 freedom (IEEE Int. Conf. Robotics and Automation 1987): the distance of a near pair is linear in a small step.

@@ -1,4 +1,4 @@
-"""Computes the manipulability ellipsoid of a link, and the singular values of its Jacobian. Used by the page."""
+"""Computes the manipulability ellipsoid of a link, and the singular values of its Jacobian."""
 
 from dataclasses import dataclass
 

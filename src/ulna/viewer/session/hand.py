@@ -1,4 +1,4 @@
-"""Moves an arm so that its hand follows a drag, frame by frame, or gives the reason why not. Used by ``session``."""
+"""Moves an arm so that its hand follows a drag, frame by frame, or gives the reason why not."""
 
 from dataclasses import dataclass, replace
 from math import inf

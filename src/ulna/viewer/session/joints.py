@@ -1,4 +1,4 @@
-"""Describes the sliders of joints: a range for each entry of q, in groups by limbs, and mimic joints. Used by the page."""
+"""Describes the sliders of joints: a range for each entry of q, in groups by limbs, and mimic joints."""
 
 from collections import Counter
 from dataclasses import dataclass

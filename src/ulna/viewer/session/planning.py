@@ -1,4 +1,4 @@
-"""Plans the motion of a view's arm to a goal, and moves the arm along it. Used by the page."""
+"""Plans the motion of a view's arm to a goal, and moves the arm along it."""
 
 from __future__ import annotations
 

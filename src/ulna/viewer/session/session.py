@@ -1,4 +1,4 @@
-"""Holds the state of one view: q, the target of the hand, the world; and updates it in each frame. Used by the page."""
+"""Holds the state of one view: q, the target of the hand, the world; and updates it in each frame."""
 
 import threading
 from collections.abc import Callable

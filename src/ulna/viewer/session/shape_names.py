@@ -1,4 +1,4 @@
-"""Names the robot's collision shapes by their links, as the page shows them: "panda_link3 (box 2)". Used by ``session``."""
+"""Names the robot's collision shapes by their links, as the page shows them: "panda_link3 (box 2)"."""
 
 from collections import Counter
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""Chooses and colours the voxels of a reachability map, and finds the one that is clicked. Used by ``map_view``."""
+"""Chooses and colours the voxels of a reachability map, and finds the one that is clicked."""
 
 from __future__ import annotations
 

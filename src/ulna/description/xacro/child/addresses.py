@@ -1,4 +1,4 @@
-"""What stands behind ``file://``. Used by the child, and by ``description.packages``."""
+"""What stands behind ``file://``."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Refuses files, imports and processes by an audit hook (PEP 578), a weak second line. Used by ``main``.
+"""Refuses files, imports and processes by an audit hook (PEP 578), a weak second line.
 
 An audit hook is not a sandbox: Python code in this process can reach the hook and disable it. It guards against mistakes in Ulna,
 such as a file that xacro opens, or a module that it imports, without asking the parent; on Windows and macOS nothing else does.

@@ -1,4 +1,4 @@
-"""Takes files, processes, sockets and much memory from the process, by the operating system. Used by ``main`` and ``meshes``.
+"""Takes files, processes, sockets and much memory from the process, by the operating system.
 
 =============  =====================================  ========================================
 system         what holds                             what is left out

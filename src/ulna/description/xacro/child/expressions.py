@@ -1,4 +1,4 @@
-"""Computes the expressions of a xacro document from their syntax tree. Used by ``hooks``.
+"""Computes the expressions of a xacro document from their syntax tree.
 
 It supports literals, names, arithmetic, comparisons, ``and``, ``or``, ``not``, ``a if b else c``, subscripts, lists and their
 comprehensions, tuples, dicts, and calls of the functions and methods of ``functions``. An attribute is an entry of a YAML

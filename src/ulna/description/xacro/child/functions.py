@@ -1,4 +1,4 @@
-"""Lists the functions and methods that an expression may call. Used by ``expressions`` and ``hooks``.
+"""Lists the functions and methods that an expression may call.
 
 Of what xacro offers, these only compute.
 """

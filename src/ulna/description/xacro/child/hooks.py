@@ -1,4 +1,4 @@
-"""Replaces how xacro evaluates expressions and reads files. Used by ``main``.
+"""Replaces how xacro evaluates expressions and reads files.
 
 Expressions go to ``expressions``; files are read by the parent process.
 """

@@ -1,4 +1,4 @@
-"""Sets the POSIX limits of the process: memory, processor time, files, processes. Used by ``confinement``."""
+"""Sets the POSIX limits of the process: memory, processor time, files, processes."""
 
 try:
     import resource

@@ -1,4 +1,4 @@
-"""Reads a request, confines its process, expands the document. Used by ``xacro.process``, which starts it."""
+"""Reads a request, confines its process, expands the document."""
 
 import io
 import json

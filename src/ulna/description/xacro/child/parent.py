@@ -1,4 +1,4 @@
-"""Asks the parent process, the only one that opens files, by lines of JSON. Used by ``hooks`` and ``main``."""
+"""Asks the parent process, the only one that opens files, by lines of JSON."""
 
 import io
 import json

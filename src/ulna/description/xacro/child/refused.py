@@ -1,4 +1,4 @@
-"""Defines the error for a document that does something forbidden. Used by the modules of this folder."""
+"""Defines the error for a document that does something forbidden."""
 
 
 class RefusedError(Exception):

@@ -1,4 +1,4 @@
-"""Takes all system calls but those that computing needs from a Linux process, for good. Used by ``confinement``.
+"""Takes all system calls but those that computing needs from a Linux process, for good.
 
 Source: seccomp(2); linux/filter.h and linux/seccomp.h for the numbers of the filter, <asm/unistd.h> for those of the calls.
 """

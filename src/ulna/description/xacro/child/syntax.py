@@ -1,4 +1,4 @@
-"""Checks the syntax of expressions before anything is computed. Used by ``expressions``."""
+"""Checks the syntax of expressions before anything is computed."""
 
 import ast
 from functools import lru_cache
