@@ -14,7 +14,7 @@ from ulna.bench.targets import random_positions
 from ulna.bench.timing import Workload, time_interleaved
 from ulna.drivers import entry
 from ulna.engine.entries import Entries
-from ulna.kernels.chain.jacobian_frames import BASE
+from ulna.kernels.layout import IN_BASE
 from ulna.robot import Robot
 
 CALLS = 64
@@ -38,8 +38,8 @@ def account_rows(robot: Robot) -> list[dict]:
         "jac method": robot.jacobian,
         "jac bound": jac,
         "jac out": lambda x: jac(x, J),
-        "jac kernel": lambda x: jacobian_one(chain, BASE, n, x, J),
-        "jac idle": lambda x: idle_jac(chain, BASE, n, x, J),
+        "jac kernel": lambda x: jacobian_one(chain, IN_BASE, n, x, J),
+        "jac idle": lambda x: idle_jac(chain, IN_BASE, n, x, J),
     }
     timings = time_interleaved({name: Workload(function, q) for name, function in works.items()}, passes=401)
     return [_row(work, name, {key: timing.median for key, timing in timings.items()}) for work, name in _WORKS.items()]

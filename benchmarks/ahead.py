@@ -27,7 +27,7 @@ from ulna.bench.timing import Workload, time_interleaved
 from ulna.drivers import entry
 from ulna.engine.ahead import is_ahead, level
 from ulna.ik.options import Options
-from ulna.ik.single_target import SingleTargetSolver
+from ulna.ik.search.single_target import SingleTargetSolver
 from ulna.kernels.ik import search_layout as layout
 
 PASSES, ONE = 201, 64

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
         UlnaError,
         UnknownNameError,
     )
-    from ulna.ik.closed_form.result import IKSolutions
-    from ulna.ik.following.result import Ending, FollowedPath, PathStatus
+    from ulna.ik.followed_path import Ending, FollowedPath, PathStatus
     from ulna.ik.reason import Reason
     from ulna.ik.result import IKResult, Status
+    from ulna.ik.solutions import IKSolutions
     from ulna.ik.task import Task
     from ulna.inspection.compare import compare
     from ulna.inspection.differences import Comparison
@@ -127,8 +127,8 @@ _HOMES = {
         "UlnaError",
         "UnknownNameError",
     ),
-    "ulna.ik.closed_form.result": ("IKSolutions",),
-    "ulna.ik.following.result": ("Ending", "FollowedPath", "PathStatus"),
+    "ulna.ik.solutions": ("IKSolutions",),
+    "ulna.ik.followed_path": ("Ending", "FollowedPath", "PathStatus"),
     "ulna.ik.reason": ("Reason",),
     "ulna.ik.result": ("IKResult", "Status"),
     "ulna.ik.task": ("Task",),

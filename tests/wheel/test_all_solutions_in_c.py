@@ -12,7 +12,7 @@ import pytest
 import robots
 import ulna
 from ulna.engine import _calls
-from ulna.ik.closed_form.result import IKSolutions, Proof
+from ulna.ik.solutions import IKSolutions, Proof
 
 FIELDS = "q", "valid", "real"
 

@@ -36,8 +36,7 @@ from ulna.kernels.collision.collision_layout import (
     OVERLAPS,
 )
 from ulna.kernels.collision.scene import Scene
-from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
+from ulna.kinematics.positions import as_out, as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]

@@ -18,11 +18,11 @@ from ulna.kernels.ik.levenberg_marquardt import (
     RUNNING,
     TAKEN,
 )
-from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.ik.search_layout import (
     DAMPING,
     ITERATIONS,
     MISSED,
+    N_SYSTEM,
     NOT_FOUND,
     POSITION_ERROR,
     RESIDUAL,

@@ -26,15 +26,15 @@ from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import PROOFS, proofs_of
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
-from ulna.ik.closed_form.result import IKSolutions, Proof
 from ulna.ik.closed_form.six_joints import Found, SixJoints
-from ulna.ik.query import Query
+from ulna.ik.problem import Query
 from ulna.ik.reason import Reason
+from ulna.ik.solutions import IKSolutions, Proof
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES, N_KNOWN
 from ulna.kernels.chain.closed_form_rows import known_in_one
 from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, turn_within
-from ulna.kernels.ik.scratch_layout import N_SYSTEM
+from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 

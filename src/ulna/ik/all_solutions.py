@@ -14,25 +14,21 @@ from ulna.description.pose import as_pose
 from ulna.drivers import entry
 from ulna.engine.bound import bind
 from ulna.errors import InputError
-from ulna.ik.branch_search import searched_solutions
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled_branches, within_limits
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
-from ulna.ik.closed_form.result import IKSolutions, Proof
 from ulna.ik.closed_form.six_joints import Workers
-from ulna.ik.closed_form.whole_turns import every_turn
-from ulna.ik.collision_filter import CollisionFilter
-from ulna.ik.entry_names import entry_names
 from ulna.ik.options import as_count
-from ulna.ik.problem import make_problem, of_task
-from ulna.ik.query import Query
-from ulna.ik.ranking import cost_of, refuse_clearance_of_nothing
-from ulna.ik.turns import turning_columns
+from ulna.ik.problem import Query, make_problem, of_task
+from ulna.ik.search.branch_search import searched_solutions
+from ulna.ik.search.ranking import CollisionFilter, cost_of, refuse_clearance_of_nothing
+from ulna.ik.solutions import IKSolutions, Proof
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, UNPROVED
 from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
-from ulna.kinematics.tree import Tree
+from ulna.kinematics.tree import Tree, entry_names
+from ulna.kinematics.turns import every_turn, turning_columns
 
 if TYPE_CHECKING:
     from ulna.collision.world import World

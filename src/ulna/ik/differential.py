@@ -10,11 +10,10 @@ from ulna.drivers import entry
 from ulna.engine.threads import in_parts, refuse_unless_threads
 from ulna.errors import InputError
 from ulna.ik.options import positive
-from ulna.ik.query import refuse_immovable
-from ulna.kernels.ik.scratch_layout import N_PER_JOINT, N_SYSTEM, N_TURNED
+from ulna.ik.problem import refuse_immovable
+from ulna.kernels.ik.search_layout import N_PER_JOINT, N_SYSTEM, N_TURNED
 from ulna.kinematics.jacobian import as_frame
-from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
+from ulna.kinematics.positions import as_out, as_positions, flat, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]

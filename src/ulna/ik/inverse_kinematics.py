@@ -1,8 +1,10 @@
-"""Chooses the solvers of an inverse kinematics query, and keeps what is prepared for the next."""
+"""Chooses the solvers of inverse kinematics by their interface, and keeps what is prepared for the next call."""
+
+from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,20 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
 from ulna.ik.all_solutions import AllSolutions, as_samples
-from ulna.ik.closed_form.result import IKSolutions
-from ulna.ik.closed_form.solver import ClosedFormSolver
-from ulna.ik.explanation import NOTHING_TO_EXPLAIN
+from ulna.ik.closed_form_solver import ClosedFormSolver
+from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.follow import follow
-from ulna.ik.following.result import FollowedPath
-from ulna.ik.numeric import NumericSolver
 from ulna.ik.options import Options
-from ulna.ik.problem import as_names
-from ulna.ik.query import Query
+from ulna.ik.problem import Query, as_names
+from ulna.ik.reason import NOTHING_TO_EXPLAIN
 from ulna.ik.result import IKResult
-from ulna.ik.single_target import SingleTargetSolver
-from ulna.ik.solver import Solver
-from ulna.ik.textbook import TextbookSolver
+from ulna.ik.search.numeric import NumericSolver
+from ulna.ik.search.single_target import SingleTargetSolver
+from ulna.ik.search.textbook_methods import TextbookSolver
+from ulna.ik.solutions import IKSolutions
 from ulna.kinematics.tree import Tree
+
+if TYPE_CHECKING:
+    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 # In the order in which they are tried.
@@ -173,3 +176,28 @@ def _first_result(
         if result is not None:
             return result
     raise AssertionError("the last solver has a result for any target")
+
+
+class Solver(Protocol):
+    """One way to solve a query. It is made once for a query, then solves any number of targets, from many threads at once."""
+
+    def __init__(self, query: Query) -> None:
+        """Prepare what is the same for every target; called only where ``applies`` is true."""
+        ...
+
+    @staticmethod
+    def applies(query: Query) -> bool:
+        """Whether this solver can solve such queries."""
+        ...
+
+    def solve(
+        self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
+    ) -> IKResult | None:
+        """The result for the targets T, shape (..., 4, 4); None leaves them to the next solver.
+
+        The arguments are those of ``Robot.inverse_kinematics``.
+
+        Raises:
+            InputError: An argument that the solver cannot take.
+        """
+        ...

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import TruthError
-from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
-from ulna.ik.reason import NO_REASON, Reason
+from ulna.ik.reason import NO_REASON, NOTHING_TO_EXPLAIN, Explanation, Reason
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]

@@ -7,8 +7,7 @@ from ulna.drivers import entry
 from ulna.engine.bound import Called, bind, call_in_c
 from ulna.engine.threads import LEAST_POSES, in_parts, refuse_unless_threads
 from ulna.kinematics.bound import Bound
-from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, for_kernel, refuse_out_of_range
+from ulna.kinematics.positions import FLOAT64, NO_Q, as_out, as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]

@@ -11,15 +11,14 @@ from ulna.drivers import entry
 from ulna.engine.bound import Called, bind, call_in_c
 from ulna.engine.threads import LEAST_POSES, in_parts, refuse_unless_threads
 from ulna.errors import InputError, SingularityError, did_you_mean
-from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
+from ulna.kernels.layout import IN_BASE, IN_LINK, IN_SPATIAL
 from ulna.kinematics.bound import Bound
 from ulna.kinematics.forward import forward_kinematics
-from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, refuse_out_of_range
+from ulna.kinematics.positions import FLOAT64, NO_Q, as_out, as_positions, flat, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-EXPRESSED_IN = {"base": BASE, "link": LINK, "spatial": SPATIAL}
+EXPRESSED_IN = {"base": IN_BASE, "link": IN_LINK, "spatial": IN_SPATIAL}
 LEAST_COS_PITCH = 1e-6
 
 

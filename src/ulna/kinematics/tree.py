@@ -247,3 +247,9 @@ def motion_along_z(kind: int, position: ArrayLike) -> NDArray[np.float64]:
     """The motion of a joint about or along z, shape (..., 4, 4), at positions (...)."""
     along = np.multiply.outer(position, Z)
     return pose(rpy=along) if kind == REVOLUTE else pose(along)
+
+
+def entry_names(tree: Tree) -> tuple[str, ...]:
+    """A name for every entry of q: the joint's, with a number behind it where a joint has several."""
+    parts = [(name, range(tree.n_dof)[cut]) for name, cut in zip(tree.joint_names, tree.joint_slices, strict=True)]
+    return tuple(f"{name}[{k}]" if len(cut) > 1 else name for name, cut in parts for k in range(len(cut)))

@@ -34,13 +34,13 @@ from ulna.dh.table import PARALLEL, DHTable
 from ulna.engine.bound import Quick, put_in_c
 from ulna.errors import InputError
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
-from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.differential import differential_ik
-from ulna.ik.following.result import FollowedPath
+from ulna.ik.followed_path import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
 from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
+from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named

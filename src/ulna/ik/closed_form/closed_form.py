@@ -11,9 +11,8 @@ from ulna.ik.closed_form.added_joints import free_turns
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.families import EXACT, NAMES
 from ulna.ik.closed_form.six_joints import SixJoints, six_joints
-from ulna.ik.entry_names import entry_names
 from ulna.ik.task import Task
-from ulna.kinematics.tree import Tree, lengthened
+from ulna.kinematics.tree import Tree, entry_names, lengthened
 
 Array = NDArray[np.float64]
 _POSE = Task.pose()

@@ -11,16 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
-from ulna.ik.collision_filter import CollisionFilter
 from ulna.ik.following.lifts import Lifts
-from ulna.ik.problem import Problem, make_problem
-from ulna.ik.query import SEEDED_STEPS, Query
-from ulna.ik.ranking import cost_of
-from ulna.ik.restarts import Restart, run_starts
+from ulna.ik.problem import SEEDED_STEPS, Problem, Query, make_problem
 from ulna.ik.result import IKResult
-from ulna.ik.turns import TURN, nearest_turns, turning_columns
+from ulna.ik.search.ranking import CollisionFilter, cost_of
+from ulna.ik.search.restarts import Restart, run_starts
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
+from ulna.kinematics.turns import TURN, nearest_turns, turning_columns
 
 if TYPE_CHECKING:
     from ulna.collision.world import World

@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
-from ulna.ik.entry_names import entry_names
+from ulna.ik.followed_path import Ending, PathStatus
 from ulna.ik.following.course import Course
-from ulna.ik.following.result import Ending, PathStatus
 from ulna.ik.reason import Reason
 from ulna.ik.result import Status
-from ulna.ik.turns import TURN
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kinematics.forward import frame_poses
 from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.kinematics.tree import entry_names
+from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 _MOST_ENDS = 64

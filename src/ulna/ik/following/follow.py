@@ -11,18 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError
-from ulna.ik.closed_form.result import Proof
-from ulna.ik.entry_names import entry_names
-from ulna.ik.following.branches import Found, along_branches
+from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.course import Course, Solve
 from ulna.ik.following.ending import why_it_ends
-from ulna.ik.following.redundant import along_self_motions
-from ulna.ik.following.result import FollowedPath
+from ulna.ik.following.layers import Found, along_branches
+from ulna.ik.following.self_motions import along_self_motions
 from ulna.ik.options import positive
-from ulna.ik.query import Query
-from ulna.ik.ranking import refuse_clearance_of_nothing
+from ulna.ik.problem import Query
 from ulna.ik.reason import NO_REASON
+from ulna.ik.search.ranking import refuse_clearance_of_nothing
+from ulna.ik.solutions import Proof
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
+from ulna.kinematics.tree import entry_names
 
 if TYPE_CHECKING:
     from ulna.collision.world import World

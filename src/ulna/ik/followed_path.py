@@ -6,8 +6,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.ik.closed_form.result import Proof
 from ulna.ik.reason import Reason
+from ulna.ik.solutions import Proof
 
 Array = NDArray[np.float64]
 

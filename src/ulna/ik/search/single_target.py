@@ -12,13 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.drivers import entry
 from ulna.engine.bound import bind
-from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.options import LEVENBERG_MARQUARDT
-from ulna.ik.problem import make_problem
-from ulna.ik.query import SEEDED_STEPS, STEPS, Query
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Query, make_problem
+from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import IKResult
-from ulna.ik.trace import convergence
-from ulna.ik.unit_samples import seed_sample, unit_samples
+from ulna.ik.search.numeric import convergence
+from ulna.ik.search.starts import seed_sample, unit_samples
 from ulna.kernels.ik import search_layout as layout
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ _Search = Callable[[ArrayLike, ArrayLike], tuple[Array, Array] | None]
 
 
 class SingleTargetSolver:
-    """The fast path of one target with default options; see ``ik.solver.Solver``.
+    """The fast path of one target with default options; see ``ik.inverse_kinematics.Solver``.
 
     ``solve`` may be called from many threads at once: nothing that it writes to is shared.
     """

@@ -15,13 +15,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.ik.problem import Problem, make_problem
-from ulna.ik.query import STEPS, Query
-from ulna.ik.restarts import Restart, limit_starts, run_starts
-from ulna.ik.turns import nearest_turns, turning_columns
-from ulna.ik.units import jacobian_in_unit
+from ulna.ik.problem import STEPS, Problem, Query, make_problem
+from ulna.ik.search.restarts import Restart, limit_starts, run_starts
+from ulna.ik.search.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.kinematics.turns import nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
 DISTINCT = 1e-3  # rad or m

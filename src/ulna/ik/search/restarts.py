@@ -13,14 +13,12 @@ from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
-from ulna.ik.closed_form.starts import closed_form_starts
-from ulna.ik.problem import Problem
-from ulna.ik.query import SEEDED_STEPS, STEPS
-from ulna.ik.ranking import Cost
-from ulna.ik.turns import nearest_turns, turning_columns
-from ulna.ik.unit_samples import limit_samples, seed_sample, unit_samples
-from ulna.ik.units import solved_in_unit
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
+from ulna.ik.search.ranking import Cost
+from ulna.ik.search.starts import closed_form_starts, limit_samples, seed_sample, unit_samples
+from ulna.ik.search.units import solved_in_unit
 from ulna.kernels.ik import search_layout as layout
+from ulna.kinematics.turns import nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
 _JOBS_PER_THREAD = 1024

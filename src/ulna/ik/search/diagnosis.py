@@ -6,15 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.options import DEFAULT_BUDGET
-from ulna.ik.problem import Problem
-from ulna.ik.query import STEPS
-from ulna.ik.restarts import Restart, Search, limit_starts, run_starts
+from ulna.ik.problem import STEPS, Problem
 from ulna.ik.result import CODES, Status
-from ulna.ik.turns import TURN, turning_columns
-from ulna.ik.units import jacobian_in_unit
+from ulna.ik.search.restarts import Restart, Search, limit_starts, run_starts
+from ulna.ik.search.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.kinematics.turns import TURN, turning_columns
 
 Array = NDArray[np.float64]
 _STARTS = 64  # tried without limits, before limits are ruled out as the reason

@@ -12,17 +12,17 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.drivers import entry
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import PROOFS, all_branches
-from ulna.ik.closed_form.result import Proof
-from ulna.ik.following.at_limits import with_solutions_at_limits
 from ulna.ik.following.course import Course
-from ulna.ik.following.graph import Sweep, sweep
-from ulna.ik.following.lazy_edges import LazyEdges
-from ulna.ik.query import STEPS
-from ulna.ik.restarts import Restart, run_starts
-from ulna.kernels.chain.closed_form_layout import AT_LIMIT
+from ulna.ik.following.graph import LazyEdges, Sweep, sweep
+from ulna.ik.problem import STEPS
+from ulna.ik.search.restarts import Restart, run_starts
+from ulna.ik.solutions import Proof
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT, ENOUGH, HARDLY_BEYOND
 from ulna.kernels.ik import search_layout as layout
+from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
@@ -250,3 +250,37 @@ def _ends(course: Course, done: Sweep, nodes: list[Array]) -> Array:
     q = np.array([course.lifts.raised(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
     _, first = np.unique(np.rint(q / _SAME), axis=0, return_index=True)
     return q[np.sort(first)]
+
+
+_STEPS = 16
+
+
+def with_solutions_at_limits(course: Course, rows: list[Array]) -> list[Array]:
+    """The solutions of each pose (m, n_dof) within the limits, and behind them those that whole turns bring to a limit.
+
+    The closed form puts a branch at a limit that it is hardly beyond in the turn nearest to a seed. In another turn it may be
+    hardly beyond a limit as well: there it is a solution of its own, the joint at the limit, the others moved to reach the pose.
+    """
+    tree, q = course.query.tree, np.concatenate(rows)
+    pose = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
+    for j in np.flatnonzero(course.lifts.lifted).tolist():
+        for limit, outwards in ((tree.lower[j], -1.0), (tree.upper[j], 1.0)):
+            if not np.isfinite(limit):
+                continue
+            beyond = outwards * (q[:, j] - limit)
+            beyond -= TURN * np.rint(beyond / TURN)
+            some = np.flatnonzero((beyond > AT_LIMIT) & (beyond <= HARDLY_BEYOND))
+            put, reached = _solved_at(course, pose[some], q[some], j, limit)
+            q, pose = np.vstack([q, put[reached]]), np.r_[pose, pose[some[reached]]]
+    order = np.argsort(pose, kind="stable")
+    return np.split(q[order], np.searchsorted(pose[order], np.arange(1, len(rows))))
+
+
+def _solved_at(course: Course, pose: NDArray[np.int64], q: Array, j: int, limit: float) -> tuple[Array, NDArray[np.bool_]]:
+    """Configurations (m, n_dof) with joint j at a limit, the others by Newton steps, and whether they are solutions."""
+    tree, errors = course.query.tree, np.ones(len(pose))
+    q = q.copy()
+    q[:, j] = limit
+    bounds, share = np.r_[tree.lower, tree.upper], 1.0 / course.query.unit
+    entry("closed_form.polish_all")(tree.chain(course.query.link), course.targets[pose], q, bounds, share, _STEPS, errors)
+    return q, (errors <= ENOUGH) & (q[:, j] == limit)

@@ -1,15 +1,16 @@
-"""Computes the cost by which one of several solutions is taken."""
+"""Computes the cost by which one of several solutions is taken, and rejects those that collide."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.checker import Checker
 from ulna.errors import InputError
-from ulna.ik.collision_filter import CollisionFilter
 from ulna.ik.problem import Problem, mid_range
 from ulna.kinematics.jacobian import manipulability
 from ulna.kinematics.tree import Tree
@@ -61,3 +62,25 @@ def _from_mid_range(tree: Tree, q: Array) -> Array:
     bounded = np.isfinite(half) & (half > 0)
     share = (q - mid_range(tree))[..., bounded] / half[bounded]
     return np.mean(share**2, axis=-1) if bounded.any() else np.zeros(len(q))
+
+
+@dataclass(frozen=True, eq=False)
+class CollisionFilter:
+    """A robot's collision checker, and the world that the robot must stay clear of."""
+
+    checker: Checker
+    world: World
+    threads: int | None = None
+
+    def collides(self, q: Array) -> NDArray[np.bool_]:
+        """Whether configurations (n, n_dof) collide, shape (n,)."""
+        return np.asarray(self.checker.in_collision(q, self.world, self_collision=True, threads=self.threads))
+
+    def clearance(self, q: Array) -> Array:
+        """How far configurations (n, n_dof) are from the world [m], shape (n,), the distances within the robot left out."""
+        return self.checker.signed_distance(q, self.world, self_collision=False, threads=self.threads)
+
+    def pairs(self, q: Array) -> tuple[tuple[str, str], ...]:
+        """The names of the pairs that collide at one configuration."""
+        report = self.checker.check_collision(q, self.world, self_collision=True, max_distance=0.0)
+        return tuple((pair.name_a, pair.name_b) for pair in report.pairs)

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.ik.collision_filter import CollisionFilter
-from ulna.ik.entry_names import entry_names
-from ulna.ik.explain import close_unreachable, explain_open, reach_in_words, settle_open
-from ulna.ik.explanation import Explanation
 from ulna.ik.options import LEVENBERG_MARQUARDT
-from ulna.ik.problem import Problem, make_problem, refuse_no_pose
-from ulna.ik.query import STEPS, Query
-from ulna.ik.ranking import cost_of, refuse_clearance_of_nothing
-from ulna.ik.restarts import Restart, Search, search_with_restarts
+from ulna.ik.problem import STEPS, Problem, Query, make_problem, refuse_no_pose
+from ulna.ik.reason import Explanation
 from ulna.ik.result import CODES, IKResult, Status
-from ulna.ik.trace import convergence
+from ulna.ik.search.diagnosis import close_unreachable, explain_open, reach_in_words, settle_open
+from ulna.ik.search.ranking import CollisionFilter, cost_of, refuse_clearance_of_nothing
+from ulna.ik.search.restarts import Restart, Search, run_starts, search_with_restarts
+from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik import search_layout as layout
+from ulna.kinematics.tree import entry_names
 
 if TYPE_CHECKING:
     from ulna.collision.world import World
@@ -29,7 +28,7 @@ _MOST = 64  # starts where there is no solution to find
 
 
 class NumericSolver:
-    """The solver for any query; see ``ik.solver.Solver``."""
+    """The solver for any query; see ``ik.inverse_kinematics.Solver``."""
 
     def __init__(self, query: Query) -> None:
         self._query = query
@@ -91,3 +90,34 @@ def _explanation(search: Search, collisions: CollisionFilter | None) -> Explanat
 
 def _trace(search: Search) -> Array:
     return convergence(search.problem, search.info[0], search.origins.get(0), with_posture=bool(search.with_posture[0]))
+
+
+def convergence(problem: Problem, info: Array, origin: Array | None = None, *, with_posture: bool = False) -> Array:
+    """A row a step towards the result with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
+
+    origin: where the result was searched from, (n_dof,), if by no start of a round.
+
+    A step depends on the configuration alone, so taking them one at a time gives the same result.
+    """
+    start, steps = int(info[layout.START]), int(info[layout.ITERATIONS])
+    q = _start(problem, start) if origin is None else origin
+    rows = []
+    for k in range(steps + 1):
+        here = replace(problem, seeds=q[None], nearest_to=None)
+        _, before = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 0, from_seed=True, with_posture=with_posture))
+        after, _ = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 1, from_seed=True, with_posture=with_posture))
+        step = np.abs(after[0, 0] - q).max() if k < steps else 0.0
+        rows.append([*before[0, 0, [layout.POSITION_ERROR, layout.ROTATION_ERROR]], step, before[0, 0, layout.DAMPING]])
+        q = after[0, 0]
+    table = np.array(rows)
+    table[1:, 2], table[0, 2] = table[:-1, 2].copy(), 0.0
+    return table
+
+
+def _start(problem: Problem, start: int) -> Array:
+    if start == 0:
+        return problem.seeds[0]
+    query = problem.query
+    lower, upper, low, high = problem.bounds[0]
+    share = unit_samples(query.tree, query.link, query.options.seed, start - 1, 1)[0]
+    return np.clip(np.where(np.isnan(share), problem.seeds[0], low + share * (high - low)), lower, upper)

@@ -6,9 +6,9 @@
 3. Each edge of that chain is filled: guesses on the straight line between its nodes are brought to the poses by the search,
    within the limits. Where a pose is not reached, a step is too long or something collides, the edge is left out, and step 2 is
    repeated.
-4. If no chain is left, the longest is continued pose by pose (``continuation``). If that ends too, more samples and more knots
+4. If no chain is left, the longest is continued pose by pose (``_continued``). If that ends too, more samples and more knots
    are taken. What is still not found may exist between the samples.
-5. The path is smoothed (``smooth``).
+5. The path is smoothed (``_smoothed``).
 """
 
 from __future__ import annotations
@@ -20,14 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.closed_form.branches import sampled_branches
-from ulna.ik.following.branches import Found, at_both_limits, path_of, with_start
-from ulna.ik.following.continuation import continued
 from ulna.ik.following.course import Course
-from ulna.ik.following.graph import Sweep, sweep
-from ulna.ik.following.lazy_edges import LazyEdges
-from ulna.ik.following.smooth import smoothed
-from ulna.ik.query import STEPS
-from ulna.ik.restarts import Restart, run_starts
+from ulna.ik.following.graph import LazyEdges, Sweep, sweep
+from ulna.ik.following.layers import Found, at_both_limits, path_of, with_start
+from ulna.ik.problem import STEPS
+from ulna.ik.search.restarts import Restart, run_starts
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
@@ -65,9 +62,9 @@ def along_self_motions(course: Course) -> Found:
     ends = best
     for density in _ATTEMPTS:
         knots = _knots(course, density)
-        q, last = continued(course, _path(course, knots, _nodes(course, knots, density)))
+        q, last = _continued(course, _path(course, knots, _nodes(course, knots, density)))
         if len(q) == len(course.targets):
-            return Found(smoothed(course, q, int(np.diff(knots).max(initial=1))), last, best[:0], proved=False)
+            return Found(_smoothed(course, q, int(np.diff(knots).max(initial=1))), last, best[:0], proved=False)
         if len(q) > len(best):
             best, ends = q, last
     return Found(best, ends, best[:0], proved=False)
@@ -199,3 +196,96 @@ def _straight(a: Array, b: Array, n: int) -> Array:
     """The points between a and b that cut the line in n equal parts, shape (n - 1, n_dof)."""
     share = np.arange(1, n)[:, None] / n
     return a + share * (b - a)
+
+
+_MOST, _GUESSES = 64, 6  # configurations, and guesses from each
+
+
+def _continued(course: Course, q: Array) -> tuple[Array, Array]:
+    """The path (k, n_dof) as far as it can be continued pose by pose, and all ends known, shape (m, n_dof).
+
+    Each pose has a set of configurations in which a path ends. Guesses are these and some at random distances from them, brought
+    to the next pose by the search. Those within the limits, no more than a step away and clear of the world are kept, none near
+    another.
+    """
+    if not len(q):
+        return q, q
+    sets, parents = [q[-1:]], [np.zeros(1, dtype=np.int64)]
+    rng = np.random.default_rng(course.query.options.seed)
+    for k in range(len(q), len(course.targets)):
+        following, come_from = _next(course, k, sets[-1], rng)
+        if not len(following):
+            break
+        sets.append(following)
+        parents.append(come_from)
+    return np.vstack([q, _back(sets, parents)]), sets[-1]
+
+
+def _next(course: Course, k: int, ends: Array, rng: np.random.Generator) -> tuple[Array, Counts]:
+    """Configurations of pose k, shape (m, n_dof), and which of the ends each comes from, shape (m,)."""
+    parent = np.tile(np.arange(len(ends)), _GUESSES)
+    away = rng.normal(size=(len(parent), ends.shape[1])) * course.max_step * rng.random((len(parent), 1))
+    away[: len(ends)] = 0.0
+    q, good = course.near(np.full(len(parent), k), ends[parent] + away)
+    good &= np.abs(q - ends[parent]).max(axis=1) <= course.max_step
+    good &= ~course.collide(q)
+    q, parent = q[good], parent[good]
+    _, first = np.unique(np.rint(q / (course.max_step / 2)), axis=0, return_index=True)
+    first = np.sort(first)
+    first = first[~course.edges_collide(ends[parent[first]], q[first])]
+    if len(first) > _MOST:
+        first = np.sort(rng.permutation(first)[:_MOST])
+    return q[first], parent[first]
+
+
+def _back(sets: list[Array], parents: list[Counts]) -> Array:
+    """The path through the sets, the first left out, to the first configuration of the last."""
+    at, rows = 0, []
+    for q, parent in zip(sets[:0:-1], parents[:0:-1], strict=True):
+        rows.append(q[at])
+        at = int(parent[at])
+    return np.array(rows[::-1]).reshape(-1, sets[0].shape[1])
+
+
+_ROUNDS = 12
+
+
+def _smoothed(course: Course, q: Array, width: int) -> Array:
+    """A path (n, n_dof) of the same poses whose squared steps are fewer, or the same; begun near the start as before.
+
+    Guesses are the means over up to 2 ``width`` + 1 poses, brought to the poses by the search. A round that makes the path
+    longer, or lets it jump, leave the limits or collide, is undone, and the width halved.
+    """
+    for _ in range(_ROUNDS):
+        better = _once(course, q, width)
+        if better is not None:
+            q = better
+        elif width > 1:
+            width = max(1, width // 2)
+        else:
+            break
+    return q
+
+
+def _once(course: Course, q: Array, width: int) -> Array | None:
+    guesses = _means(q, width)
+    if course.started:
+        guesses[0] = q[0]
+    moved, found = course.near(np.arange(len(q)), guesses)
+    if not found.all() or _length(course, moved) >= _length(course, q) or np.abs(np.diff(moved, axis=0)).max() > course.max_step:
+        return None
+    return None if course.collide(moved).any() or course.edges_collide(moved[:-1], moved[1:]).any() else moved
+
+
+def _length(course: Course, q: Array) -> float:
+    """What is minimised: the costs of the rank and the squared steps."""
+    return float(course.costs(q).sum() + course.weight * (np.diff(q, axis=0) ** 2).sum())
+
+
+def _means(q: Array, width: int) -> Array:
+    """The means of each row and up to ``width`` rows on either side, as many on one as on the other."""
+    n = len(q)
+    sums = np.vstack([np.zeros(q.shape[1]), np.cumsum(q, axis=0)])
+    k = np.arange(n)
+    half = np.minimum(np.minimum(k, n - 1 - k), width)
+    return (sums[k + half + 1] - sums[k - half]) / (2 * half + 1)[:, None]

@@ -10,12 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
-from ulna.ik.explanation import Explanation
 from ulna.ik.options import TEXTBOOK_BUDGET
-from ulna.ik.problem import Problem, make_problem, refuse_no_pose
-from ulna.ik.query import Query
+from ulna.ik.problem import Problem, Query, make_problem, refuse_no_pose
+from ulna.ik.reason import Explanation
 from ulna.ik.result import CODES, IKResult, Status
-from ulna.ik.units import solved_in_unit, too_far
+from ulna.ik.search.units import solved_in_unit, too_far
 from ulna.kernels.ik import search_layout as layout
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ _CODES = {
 
 
 class TextbookSolver:
-    """Jacobian transpose, damped least squares and pseudo-inverse steps, for teaching; see ``ik.solver.Solver``."""
+    """Jacobian transpose, damped least squares and pseudo-inverse steps, for teaching; see ``ik.inverse_kinematics.Solver``."""
 
     def __init__(self, query: Query) -> None:
         options = query.options
