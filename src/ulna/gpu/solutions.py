@@ -89,13 +89,13 @@ def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_sam
     """
     every = AllSolutions(query, redundancy, _branches)
     if not device.is_on_device(T):
-        return every.of(T, n_samples, whole_turns=whole_turns)
+        return every.all_solutions(T, n_samples, whole_turns=whole_turns)
     targets = rows("T", T, (4, 4))
     batch = tuple(T.shape[:-2])
     form = None if whole_turns or redundancy is not None else _of_all_joints(query)
     if form is not None:
         return _staying(query, form, targets, batch)
-    found = every.of(targets.copy_to_host().reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
+    found = every.all_solutions(targets.copy_to_host().reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
     q, valid, real = (device.on_device(array) for array in (found.q, found.valid, found.real))
     return DeviceSolutions(q, valid, real, found.family, lambda: found.proof)
 

@@ -73,7 +73,7 @@ class AllSolutions:
         self._of_one = None if self._six is None else self._one_by_entry()
         self.in_c = None if self._of_one is None else (self._of_one, IKSolutions, PROOFS, self._family)
 
-    def of(
+    def all_solutions(
         self, T: ArrayLike, n_samples: int, *, whole_turns: bool, q_seed: ArrayLike | None = None, world: World | None = None
     ) -> IKSolutions:
         """See ``Robot.all_solutions``.

@@ -6,17 +6,14 @@ the reason are those of the search.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.drivers import entry
-from ulna.engine.bound import bind
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches
@@ -29,6 +26,7 @@ from ulna.ik.search.diagnosis import reach_in_words
 from ulna.ik.search.numeric import NumericSolver, nearest_poses
 from ulna.ik.search.ranking import CollisionFilter, Cost, cost_of, refuse_clearance_of_nothing
 from ulna.ik.search.restarts import Restart, run_starts
+from ulna.ik.search.single_target import bound_to_one_target
 from ulna.ik.solutions import Proof
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.tree import entry_names
@@ -38,8 +36,6 @@ if TYPE_CHECKING:
     from ulna.collision.world import World
 
 Array = NDArray[np.float64]
-_MATRIX, _SEED, _ONE_Q, _ONE_INFO = (4, 4), (N_AXES,), (1, N_AXES), (1, layout.N_INFO)
-_Search = Callable[[ArrayLike, ArrayLike], tuple[Array, Array] | None]
 _LEAST_TARGETS = 512  # of a part
 
 
@@ -59,14 +55,10 @@ class ClosedFormSolver:
         self._tables = six.table, six.chain, six.plan(tree.lower, tree.upper, options.tolerances)
         self._home, self._tolerances, self._trace = query.home.copy(), options.tolerances, options.trace
         self._by_way = options.rank is None or options.rank == "nearest"
-        self._search, self._nearest_of_one = NumericSolver(query), entry("closed_form.nearest_branch_of_one")
+        self._search, run = NumericSolver(query), entry("closed_form.nearest_branch_of_one")
         alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None
-        self._one = self._one_by_entry() if alone else None
+        self._one = bound_to_one_target(run, self._tables, self._home) if alone else None
         self.in_c = None if self._one is None else (self._one, self._home, self._one)
-
-    def _one_by_entry(self) -> _Search:
-        """The way of one target of an arm whose joints are all of q, in C if the extension is there."""
-        return bind(self._nearest_of_one, "search", self._tables, N_AXES, (layout.N_INFO,), self._in_python) or self._in_python
 
     @staticmethod
     def applies(query: Query) -> bool:
@@ -95,18 +87,6 @@ class ClosedFormSolver:
                 explanation = Explanation(trace=no_steps(found[1])) if self._trace else NOTHING_TO_EXPLAIN
                 return IKResult(found[0], found[1], (), self._tolerances, explanation)
         return self._many(T, q_seed)
-
-    def _in_python(self, T: ArrayLike, start: ArrayLike) -> tuple[Array, Array] | None:
-        """The branch for one target and what is known about it; None if this is not one target, or it has none."""
-        T = as_floats("T", T)
-        if T.shape != _MATRIX:
-            return None
-        if start is not self._home:
-            start = as_floats("q_seed", start)
-            if start.shape != _SEED:
-                return None
-        q, info = np.empty(_ONE_Q), np.empty(_ONE_INFO)
-        return (q[0], info) if self._nearest_of_one(*self._tables, T, start, q, info) else None
 
     def _many(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
         problem = make_problem(self._query, T, q_seed)

@@ -35,10 +35,10 @@ class Query:
         home: Where a search without a seed starts [rad or m], shape (n_dof,).
         checker: The robot's collision checker, used if a world is given.
         link: The link that is brought to the target.
-        options: What the caller chose.
+        options: What the caller chose, checked.
 
     Raises:
-        InputError: The robot has no joint.
+        InputError: The robot has no joint, or an option is none that the search can take.
         UnknownNameError: There is no such link.
     """
 
@@ -49,6 +49,7 @@ class Query:
     options: Options
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "options", self.options.checked())
         refuse_immovable(self.tree)
         self.tree.chain(self.link)
 

@@ -69,7 +69,7 @@ class Specification:
             position_tolerance=self.position_tolerance,
             rotation_tolerance=self.rotation_tolerance,
             max_iterations=self.max_iterations,
-        )
+        ).checked()
 
     def attributes(self) -> dict[str, Any]:
         """As attributes of a Zarr group: numbers, texts, lists."""

@@ -576,8 +576,9 @@ class Robot(Quick):
             >>> print(panda.inverse_kinematics(panda.forward_kinematics(panda.home) + 0.0).status)
             solved
         """
-        tolerances = position_tolerance, rotation_tolerance
-        options = (method, seed, task, rank, max_step, *tolerances, max_iterations, time_limit, threads, trace)
+        options = Options(  # in their order: by name they would take 0.3 us more
+            seed, task, rank, position_tolerance, rotation_tolerance, threads, method, max_step, max_iterations, time_limit, trace
+        )
         return self._inverse_kinematics.inverse_kinematics(T, q_seed, posture, held, world, link, options)
 
     @cached_property
@@ -655,10 +656,9 @@ class Robot(Quick):
             >>> found.q.shape, str(found.proof)
             ((256, 7), 'continuum')
         """
-        tolerances = position_tolerance, rotation_tolerance
-        options = "levenberg_marquardt", seed, task, rank, None, *tolerances, None, None, threads, False
+        options = Options(seed, task, rank, position_tolerance, rotation_tolerance, threads)
         return self._inverse_kinematics.all_solutions(
-            T, q_seed, world, link, redundancy, n_samples, options, whole_turns=whole_turns
+            T, q_seed, world, link, options, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
         )
 
     def follow(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +13,7 @@ from ulna.drivers import entry
 from ulna.engine.bound import bind
 from ulna.ik.options import LEVENBERG_MARQUARDT
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Query, make_problem
-from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
+from ulna.ik.reason import Explanation
 from ulna.ik.result import IKResult
 from ulna.ik.search.numeric import convergence
 from ulna.ik.search.starts import seed_sample, unit_samples
@@ -25,8 +24,27 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _STARTS = 64  # eight in each lane; the next solver takes a target that needs more
-_MATRIX = (4, 4)
-_Search = Callable[[ArrayLike, ArrayLike], tuple[Array, Array] | None]
+_MATRIX, _OF_INFO = (4, 4), (1, layout.N_INFO)
+OfOneTarget = Callable[[ArrayLike, ArrayLike], tuple[Array, Array] | None]
+"""From T and a start to q (n_dof,) and its information (1, N_INFO); None if this is not one target, or it is not solved."""
+
+
+def bound_to_one_target(run: Any, tables: tuple[Array, ...], home: Array) -> OfOneTarget:
+    """The entry ``run(*tables, T, start, q, info)``, in C if the extension is there. ``home`` as a start is not checked."""
+    n, of_q = len(home), (1, len(home))
+
+    def in_python(T: ArrayLike, start: ArrayLike) -> tuple[Array, Array] | None:
+        T = as_floats("T", T)
+        if T.shape != _MATRIX:
+            return None
+        if start is not home:
+            start = as_floats("q_seed", start)
+            if start.shape != (n,):
+                return None
+        q, info = np.empty(of_q), np.empty(_OF_INFO)
+        return (q[0], info) if run(*tables, T, start, q, info) else None
+
+    return bind(run, "search", tables, n, (layout.N_INFO,), in_python) or in_python
 
 
 class SingleTargetSolver:
@@ -35,19 +53,20 @@ class SingleTargetSolver:
     ``solve`` may be called from many threads at once: nothing that it writes to is shared.
     """
 
-    __slots__ = ("_chain", "_from_home", "_from_seed", "_home", "_n", "_query", "_search_one", "_tolerances", "in_c", "plan")
+    __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "_trace", "home", "in_c", "plan")
 
     def __init__(self, query: Query) -> None:
-        tree, options, settings = query.tree, query.options, query.settings.copy()
-        self._search_one, self._query = entry("multi_start.search_one"), query
-        self._chain, self._n, self._tolerances, self._home = query.chain, tree.n_dof, options.tolerances, query.home.copy()
+        tree, settings, run = query.tree, query.settings.copy(), entry("multi_start.search_one")
+        self._query, self.home = query, query.home.copy()
+        self._tolerances, self._trace = query.options.tolerances, query.options.trace
         settings[layout.FIRST_WINS] = layout.ANY
-        from_seed, random = seed_sample(tree.n_dof), unit_samples(tree, query.link, options.seed, 0, _STARTS - 1)
+        from_seed, random = seed_sample(tree.n_dof), unit_samples(tree, query.link, query.options.seed, 0, _STARTS - 1)
         self.plan = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel(), random.ravel()])
         settings[layout.FIRST_WINS], settings[layout.SEEDED_STEPS] = layout.NEAREST, SEEDED_STEPS
         plan = np.concatenate([settings, self.plan[layout.N_SETTINGS :]])
-        self._from_home, self._from_seed = self._search_by(self.plan), self._search_by(plan)
-        self.in_c = self._from_home, self._home, self._from_seed
+        self._from_home = bound_to_one_target(run, (query.chain, self.plan), self.home)
+        self._from_seed = bound_to_one_target(run, (query.chain, plan), self.home)
+        self.in_c = self._from_home, self.home, self._from_seed
 
     @staticmethod
     def applies(query: Query) -> bool:
@@ -70,29 +89,11 @@ class SingleTargetSolver:
         """The result if it is a solution; None if this is not one target, or one that needs a longer search or has none."""
         if posture is not None or world is not None or held:
             return None
-        found = self._from_home(T, self._home) if q_seed is None else self._from_seed(T, q_seed)
+        found = self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)
         if found is None:
             return None
         q, info = found
-        explanation = self._trace(T, q_seed, info) if self._query.options.trace else NOTHING_TO_EXPLAIN
-        return IKResult(q, info, (), self._tolerances, explanation)
-
-    def _search_by(self, plan: Array) -> _Search:
-        """A search with a plan (``drivers.multi_start.search_one``), in C if the extension is there."""
-        in_python = partial(self._search, plan)
-        return bind(self._search_one, "search", (self._chain, plan), self._n, (layout.N_INFO,), in_python) or in_python
-
-    def _search(self, plan: Array, T: ArrayLike, start: ArrayLike) -> tuple[Array, Array] | None:
-        """A solution and what is known about it; None if this is not one target, or there is none."""
-        T = as_floats("T", T)
-        if T.shape != _MATRIX:
-            return None
-        if start is not self._home:
-            start = as_floats("q_seed", start)
-            if start.shape != (self._n,):
-                return None
-        q, info = np.empty((1, self._n)), np.empty((1, layout.N_INFO))
-        return (q[0], info) if self._search_one(self._chain, plan, T, start, q, info) else None
-
-    def _trace(self, T: ArrayLike, q_seed: ArrayLike | None, info: Array) -> Explanation:
-        return Explanation(trace=convergence(make_problem(self._query, T, q_seed), info[0]))
+        if self._trace:
+            explanation = Explanation(trace=convergence(make_problem(self._query, T, q_seed), info[0]))
+            return IKResult(q, info, (), self._tolerances, explanation)
+        return IKResult(q, info, (), self._tolerances)
