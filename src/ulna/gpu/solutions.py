@@ -23,13 +23,10 @@ from ulna.drivers.closed_form import N_OPTIONS
 from ulna.gpu import device
 from ulna.gpu.device import cuda
 from ulna.ik.all_solutions import AllSolutions
-from ulna.ik.closed_form.axes import N_AXES
-from ulna.ik.closed_form.branches import PROOFS, proofs_of
-from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
-from ulna.ik.closed_form.six_joints import Found, SixJoints
+from ulna.ik.closed_form.closed_form import N_AXES, ClosedForm, SixJoints, closed_form_of, joints_at, proofs_of
 from ulna.ik.problem import Query
 from ulna.ik.reason import Reason
-from ulna.ik.solutions import IKSolutions, Proof
+from ulna.ik.solutions import PROOFS, IKSolutions, Proof
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES, N_KNOWN
 from ulna.kernels.chain.closed_form_rows import known_in_one
@@ -60,7 +57,7 @@ class DeviceSolutions(IKSolutions):
         return self._proofs()
 
     def copy_to_host(self) -> IKSolutions:
-        """The same with NumPy arrays."""
+        """These solutions as NumPy arrays."""
         q, valid, real = (array.copy_to_host() for array in (self.q, self.valid, self.real))
         return IKSolutions(q, valid, real, self.proof, self.family)
 
@@ -117,17 +114,17 @@ def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...
 
     def proofs() -> Proof | NDArray[Any]:
         bits = known.copy_to_host()
-        proof = _PROOFS[proofs_of(bits, (bits & IS_REAL) > 0, 0)].reshape(batch)
+        proof = _PROOFS[proofs_of(bits, (bits & IS_REAL) > 0)].reshape(batch)
         return proof if batch else Proof(str(proof))
 
     shape = *batch, N_BRANCHES
     return DeviceSolutions(q.reshape(*shape, N_AXES), valid.reshape(*shape), real.reshape(*shape), form.geometry, proofs)
 
 
-def _branches(six: SixJoints, targets: Array, seeds: Array, plan: Array) -> Found:
+def _branches(six: SixJoints, targets: Array, seeds: Array, plan: Array) -> tuple[Any, Any, Any]:
     """``SixJoints.branches``, by the GPU."""
     q, known, _, _ = _run(six, targets, seeds, plan, np.arange(N_AXES))
-    return q, known, proofs_of(known, (known & IS_REAL) > 0, 0)
+    return q, known, proofs_of(known, (known & IS_REAL) > 0)
 
 
 def _run(six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArray[np.int64]) -> tuple[Any, ...]:

@@ -15,7 +15,7 @@ from ulna.drivers import entry
 from ulna.engine.bound import bind
 from ulna.errors import InputError
 from ulna.ik.closed_form.axes import N_AXES, turning_order
-from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled_branches, within_limits
+from ulna.ik.closed_form.branches import Branches, all_branches, sampled_branches, within_limits
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
 from ulna.ik.closed_form.six_joints import Workers
@@ -23,7 +23,7 @@ from ulna.ik.options import as_count
 from ulna.ik.problem import Query, make_problem, of_task
 from ulna.ik.search.branch_search import searched_solutions
 from ulna.ik.search.ranking import CollisionFilter, cost_of, refuse_clearance_of_nothing
-from ulna.ik.solutions import IKSolutions, Proof
+from ulna.ik.solutions import PROOFS, IKSolutions, Proof
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, UNPROVED
 from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.positions import as_positions, refuse_out_of_range

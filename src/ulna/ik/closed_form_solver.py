@@ -16,7 +16,7 @@ from ulna.description.pose import as_pose
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.axes import N_AXES, turning_order
-from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches
+from ulna.ik.closed_form.branches import Branches, all_branches
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.options import LEVENBERG_MARQUARDT
 from ulna.ik.problem import Problem, Query, make_problem, mid_range, refuse_no_pose
@@ -25,12 +25,12 @@ from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.search.diagnosis import reach_in_words
 from ulna.ik.search.numeric import NumericSolver, nearest_poses
 from ulna.ik.search.ranking import CollisionFilter, Cost, cost_of, refuse_clearance_of_nothing
-from ulna.ik.search.restarts import Restart, run_starts
+from ulna.ik.search.restarts import run_from_each
 from ulna.ik.search.single_target import bound_to_one_target
-from ulna.ik.solutions import Proof
+from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.tree import entry_names
-from ulna.kinematics.turns import nearest_turns, turning_columns
+from ulna.kinematics.turns import turned_towards, turning_columns
 
 if TYPE_CHECKING:
     from ulna.collision.world import World
@@ -116,8 +116,7 @@ class ClosedFormSolver:
 def _with_errors(problem: Problem, q: Array, info: Array) -> Array:
     """The information with the errors of the link itself, which the joints that were added are no part of."""
     solved = np.flatnonzero(info[:, layout.STATUS] == layout.SOLVED)
-    each = replace(problem, targets=problem.targets[solved], seeds=q[solved], nearest_to=None)
-    info[solved] = run_starts(each, np.arange(len(solved)), Restart(0, 1, 0, from_seed=True))[1][:, 0]  # no step
+    info[solved] = run_from_each(problem, solved, q[solved], 0)[1]
     return info
 
 
@@ -135,9 +134,8 @@ def best_branches(
     goal = mid_range(query.tree)[None] if query.options.rank == "mid_range" else problem.seeds
     branches = all_branches(form, query.tree, problem.targets, goal, query.options.threads)
     q, found = _best(branches, cost, problem)
-    each = replace(problem, seeds=q, nearest_to=None)
-    q, info = run_starts(each, np.arange(len(q)), Restart(0, 1, 0, from_seed=True))  # no step: the errors at q
-    return with_unsolved(search, form, problem, q[:, 0], info[:, 0], found, world)
+    q, info = run_from_each(problem, np.arange(len(q)), q, 0)
+    return with_unsolved(search, form, problem, q, info, found, world)
 
 
 def _best(branches: Branches, cost: Cost, problem: Problem) -> tuple[Array, NDArray[np.bool_]]:
@@ -253,9 +251,6 @@ def no_steps(info: Array) -> Array:
 def _least_excess(form: ClosedForm, problem: Problem, q: Array) -> Array:
     """How far beyond the limits that solution of some (k, n_dof) is, each turned towards them, that is the least so."""
     tree = problem.query.tree
-    turning = turning_columns(form.chain, tree.n_dof)
-    with np.errstate(invalid="ignore"):  # of joints without limits
-        middle = np.where(np.isfinite(tree.lower) & np.isfinite(tree.upper), (tree.lower + tree.upper) / 2, q)
-    q = nearest_turns(q, middle, np.full_like(tree.lower, -np.inf), np.full_like(tree.upper, np.inf), turning)
+    q = turned_towards(q, tree.lower, tree.upper, turning_columns(form.chain, tree.n_dof))
     excess = np.maximum(np.maximum(tree.lower - q, q - tree.upper), 0.0)
     return excess[excess.max(axis=1).argmin()]

@@ -227,6 +227,11 @@ def make_problem(
     )
 
 
+def rows_for(rows: Array, order: NDArray[np.int64]) -> Array:
+    """The rows of some targets (m,), where one row may serve all."""
+    return rows[np.minimum(order, len(rows) - 1)]
+
+
 def refuse_no_pose(T: ArrayLike) -> None:
     """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none.
 

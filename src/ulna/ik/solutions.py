@@ -24,7 +24,8 @@ class Proof(StrEnum):
     SEARCHED = "searched"
 
 
-_WORDS = np.array(tuple(Proof))
+PROOFS = tuple(Proof)
+_WORDS = np.array(PROOFS)
 
 
 @dataclass(frozen=True, eq=False)

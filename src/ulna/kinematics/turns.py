@@ -32,6 +32,13 @@ def nearest_turns(q: Array, goal: Array, lower: Array, upper: Array, turning: ND
     return np.where(turning & (near >= lower) & (near <= upper), near, q)
 
 
+def turned_towards(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
+    """q (..., n_dof) with whole turns of the turning entries that bring each as near to the middle of its range as it can be."""
+    with np.errstate(invalid="ignore"):  # of joints without limits
+        middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
+    return np.where(turning, q - TURN * np.rint((q - middle) / TURN), q)
+
+
 _MOST = 1_000_000  # configurations of one solution: 50 MB
 
 

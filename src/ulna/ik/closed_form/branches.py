@@ -11,7 +11,7 @@ from ulna.drivers import entry
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
 from ulna.ik.closed_form.six_joints import SixJoints, Workers
-from ulna.ik.solutions import Proof
+from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, RATIO
 from ulna.kinematics.tree import Tree, motion_along_z, row_pose
@@ -19,8 +19,12 @@ from ulna.kinematics.turns import nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
-Found = tuple[Array, Truths, NDArray[np.int64]]
-PROOFS = tuple(Proof)
+_Raw = tuple[Array, Truths, NDArray[np.int64]]
+
+# rad: the most that an added joint at rest may turn; at the end of a branch.
+_NEARLY, _NEARLY_AT_END = 1e-3, 0.1
+_SAME = 1e-7  # rad, or share of the reach
+_STEPS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +60,7 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
 
 
 def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Branches:
-    """The branches of an arm whose joints are all of q: the kernel turns them within the limits, and knows the proof."""
+    """The branches of an arm whose joints are all of q: the kernel turns them within the limits, and finds what is proved."""
     six = joints_at(form, seeds[0])
     by_entry = np.ascontiguousarray(seeds[:, six.columns])
     angles, known, proof = six.branches(targets, by_entry, workers, six.plan(tree.lower, tree.upper))
@@ -68,7 +72,7 @@ def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, worke
     return Branches(q, (known & layout.IS_REAL) > 0, (known & layout.IS_WITHIN) > 0, proved)
 
 
-def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Found:
+def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Raw:
     """q, real and proof; joints that are at a limit as far as their angle is known are at it."""
     six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
     if form.n_joints < N_AXES:
@@ -80,8 +84,7 @@ def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Wo
     real = (known & layout.IS_REAL) > 0
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
     q[..., six.columns] = angles
-    proof = proofs_of(known, real, form.n_at_rest) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
-    return q, real, proof
+    return q, real, form.proofs(known, real)
 
 
 def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers) -> Branches:
@@ -129,7 +132,7 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
     return Branches(found.q.reshape(n, m, tree.n_dof), real, valid, proof)
 
 
-def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Found:
+def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Raw:
     """As ``_raw`` for seeds that hold the joint at different places: those of one place together."""
     places = seeds[:, form.held_column]
     q, real = np.empty((len(seeds), layout.N_BRANCHES, tree.n_dof)), np.empty((len(seeds), layout.N_BRANCHES), dtype=bool)
@@ -148,24 +151,6 @@ def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArr
     valid = real & ((q >= lower - layout.AT_LIMIT) & (q <= upper + layout.AT_LIMIT)).all(axis=-1)
     q = np.where(valid[..., None], np.clip(q, lower, upper), np.where(real[..., None], q, np.nan))
     return Branches(q, real, valid, proof)
-
-
-def proofs_of(known: NDArray[np.int8], real: Truths, n_at_rest: int) -> NDArray[np.int64]:
-    """What is proved of targets by all that is known of their branches, shape (n,).
-
-    Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then; nor
-    where joints were added that have to be at rest, for another angle may bring them there.
-    """
-    free = (known & layout.IS_HARDLY_DETERMINED) > 0
-    coinciding = ((known & layout.IS_COINCIDING) > 0) & real
-    rules = [(free & real).any(axis=1) & (n_at_rest == 0), free.any(axis=1), coinciding.any(axis=1)]
-    results = [PROOFS.index(proof) for proof in (Proof.CONTINUUM, Proof.SEARCHED, Proof.COINCIDING)]
-    return np.select(rules, results, PROOFS.index(Proof.COMPLETE))
-
-
-_NEARLY, _NEARLY_AT_END = 1e-3, 0.1  # rad: the most that an added joint at rest may turn; at the end of a branch
-_SAME = 1e-7  # rad, or share of the reach
-_STEPS = 8
 
 
 def branches_of_fewer(

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.ik.closed_form.axes import nearest_point
 from ulna.kernels.chain import closed_form_layout as layout
 
 Array = NDArray[np.float64]
@@ -105,9 +106,7 @@ def _parallel_23(h: Array, c: Array, signs: Array) -> Miss:
 
 
 def _intersecting_12(h: Array, c: Array, _: Array) -> Miss:
-    if min(_skewness(h, 0, 1), _skewness(h, 1, 2)) < _SKEW and _skewness(h, 0, 1) < _SKEW:
-        return None
-    return _with_wrist(layout.INTERSECTING_12, h, c, 0.0, _made_intersecting(h, c, 0, 1))
+    return None if _skewness(h, 0, 1) < _SKEW else _with_wrist(layout.INTERSECTING_12, h, c, 0.0, _made_intersecting(h, c, 0, 1))
 
 
 def _parallel_12(h: Array, c: Array, signs: Array) -> Miss:
@@ -198,11 +197,8 @@ def _with_wrist(number: int, h: Array, c: Array, angle: float, length: float) ->
     """The miss, together with that of the last three axes, which are made to intersect."""
     if min(_skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW:
         return None
-    across = np.eye(3) - h[3:, :, None] * h[3:, None, :]
-    point = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, c[3:]))
-    away = np.linalg.norm(np.einsum("nij,nj->ni", across, point - c[3:]), axis=1).max()
-    c[3:] = point
-    return number, angle, max(length, float(away))
+    c[3:], away = nearest_point(h[3:], c[3:])
+    return number, angle, max(length, away)
 
 
 def _skewness(h: Array, i: int, j: int) -> float:
@@ -220,14 +216,12 @@ def _made_parallel(h: Array, signs: Array, i: int, j: int) -> float:
 
 def _made_intersecting(h: Array, c: Array, i: int, j: int) -> float:
     """Move the points of two axes to where they intersect; the distance between the axes."""
-    normal = np.cross(h[i], h[j])
+    normal, way = np.cross(h[i], h[j]), c[j] - c[i]
     square = normal @ normal
     if square < _SKEW**2:
         return np.inf
-    way = c[j] - c[i]
-    on_i = c[i] + h[i] * (np.cross(way, h[j]) @ normal / square)
-    on_j = c[j] + h[j] * (np.cross(way, h[i]) @ normal / square)
-    c[i] = c[j] = (on_i + on_j) / 2.0
+    _made_near(h, c, i, j)
+    c[i] = c[j] = (c[i] + c[j]) / 2.0
     return float(abs(way @ normal) / np.sqrt(square))
 
 

@@ -15,8 +15,9 @@ from ulna.description.pose import inverse
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.added_joints import of_six
-from ulna.ik.closed_form.axes import N_AXES, Axes, axes_of
+from ulna.ik.closed_form.axes import N_AXES, Axes, axes_of, frame_along
 from ulna.ik.closed_form.families import EXACT, Family, family_of
+from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC
 from ulna.kinematics.turns import TURN
@@ -126,7 +127,7 @@ def table_of(axes: Axes, family: Family, n_free: int) -> Array:
     table[layout.AXES : layout.AXES + 6] = h
     table[layout.POINTS], table[layout.POINTS + 1 : layout.POINTS + 6], table[layout.LAST] = c[0], np.diff(c, axis=0), c[5]
     table[layout.FRAME : layout.FRAME + 3], table[layout.FRAME + 3] = back[:3, :3].T, back[:3, 3] / reach
-    frames = {row: _frame(h[j]) for row, j in ((layout.OF_2, 1), (layout.OF_4, 3), (layout.OF_6, 5))}
+    frames = {row: frame_along(h[j]) for row, j in ((layout.OF_2, 1), (layout.OF_4, 3), (layout.OF_6, 5))}
     for row, frame in frames.items():
         table[layout.NORMALS + row : layout.NORMALS + row + 2] = frame[:, :2].T
     before = layout.OF_2 if family.number in _PARALLEL else layout.OF_4
@@ -142,13 +143,6 @@ def table_of(axes: Axes, family: Family, n_free: int) -> Array:
     return table
 
 
-def _frame(h: Array) -> Array:
-    """The frame of an axis: its columns are a normal n, h x n and h."""
-    n = np.asarray(np.cross(h, np.eye(3)[np.argmin(np.abs(h))]), dtype=np.float64)
-    n = n / float(np.linalg.norm(n))
-    return np.column_stack([n, np.cross(h, n), h])
-
-
 def _turns(before: Array, h: Array, behind: Array) -> Array:
     """K, C and S of K + C cos + S sin = before' rot(h, angle) behind, by Rodrigues' formula: nine rows."""
     still = np.outer(h, h)
@@ -161,3 +155,16 @@ def _bends(h: Array, k: Array, p: Array) -> tuple[float, float]:
     a, b = (float(np.arctan2(np.linalg.norm(np.cross(k, v)), k @ v)) for v in (h, p))
     less, more = 2.0 * np.sin((a - b) / 2.0) ** 2, 2.0 * np.cos((a + b) / 2.0) ** 2
     return 0.0 if less < _NOTHING else float(less), 0.0 if more < _NOTHING else float(more)
+
+
+def proofs_of(known: NDArray[np.int8], real: NDArray[np.bool_], n_at_rest: int = 0) -> NDArray[np.int64]:
+    """The numbers in ``PROOFS`` of what is proved of targets by all that is known of their branches (n, 8), shape (n,).
+
+    If an unsolved branch has an undetermined angle, another value may solve it: no proof. Nor is there one where joints were
+    added that have to be at rest, for another value may bring them there.
+    """
+    free = (known & layout.IS_HARDLY_DETERMINED) > 0
+    coinciding = ((known & layout.IS_COINCIDING) > 0) & real
+    rules = [(free & real).any(axis=1) & (n_at_rest == 0), free.any(axis=1), coinciding.any(axis=1)]
+    results = [PROOFS.index(proof) for proof in (Proof.CONTINUUM, Proof.SEARCHED, Proof.COINCIDING)]
+    return np.select(rules, results, PROOFS.index(Proof.COMPLETE))

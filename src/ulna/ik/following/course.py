@@ -15,7 +15,7 @@ from ulna.ik.following.lifts import Lifts
 from ulna.ik.problem import SEEDED_STEPS, Problem, Query, make_problem
 from ulna.ik.result import IKResult
 from ulna.ik.search.ranking import CollisionFilter, cost_of
-from ulna.ik.search.restarts import Restart, run_starts
+from ulna.ik.search.restarts import run_from_each
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.turns import TURN, nearest_turns, turning_columns
@@ -131,16 +131,15 @@ class Course:
 
     def near(self, order: NDArray[np.int64], guesses: Array, *, beyond_limits: bool = False) -> tuple[Array, Truths]:
         """Solutions of some poses (m,) that a search from each guess (m, n_dof) converges to, and whether it does."""
-        lower, upper = self.query.tree.bounds
-        problem = replace(self.problem, targets=self.targets[order], seeds=np.ascontiguousarray(guesses), nearest_to=None)
+        problem = self.problem
         if beyond_limits:
             bounds = self.query.limits.copy()
             bounds[:, 0], bounds[:, 1] = -np.inf, np.inf
             problem = replace(problem, bounds=bounds)
         else:
-            problem = replace(problem, seeds=np.clip(guesses, lower, upper))
-        q, info = run_starts(problem, np.arange(len(order)), Restart(0, 1, SEEDED_STEPS, from_seed=True))
-        return q[:, 0], info[:, 0, layout.STATUS] == layout.SOLVED
+            guesses = np.clip(guesses, *self.query.tree.bounds)
+        q, info = run_from_each(problem, order, guesses, SEEDED_STEPS)
+        return q, info[:, layout.STATUS] == layout.SOLVED
 
     def collide(self, q: Array) -> Truths:
         """Whether configurations (m, n_dof) collide, shape (m,)."""

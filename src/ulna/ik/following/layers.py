@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.ik.closed_form.axes import N_AXES
-from ulna.ik.closed_form.branches import PROOFS, all_branches
+from ulna.ik.closed_form.branches import all_branches
 from ulna.ik.following.course import Course
 from ulna.ik.following.graph import LazyEdges, Sweep, sweep
 from ulna.ik.problem import STEPS
 from ulna.ik.search.restarts import Restart, run_starts
-from ulna.ik.solutions import Proof
+from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT, ENOUGH, HARDLY_BEYOND
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.turns import TURN

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.problem import STEPS, Problem, Query, make_problem
-from ulna.ik.search.restarts import Restart, limit_starts, run_starts
+from ulna.ik.search.restarts import Restart, run_starts
+from ulna.ik.search.starts import limit_starts
 from ulna.ik.search.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.jacobian import geometric_jacobian

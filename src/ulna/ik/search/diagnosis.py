@@ -6,14 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.options import DEFAULT_BUDGET
-from ulna.ik.problem import STEPS, Problem
+from ulna.ik.problem import STEPS, Problem, rows_for
 from ulna.ik.result import CODES, Status
-from ulna.ik.search.restarts import Restart, Search, limit_starts, run_starts
+from ulna.ik.search.restarts import Restart, Search, run_starts
+from ulna.ik.search.starts import limit_starts
 from ulna.ik.search.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
-from ulna.kinematics.turns import TURN, turning_columns
+from ulna.kinematics.turns import turned_towards, turning_columns
 
 Array = NDArray[np.float64]
 _STARTS = 64  # tried without limits, before limits are ruled out as the reason
@@ -97,9 +98,9 @@ def _search_beyond(search: Search, order: NDArray[np.int64], bounds: Array, stat
     """
     problem = replace(search.problem, bounds=bounds)
     q, info = run_starts(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
-    own = search.problem.bounds[np.minimum(order, len(search.problem.bounds) - 1)][:, None]
+    own = rows_for(search.problem.bounds, order)[:, None]
     if status == Status.JOINT_LIMITS:
-        q = _turned_towards(problem, q, own[:, :, 0], own[:, :, 1])
+        q = turned_towards(q, own[:, :, 0], own[:, :, 1], turning_columns(problem.chain, problem.query.tree.n_dof))
     excess = np.maximum(np.maximum(own[:, :, 0] - q, q - own[:, :, 1]), 0.0)
     cost = np.where(info[:, :, layout.STATUS] == layout.SOLVED, excess.max(axis=-1), np.inf)
     solved = np.isfinite(cost.min(axis=1))
@@ -134,14 +135,6 @@ def _without_limits(problem: Problem) -> Array:
             is_slide = int(row[KIND]) != REVOLUTE
             bounds[0, 2:, j] = (bounds[0, 2, j] - width[j], bounds[0, 3, j] + width[j]) if is_slide else (-np.pi, np.pi)
     return bounds
-
-
-def _turned_towards(problem: Problem, q: Array, lower: Array, upper: Array) -> Array:
-    """q with whole turns taken from the joints that only turn, so that each lies as near to its range as it can."""
-    turning = turning_columns(problem.chain, problem.query.tree.n_dof)
-    with np.errstate(invalid="ignore"):
-        middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
-    return np.where(turning, q - TURN * np.rint((q - middle) / TURN), q)
 
 
 def settle_open(search: Search, *, out_of_time: bool) -> None:

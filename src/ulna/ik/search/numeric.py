@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +13,7 @@ from ulna.ik.reason import Explanation
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.search.diagnosis import close_unreachable, explain_open, reach_in_words, settle_open
 from ulna.ik.search.ranking import CollisionFilter, cost_of, refuse_clearance_of_nothing
-from ulna.ik.search.restarts import Restart, Search, run_starts, search_with_restarts
+from ulna.ik.search.restarts import Restart, Search, run_from_each, search_with_restarts
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.tree import entry_names
@@ -101,14 +100,13 @@ def convergence(problem: Problem, info: Array, origin: Array | None = None, *, w
     """
     start, steps = int(info[layout.START]), int(info[layout.ITERATIONS])
     q = _start(problem, start) if origin is None else origin
-    rows = []
+    rows, alone = [], np.zeros(1, dtype=np.int64)
     for k in range(steps + 1):
-        here = replace(problem, seeds=q[None], nearest_to=None)
-        _, before = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 0, from_seed=True, with_posture=with_posture))
-        after, _ = run_starts(here, np.zeros(1, dtype=np.int64), Restart(0, 1, 1, from_seed=True, with_posture=with_posture))
-        step = np.abs(after[0, 0] - q).max() if k < steps else 0.0
-        rows.append([*before[0, 0, [layout.POSITION_ERROR, layout.ROTATION_ERROR]], step, before[0, 0, layout.DAMPING]])
-        q = after[0, 0]
+        _, (before,) = run_from_each(problem, alone, q[None], 0, with_posture=with_posture)
+        (after,), _ = run_from_each(problem, alone, q[None], 1, with_posture=with_posture)
+        step = np.abs(after - q).max() if k < steps else 0.0
+        rows.append([*before[[layout.POSITION_ERROR, layout.ROTATION_ERROR]], step, before[layout.DAMPING]])
+        q = after
     table = np.array(rows)
     table[1:, 2], table[0, 2] = table[:-1, 2].copy(), 0.0
     return table

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ulna.collision.checker import Checker
 from ulna.errors import InputError
-from ulna.ik.problem import Problem, mid_range
+from ulna.ik.problem import Problem, mid_range, rows_for
 from ulna.kinematics.jacobian import manipulability
 from ulna.kinematics.tree import Tree
 
@@ -47,7 +47,7 @@ def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None
         elif rank == "clearance" and collisions is not None:
             cost = -collisions.clearance(q)
         elif rank == "nearest" or problem.seeded:
-            seeds = problem.seeds[np.minimum(order, len(problem.seeds) - 1)]
+            seeds = rows_for(problem.seeds, order)
             cost = np.abs(q - seeds).max(axis=-1)
         else:
             cost = np.zeros(len(q))

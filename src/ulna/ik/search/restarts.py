@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
-from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, rows_for
 from ulna.ik.search.ranking import Cost
-from ulna.ik.search.starts import closed_form_starts, limit_samples, seed_sample, unit_samples
+from ulna.ik.search.starts import closed_form_starts, seed_sample, unit_samples
 from ulna.ik.search.units import solved_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.turns import nearest_turns, turning_columns
@@ -110,10 +110,9 @@ class Search:
         """
         m, k, n_dof = origins.shape
         each = np.repeat(order, k)
-        own = self.problem.bounds[np.minimum(each, len(self.problem.bounds) - 1)]
+        own, goal = rows_for(self.problem.bounds, each), self.problem.nearest_to
         seeds = np.clip(origins.reshape(-1, n_dof), own[:, 0], own[:, 1])
-        goal = self.problem.nearest_to
-        goal = None if goal is None else goal[np.minimum(each, len(goal) - 1)]
+        goal = None if goal is None else rows_for(goal, each)
         problem = replace(self.problem, targets=self.problem.targets[each], seeds=seeds, bounds=own, nearest_to=goal)
         part = Restart(0, 1, steps, from_seed=True)
         q, info = (rows.reshape(m, k, -1) for rows in run_starts(problem, np.arange(m * k), part))
@@ -151,14 +150,6 @@ class Search:
         for row in np.flatnonzero(refused.any(axis=1)):
             k = refused[row].argmax()
             self.rejected.setdefault(int(order[row]), (q[row, k].copy(), info[row, k].copy()))
-
-
-def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Array:
-    """Configurations with many joints at their bounds, to search some targets from, shape (m, count, n_dof)."""
-    query = problem.query
-    seeds, bounds = (rows[np.minimum(order, len(rows) - 1)][:, None] for rows in (problem.seeds, problem.bounds))
-    share = limit_samples(query.tree, query.link, query.options.seed, count)
-    return np.where(np.isnan(share), seeds, bounds[:, :, 2] + share * (bounds[:, :, 3] - bounds[:, :, 2]))
 
 
 def run_from_branches(search: Search) -> None:
@@ -202,6 +193,25 @@ def run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tup
     return _as_near_as_turns(problem, order, q), info
 
 
+def run_from_each(
+    problem: Problem, order: NDArray[np.int64], q: Array, steps: int, *, with_posture: bool = False
+) -> tuple[Array, Array]:
+    """The results for some targets (m,), each from a configuration q (m, n_dof) of its own: q (m, n_dof), info (m, N_INFO).
+
+    With no step the information is that of q itself.
+    """
+    each = replace(
+        problem,
+        targets=problem.targets[order],
+        seeds=np.ascontiguousarray(q),
+        bounds=problem.bounds if len(problem.bounds) == 1 else problem.bounds[order],
+        nearest_to=None,
+    )
+    part = Restart(0, 1, steps, from_seed=True, with_posture=with_posture)
+    q, info = run_starts(each, np.arange(len(order)), part)
+    return q[:, 0], info[:, 0]
+
+
 def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
     query, options = problem.query, problem.query.options
     n_dof = query.tree.n_dof
@@ -228,6 +238,5 @@ def _as_near_as_turns(problem: Problem, order: NDArray[np.int64], q: Array) -> A
     """q (m, n_starts, n_dof), moved by whole turns as near as possible to ``nearest_to``, if that is given."""
     if problem.nearest_to is None:
         return q
-    goal, bounds = problem.nearest_to, problem.bounds
-    goal, bounds = goal[np.minimum(order, len(goal) - 1)][:, None], bounds[np.minimum(order, len(bounds) - 1)][:, None]
+    goal, bounds = (rows_for(rows, order)[:, None] for rows in (problem.nearest_to, problem.bounds))
     return nearest_turns(q, goal, bounds[:, :, 0], bounds[:, :, 1], turning_columns(problem.chain, q.shape[-1]))

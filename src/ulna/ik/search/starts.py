@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ulna.ik.closed_form.branches import at_places
 from ulna.ik.closed_form.closed_form import closed_form_of, held_range
-from ulna.ik.problem import Problem
+from ulna.ik.problem import Problem, rows_for
 from ulna.ik.search.ranking import Cost
 from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.tree import Tree
@@ -40,7 +40,7 @@ def unit_samples(tree: Tree, link: str, seed: int, first: int, count: int) -> Ar
 
 
 def limit_samples(tree: Tree, link: str, seed: int, count: int) -> Array:
-    """Random starts with about two thirds of the joints at a limit: shape (count, n_dof), in [0, 1]; NaN as above.
+    """Random starts with about two thirds of the joints at a limit: shape (count, n_dof), in [0, 1]; NaN as in ``unit_samples``.
 
     For targets at the border of what the limits allow, where few of the starts from within lead.
     """
@@ -71,8 +71,8 @@ def closed_form_starts(
     form = closed_form_of(tree, query.link, task=task) if task.kind == WHOLE_POSE and len(order) else None
     if form is None or form.held_column is None:
         return none
-    seeds = problem.seeds[np.minimum(order, len(problem.seeds) - 1)]
-    bounds = problem.bounds[np.minimum(order, len(problem.bounds) - 1)]
+    seeds = rows_for(problem.seeds, order)
+    bounds = rows_for(problem.bounds, order)
     low, high = held_range(tree, form.held_column)
     spread = low + (np.arange(_PLACES - 1) + 0.5) / (_PLACES - 1) * (high - low)
     places = np.column_stack([seeds[:, form.held_column], np.broadcast_to(spread, (len(order), _PLACES - 1))])
@@ -88,3 +88,11 @@ def closed_form_starts(
     nearest = np.where(np.isfinite(cost[rows, nearest]), nearest, nearest[:, :1])
     known = np.isfinite(cost).any(axis=1)
     return order[known], q[rows, nearest][known]
+
+
+def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Array:
+    """Configurations with many joints at their bounds, to search some targets from, shape (m, count, n_dof)."""
+    query = problem.query
+    seeds, bounds = (rows_for(rows, order)[:, None] for rows in (problem.seeds, problem.bounds))
+    share = limit_samples(query.tree, query.link, query.options.seed, count)
+    return np.where(np.isnan(share), seeds, bounds[:, :, 2] + share * (bounds[:, :, 3] - bounds[:, :, 2]))

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.ik.problem import Problem
+from ulna.ik.problem import Problem, rows_for
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, OFFSET, PRISMATIC, RATIO, REVOLUTE
 
@@ -39,13 +39,13 @@ def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> 
 
 def too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
     """Which targets (m,) exceed the range of the kernels when measured in a unit: they are out of reach."""
-    seeds = problem.seeds[np.minimum(order, len(problem.seeds) - 1)] / _slide_units(problem, unit)
+    seeds = rows_for(problem.seeds, order) / _slide_units(problem, unit)
     far = (np.abs(problem.targets[order, :3, 3]) > LARGEST * unit).any(axis=1)
     return np.logical_or(far, (np.abs(seeds) > LARGEST).any(axis=1))
 
 
 def in_unit(problem: Problem, unit: float) -> Problem:
-    """The same problem with all lengths in a unit."""
+    """A problem with all lengths in a unit."""
     slides, chain, targets, settings = (
         _slide_units(problem, unit),
         problem.chain.copy(),
