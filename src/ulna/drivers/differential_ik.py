@@ -31,7 +31,7 @@ def differential_one(chain, expressed_in, limits, velocity_limits, damping, dt, 
 
 @entry((TABLE, WHOLE, TABLE, CONSTANTS, NUMBER, NUMBER, MATRIX, MATRIX, MATRIX))
 def differential_batch(chain, expressed_in, limits, velocity_limits, damping, dt, q, twists, out):
-    """The same for q (n, n_dof), twists (n or 1, 6) and out (n, n_dof): eight rows at a time."""
+    """``differential_one`` for q (n, n_dof), twists (n or 1, 6) and out (n, n_dof): eight rows at a time."""
     n, n_dof = out.shape
     q_rows, twist_rows, x_rows = zero_rows(n_dof), zero_rows(6), zero_rows(n_dof)
     jacobian_rows, bound_rows = empty_rows(6 * n_dof), empty_rows(2 * n_dof)

@@ -83,8 +83,8 @@ class AllSolutions:
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
         rank = self._query.options.rank
-        plain = not whole_turns and q_seed is None and world is None and rank is None
-        if self._of_one is not None and plain and (alone := self._of_one(T)) is not None:
+        is_default = not whole_turns and q_seed is None and world is None and rank is None
+        if self._of_one is not None and is_default and (alone := self._of_one(T)) is not None:
             q, valid, real, proved = alone
             return IKSolutions.of_one(q, valid, real, PROOFS[proved], self._family)
         refuse_clearance_of_nothing(rank, world)

@@ -54,7 +54,7 @@ class CompiledForward(Called):
         return self._validated(q, out, threads)
 
     def _validated(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-        """The same for a batch, and for arguments that must be converted or refused."""
+        """T_base_link for a batch, and for arguments that must be converted or refused."""
         q = as_positions(q, self._tree)
         T = as_out(out, (*q.shape[:-1], 4, 4), q)
         if q.ndim == 1:

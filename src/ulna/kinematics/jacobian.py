@@ -64,7 +64,7 @@ class CompiledJacobian(Called):
         return self._validated(q, out, threads)
 
     def _validated(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-        """The same for a batch, and for arguments that must be converted or refused."""
+        """J for a batch, and for arguments that must be converted or refused."""
         q, n_dof = as_positions(q, self._tree), self._tree.n_dof
         J = as_out(out, (*q.shape[:-1], 6, n_dof), q)
         if q.ndim == 1:

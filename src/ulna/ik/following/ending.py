@@ -131,7 +131,7 @@ def _unsolved(facts: _Facts) -> Reason | None:
         return None
     status = _SAME.get(Status(str(found.status)), PathStatus.UNREACHABLE)
     if status is not PathStatus.UNREACHABLE and facts.near_beyond.any():
-        return None  # the limits or the collision on the way are told with more detail
+        return None  # the limits or the collision on the way say more
     depths = _touching(course, found.q) if status is PathStatus.COLLISION else ()
     return facts.ending(status, str(found.reason) or "no solution was found", np.asarray(found.limit_excess), depths)
 

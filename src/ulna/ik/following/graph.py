@@ -59,7 +59,7 @@ def _short_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Coun
 
 
 def _all_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts, Counts, Array, Counts]:
-    """The same for steps of any length: two nodes are joined once for every shift of the lifts that is short enough."""
+    """Begin, end, joint steps and turns for steps of any length: nodes are joined once for every shift that is short enough."""
     steps, turns = lifts.steps(a[None, :], b[:, None])
     end, begin = np.nonzero(np.where(lifts.lifted, 0.0, np.abs(steps)).max(axis=-1, initial=0.0) <= longest)
     steps, turns = steps[end, begin], turns[end, begin]
@@ -101,7 +101,7 @@ class Sweep:
         return np.array([divmod(at, self.costs[-1].shape[1]) for at in reversed(places)])
 
     def first(self, n_layers: int) -> Sweep:
-        """The same of the first layers alone."""
+        """The sweep of the first layers alone."""
         return Sweep(self.costs[:n_layers], self.before[: n_layers - 1])
 
 

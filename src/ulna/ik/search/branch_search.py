@@ -129,8 +129,8 @@ def _is_continuum(problem: Problem, found: Array) -> bool:
     """Whether the solutions are not isolated: more joints than rows, or far more solutions than any arm has branches."""
     query = problem.query
     moving = query.tree.moving_columns(query.link)
-    asked = int((np.asarray(query.options.task.slack) == 0.0).sum())
-    if len(moving) > asked or len(found) >= _MOST_BRANCHES:
+    n_required = int((np.asarray(query.options.task.slack) == 0.0).sum())
+    if len(moving) > n_required or len(found) >= _MOST_BRANCHES:
         return True
     if not len(found) or not len(moving):
         return False
@@ -140,7 +140,7 @@ def _is_continuum(problem: Problem, found: Array) -> bool:
 
 
 def _task_jacobian(problem: Problem, q: Array) -> Array:
-    """The rows of the Jacobian, in the axes of the task, that the task asks for, shape (..., n_rows, n_dof)."""
+    """The rows of the Jacobian that the task requires, in its axes, shape (..., n_rows, n_dof)."""
     query = problem.query
     J = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "link"), query.unit)
     if query.task_axes is not None:

@@ -1,4 +1,19 @@
-"""Solves by Levenberg-Marquardt with restarts, and says why a target was not reached."""
+"""Solves by Levenberg-Marquardt from many starts, and says why a target was not reached: the face of this folder.
+
+The idea. With e(q) the pose that is left, six numbers (m, rad) in the axes of the base, and J the Jacobian, a step
+
+    dq = J' (J J' + lambda I)^-1 e,    lambda = 0.05 |e|^2 + 1e-12    (Sugihara 2011)
+
+is long and careful far from the target, and Newton's near it, where lambda vanishes. Every step is kept within the limits
+(``kernels/ik``). It may end in a local minimum of |e|, so there are many starts (``starts``): the caller's seed, random ones, for
+seven joints branches of the closed form. Eight searches run at a time, one a lane; one that has ended makes room for the next.
+
+1. ``single_target``: the fast path, one call of the kernels for one target with default options.
+2. ``restarts``: rounds for a batch, of one start each, then of more and more for the targets that are left. ``ranking``: which of
+   several solutions is taken. ``units``: arms that are far from a metre long are searched in a unit of their own.
+3. ``diagnosis``: for targets without a solution the nearest pose, and whether reach, limits, collision or a singularity is why.
+4. ``branch_search``: all solutions of one target. ``textbook_methods``: other steps from the seed alone, for teaching.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +49,7 @@ class NumericSolver:
 
     @staticmethod
     def applies(query: Query) -> bool:
-        """Whether this method is asked for."""
+        """Whether this method was chosen."""
         return query.options.method == LEVENBERG_MARQUARDT
 
     def solve(

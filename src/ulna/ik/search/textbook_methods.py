@@ -41,7 +41,7 @@ class TextbookSolver:
 
     @staticmethod
     def applies(query: Query) -> bool:
-        """Whether one of these methods is asked for."""
+        """Whether one of these methods was chosen."""
         return query.options.is_textbook
 
     def solve(

@@ -48,8 +48,8 @@ ENOUGH = 1e-12  # of RESIDUAL: below it a step of ``polish`` is not worth its ti
 # No further beyond a limit than the first a joint is at it [rad or m]; further than the second it is not, however little is
 # known of its angle (``put_at_limits``).
 AT_LIMIT, HARDLY_BEYOND = 1e-9, 1e-3
-# Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle is taken for any, and
-# below the second it is said that it may be: the rounding of other angles may have made it that large.
+# Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle counts as
+# undetermined, below the second as possibly so: the rounding of other angles may have made it that large.
 UNDETERMINED, HARDLY_DETERMINED = 1e-44, 1e-36
 # Of APART, which is the fourth power of the sine of half an angle: of one solution, and of a pair that is complex for certain.
 COINCIDING, COMPLEX = 1e-24, -1e-16

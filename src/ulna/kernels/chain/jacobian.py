@@ -75,7 +75,7 @@ def add_joint(chain, i, end, jacobian_rows, across, down):
 
 @kernel
 def write_joint(chain, i, is_first, end, jacobian_rows, across, down):
-    """The same, or write it as the first."""
+    """Write the twist of joint i to the column of its entry of q if it is the first there (``is_first``), else add it."""
     if int(chain[i, KIND]) != FIXED:
         v, w = joint_twist(chain, i, end)
         row = across * int(chain[i, COLUMN])

@@ -38,7 +38,7 @@ def parts(h, k, v):
 
 @kernel
 def circles(first, second, left_1, left_2):
-    """u, the columns of B, and |L^-1|^2 for first + (a_1, a_2) . x_1 = left . y in two rows L; its parts are plain or lanes."""
+    """u, the columns of B, and |L^-1|^2 for first + (a_1, a_2) . x_1 = left . y in two rows L; parts are numbers or lanes."""
     det = left_1[1] * left_2[2] - left_1[2] * left_2[1]
     r = 1.0 / det
     i_11, i_12, i_21, i_22 = left_2[2] * r, -left_1[2] * r, -left_2[1] * r, left_1[1] * r
