@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.following.lifts import Lifts
-from ulna.ik.problem import SEEDED_STEPS, Problem, Query, make_problem
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem
 from ulna.ik.result import IKResult
 from ulna.ik.search.ranking import CollisionFilter, cost_of
-from ulna.ik.search.restarts import run_from_each
+from ulna.ik.search.restarts import Restart, run_from_each, run_starts
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.turns import TURN, nearest_turns, turning_columns
@@ -141,6 +141,17 @@ class Course:
         q, info = run_from_each(problem, order, guesses, SEEDED_STEPS)
         return q, info[:, layout.STATUS] == layout.SOLVED
 
+    def searched(self, order: NDArray[np.int64], n_starts: int) -> list[Array]:
+        """For each of some poses (m,) what a search finds from the start and from random starts, shape (k, n_dof)."""
+        problem = replace(self.problem, nearest_to=None)
+        q, info = run_starts(problem, order, Restart(0, n_starts, STEPS, from_seed=True))
+        return [row[good] for row, good in zip(q, info[..., layout.STATUS] == layout.SOLVED, strict=True)]
+
+    def clear(self, rows: list[Array]) -> list[Array]:
+        """For each list of configurations (m, n_dof) those that do not collide."""
+        hit = self.collide(np.concatenate(rows))
+        return [q[~bad] for q, bad in zip(rows, split_as(rows, hit), strict=True)]
+
     def collide(self, q: Array) -> Truths:
         """Whether configurations (m, n_dof) collide, shape (m,)."""
         return np.zeros(len(q), dtype=bool) if self.collisions is None or not len(q) else self.collisions.collides(q)
@@ -163,3 +174,8 @@ class Course:
             raise AssertionError("a rank gives a cost")
         near = self.lifts.nearest(q, self.start)
         return cost(np.zeros(len(q), dtype=np.int64), near)
+
+
+def split_as(rows: list[Array], values: NDArray) -> list[NDArray]:
+    """Values that belong to the rows of several lists, one list behind the other, by list."""
+    return np.split(values, np.cumsum([len(row) for row in rows])[:-1])

@@ -17,6 +17,7 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
+Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at both ends; whole turns make no difference
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +142,8 @@ def _through(cost: Array, edges: Edges) -> tuple[Array, Counts]:
     return np.where(come_from >= 0, come, np.inf), edges.begin[:, None] * cost.shape[1] + come_from
 
 
-class LazyEdges:
-    """The edges between layers of nodes.
+class LayerEdges:
+    """The edges between all layers of nodes: each layer's are made when they are first needed, less those found wrong.
 
     Args:
         lifts: The whole turns.
@@ -154,7 +155,7 @@ class LazyEdges:
     def __init__(self, lifts: Lifts, nodes: list[Array], longest: Array, weights: Array) -> None:
         self._lifts, self._nodes, self._longest, self._weights = lifts, nodes, longest, weights
         self._known: dict[int, Edges] = {}
-        self.removed: set[tuple[int, int, int]] = set()
+        self.removed: set[Key] = set()
 
     def of(self, k: int) -> Edges:
         """Those from layer k to the next."""

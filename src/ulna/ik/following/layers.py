@@ -6,8 +6,8 @@ the best chain is the best of all, and where none leads on, there is none.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,10 @@ from numpy.typing import NDArray
 from ulna.drivers import entry
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import all_branches
-from ulna.ik.following.course import Course
-from ulna.ik.following.graph import LazyEdges, Sweep, sweep
-from ulna.ik.problem import STEPS
-from ulna.ik.search.restarts import Restart, run_starts
+from ulna.ik.following.course import Course, split_as
+from ulna.ik.following.graph import Key, LayerEdges, Sweep, sweep
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT, ENOUGH, HARDLY_BEYOND
-from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
@@ -70,7 +67,7 @@ def along_branches(course: Course) -> Found:
     layers = make_layers(course)
     nodes = at_both_limits(course, [with_start(course, layers.nodes[0]), *layers.nodes[1:]])
     each = np.ones(len(nodes))
-    edges = LazyEdges(course.lifts, nodes, course.max_step * each, course.weight * each)
+    edges = LayerEdges(course.lifts, nodes, course.max_step * each, course.weight * each)
     costs = _costs(course, nodes)
     done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
     q, done = _best(course, nodes, costs, edges, done)
@@ -106,17 +103,40 @@ def _leading_on(course: Course, k: int, ends: Array, nodes: list[Array]) -> Arra
     return at_both_limits(course, [q[is_new]])[0]
 
 
-def _best(course: Course, nodes: list[Array], costs: list[Array], edges: LazyEdges, done: Sweep) -> tuple[Array, Sweep]:
+def _best(course: Course, nodes: list[Array], costs: list[Array], edges: LayerEdges, done: Sweep) -> tuple[Array, Sweep]:
     """The cheapest path none of whose edges collides, after those that do have been left out."""
-    for left in reversed(range(_MOST_ROUNDS)):
+
+    def colliding(q: Array, chain: NDArray[np.int64]) -> list[Key]:
+        hit = np.flatnonzero(course.edges_collide(q[:-1], q[1:]))
+        return [(int(k), int(chain[k, 0]), int(chain[k + 1, 0])) for k in hit]
+
+    q, _, done, wrong = best_chain(course, nodes, costs, edges, done, colliding, _MOST_ROUNDS)
+    return q[: wrong[0][0] + 1] if wrong else q, done
+
+
+def best_chain(
+    course: Course,
+    nodes: list[Array],
+    costs: list[Array],
+    edges: LayerEdges,
+    done: Sweep,
+    wrong_edges: Callable[[Array, NDArray[np.int64]], list[Key]],
+    most_rounds: int,
+) -> tuple[Array, NDArray[np.int64], Sweep, list[Key]]:
+    """The cheapest chain none of whose edges is wrong: its path, its nodes and lifts, and the sweep that led to it.
+
+    Edges are tested on the cheapest chain alone. Those that are wrong are left out, and the layers behind the first of them are
+    swept again. Last are the wrong edges that are left after the last round.
+    """
+    for left in reversed(range(most_rounds)):
         done = sweep(course.lifts, nodes, costs, edges.of, done)
         q, chain = path_of(course, done, nodes)
-        hit = np.flatnonzero(course.edges_collide(q[:-1], q[1:]))
-        if not len(hit) or not left:
-            return q[: hit[0] + 1] if len(hit) else q, done
-        for k in hit:
-            edges.remove(int(k), int(chain[k, 0]), int(chain[k + 1, 0]))
-        done = done.first(int(hit[0]) + 1)
+        wrong = wrong_edges(q, chain)
+        if not wrong or not left:
+            return q, chain, done, wrong
+        for edge in wrong:
+            edges.remove(*edge)
+        done = done.first(min(wrong)[0] + 1)
     raise AssertionError("the last round returns")
 
 
@@ -165,9 +185,8 @@ def _searched(course: Course) -> list[Array]:
     """Solutions of some poses from many starts, continued to all others."""
     n, n_dof = len(course.targets), course.query.tree.n_dof
     knots = np.unique(np.linspace(0, n - 1, min(n, _MOST_KNOTS)).round().astype(np.int64))
-    q, info = run_starts(replace(course.problem, nearest_to=None), knots, Restart(0, _STARTS, STEPS, from_seed=True))
-    solved = info[..., layout.STATUS] == layout.SOLVED
-    at = {int(k): _distinct(course, row[good])[:_MOST_BRANCHES] for k, row, good in zip(knots, q, solved, strict=True)}
+    found = course.searched(knots, _STARTS)
+    at = {int(k): _distinct(course, q)[:_MOST_BRANCHES] for k, q in zip(knots, found, strict=True)}
     rows = [[at.get(k, np.empty((0, n_dof)))] for k in range(n)]
     for towards in (1, -1):
         _continue_all(course, knots, at, rows, towards)
@@ -203,11 +222,10 @@ def _distinct(course: Course, q: Array) -> Array:
 
 def _parted(course: Course, rows: list[Array], proved: Truths) -> Layers:
     """Solutions in their first turn, those that collide apart."""
-    counts = np.cumsum([0, *map(len, rows)])
     every = course.lifts.first_turn(np.concatenate(rows))
-    hit = course.collide(every)
-    parts = [slice(*pair) for pair in pairwise(counts)]
-    return Layers([every[part][~hit[part]] for part in parts], [every[part][hit[part]] for part in parts], proved)
+    hits = split_as(rows, course.collide(every))
+    parts = list(zip(split_as(rows, every), hits, strict=True))
+    return Layers([q[~hit] for q, hit in parts], [q[hit] for q, hit in parts], proved)
 
 
 def with_start(course: Course, q: Array) -> Array:
@@ -222,14 +240,12 @@ def at_both_limits(course: Course, nodes: list[Array]) -> list[Array]:
     if not course.lifts.closed.any():
         return nodes
     every = np.concatenate(nodes)
-    at_limit = (course.lifts.closed & (every <= course.lifts.lower + AT_LIMIT)).any(axis=1)
-    parts = np.split(at_limit, np.cumsum([len(q) for q in nodes])[:-1])
-    return [course.lifts.at_both_limits(q) if part.any() else q for q, part in zip(nodes, parts, strict=True)]
+    at_limit = np.any(course.lifts.closed & (every <= course.lifts.lower + AT_LIMIT), axis=1)
+    return [course.lifts.at_both_limits(q) if some.any() else q for q, some in zip(nodes, split_as(nodes, at_limit), strict=True)]
 
 
 def _costs(course: Course, nodes: list[Array]) -> list[Array]:
-    every = course.costs(np.concatenate(nodes))
-    return np.split(every, np.cumsum([len(q) for q in nodes])[:-1])
+    return split_as(nodes, course.costs(np.concatenate(nodes)))
 
 
 def path_of(course: Course, done: Sweep, nodes: list[Array]) -> tuple[Array, NDArray[np.int64]]:

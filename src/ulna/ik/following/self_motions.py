@@ -13,7 +13,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,15 +20,11 @@ from numpy.typing import NDArray
 
 from ulna.ik.closed_form.branches import sampled_branches
 from ulna.ik.following.course import Course
-from ulna.ik.following.graph import LazyEdges, Sweep, sweep
-from ulna.ik.following.layers import Found, at_both_limits, path_of, with_start
-from ulna.ik.problem import STEPS
-from ulna.ik.search.restarts import Restart, run_starts
-from ulna.kernels.ik import search_layout as layout
+from ulna.ik.following.graph import Key, LayerEdges, Sweep
+from ulna.ik.following.layers import Found, at_both_limits, best_chain, with_start
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at both ends; whole turns make no difference
 
 
 class _Density(NamedTuple):
@@ -82,20 +77,12 @@ def _knots(course: Course, density: _Density) -> Counts:
 
 def _nodes(course: Course, knots: Counts, density: _Density) -> list[Array]:
     """Solutions of every knot that are clear of the world, in their first turn, none near another."""
-    sources = [_searched(course, knots, density.starts)]
+    sources = [course.searched(knots, density.starts)]
     if course.form is not None:
         sources.append(_sampled(course, knots, density.samples))
     rows = [_thinned(course.lifts.first_turn(np.concatenate(parts)), density.apart) for parts in zip(*sources, strict=True)]
     rows[0] = with_start(course, rows[0])
-    every, parts = np.concatenate(rows), np.cumsum([len(row) for row in rows])[:-1]
-    hits = np.split(course.collide(every), parts)
-    return at_both_limits(course, [q[~bad] for q, bad in zip(np.split(every, parts), hits, strict=True)])
-
-
-def _searched(course: Course, knots: Counts, n_starts: int) -> list[Array]:
-    problem = replace(course.problem, nearest_to=None)
-    q, info = run_starts(problem, knots, Restart(0, n_starts, STEPS, from_seed=True))
-    return [row[good] for row, good in zip(q, info[..., layout.STATUS] == layout.SOLVED, strict=True)]
+    return at_both_limits(course, course.clear(rows))
 
 
 def _sampled(course: Course, knots: Counts, n_samples: int) -> list[Array]:
@@ -117,25 +104,17 @@ def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
     """The path along the best chain whose edges can all be filled, or the longest of such, shape (k, n_dof)."""
     gaps = np.diff(knots).astype(np.float64)
     longest = np.minimum(course.max_step * gaps, _NEAR)
-    edges = LazyEdges(course.lifts, nodes, longest, course.weight / gaps)
+    edges = LayerEdges(course.lifts, nodes, longest, course.weight / gaps)
     costs = [course.costs(q) * gap for q, gap in zip(nodes, np.r_[gaps, 1.0], strict=True)]
     filled, done = _Filled(course, knots, nodes, edges), Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
-    for left in reversed(range(_MOST_ROUNDS)):
-        done = sweep(course.lifts, nodes, costs, edges.of, done)
-        q, chain = path_of(course, done, nodes)
-        wrong = filled.wrong_edges(q, chain)
-        if not wrong or not left:
-            return filled.whole(q, chain)
-        for edge in wrong:
-            edges.remove(*edge)
-        done = done.first(min(wrong)[0] + 1)
-    raise AssertionError("the last round returns")
+    q, chain, *_ = best_chain(course, nodes, costs, edges, done, filled.wrong_edges, _MOST_ROUNDS)
+    return filled.whole(q, chain)
 
 
 class _Filled:
     """The poses between knots, on edges that have been tried; each edge is tried once."""
 
-    def __init__(self, course: Course, knots: Counts, nodes: list[Array], edges: LazyEdges) -> None:
+    def __init__(self, course: Course, knots: Counts, nodes: list[Array], edges: LayerEdges) -> None:
         self._course, self._knots, self._nodes, self._edges = course, knots, nodes, edges
         self._known: dict[Key, Array | None] = {}
 
