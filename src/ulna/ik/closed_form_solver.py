@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ulna.collision.world import World
 
 Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
 _LEAST_TARGETS = 512  # of a part
 
 
@@ -49,9 +50,9 @@ class ClosedFormSolver:
         form = closed_form_of(query.tree, query.link, task=query.options.task)
         if form is None:
             raise AssertionError("no closed form")
-        self._query, self._form, six = query, form, joints_at(form, query.home)
+        self._query, self._form, self._six = query, form, (six := joints_at(form, query.home))
         tree, options = query.tree, query.options
-        self._columns, self._n = np.array(form.columns), tree.n_dof
+        self._n = tree.n_dof
         self._tables = six.table, six.chain, six.plan(tree.lower, tree.upper, options.tolerances)
         self._home, self._tolerances, self._trace = query.home.copy(), options.tolerances, options.trace
         self._by_way = options.rank is None or options.rank == "nearest"
@@ -62,7 +63,7 @@ class ClosedFormSolver:
 
     @staticmethod
     def applies(query: Query) -> bool:
-        """Whether the options ask for a pose by any way, and the arm has a closed form for the task, exact or near."""
+        """Whether any way to the target will do, and the arm has a closed form for the task, exact or near."""
         options = query.options
         if (
             options.method != LEVENBERG_MARQUARDT
@@ -90,7 +91,7 @@ class ClosedFormSolver:
 
     def _many(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
         problem = make_problem(self._query, T, q_seed)
-        targets, seeds = problem.targets, self._padded(problem.seeds)
+        targets, seeds = problem.targets, self._six.entries_of(problem.seeds)
         angles, info = np.empty((len(targets), N_AXES)), np.empty((len(targets), layout.N_INFO))
         nearest = entry("closed_form.nearest_branches")
 
@@ -101,23 +102,11 @@ class ClosedFormSolver:
 
         in_parts(run, len(targets), _LEAST_TARGETS, self._query.options.threads)
         q = np.broadcast_to(problem.seeds, (len(targets), self._n)).copy()
-        q[:, self._columns] = angles[:, : len(self._columns)]
-        if self._form.n_free:
-            info = _with_errors(problem, q, info)
+        q[:, self._six.columns] = angles[:, : len(self._six.columns)]
+        if self._form.n_free:  # the errors of the link itself, of which the joints that were added are no part
+            solved = np.flatnonzero(info[:, layout.STATUS] == layout.SOLVED)
+            info[solved] = run_from_each(problem, solved, q[solved], 0)[1]
         return with_unsolved(self._search, self._form, problem, q, info, None, None)
-
-    def _padded(self, seeds: Array) -> Array:
-        """What seeds (..., n_dof) say of six joints, (..., 6): 0 of those that were added."""
-        six = np.zeros((*seeds.shape[:-1], N_AXES))
-        six[..., : len(self._columns)] = seeds[..., self._columns]
-        return six
-
-
-def _with_errors(problem: Problem, q: Array, info: Array) -> Array:
-    """The information with the errors of the link itself, which the joints that were added are no part of."""
-    solved = np.flatnonzero(info[:, layout.STATUS] == layout.SOLVED)
-    info[solved] = run_from_each(problem, solved, q[solved], 0)[1]
-    return info
 
 
 def best_branches(
@@ -147,9 +136,6 @@ def _best(branches: Branches, cost: Cost, problem: Problem) -> tuple[Array, NDAr
     found = np.isfinite(costs[rows, chosen])
     seeds = np.broadcast_to(problem.seeds, (len(costs), problem.seeds.shape[1]))
     return np.where(found[:, None], branches.q[rows, chosen], seeds), found
-
-
-Truths = NDArray[np.bool_]
 
 
 def with_unsolved(
@@ -232,14 +218,13 @@ def _searched(
     targets = problem.targets[order] if problem.batch else problem.targets[0]
     some = search.solve(targets, seeds, None, (), world)
     q[order], info[order] = some.q.reshape(len(order), -1), some.info
-    more = some.explanation
-    return Explanation(
-        reach_excess={**known.reach_excess, **{int(order[i]): x for i, x in more.reach_excess.items()}},
-        limit_excess={**known.limit_excess, **{int(order[i]): x for i, x in more.limit_excess.items()}},
-        collisions={int(order[i]): pairs for i, pairs in more.collisions.items()},
+    more = some.explanation.renumbered(order)
+    return replace(
+        more,
+        reach_excess={**known.reach_excess, **more.reach_excess},
+        limit_excess={**known.limit_excess, **more.limit_excess},
         reach=more.reach or known.reach,
         entry_names=more.entry_names or known.entry_names,
-        trace=more.trace,
     )
 
 

@@ -62,8 +62,7 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
 def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Branches:
     """The branches of an arm whose joints are all of q: the kernel turns them within the limits, and finds what is proved."""
     six = joints_at(form, seeds[0])
-    by_entry = np.ascontiguousarray(seeds[:, six.columns])
-    angles, known, proof = six.branches(targets, by_entry, workers, six.plan(tree.lower, tree.upper))
+    angles, known, proof = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
     q, known = angles, known.astype(np.int8)
     if form.columns != tuple(range(N_AXES)):
         q = np.empty_like(angles)
@@ -78,8 +77,7 @@ def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Wo
     if form.n_joints < N_AXES:
         angles, known = branches_of_fewer(six, targets, seeds, workers, tree.lower, tree.upper)
     else:
-        own = np.ascontiguousarray(seeds[:, six.columns])
-        angles, known, _ = six.branches(targets, own, workers, six.plan(tree.lower, tree.upper))
+        angles, known, _ = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
     known = known.astype(np.int8)
     real = (known & layout.IS_REAL) > 0
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
@@ -166,9 +164,7 @@ def branches_of_fewer(
     3. Leave out a branch that differs from one before it only in added joints.
     """
     n_own, share = len(six.columns), six.table[layout.FORM, layout.INVERSE_REACH]
-    padded = np.zeros((len(seeds), N_AXES))
-    padded[:, :n_own] = seeds[:, six.columns]
-    q, known, _ = six.branches(targets, padded, workers, six.plan(lower, upper))
+    q, known, _ = six.branches(targets, six.entries_of(seeds), workers, six.plan(lower, upper))
     known = known.astype(np.int64)
     real = (known & layout.IS_REAL) > 0
     own, at_rest, free = np.split(q, [n_own, N_AXES - six.n_free], axis=-1)

@@ -56,6 +56,12 @@ class SixJoints:
         """Which of the arm's own joints slide, shape (n,)."""
         return self.own[:-1, KIND] == PRISMATIC
 
+    def entries_of(self, q: Array) -> Array:
+        """The six joints in configurations q (..., n_dof), shape (..., 6); those that were added are at 0."""
+        entries = np.zeros((*q.shape[:-1], N_AXES))
+        entries[..., : len(self.columns)] = q[..., self.columns]
+        return entries
+
     @property
     def is_exact(self) -> bool:
         """Whether the branches are all there are."""

@@ -15,7 +15,7 @@ from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, rows_for
 from ulna.ik.search.ranking import Cost
-from ulna.ik.search.starts import closed_form_starts, seed_sample, unit_samples
+from ulna.ik.search.starts import closed_form_starts, unit_samples
 from ulna.ik.search.units import solved_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.turns import nearest_turns, turning_columns
@@ -215,9 +215,7 @@ def run_from_each(
 def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
     query, options = problem.query, problem.query.options
     n_dof = query.tree.n_dof
-    starts = seed_sample(n_dof) if part.from_seed else np.empty((0, n_dof))
-    if part.count > len(starts):
-        starts = np.vstack([starts, unit_samples(query.tree, query.link, options.seed, part.first, part.count - len(starts))])
+    starts = unit_samples(query.tree, query.link, options.seed, part.first, part.count, from_seed=part.from_seed)
     settings = problem.settings.copy()
     settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))

@@ -16,7 +16,7 @@ from ulna.ik.problem import SEEDED_STEPS, STEPS, Query, make_problem
 from ulna.ik.reason import Explanation
 from ulna.ik.result import IKResult
 from ulna.ik.search.numeric import convergence
-from ulna.ik.search.starts import seed_sample, unit_samples
+from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik import search_layout as layout
 
 if TYPE_CHECKING:
@@ -60,8 +60,8 @@ class SingleTargetSolver:
         self._query, self.home = query, query.home.copy()
         self._tolerances, self._trace = query.options.tolerances, query.options.trace
         settings[layout.FIRST_WINS] = layout.ANY
-        from_seed, random = seed_sample(tree.n_dof), unit_samples(tree, query.link, query.options.seed, 0, _STARTS - 1)
-        self.plan = np.concatenate([settings, query.limits.ravel(), query.home, from_seed.ravel(), random.ravel()])
+        starts = unit_samples(tree, query.link, query.options.seed, 0, _STARTS, from_seed=True)
+        self.plan = np.concatenate([settings, query.limits.ravel(), query.home, starts.ravel()])
         settings[layout.FIRST_WINS], settings[layout.SEEDED_STEPS] = layout.NEAREST, SEEDED_STEPS
         plan = np.concatenate([settings, self.plan[layout.N_SETTINGS :]])
         self._from_home = bound_to_one_target(run, (query.chain, self.plan), self.home)

@@ -21,22 +21,18 @@ _TABLE = 1024  # shares that are kept
 _OWN_STREAM = 0x756C6E61  # a caller who draws targets with the same seed must not draw the same numbers
 
 
-def seed_sample(n_dof: int) -> Array:
-    """The one start that is the seed itself, shape (1, n_dof)."""
-    return np.full((1, n_dof), np.nan)
-
-
-def unit_samples(tree: Tree, link: str, seed: int, first: int, count: int) -> Array:
-    """The random starts ``first`` to ``first + count``: shape (count, n_dof), in [0, 1).
+def unit_samples(tree: Tree, link: str, seed: int, first: int, count: int, *, from_seed: bool = False) -> Array:
+    """Starts (count, n_dof), in [0, 1): the random ones from number ``first`` on, after the seed itself if ``from_seed``.
 
     Entries of q that do not move the link are NaN, and stay at the seed.
     """
-    blocks = range(first // _TABLE, (first + count - 1) // _TABLE + 1)
-    rows = np.concatenate([_block(tree.n_dof, seed, block) for block in blocks])
-    start, moving = first - blocks[0] * _TABLE, tree.moving_columns(link)
-    chosen = np.full((count, tree.n_dof), np.nan)
-    chosen[:, moving] = rows[start : start + count, moving]
-    return chosen
+    samples, n_random = np.full((count, tree.n_dof), np.nan), count - from_seed
+    if n_random > 0:
+        blocks = range(first // _TABLE, (first + n_random - 1) // _TABLE + 1)
+        rows = np.concatenate([_block(tree.n_dof, seed, block) for block in blocks])
+        start, moving = first - blocks[0] * _TABLE, tree.moving_columns(link)
+        samples[int(from_seed) :, moving] = rows[start : start + n_random, moving]
+    return samples
 
 
 def limit_samples(tree: Tree, link: str, seed: int, count: int) -> Array:
