@@ -1,14 +1,12 @@
 """Finds all solutions of targets, by closed form or by search, and says what is proved."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.drivers import entry
@@ -29,9 +27,6 @@ from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.kinematics.turns import every_turn, turning_columns
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 _One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]

@@ -4,14 +4,12 @@ Targets without a branch within the limits are either proved to have none, or le
 the reason are those of the search.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.world import World
 from ulna.description.pose import as_pose
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
@@ -31,9 +29,6 @@ from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.tree import entry_names
 from ulna.kinematics.turns import turned_towards, turning_columns
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]

@@ -1,7 +1,5 @@
 """Chooses the solvers of inverse kinematics by their interface, and keeps what is prepared for the next call."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from functools import lru_cache, partial
 from typing import Any, Protocol

@@ -1,15 +1,13 @@
 """Holds a path of poses and what a joint path through it must keep to."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.world import World
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.following.lifts import Lifts
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem
@@ -19,9 +17,6 @@ from ulna.ik.search.restarts import Restart, run_from_each, run_starts
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.turns import TURN, nearest_turns, turning_columns
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]

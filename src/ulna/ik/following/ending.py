@@ -12,8 +12,6 @@ Before step 2: if a step leads on to a turn that was left out because there are 
 Steps are measured between the limits: to be a whole turn away is to be far away, if the joint has to make that turn.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

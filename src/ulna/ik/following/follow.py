@@ -19,14 +19,12 @@ between them (``graph``). A jump to another branch is a step longer than ``max_s
 5. ``ending``: where no chain leads on, why.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError
@@ -42,9 +40,6 @@ from ulna.ik.search.ranking import refuse_clearance_of_nothing
 from ulna.ik.solutions import Proof
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 

@@ -4,8 +4,6 @@ With an exact closed form the layers hold every solution, so that the graph hold
 the best chain is the best of all, and where none leads on, there is none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

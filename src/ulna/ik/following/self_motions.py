@@ -11,8 +11,6 @@
 5. The path is smoothed (``_smoothed``).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

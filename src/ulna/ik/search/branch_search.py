@@ -8,8 +8,6 @@
 4. Elsewhere take ``n_spread`` of what was found, each as far as can be from those taken before (Gonzalez 1985).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -15,13 +15,10 @@ seven joints branches of the closed form. Eight searches run at a time, one a la
 4. ``branch_search``: all solutions of one target. ``textbook_methods``: other steps from the seed alone, for teaching.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.world import World
 from ulna.ik.options import LEVENBERG_MARQUARDT
 from ulna.ik.problem import STEPS, Problem, Query, make_problem, refuse_no_pose
 from ulna.ik.reason import Explanation
@@ -32,9 +29,6 @@ from ulna.ik.search.restarts import Restart, Search, run_from_each, search_with_
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.tree import entry_names
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 _FEW, _MANY = 2, 16  # random starts of the first round: if any solution will do, and if the best is chosen

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.checker import Checker
+from ulna.collision.world import World
 from ulna.errors import InputError
 from ulna.ik.problem import Problem, mid_range, rows_for
 from ulna.kinematics.jacobian import manipulability
 from ulna.kinematics.tree import Tree
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 Cost = Callable[[NDArray[np.int64], Array], Array]

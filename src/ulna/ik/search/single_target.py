@@ -1,13 +1,12 @@
 """Solves for one pose from up to 64 starts: the fast path of default options."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.drivers import entry
 from ulna.engine.bound import bind
@@ -18,9 +17,6 @@ from ulna.ik.result import IKResult
 from ulna.ik.search.numeric import convergence
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik import search_layout as layout
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 _STARTS = 64  # eight in each lane; the next solver takes a target that needs more

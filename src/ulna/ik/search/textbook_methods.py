@@ -1,12 +1,9 @@
 """Solves by the textbook methods: from the seed alone, wherever that leads."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.world import World
 from ulna.drivers import entry
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
@@ -16,9 +13,6 @@ from ulna.ik.reason import Explanation
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.search.units import solved_in_unit, too_far
 from ulna.kernels.ik import search_layout as layout
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
 
 Array = NDArray[np.float64]
 _LEAST_TARGETS = 64  # of a part
