@@ -24,7 +24,7 @@ from ulna.ik.search.ranking import CollisionFilter, cost_of, refuse_clearance_of
 from ulna.ik.solutions import PROOFS, IKSolutions, Proof
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, UNPROVED
 from ulna.kernels.ik.search_layout import WHOLE_POSE
-from ulna.kinematics.positions import as_positions, refuse_out_of_range
+from ulna.kinematics.positions import as_configuration
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.kinematics.turns import every_turn, turning_columns
 
@@ -88,7 +88,7 @@ class AllSolutions:
             targets = as_pose(targets)
         batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
         query, tree = self._query, self._query.tree
-        seed = query.home.copy() if q_seed is None else _as_seed(q_seed, tree)
+        seed = query.home.copy() if q_seed is None else np.clip(as_configuration(q_seed, tree, "q_seed"), tree.lower, tree.upper)
         if self._elbow is not None:
             found = _of_elbow(query, self._elbow, targets, seed, n_samples)
         else:
@@ -150,19 +150,6 @@ def _elbow(query: Query) -> Elbow:
     if elbow is None:
         raise InputError("redundancy", "'elbow': that is an angle of arms of seven joints with a spherical shoulder and wrist")
     return elbow
-
-
-def _as_seed(q_seed: ArrayLike, tree: Tree) -> Array:
-    """One configuration, within the limits.
-
-    Raises:
-        InputError: It has another shape, or an entry out of range.
-    """
-    seed = as_positions(q_seed, tree, "q_seed")
-    if seed.ndim != 1:
-        raise InputError("q_seed", f"shape {seed.shape}; one configuration, shape ({tree.n_dof},), is expected")
-    refuse_out_of_range(seed, "q_seed")
-    return np.clip(seed, tree.lower, tree.upper)
 
 
 def _ranked(

@@ -72,7 +72,7 @@ class ClosedFormSolver:
     def solve(
         self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
     ) -> IKResult | None:
-        """The nearest branch, or that of the best rank that is clear of the world; None where something else is asked for."""
+        """The nearest branch, or that of the best rank that is clear of the world; None with a posture or held joints."""
         if posture is not None or held:
             return None
         if world is not None or not self._by_way:

@@ -52,7 +52,7 @@ class Explanation:
         reach: For one target: what the certificate compares, in words.
         entry_names: A name for every entry of q.
         task_axes: The axes of the task in the link, shape (3, 3); None where they are the link's own.
-        trace: For one target: a row a step (``IKResult.trace``); None unless it was asked for.
+        trace: For one target: a row a step (``IKResult.trace``); None unless it was recorded.
     """
 
     reach_excess: Mapping[int, float] = field(default_factory=dict)

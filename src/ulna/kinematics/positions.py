@@ -31,6 +31,19 @@ def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float6
     return q
 
 
+def as_configuration(q: ArrayLike, tree: Tree, name: str) -> NDArray[np.float64]:
+    """One configuration, shape (n_dof,), which may be beyond the limits.
+
+    Raises:
+        InputError: It has another shape, or an entry out of range.
+    """
+    one = as_positions(q, tree, name)
+    if one.ndim != 1:
+        raise InputError(name, f"shape {one.shape}; one configuration, shape ({tree.n_dof},), is expected")
+    refuse_out_of_range(one, name)
+    return one
+
+
 def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
     """Refuse a q with NaN, infinity or a number too large to compute with.
 

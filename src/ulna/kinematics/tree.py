@@ -2,7 +2,7 @@
 
 Every joint of a table turns about, or slides along, the z axis of its own frame. A joint about another axis gets a frame of its
 own, turned so that z lies along that axis, and the link behind it is turned back. A planar joint is three joints of the table
-(x, y, theta) and a floating one six (x, y, z, then yaw, pitch, roll): so the kernels know two kinds of motion only.
+(x, y, theta) and a floating one six (x, y, z, then yaw, pitch, roll): so the kernels have two kinds of motion only.
 """
 
 from dataclasses import dataclass, field, replace

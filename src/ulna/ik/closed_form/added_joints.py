@@ -1,7 +1,7 @@
 """Adds joints to an arm of fewer than six, so that it is one of six.
 
 An added joint is *free* where the task leaves its turn open: three about the link's origin for a position, one about the axis of
-a pointing. Otherwise it is *at rest*: a solution of the six joints is one of the arm where the added joint does not turn. They
+a pointing. Otherwise it is *at rest*: a solution of the six joints is a solution of the arm if the added joint is at 0. They
 are behind the arm's own joints, where they complete a family:
 
 1. One at rest intersects the last axis where that intersects the one before it (a wrist), or at the link's height on it.

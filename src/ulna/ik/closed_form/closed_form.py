@@ -106,7 +106,7 @@ def closed_form_of(tree: Tree, link: str, held: str | None = None, task: Task = 
         tree: The robot.
         link: The link that is brought to a pose.
         held: The joint to hold, for arms of seven joints; the best unless given.
-        task: What of the pose is asked for. The form is that of the task's frame.
+        task: Which part of the pose must be reached. The form is that of the task's frame.
 
     Raises:
         InputError: ``held`` is given, and is not one of seven joints that move the link.

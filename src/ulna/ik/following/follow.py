@@ -38,7 +38,7 @@ from ulna.ik.problem import Query
 from ulna.ik.reason import NO_REASON
 from ulna.ik.search.ranking import refuse_clearance_of_nothing
 from ulna.ik.solutions import Proof
-from ulna.kinematics.positions import as_positions, refuse_out_of_range
+from ulna.kinematics.positions import as_configuration
 from ulna.kinematics.tree import entry_names
 
 Array = NDArray[np.float64]
@@ -97,9 +97,6 @@ def _start(query: Query, q_start: ArrayLike | None) -> tuple[Array, Array]:
     """The start within the limits, and how far beyond them the one was that is given."""
     if q_start is None:
         return query.home.copy(), np.zeros(len(query.home))
-    start = as_positions(q_start, query.tree, "q_start")
-    if start.ndim != 1:
-        raise InputError("q_start", f"shape {start.shape}; one configuration, shape ({query.tree.n_dof},), is expected")
-    refuse_out_of_range(start, "q_start")
+    start = as_configuration(q_start, query.tree, "q_start")
     within = np.clip(start, query.tree.lower, query.tree.upper)
     return within, np.abs(start - within)

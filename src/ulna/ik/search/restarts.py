@@ -153,7 +153,7 @@ class Search:
 
 
 def run_from_branches(search: Search) -> None:
-    """Start from branches of a closed form: for open targets, and for all where the best is asked for."""
+    """Start from branches of a closed form: for open targets, and for all where the best is wanted."""
     ranked = search.problem.query.options.rank is not None
     wanted = search.info[:, layout.STATUS] != layout.NOT_A_POSE if ranked else search.open
     if not wanted.any():

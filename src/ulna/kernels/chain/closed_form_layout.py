@@ -12,7 +12,7 @@ NORMALS   six rows: of h_2, h_4 and h_6 in turn a unit vector n normal to it, an
 FIFTH     nine rows: the matrix F' rot(h_5, q_5) F_6 is K + C cos q_5 + S sin q_5, and F is F_2 for three parallel axes, else F_4;
           three rows each of K, C and S
 BENDS     1 - cos(a - b) and 1 + cos(a + b): a and b are the angles of h_5 with h_2 or h_4, and with h_6; and FREE_WRIST (1: the
-          last three angles are not asked for, so nothing is said of how well they are determined, or how far apart)
+          last three angles are free, so it does not matter how well they are determined, or how far apart)
 FORM      FAMILY, REVERSED (1: the chain is seen from its end, so G is inverted), INVERSE_REACH [1/m]
 COLUMNS   two rows: which entry of q each axis turns
 SIGNS     two rows: 1 or -1: q = sign times the angle; for a joint that slides 1 or -1 times the reach [m]
