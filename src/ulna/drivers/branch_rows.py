@@ -112,8 +112,8 @@ def polish_seed(table, chain, rows, scratch, seed_rows, q_rows, known_rows, one_
     """Polish the seeds too, where they may lead to a branch that is nearer than those known; False where none does.
 
     That is so of axes that are nearly of the family, since a polished branch is not the nearest for certain; and where an angle
-    is undetermined. seed_rows: six; q_rows: six, written; known_rows: N_KNOWN, of which the residual is written, infinite where the
-    seed is not polished; one_target: whether the lanes are the branches of one target.
+    is undetermined. seed_rows: six; q_rows: six, written; known_rows: N_KNOWN, of which the residual is written, infinite where
+    the seed is not polished; one_target: whether the lanes are the branches of one target.
     """
     jacobian_rows, system_rows, last_rows = scratch
     like, most = load(seed_rows, 0), table[POLISH, MOST_ERROR]
