@@ -13,7 +13,7 @@ class Compiled(Protocol):
 
     @property
     def in_c(self) -> Callable[..., Any] | None:
-        """What computes one q in C, without a detour through Python; None without the extension."""
+        """The same in C, if the extension is there: what is called for one q without a detour through Python."""
         ...
 
     def __call__(self, q: ArrayLike, out: Any = None, threads: int | None = None) -> Any:
