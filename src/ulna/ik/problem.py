@@ -24,6 +24,9 @@ from ulna.kinematics.tree import Tree, lengthened
 
 Array = NDArray[np.float64]
 STEPS, SEEDED_STEPS = 20, 60  # from one start before the next; from the caller's own
+_TIMES = 2.0  # times the length of an arm is the greatest distance of two points that it reaches
+_LEAST = 1e-6  # m
+_USUAL = 32.0  # m, and 1 / 32 m: an arm between them is measured in metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,11 +109,6 @@ def refuse_immovable(tree: Tree) -> None:
     """
     if not tree.n_dof:
         raise InputError("T", "the robot has no moving joints, so nothing can be solved for")
-
-
-_TIMES = 2.0  # times the length of an arm is the greatest distance of two points that it reaches
-_LEAST = 1e-6  # m
-_USUAL = 32.0  # m, and 1 / 32 m: an arm between them is measured in metres
 
 
 def arm_length(tree: Tree, link: str) -> float:

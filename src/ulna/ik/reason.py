@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class Reason:
@@ -36,9 +38,6 @@ class Reason:
 
 
 NO_REASON = Reason()
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

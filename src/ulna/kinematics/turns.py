@@ -12,6 +12,7 @@ from ulna.kernels.layout import COLUMN, FIXED, KIND, RATIO, REVOLUTE
 
 Array = NDArray[np.float64]
 TURN = 2 * np.pi
+_MOST = 1_000_000  # configurations of one solution: 50 MB
 
 
 def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
@@ -37,9 +38,6 @@ def turned_towards(q: Array, lower: Array, upper: Array, turning: NDArray[np.boo
     with np.errstate(invalid="ignore"):  # of joints without limits
         middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
     return np.where(turning, q - TURN * np.rint((q - middle) / TURN), q)
-
-
-_MOST = 1_000_000  # configurations of one solution: 50 MB
 
 
 def every_turn(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:

@@ -32,6 +32,11 @@ NAMES = {
 }
 # rad: nearer to parallel than this, axes that have to intersect are not well enough determined; and axes of a quartic.
 _SKEW, _SKEW_OF_QUARTIC = 1e-3, 3e-3
+EXACT = 1e-12  # largest miss of a form whose branches are all there are
+NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
+_QUARTIC, _ALMOST = (layout.OFFSET_HAND, layout.ANY_THREE_AXES), 1e-6
+_LEAST_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill determined
+Miss = tuple[int, float, float] | None  # the family, and by how much angles and lengths miss it
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +78,6 @@ def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], unit:
     return next(family for family in found if family.miss <= max(10.0 * least, EXACT))
 
 
-EXACT = 1e-12  # largest miss of a form whose branches are all there are
-_QUARTIC, _ALMOST = (layout.OFFSET_HAND, layout.ANY_THREE_AXES), 1e-6
-_LEAST_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill determined
-NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
-
-
 def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, from_end: bool) -> Iterator[Family]:
     for make in _MAKERS.get(tuple(slides.tolist()[:3]), ()) if not slides[3:].any() else ():
         directions, points, signs = h.copy(), c.copy(), np.ones(6)
@@ -88,9 +87,6 @@ def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, fr
             miss = max(angle, length / scale)
             if miss <= NEAR and (number not in _QUARTIC or _least_offset(number, directions, points) > _LEAST_OFFSET * scale):
                 yield Family(number, from_end, miss, directions, points, signs)
-
-
-Miss = tuple[int, float, float] | None  # the family, and by how much angles and lengths miss it
 
 
 def _three_parallel(h: Array, c: Array, signs: Array) -> Miss:

@@ -29,6 +29,9 @@ Workers = int | None | Callable[["SixJoints", Array, Array, Array], Found]
 _LEAST_TARGETS = 512  # of a part
 _NO_BOUNDS = np.zeros(2)
 _MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
+_NEAR_ERROR = 1e-9  # more than is allowed, so that every branch of a near form takes a step
+_PARALLEL = (layout.THREE_PARALLEL, layout.OFFSET_HAND)
+_NOTHING = 1e-28  # of a bend, which the rounding of right angles leaves
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,11 +121,6 @@ def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int = 0
         if family is not None:
             found.append(SixJoints(table_of(axes, family, n_free), axes.chain, own.chain, np.array(columns), n_free, family))
     return next((six for six in found if six.is_exact), min(found, key=lambda six: six.family.miss, default=None))
-
-
-_NEAR_ERROR = 1e-9  # more than is allowed, so that every branch of a near form takes a step
-_PARALLEL = (layout.THREE_PARALLEL, layout.OFFSET_HAND)
-_NOTHING = 1e-28  # of a bend, which the rounding of right angles leaves
 
 
 def table_of(axes: Axes, family: Family, n_free: int) -> Array:

@@ -26,6 +26,7 @@ _MOST_KNOTS, _STARTS, _MOST_BRANCHES = 64, 256, 16
 _SAME = 1e-6  # rad or m
 _MOST_ROUNDS = 200
 _MOST_ADDED = 50  # times that solutions of the search are added where no path leads on
+_STEPS = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,9 +265,6 @@ def _ends(course: Course, done: Sweep, nodes: list[Array]) -> Array:
     q = np.array([course.lifts.raised(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
     _, first = np.unique(np.rint(q / _SAME), axis=0, return_index=True)
     return q[np.sort(first)]
-
-
-_STEPS = 16
 
 
 def with_solutions_at_limits(course: Course, rows: list[Array]) -> list[Array]:

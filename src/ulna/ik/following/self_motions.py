@@ -47,6 +47,8 @@ _ATTEMPTS = (_Density(16, 512, 0.12, 0.15, 300), _Density(48, 1536, 0.06, 0.1, 4
 _LEAST_KNOTS = 8
 _NEAR = 0.6  # rad or m: a straight line between solutions that are further apart leaves the branch
 _MOST_ROUNDS, _MOST_BESIDE = 400, 3000
+_MOST, _GUESSES = 64, 6  # configurations in which a path ends, and guesses from each
+_ROUNDS = 12  # of smoothing
 
 
 def along_self_motions(course: Course) -> Found:
@@ -175,9 +177,6 @@ def _straight(a: Array, b: Array, n: int) -> Array:
     return a + share * (b - a)
 
 
-_MOST, _GUESSES = 64, 6  # configurations, and guesses from each
-
-
 def _continued(course: Course, q: Array) -> tuple[Array, Array]:
     """The path (k, n_dof) as far as it can be continued pose by pose, and all ends known, shape (m, n_dof).
 
@@ -222,9 +221,6 @@ def _back(sets: list[Array], parents: list[Counts]) -> Array:
         rows.append(q[at])
         at = int(parent[at])
     return np.array(rows[::-1]).reshape(-1, sets[0].shape[1])
-
-
-_ROUNDS = 12
 
 
 def _smoothed(course: Course, q: Array, width: int) -> Array:

@@ -19,6 +19,7 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 _TABLE = 1024  # shares that are kept
 _OWN_STREAM = 0x756C6E61  # a caller who draws targets with the same seed must not draw the same numbers
+_PLACES, _STARTS = 8, 8
 
 
 def unit_samples(tree: Tree, link: str, seed: int, first: int, count: int, *, from_seed: bool = False) -> Array:
@@ -48,9 +49,6 @@ def limit_samples(tree: Tree, link: str, seed: int, count: int) -> Array:
 @lru_cache(maxsize=64)
 def _block(n_dof: int, seed: int, block: int) -> Array:
     return np.random.default_rng([_OWN_STREAM, seed, block]).random((_TABLE, n_dof))
-
-
-_PLACES, _STARTS = 8, 8
 
 
 def closed_form_starts(
