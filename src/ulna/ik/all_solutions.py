@@ -20,7 +20,7 @@ from ulna.ik.closed_form.six_joints import Workers
 from ulna.ik.options import as_count
 from ulna.ik.problem import Query, make_problem, of_task
 from ulna.ik.search.branch_search import searched_solutions
-from ulna.ik.search.ranking import CollisionFilter, cost_of, refuse_clearance_of_nothing
+from ulna.ik.search.ranking import collisions_of, cost_of, refuse_clearance_of_nothing
 from ulna.ik.solutions import PROOFS, IKSolutions, Proof
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, UNPROVED
 from ulna.kernels.ik.search_layout import WHOLE_POSE
@@ -159,7 +159,7 @@ def _ranked(
 
     Those that are not valid come last.
     """
-    collisions = None if world is None else CollisionFilter(query.checker, world, query.options.threads)
+    collisions = collisions_of(query, world)
     cost, (order, place) = cost_of(make_problem(query, targets, seed), collisions), np.nonzero(found.valid)
     costs = np.full(found.valid.shape, np.inf)
     if cost is not None and len(order):

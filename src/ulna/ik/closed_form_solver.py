@@ -22,7 +22,7 @@ from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.search.diagnosis import reach_in_words
 from ulna.ik.search.numeric import NumericSolver, nearest_poses
-from ulna.ik.search.ranking import CollisionFilter, Cost, cost_of, refuse_clearance_of_nothing
+from ulna.ik.search.ranking import Cost, collisions_of, cost_of, refuse_clearance_of_nothing
 from ulna.ik.search.restarts import run_from_each
 from ulna.ik.search.single_target import bound_to_one_target
 from ulna.ik.solutions import PROOFS, Proof
@@ -111,7 +111,7 @@ def best_branches(
     refuse_clearance_of_nothing(query.options.rank, world)
     problem = make_problem(query, T, q_seed)
     as_pose(problem.targets.reshape(*problem.batch, 4, 4))
-    collisions = None if world is None else CollisionFilter(query.checker, world, query.options.threads)
+    collisions = collisions_of(query, world)
     cost = cost_of(problem, collisions)
     if cost is None:
         raise AssertionError("a rank or a world gives a cost")

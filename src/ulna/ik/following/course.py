@@ -12,7 +12,7 @@ from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.following.lifts import Lifts
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem
 from ulna.ik.result import IKResult
-from ulna.ik.search.ranking import CollisionFilter, cost_of
+from ulna.ik.search.ranking import CollisionFilter, collisions_of, cost_of
 from ulna.ik.search.restarts import Restart, run_from_each, run_starts
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
@@ -74,7 +74,7 @@ class Course:
     @cached_property
     def collisions(self) -> CollisionFilter | None:
         """What rejects configurations that collide."""
-        return None if self.world is None else CollisionFilter(self.query.checker, self.world, self.query.options.threads)
+        return collisions_of(self.query, self.world)
 
     @cached_property
     def is_redundant(self) -> bool:

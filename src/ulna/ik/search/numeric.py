@@ -24,7 +24,7 @@ from ulna.ik.problem import STEPS, Problem, Query, make_problem, refuse_no_pose
 from ulna.ik.reason import Explanation
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.search.diagnosis import close_unreachable, explain_open, reach_in_words, settle_open
-from ulna.ik.search.ranking import CollisionFilter, cost_of, refuse_clearance_of_nothing
+from ulna.ik.search.ranking import CollisionFilter, collisions_of, cost_of, refuse_clearance_of_nothing
 from ulna.ik.search.restarts import Restart, Search, run_from_each, search_with_restarts
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik import search_layout as layout
@@ -53,7 +53,7 @@ class NumericSolver:
         query, options = self._query, self._query.options
         problem = make_problem(query, T, q_seed, posture, held)
         refuse_clearance_of_nothing(options.rank, world)
-        collisions = None if world is None else CollisionFilter(query.checker, world, options.threads)
+        collisions = collisions_of(query, world)
         search = _search(problem, collisions)
         if (search.info[:, layout.STATUS] == layout.NOT_A_POSE).any():
             refuse_no_pose(T)

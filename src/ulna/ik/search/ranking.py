@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
 from ulna.errors import InputError
-from ulna.ik.problem import Problem, mid_range, rows_for
+from ulna.ik.problem import Problem, Query, mid_range, rows_for
 from ulna.kinematics.jacobian import manipulability
 from ulna.kinematics.tree import Tree
 
@@ -28,6 +28,11 @@ def refuse_clearance_of_nothing(rank: str | None, world: World | None) -> None:
     """
     if rank == "clearance" and world is None:
         raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
+
+
+def collisions_of(query: Query, world: World | None) -> CollisionFilter | None:
+    """What rejects configurations that collide; None without a world."""
+    return None if world is None else CollisionFilter(query.checker, world, query.options.threads)
 
 
 def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None:
