@@ -31,7 +31,7 @@ from ulna.errors import InputError
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.course import Course, Solve
 from ulna.ik.following.ending import why_it_ends
-from ulna.ik.following.layers import Found, along_branches
+from ulna.ik.following.layers import PathSoFar, along_branches
 from ulna.ik.following.self_motions import along_self_motions
 from ulna.ik.options import positive
 from ulna.ik.problem import Query
@@ -63,12 +63,12 @@ def follow(
     return _result(course, found)
 
 
-def _found(course: Course) -> Found:
+def _found(course: Course) -> PathSoFar:
     """The path. It may be beyond a limit on one side unless ``one_sided``: then none within the limits has a lower cost."""
     return along_self_motions(course) if course.is_redundant else along_branches(course)
 
 
-def _result(course: Course, found: Found) -> FollowedPath:
+def _result(course: Course, found: PathSoFar) -> FollowedPath:
     n, k = len(course.targets), len(found.q)
     q = np.full((n, len(course.start)), np.nan)
     q[:k] = found.q

@@ -35,23 +35,21 @@ class Layers:
 
     Attributes:
         nodes: Of each pose those that are clear of the world, in their first turn, shape (m, n_dof).
-        colliding: Of each pose the others.
         proved: Whether these are all solutions of a pose, shape (n,).
     """
 
     nodes: list[Array]
-    colliding: list[Array]
     proved: Truths
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class PathSoFar:
     """The joint path as far as it goes, and what else is known there.
 
     Attributes:
         q: Shape (k, n_dof).
         ends: Other configurations in which chains end, shape (m, n_dof).
-        next_nodes: The solutions of the pose where none continues; None if they are not known.
+        next_nodes: The solutions of the pose where none continues, as far as they are known, shape (m, n_dof).
         proved: Whether it is proved that none goes further.
     """
 
@@ -61,7 +59,7 @@ class Found:
     proved: bool
 
 
-def along_branches(course: Course) -> Found:
+def along_branches(course: Course) -> PathSoFar:
     """The best chain of solutions, or the longest."""
     layers = make_layers(course)
     nodes = at_both_limits(course, [with_start(course, layers.nodes[0]), *layers.nodes[1:]])
@@ -82,7 +80,7 @@ def along_branches(course: Course) -> Found:
     following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
     has_all_edges = not edges.removed and not course.lifts.cut.any() and not course.lifts.leaves_out(course.max_step)
     proved = bool(layers.proved[: len(q) + 1].all()) and has_all_edges
-    return Found(q, _ends(course, done, nodes), following, proved=proved)
+    return PathSoFar(q, _ends(course, done, nodes), following, proved=proved)
 
 
 def _leading_on(course: Course, k: int, ends: Array, nodes: list[Array]) -> Array:
@@ -148,8 +146,13 @@ def make_layers(course: Course) -> Layers:
     if form is not None and form.is_exact and form.held_column is None:
         rows, proved = _of_closed_form(course)
         if form.n_joints == N_AXES or all(map(len, rows)):
-            return _parted(course, rows, proved)
-    return _parted(course, _searched(course), np.zeros(len(course.targets), dtype=bool))
+            return _layers_of(course, rows, proved)
+    return _layers_of(course, _searched(course), np.zeros(len(course.targets), dtype=bool))
+
+
+def _layers_of(course: Course, rows: list[Array], proved: Truths) -> Layers:
+    in_first_turn = course.lifts.first_turn(np.concatenate(rows))
+    return Layers(course.clear(split_as(rows, in_first_turn)), proved)
 
 
 def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
@@ -217,14 +220,6 @@ def _distinct(course: Course, q: Array) -> Array:
         if not kept or np.abs(course.lifts.steps(np.array(kept), row)[0]).max(axis=1).min() > _SAME:
             kept.append(row)
     return np.array(kept).reshape(-1, q.shape[1])
-
-
-def _parted(course: Course, rows: list[Array], proved: Truths) -> Layers:
-    """Solutions in their first turn, those that collide apart."""
-    every = course.lifts.first_turn(np.concatenate(rows))
-    hits = split_as(rows, course.collide(every))
-    parts = list(zip(split_as(rows, every), hits, strict=True))
-    return Layers([q[~hit] for q, hit in parts], [q[hit] for q, hit in parts], proved)
 
 
 def with_start(course: Course, q: Array) -> Array:

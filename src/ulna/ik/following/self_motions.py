@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ulna.ik.closed_form.branches import sampled_branches
 from ulna.ik.following.course import Course
 from ulna.ik.following.graph import Key, LayerEdges, Sweep
-from ulna.ik.following.layers import Found, at_both_limits, best_chain, with_start
+from ulna.ik.following.layers import PathSoFar, at_both_limits, best_chain, with_start
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -51,7 +51,7 @@ _MOST, _GUESSES = 64, 6  # configurations in which a path ends, and guesses from
 _ROUNDS = 12  # of smoothing
 
 
-def along_self_motions(course: Course) -> Found:
+def along_self_motions(course: Course) -> PathSoFar:
     """A path, or the longest of all attempts."""
     best = np.empty((0, len(course.start)))
     ends = best
@@ -59,10 +59,10 @@ def along_self_motions(course: Course) -> Found:
         knots = _knots(course, density)
         q, last = _continued(course, _path(course, knots, _nodes(course, knots, density)))
         if len(q) == len(course.targets):
-            return Found(_smoothed(course, q, int(np.diff(knots).max(initial=1))), last, best[:0], proved=False)
+            return PathSoFar(_smoothed(course, q, int(np.diff(knots).max(initial=1))), last, best[:0], proved=False)
         if len(q) > len(best):
             best, ends = q, last
-    return Found(best, ends, best[:0], proved=False)
+    return PathSoFar(best, ends, best[:0], proved=False)
 
 
 def _knots(course: Course, density: _Density) -> Counts:
