@@ -24,7 +24,7 @@ from benchmarks.ratio import ratio
 from ulna.bench.arms import load_arm
 from ulna.bench.targets import random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.drivers import entry
+from ulna.drivers import multi_start
 from ulna.engine.ahead import is_ahead, level
 from ulna.ik.options import Options
 from ulna.ik.single_target import SingleTargetSolver
@@ -76,7 +76,7 @@ def inverse_rows(robot) -> list[dict]:
     ik, defaults = robot._inverse_kinematics, Options()  # noqa: SLF001
     solvers = ik._prepared(None, *(getattr(defaults, field.name) for field in fields(defaults)))  # noqa: SLF001
     solver = next(one for one in solvers if isinstance(one, SingleTargetSolver))
-    chain, plan, home, search = solver._chain, solver.plan, solver._home, entry("multi_start.search_one")  # noqa: SLF001
+    chain, plan, home, search = solver._chain, solver.plan, solver._home, multi_start.search_one  # noqa: SLF001
     q, info = np.empty((1, robot.n_dof)), np.empty((1, layout.N_INFO))
     works = {
         "machine code": Workload(lambda T: search(chain, plan, T, home, q, info), targets),

@@ -20,15 +20,16 @@ NATIVE = "native"
 _SOURCE = "pip install --no-binary ulna ulna (which compiles on this machine, with Numba)"
 
 
-def ahead_entry(package: str, name: str) -> Callable[..., Any] | None:
-    """An entry of a package of drivers from the library of this CPU; None where Numba compiles, or if there is no such entry.
+def ahead_entry(module: str, function: str) -> Callable[..., Any] | None:
+    """A function of a module of drivers from the library of this CPU; None where Numba compiles, or if it is no entry.
 
     Raises:
         UlnaError: The library is missing or damaged, or this CPU is below the lowest level.
         InputError: ``ULNA_CPU`` names no level that there is and this CPU has.
     """
     library = _library() if is_ahead() else None
-    return None if library is None or library.package != package else library.find(name)
+    package, _, name = module.rpartition(".")
+    return None if library is None or library.package != package else library.find(f"{name}.{function}")
 
 
 def is_ahead() -> bool:

@@ -50,7 +50,7 @@ def bind(
     """A function of one q of ``n`` entries that calls an entry; None where there is no extension, or Python runs the entry.
 
     Args:
-        entry: As ``Entries.find`` has it.
+        entry: An entry of the drivers.
         way: What the function takes and returns.
         leading: The arguments of the entry that come before q; they must not be resized while the function is used.
         n: The number of entries of q, at least 1.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.drivers import entry
+from ulna.drivers import multi_start
 from ulna.engine.bound import bind
 from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.options import LEVENBERG_MARQUARDT
@@ -40,7 +40,7 @@ class SingleTargetSolver:
 
     def __init__(self, query: Query) -> None:
         tree, options, settings = query.tree, query.options, query.settings.copy()
-        self._search_one, self._query = entry("multi_start.search_one"), query
+        self._search_one, self._query = multi_start.search_one, query
         self._chain, self._n, self._tolerances, self._home = query.chain, tree.n_dof, options.tolerances, query.home.copy()
         settings[layout.FIRST_WINS] = layout.ANY
         from_seed, random = seed_sample(tree.n_dof), unit_samples(tree, query.link, options.seed, 0, _STARTS - 1)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import single_start
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
 from ulna.ik.explanation import Explanation
@@ -82,11 +82,11 @@ def _follow_some(problem: Problem, order: NDArray[np.int64], history: Array) -> 
     q, info = np.empty((len(order), problem.query.tree.n_dof)), np.zeros((len(order), layout.N_INFO))
     settings = problem.settings.copy()
     settings[layout.STEPS] = options.budget
-    method, follow_each = _CODES[options.method], entry("single_start.follow_each")
+    method = _CODES[options.method]
 
     def run(part: slice) -> bool:
-        own = (rows[part] if len(rows) > 1 else rows for rows in (seeds, bounds))
-        follow_each(method, problem.chain, targets[part], *own, settings, q[part], info[part], history)
+        own, within = (rows[part] if len(rows) > 1 else rows for rows in (seeds, bounds))
+        single_start.follow_each(method, problem.chain, targets[part], own, within, settings, q[part], info[part], history)
         return True
 
     in_parts(run, len(order), _LEAST_TARGETS, options.threads)

@@ -344,9 +344,9 @@ class Robot(Quick):
         """
         try:
             forward = self._forward[link]
-        except TypeError:  # not hashable, so not the name of a link
-            forward = self._forward.of(link)
-        return forward(q, out, threads)
+        except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link
+            forward = None
+        return (forward or self._forward.of(link))(q, out, threads)
 
     def compile_forward(self, *, link: str | None = None) -> CompiledForward:
         """Forward kinematics of one link as a function ``fk(q, out=None, threads=None)`` for control loops: the same, but faster.
@@ -417,9 +417,9 @@ class Robot(Quick):
         """
         try:
             jacobian = self._jacobian[link, expressed_in]
-        except TypeError:  # not hashable, so not the name of a link or of a frame
-            jacobian = self._jacobian.of((link, expressed_in))
-        return jacobian(q, out, threads)
+        except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link or of a frame
+            jacobian = None
+        return (jacobian or self._jacobian.of(link, expressed_in))(q, out, threads)
 
     def on_gpu(self, *, float32: bool = False) -> GpuRobot:
         """The same robot, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
@@ -460,7 +460,7 @@ class Robot(Quick):
             >>> bool((jac(panda.home) == panda.jacobian(panda.home, expressed_in="link")).all())
             True
         """
-        return self._jacobian.of((link, expressed_in))
+        return self._jacobian.of(link, expressed_in)
 
     def analytical_jacobian(
         self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.added_joints import of_six
 from ulna.ik.closed_form.axes import N_AXES, axes_of
@@ -87,11 +87,10 @@ class SixJoints:
             return workers(self, targets, seeds, plan)
         n = len(targets)
         q, known, proof = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES)), np.empty(n)
-        all_branches = entry("closed_form.all_branches")
 
         def run(part: slice) -> bool:
             own = seeds[part] if len(seeds) > 1 else seeds
-            return all_branches(self.table, self.chain, plan, targets[part], own, q[part], known[part], proof[part])
+            return closed_form.all_branches(self.table, self.chain, plan, targets[part], own, q[part], known[part], proof[part])
 
         in_parts(run, n, _LEAST_TARGETS, workers)
         return q, known, proof

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.engine.bound import bind
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.axes import N_AXES, turning_order
@@ -51,7 +51,7 @@ class ClosedFormSolver:
         self._tables = six.table, six.chain, six.plan(tree.lower, tree.upper, options.tolerances)
         self._home, self._tolerances, self._trace = query.home.copy(), options.tolerances, options.trace
         self._by_way = options.rank is None or options.rank == "nearest"
-        self._search, self._nearest_of_one = NumericSolver(query), entry("closed_form.nearest_branch_of_one")
+        self._search, self._nearest_of_one = NumericSolver(query), closed_form.nearest_branch_of_one
         alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None
         self._one = self._one_by_entry() if alone else None
         self.in_c = None if self._one is None else (self._one, self._home, self._one)
@@ -104,11 +104,10 @@ class ClosedFormSolver:
         problem = make_problem(self._query, T, q_seed)
         targets, seeds = problem.targets, self._padded(problem.seeds)
         angles, info = np.empty((len(targets), N_AXES)), np.empty((len(targets), layout.N_INFO))
-        nearest = entry("closed_form.nearest_branches")
 
         def run(part: slice) -> bool:
             own = seeds[part] if len(seeds) > 1 else seeds
-            nearest(*self._tables, targets[part], own, angles[part], info[part])
+            closed_form.nearest_branches(*self._tables, targets[part], own, angles[part], info[part])
             return True
 
         in_parts(run, len(targets), _LEAST_TARGETS, self._query.options.threads)

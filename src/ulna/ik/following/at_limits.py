@@ -8,7 +8,7 @@ what the pose would be off.
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.ik.following.course import Course
 from ulna.ik.turns import TURN
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT, ENOUGH, HARDLY_BEYOND
@@ -40,5 +40,5 @@ def _solved_at(course: Course, pose: NDArray[np.int64], q: Array, j: int, limit:
     q = q.copy()
     q[:, j] = limit
     bounds, share = np.r_[tree.lower, tree.upper], 1.0 / course.query.unit
-    entry("closed_form.polish_all")(tree.chain(course.query.link), course.targets[pose], q, bounds, share, _STEPS, errors)
+    closed_form.polish_all(tree.chain(course.query.link), course.targets[pose], q, bounds, share, _STEPS, errors)
     return q, (errors <= ENOUGH) & (q[:, j] == limit)
