@@ -25,7 +25,7 @@ Within = Annotated[float, typer.Option("--within", metavar="METRES", help="Show 
 CHECK_KEYS = (
     f"{Q_KEYS}; in_place_of_meshes: what of them is checked, in words, or null; "
     "in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
-    "robot; pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
+    "robot; pairs: name_a of the robot, link_a, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
     "witness_a and witness_b: the nearest points, normal from a to b."
 )
 

@@ -328,7 +328,7 @@ class Checker:
         if q.ndim != 1:
             raise InputError("at", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
         held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
-        pairs = dict.fromkeys((pair.link, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
+        pairs = dict.fromkeys((pair.link_a, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
         return tuple(pair for pair in pairs if held.isdisjoint(pair))
 
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property, partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Never
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -798,6 +798,7 @@ class Robot(Quick):
         self_collision: bool = True,
         max_distance: float = 0.0,
         threads: int | None = None,
+        **unknown: Never,
     ) -> Any:
         """The pairs of the robot's shapes and objects, or of its own shapes, that overlap: how deep and where.
 
@@ -807,6 +808,7 @@ class Robot(Quick):
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
             max_distance: Also report pairs that do not overlap, up to this distance [m]; ``np.inf`` reports all pairs.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken; the error names the one that is meant.
 
         Returns:
             A ``Report`` for one q, else an array of them, shape (...,).
@@ -816,6 +818,11 @@ class Robot(Quick):
                 nothing to check.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
+        if unknown:
+            name = next(iter(unknown))
+            raise TypeError(
+                f"check_collision() got an unexpected keyword argument {name!r}; max_distance= is how near pairs may be"
+            )
         return self._checker.check_collision(q, world, self_collision, max_distance, threads)
 
     def signed_distance(
