@@ -64,7 +64,7 @@ def check_table(data) -> Iterator[RenderableType]:
         table = make_table(["robot", "link", "other"], ["apart [mm]"], ["normal", "at [m]"])
         for pair in data["pairs"]:
             vectors = [" ".join(number(x, n) for x in pair[key]) for key, n in (("normal", 2), ("witness_a", 3))]
-            table.add_row(pair["name_a"], pair["link"], pair["name_b"], f"{1000 * pair['signed_distance'] + 0.0:.3f}", *vectors)
+            table.add_row(pair["name_a"], pair["link_a"], pair["name_b"], f"{1000 * pair['signed_distance'] + 0.0:.3f}", *vectors)
         yield table
     if data["signed_distance"] is not None:
         yield f"least distance: {1000 * data['signed_distance'] + 0.0:.3f} mm"
