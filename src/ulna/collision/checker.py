@@ -21,7 +21,7 @@ from ulna.collision.world import World
 from ulna.description.robot_description import Description
 from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import bind
-from ulna.engine.threads import in_parts, refuse_unless_threads
+from ulna.engine.threads import as_threads, in_parts
 from ulna.engine.width import WIDTH
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
@@ -126,8 +126,8 @@ class Checker:
     ) -> bool | NDArray[np.bool_]:
         """The same, in Python."""
         q = as_positions(q, self.tree)
-        if q.ndim == 1:
-            refuse_unless_threads(threads)
+        if q.ndim == 1 and threads is not None:
+            as_threads(threads)  # refused where it is no number of threads
         if q.ndim == 1 and out is None:
             return self._touches(q, scene)
         hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)
@@ -230,7 +230,8 @@ class Checker:
         checked = self._scene(objects, self_collision), self.bodies, objects.names, float(max_distance)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
-            refuse_unless_threads(threads)
+            if threads is not None:
+                as_threads(threads)  # refused where it is no number of threads
             return report_at(q, *checked)
         refuse_out_of_range(q)
         reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)

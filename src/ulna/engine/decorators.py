@@ -8,11 +8,11 @@ their machine code is kept on disk (``cache``). In a wheel an entry is the machi
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import partial, wraps
+from functools import partial
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from ulna.engine.ahead import ahead_entry
-from ulna.engine.signatures import Signature, fits
+from ulna.engine.signatures import Signature, checked
 from ulna.engine.sources import text_of
 
 try:
@@ -176,21 +176,8 @@ def _entry(function: Callable, signatures: tuple[Signature, ...], flags: dict[st
         marked = function if compiler is None else compiler.compiled_entry(function, flags, _refuse_unless_permitted)
         if low_latency:
             if marked is function:  # it runs as plain Python
-                marked = _checked(function, signatures[0])
+                marked = checked(function, signatures[0])
             else:
                 marked.compile_now = partial(_compile_only, marked, signatures[0])
     ENTRIES[marked] = Calls(f"{function.__module__}.{function.__name__}", signatures, low_latency)
     return marked
-
-
-def _checked(function: Callable, signature: Signature) -> Callable:
-    """A function of plain Python that refuses arguments of other types, as a compiled one does."""
-
-    @wraps(function)
-    def checked(*arguments):
-        for argument, kind in zip(arguments, signature, strict=True):
-            if not fits(argument, kind):
-                raise TypeError(f"{type(argument).__name__}, but {kind} is expected")
-        return function(*arguments)
-
-    return checked
