@@ -21,6 +21,7 @@ import ulna.robot
 import ulna.viewer.film.painter
 import ulna.viewer.film.record as film
 from ulna.drivers import DRIVERS
+from ulna.engine import threads
 from ulna.engine.entries import ready
 from ulna.planning import slices
 
@@ -124,7 +125,7 @@ def ask_for_plans(robots_and_worlds):
 
 
 def main(file):
-    slices._LONGEST_SLICE = float("inf")  # so that the slices of a plan do not depend on the clock
+    slices._LONGEST_SLICE = threads._SECONDS = float("inf")  # so that neither a plan's slices nor a batch's depend on the clock
     callers = [module for name, module in list(sys.modules.items()) if name.startswith(CALLERS)]
     for module in callers:
         if hasattr(module, "np"):

@@ -46,8 +46,8 @@ NO_OBJECTS = World().objects()
 CERTAIN = 1e-6  # [m]: where bodies are so far apart, or so deep in each other, every entry agrees whether they touch
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
-_NOT_ASKED = False, None, None, None  # of Checker._quick
-_TOUCHES, _NEAREST = 2, 3
+_NO_SCENE = False, None, None, None
+_TOUCHES, _NEAREST = 2, 3  # places in Checker.last_scene[0]
 REPORTS = 256  # a thread gets at least so many: most of the time of a report is spent in Python
 
 
@@ -61,6 +61,7 @@ class Checker:
         attached: The objects attached to it.
         given: The pairs of links that may touch, if the user has given them.
         found: Those that are found otherwise, when first needed.
+        last_scene: One tuple, of the last question (``engine.bound.Prebound.scene``).
     """
 
     description: Description
@@ -69,7 +70,7 @@ class Checker:
     given: AllowedCollisions | None
     found: FoundPairs
     _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
-    _quick: tuple = field(default=_NOT_ASKED, init=False, repr=False)
+    last_scene: list[tuple[Any, ...]] = field(default_factory=lambda: [_NO_SCENE], init=False, repr=False)
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -246,19 +247,16 @@ class Checker:
         return reports
 
     def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Callable[[ArrayLike], Any]:
-        """A function of q in the last scene, in C if the extension is there; made when it is first needed.
-
-        ``_quick`` has the objects (None without a world), ``self_collision``, and these functions: ``native/method.c`` finds
-        them so.
-        """
-        quick: tuple[Any, ...] = self._quick
+        """A function of q in the last scene, in C if the extension is there; made when it is first needed."""
         of = None if objects is NO_OBJECTS else objects
-        if quick[0] is not of or quick[1] is not self_collision:
-            quick = of, self_collision, None, None
-        if quick[place] is None:
-            quick = *quick[:place], self._bound(place, scene), *quick[place + 1 :]
-            self.__dict__["_quick"] = quick
-        return quick[place]
+        last = self.last_scene[0]
+        if last[0] is not of or last[1] is not self_collision:
+            last = of, self_collision, None, None
+        function: Any = last[place]
+        if function is None:
+            function = self._bound(place, scene)
+            self.last_scene[0] = (*last[:2], function, last[3]) if place == _TOUCHES else (*last[:3], function)
+        return function
 
     def _bound(self, place: int, scene: Scene) -> Callable[[ArrayLike], Any]:
         n = self.tree.n_dof
@@ -272,7 +270,7 @@ class Checker:
 
     def __getstate__(self) -> dict[str, Any]:
         """What is kept of the last questions is not copied, nor pickled."""
-        return {**self.__dict__, "_quick": _NOT_ASKED}
+        return {**self.__dict__, "last_scene": [_NO_SCENE]}
 
     def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
         """Write to out, shape (...,), whether anything touches."""

@@ -91,11 +91,11 @@ def _taken(stand_in: ModuleType, name: str) -> Any:
         raise AttributeError(f"module {stand_in.__name__!r} has no attribute {name!r}")
     found = ahead_entry(stand_in.__name__, name)
     if found is None:
-        from ulna.engine.decorators import compiler  # noqa: PLC0415 - it loads the compiler
+        from ulna.engine.decorators import ENTRIES, compiler  # noqa: PLC0415 - it loads the compiler
 
-        asked_for_python = os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}
-        if compiler is None and not asked_for_python:  # it takes a thousand times as long
-            raise UlnaError("there is neither machine code nor a compiler: pip install numba, or install a wheel of ulna again")
         found = getattr(importlib.import_module(stand_in.__name__), name)
+        asked_for_python = os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}
+        if compiler is None and not asked_for_python and any(found is entry for entry in ENTRIES):  # it takes 1000 times as long
+            raise UlnaError("there is neither machine code nor a compiler: pip install numba, or install a wheel of ulna again")
     setattr(stand_in, name, found)
     return found

@@ -31,7 +31,7 @@ from ulna.description.urdf_writer import write_urdf
 from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
-from ulna.engine.bound import Quick, put_in_c
+from ulna.engine.bound import Prebound, Quick, put_in_c
 from ulna.errors import InputError
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.closed_form.result import IKSolutions
@@ -93,17 +93,19 @@ class Robot(Quick):
         carried = tuple(attached)
         checker = Checker(description, tree, carried, allowed, _found or FoundPairs(description, tree))
         inverse_kinematics = InverseKinematics(tree, start, checker)
+        forward, jacobian = ForwardByLink(tree), JacobianByLink(tree)
         self.__dict__.update(
             description=description,
             tree=tree,
             home=start,
             attached=carried,
-            _forward=ForwardByLink(tree),
-            _jacobian=JacobianByLink(tree),
+            _forward=forward,
+            _jacobian=jacobian,
             _checker=checker,
             _inverse_kinematics=inverse_kinematics,
-            _quick_search=inverse_kinematics.quick,
-            _quick_solutions=inverse_kinematics.quick_solutions,
+            _prebound=Prebound(
+                forward, jacobian, checker.last_scene, inverse_kinematics.quick, inverse_kinematics.quick_solutions
+            ),
         )
 
     @classmethod
