@@ -112,8 +112,8 @@ def test_a_method_leads_to_its_formula(method, editor):
     assert file.relative_to(SOURCES).as_posix() == formula
 
 
-def test_no_function_is_found_by_a_string_on_the_way():
-    """Nor by a dict that makes what it lacks: neither is followed by tools."""
+def test_no_dict_makes_what_it_lacks():
+    """Tools do not follow ``__missing__``."""
     for file in SOURCES.rglob("*.py"):
         tree = ast.parse(file.read_text(encoding="utf-8"))
         assert not [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name == "__missing__"], file

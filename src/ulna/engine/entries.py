@@ -40,9 +40,10 @@ class Entries:
     compiled_together: frozenset[str] = frozenset()
 
     def module(self, name: str) -> ModuleType:
-        """A stand-in for a module of the package, of which nothing is loaded yet; ``__getattr__`` of the package.
+        """A stand-in for a module of the package, of which nothing is loaded yet: ``__getattr__`` of the package.
 
-        What is taken from it first is looked up as ``_taken`` says, and is then an attribute of it.
+        A name is looked up by ``_taken`` when it is first used. Then it is an attribute of the stand-in, a plain module, so that
+        it is found there as fast as in any.
 
         Raises:
             AttributeError: There is no such module.
