@@ -70,7 +70,7 @@ class Checker:
     given: AllowedCollisions | None
     found: FoundPairs
     _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
-    last_scene: list[tuple[Any, ...]] = field(default_factory=lambda: [_NO_SCENE], init=False, repr=False)
+    last_scene: list[tuple[Any, ...]] = field(default_factory=[_NO_SCENE].copy, init=False, repr=False)
 
     @cached_property
     def bodies(self) -> Bodies:
