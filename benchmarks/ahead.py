@@ -23,7 +23,7 @@ from benchmarks.ratio import ratio
 from ulna.bench.arms import load_arm
 from ulna.bench.targets import random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.drivers import entry
+from ulna.drivers import multi_start
 from ulna.engine.ahead import is_ahead, level
 from ulna.ik.options import Options
 from ulna.ik.search.single_target import SingleTargetSolver
@@ -74,7 +74,7 @@ def inverse_rows(robot) -> list[dict]:
     robot.inverse_kinematics(targets[0])
     solvers = robot._inverse_kinematics._prepared(None, *Options())  # noqa: SLF001
     solver = next(one for one in solvers if isinstance(one, SingleTargetSolver))
-    chain, plan, home, search = robot.tree.chain(robot.tip), solver.plan, solver.home, entry("multi_start.search_one")
+    chain, plan, home, search = robot.tree.chain(robot.tip), solver.plan, solver.home, multi_start.search_one
     q, info = np.empty((1, robot.n_dof)), np.empty((1, layout.N_INFO))
     works = {
         "machine code": Workload(lambda T: search(chain, plan, T, home, q, info), targets),

@@ -126,7 +126,7 @@ def test_a_robot_wholly_within_a_huge_crate_touches_it_with_every_box(panda, box
 
 def test_a_pair_names_the_box_the_crate_and_the_link(panda):
     report = panda.check_collision(panda.home, world_of(CRATE, ulna.pose((0, 0, 0.333))))
-    link_of = {pair.name_a: pair.link for pair in report.pairs}
+    link_of = {pair.name_a: pair.link_a for pair in report.pairs}
     assert {pair.name_b for pair in report.pairs} == {"crate"}
     assert link_of == {name: f"panda_link{TABLE[NAMES.index(name)][0]}" for name in report.touching}
     assert str(report) == "collision: " + ", ".join(report.touching)

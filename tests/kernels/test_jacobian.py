@@ -8,12 +8,12 @@ import kernel_modes
 import kernel_probes as probes
 import robots
 from assertions import assert_close
-from ulna.drivers import entry
+from ulna.drivers import jacobian
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.layout import IN_BASE, IN_LINK, IN_SPATIAL
 from ulna.kinematics.tree import build_tree
 
-jacobian_batch = entry("jacobian.jacobian_batch")
+jacobian_batch = jacobian.jacobian_batch
 FRAMES = {"base": IN_BASE, "link": IN_LINK, "spatial": IN_SPATIAL}
 ROBOT = robots.every_joint()
 LINKS = ["fingertip", "hand", "tray", "propeller", "rotor", "base"]
@@ -96,7 +96,7 @@ def test_the_entries_give_six_rows_a_configuration(rng, frame):
     q, chain = rng.uniform(-1.4, 1.4, (9, tree.n_dof)), tree.chain("hand")
     J, first = np.full((9, 6, tree.n_dof), np.nan), np.full((6, tree.n_dof), np.nan)
     assert jacobian_batch(chain, FRAMES[frame], q, J)
-    assert entry("jacobian.jacobian_one")(chain.copy(), FRAMES[frame], tree.n_dof, q[0], first)
+    assert jacobian.jacobian_one(chain.copy(), FRAMES[frame], tree.n_dof, q[0], first)
     assert_close(J, [formulas.jacobian(ROBOT, x, "hand", frame) for x in q], atol=1e-10)
     assert_close(first, J[0], atol=1e-14)
 
@@ -117,7 +117,7 @@ def test_the_entries_report_an_entry_out_of_range(rng):
     q, chain = rng.normal(size=(9, tree.n_dof)), tree.chain("hand")
     q[8, 2] = np.nan
     assert not jacobian_batch(chain, IN_BASE, q, np.empty((9, 6, tree.n_dof)))
-    assert not entry("jacobian.jacobian_one")(chain.copy(), IN_BASE, tree.n_dof, q[8], np.empty((6, tree.n_dof)))
+    assert not jacobian.jacobian_one(chain.copy(), IN_BASE, tree.n_dof, q[8], np.empty((6, tree.n_dof)))
 
 
 def test_a_joint_that_nothing_drives_writes_no_column():

@@ -8,7 +8,6 @@ import pytest
 from scipy.optimize import linprog
 
 import ulna
-from ulna.drivers import entry
 from ulna.errors import FileError, InputError
 from ulna.planning.blend import Pieces, rounded_path
 from ulna.planning.timing import grid_of, timed
@@ -215,10 +214,6 @@ def test_a_plan_that_does_not_move_takes_no_time(panda):
     path = panda.plan(panda.home, panda.home).trajectory(acceleration=1.0)
     assert path.duration == 0
     assert np.array_equal(path.at(0.0).q, panda.home)
-
-
-def test_the_entry_is_listed():
-    assert entry("time_parameterisation.time_sections")
 
 
 def test_a_joint_whose_velocity_is_given_as_zero_is_named_and_other_limits_serve():

@@ -13,8 +13,8 @@ from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 NO_VERTICES = np.zeros((0, 3))
 
 _ADVICE = (
-    "robot.with_convex_hulls() (pip install 'ulna[hulls]') or robot.with_convex_pieces() (pip install 'ulna[decompose]') puts"
-    " convex shapes in the place of a robot's meshes, and so does ulna view with --meshes"
+    "ulna.load(..., meshes='hulls') (pip install 'ulna[hulls]') or meshes='decompose' (pip install 'ulna[decompose]') puts"
+    " convex shapes in the place of a robot's meshes, and so do robot.with_convex_hulls() and ulna view with --meshes"
 )
 
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.engine.bound import bind
 from ulna.errors import InputError
 from ulna.ik.closed_form.axes import N_AXES, turning_order
@@ -64,7 +64,7 @@ class AllSolutions:
         if form is not None and in_order and query.task_axes is None and not callable(workers):
             self._six = joints_at(form, query.home)
             self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
-            self._run = entry("closed_form.all_branches_of_one")
+            self._run = closed_form.all_branches_of_one
         self._of_one = None if self._six is None else self._one_by_entry()
         self.in_c = None if self._of_one is None else (self._of_one, IKSolutions, PROOFS, self._family)
 

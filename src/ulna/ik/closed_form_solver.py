@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
 from ulna.description.pose import as_pose
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.branches import Branches, all_branches
@@ -51,7 +51,7 @@ class ClosedFormSolver:
         self._tables = six.table, six.chain, six.plan(tree.lower, tree.upper, options.tolerances)
         self._home, self._tolerances, self._trace = query.home.copy(), options.tolerances, options.trace
         self._by_way = options.rank is None or options.rank == "nearest"
-        self._search, run = NumericSolver(query), entry("closed_form.nearest_branch_of_one")
+        self._search, run = NumericSolver(query), closed_form.nearest_branch_of_one
         alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None
         self._one = bound_to_one_target(run, self._tables, self._home) if alone else None
         self.in_c = None if self._one is None else (self._one, self._home, self._one)
@@ -88,7 +88,7 @@ class ClosedFormSolver:
         problem = make_problem(self._query, T, q_seed)
         targets, seeds = problem.targets, self._six.entries_of(problem.seeds)
         angles, info = np.empty((len(targets), N_AXES)), np.empty((len(targets), layout.N_INFO))
-        nearest = entry("closed_form.nearest_branches")
+        nearest = closed_form.nearest_branches
 
         def run(part: slice) -> bool:
             own = seeds[part] if len(seeds) > 1 else seeds

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
 from ulna.ik.closed_form.six_joints import SixJoints, Workers
@@ -189,7 +189,7 @@ def branches_of_fewer(
 def _polished(six: SixJoints, targets: Array, starts: Array, bounds: Array) -> tuple[Array, Array]:
     """Where Newton steps within bounds lead from starts (n, ...), joints at rest left there, and the errors (n,)."""
     q, errors, share = starts.copy(), np.full(len(starts), _NEARLY), six.table[layout.FORM, layout.INVERSE_REACH]
-    entry("closed_form.polish_all")(six.without_rest, targets, q, bounds, share, _STEPS, errors)
+    closed_form.polish_all(six.without_rest, targets, q, bounds, share, _STEPS, errors)
     return q, errors
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import Axes, axes_of, nearest_point, turning_order
 from ulna.kernels.chain.closed_form_layout import REACHED
 from ulna.kinematics.tree import Tree
@@ -76,7 +76,7 @@ class Elbow:
         order, branch = np.nonzero(good)
         starts, errors = np.ascontiguousarray(q[order, branch]), np.full(len(order), _NEARLY)
         scale = 1.0 / self.axes.unit
-        entry("closed_form.polish_all")(self.axes.chain, targets[order], starts, np.empty(0), scale, _STEPS, errors)
+        closed_form.polish_all(self.axes.chain, targets[order], starts, np.empty(0), scale, _STEPS, errors)
         q[order, branch], good[order, branch] = starts, errors <= REACHED
         return q, good
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.added_joints import of_six
 from ulna.ik.closed_form.axes import N_AXES, Axes, axes_of, frame_along
@@ -97,7 +97,7 @@ class SixJoints:
             return workers(self, targets, seeds, plan)
         n = len(targets)
         q, known, proof = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES)), np.empty(n)
-        all_branches = entry("closed_form.all_branches")
+        all_branches = closed_form.all_branches
 
         def run(part: slice) -> bool:
             own = seeds[part] if len(seeds) > 1 else seeds

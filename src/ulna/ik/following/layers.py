@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import all_branches
 from ulna.ik.following.course import Course, split_as
@@ -289,5 +289,5 @@ def _solved_at(course: Course, pose: NDArray[np.int64], q: Array, j: int, limit:
     q = q.copy()
     q[:, j] = limit
     bounds, share = np.r_[tree.lower, tree.upper], 1.0 / course.query.unit
-    entry("closed_form.polish_all")(tree.chain(course.query.link), course.targets[pose], q, bounds, share, _STEPS, errors)
+    closed_form.polish_all(tree.chain(course.query.link), course.targets[pose], q, bounds, share, _STEPS, errors)
     return q, (errors <= ENOUGH) & (q[:, j] == limit)

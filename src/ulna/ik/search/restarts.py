@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import multi_start
 from ulna.engine.threads import in_parts
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, rows_for
 from ulna.ik.search.ranking import Cost
@@ -219,10 +219,9 @@ def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tu
     settings = problem.settings.copy()
     settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
-    search_jobs = entry("multi_start.search_jobs")
 
     def piece(rows: slice) -> bool:
-        search_jobs(
+        multi_start.search_jobs(
             problem.chain, problem.targets, order[rows], problem.seeds, problem.bounds, starts, problem.posture, settings,
             q[rows].reshape(-1, n_dof), info[rows].reshape(-1, layout.N_INFO),
         )  # fmt: skip

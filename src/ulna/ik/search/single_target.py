@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
-from ulna.drivers import entry
+from ulna.drivers import multi_start
 from ulna.engine.bound import bind
 from ulna.ik.options import LEVENBERG_MARQUARDT
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Query, make_problem
@@ -52,7 +52,7 @@ class SingleTargetSolver:
     __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "_trace", "home", "in_c", "plan")
 
     def __init__(self, query: Query) -> None:
-        tree, settings, run = query.tree, query.settings.copy(), entry("multi_start.search_one")
+        tree, settings, run = query.tree, query.settings.copy(), multi_start.search_one
         self._query, self.home = query, query.home.copy()
         self._tolerances, self._trace = query.options.tolerances, query.options.trace
         settings[layout.FIRST_WINS] = layout.ANY

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
-from ulna.drivers import entry
+from ulna.drivers import single_start
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
 from ulna.ik.options import TEXTBOOK_BUDGET
@@ -75,7 +75,7 @@ def _follow_some(problem: Problem, order: NDArray[np.int64], history: Array) -> 
     q, info = np.empty((len(order), problem.query.tree.n_dof)), np.zeros((len(order), layout.N_INFO))
     settings = problem.settings.copy()
     settings[layout.STEPS] = options.budget
-    method, follow_each = _CODES[options.method], entry("single_start.follow_each")
+    method, follow_each = _CODES[options.method], single_start.follow_each
 
     def run(part: slice) -> bool:
         own = (rows[part] if len(rows) > 1 else rows for rows in (seeds, bounds))

@@ -53,7 +53,7 @@ def along_contacts(robot: Robot, q: Array, change: Array, link: str, world: Worl
 
 def _rate(robot: Robot, q: Array, pair: Pair) -> Array:
     """The gradient of a pair's distance in q, shape (n_dof,): the rate at which its nearest points separate along the normal."""
-    rate = -pair.normal @ _point_jacobian(robot, q, pair.link, pair.witness_a)
+    rate = -pair.normal @ _point_jacobian(robot, q, pair.link_a, pair.witness_a)
     if pair.link_b is not None:
         rate += pair.normal @ _point_jacobian(robot, q, pair.link_b, pair.witness_b)
     return rate
