@@ -9,7 +9,7 @@ import trimesh
 import ulna
 from assertions import assert_close
 from mesh_texts import ACCESSOR, CORNERS, FACES, INSTANCE, TRIANGLES, collada, doubled, stl
-from ulna.description.meshes.files import MeshFiles
+from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.obj import plain_obj
 from ulna.description.meshes.reader import MOST_BYTES, Beside, mesh_bytes, read_scene, used_points
 from ulna.errors import FileError

@@ -14,10 +14,9 @@ import numpy as np
 
 from ulna.collision.allowed import AllowedCollisions, LinkPair
 from ulna.collision.attached import Attached
-from ulna.description.convex_mesh import ConvexMesh
-from ulna.description.json_text import json_value
+from ulna.description.file_bytes import json_value
 from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
-from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
 from ulna.errors import DescriptionError
 from ulna.robot import Robot
 

@@ -22,8 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.description.file_bytes import regular_file_bytes
-from ulna.description.json_text import json_value
+from ulna.description.file_bytes import json_value, regular_file_bytes
 from ulna.errors import DescriptionError, FileError, needs_extra
 from ulna.reachability.grid import Grid
 from ulna.reachability.specification import Specification

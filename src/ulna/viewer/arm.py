@@ -10,7 +10,7 @@ import viser
 from numpy.typing import NDArray
 from trimesh.exchange.gltf import export_glb
 
-from ulna.description.meshes.files import MeshFiles
+from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.pose import quaternion_from_matrix
 from ulna.description.robot_description import Body
 from ulna.description.shapes import Mesh

@@ -13,7 +13,7 @@ from lxml import etree
 from numpy.typing import NDArray
 
 from ulna.description.meshes.collada_scene import Scene
-from ulna.description.meshes.plain import Plain
+from ulna.description.meshes.mesh_files import Plain
 
 Array = NDArray[np.float64]
 _TRIANGLES, _LINES = ("triangles", "polylist", "polygons"), ("lines", "linestrips")

@@ -5,7 +5,7 @@ from io import StringIO
 from itertools import pairwise
 from math import isfinite
 
-from ulna.description.meshes.plain import MOST_TRIANGLES, Plain
+from ulna.description.meshes.mesh_files import MOST_TRIANGLES, Plain
 
 _SURFACES = ("surf", "bzp", "bsp", "cdc", "cdp")
 _MOST_WORDS = MOST_TRIANGLES + 4  # of a line: one more corner than a face of so many triangles has

@@ -18,9 +18,8 @@ from trimesh.resolvers import Resolver
 
 from ulna.description.file_bytes import regular_file_bytes
 from ulna.description.meshes.collada import plain_collada
-from ulna.description.meshes.files import MeshFiles
+from ulna.description.meshes.mesh_files import MOST_TRIANGLES, MeshFiles, Plain
 from ulna.description.meshes.obj import plain_obj
-from ulna.description.meshes.plain import MOST_TRIANGLES, Plain
 from ulna.description.meshes.stl import plain_stl
 from ulna.errors import FileError
 

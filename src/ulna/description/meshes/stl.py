@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from ulna.description.meshes.plain import Plain
+from ulna.description.meshes.mesh_files import Plain
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 84  # bytes: 80 of any text, 4 that count the triangles

@@ -1,13 +1,28 @@
-"""Finds robots of ``example-robot-data`` and ``robot_descriptions`` by name. Downloads nothing."""
+"""Finds robots by name: bundled, of ``example-robot-data``, of ``robot_descriptions``. Downloads nothing."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from ulna.description.names import cached_descriptions
-from ulna.description.names.bundled import BUNDLED
-from ulna.description.names.named import Named
+from ulna.description.names import cached_descriptions, panda
+from ulna.description.names.cached_descriptions import Named
 from ulna.description.packages import package_folders
 from ulna.errors import FileError, near_names
+
+
+@dataclass(frozen=True)
+class Bundled:
+    """A bundled description: its file beside this module, and the configuration to start from [rad or m]."""
+
+    file: str
+    home: tuple[float, ...]
+
+    def text(self) -> bytes:
+        """The URDF document."""
+        return Path(__file__).with_name(self.file).read_bytes()
+
+
+BUNDLED = {"panda": Bundled("panda.urdf", panda.HOME)}
+
 
 _MOST_NEAR = 4
 _PACKAGES = ("example-robot-data", "robot_descriptions")  # as pip calls them

@@ -12,9 +12,8 @@ from typing import Any
 
 import xacro
 
-from ulna.description.xacro.child.functions import method_of, offered
-from ulna.description.xacro.child.refused import RefusedError
-from ulna.description.xacro.child.syntax import checked
+from ulna.description.xacro.child.parent import RefusedError
+from ulna.description.xacro.child.permitted import checked, method_of, offered
 
 Lookup = Callable[[str], Any]
 """From a name to its value; a ``KeyError`` if it has none."""
