@@ -7,7 +7,7 @@ import pytest
 
 import ulna
 from coroutines import run_coroutine
-from ulna.viewer.handles import Handles
+from ulna.viewer.nodes import Handles
 
 
 class Scene:

@@ -7,8 +7,8 @@ import pytest
 
 import ulna
 from coroutines import run_coroutine
-from ulna.viewer.hand import HandPanel
-from ulna.viewer.handles import Handles
+from ulna.viewer.hand_panel import HandPanel
+from ulna.viewer.nodes import Handles
 from ulna.viewer.page import Page
 from ulna.viewer.session.session import Session
 

@@ -20,7 +20,7 @@ import ulna
 import ulna.drivers
 import ulna.robot
 import ulna.viewer.film.painter
-import ulna.viewer.film.record as film
+import ulna.viewer.film.recording as film
 from ulna.planning import slices
 
 N = 1000

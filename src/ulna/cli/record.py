@@ -77,7 +77,7 @@ def record(
     if path.suffix.lower() == ".png" and (rate is not None or (of_robot and seconds is not None)):
         raise InputError("--seconds, --fps", "go with a video; a .png is a single picture, and --seconds the length of the demo")
     with needs_extra(*_EXTRA):
-        from ulna.viewer.film.record import make_form  # noqa: PLC0415 -- needs the extra
+        from ulna.viewer.film.recording import make_form  # noqa: PLC0415 -- needs the extra
     if of_robot:
         film, length = _film_of_robot(load_robot(loading, robot=robot or "panda"), world, q, trajectory, plan, degrees=degrees)
     else:
@@ -94,7 +94,7 @@ def _film_of_robot(
     robot: Robot, world: World | None, q: str | None, trajectory: Path | None, plan: Path | None, *, degrees: bool
 ) -> tuple[Film, float]:
     """The film of a robot, and how long it is [s] unless ``--seconds`` is given."""
-    from ulna.viewer.film import moving, record  # noqa: PLC0415 -- need the extra
+    from ulna.viewer.film import recording  # noqa: PLC0415 -- needs the extra
 
     still, rows, length = q_of(robot, q=q, degrees=degrees), None, 10.0
     if plan is not None:
@@ -106,9 +106,9 @@ def _film_of_robot(
 
     def film(form: Any, at: float | None, *, boxes: bool, tell: Callable[[int], object]) -> None:  # noqa: ARG001 -- of the interface
         if rows is None:
-            missing = record.record_robot(form, robot, still, boxes=boxes, tell=tell)
+            missing = recording.record_robot(form, robot, still, boxes=boxes, tell=tell)
         else:
-            missing = moving.record_moving(form, robot, rows, world or World(), boxes=boxes, tell=tell)
+            missing = recording.record_moving(form, robot, rows, world or World(), boxes=boxes, tell=tell)
         warn_of_missing(missing)
 
     return film, max(length, _SHORTEST)

@@ -14,14 +14,14 @@ from ulna.demo.record_button import RecordButton
 from ulna.demo.scenario import BOX_START, Demo, light_color, light_word
 from ulna.demo.scene import DemoScene
 from ulna.description.pose import pose
+from ulna.viewer.arm import REAL_ARM
 from ulna.viewer.compiler import Compiler
 from ulna.viewer.html import marked, plain
-from ulna.viewer.joints import JointSliders
+from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
-from ulna.viewer.notice import Notice
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.palette import GREEN, RED, UNKNOWN
-from ulna.viewer.visibility import REAL_ARM
+from ulna.viewer.readings import Notice
 
 FRAMES_PER_SECOND = 30.0
 STOP_WITHIN_S = 2.0

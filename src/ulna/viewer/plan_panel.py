@@ -7,11 +7,11 @@ import numpy as np
 import viser
 
 from ulna.viewer.configuration import configurations_of
-from ulna.viewer.hand_pose import HandPose
-from ulna.viewer.handles import Handles
 from ulna.viewer.html import marked, plain
+from ulna.viewer.nodes import Handles
 from ulna.viewer.palette import GREEN, INK, RED, UNKNOWN
-from ulna.viewer.session.planning import Planning
+from ulna.viewer.pose_fields import HandPose
+from ulna.viewer.session.motion import Planning
 from ulna.viewer.session.session import Session
 
 _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"

@@ -10,23 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes
 from ulna.robot import Robot
-from ulna.viewer.arm import Arm
-from ulna.viewer.compiler import Compiler
+from ulna.viewer.arm import Arm, VisibilityPanel
+from ulna.viewer.compiler import Compiler, rehearsals
 from ulna.viewer.configuration import ConfigurationPanel
-from ulna.viewer.floor import Floor, floor_height
-from ulna.viewer.hand import HandPanel
+from ulna.viewer.hand_panel import HandPanel
 from ulna.viewer.html import plain
-from ulna.viewer.joints import JointSliders
+from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
-from ulna.viewer.notice import Notice
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.plan_panel import PlanPanel
-from ulna.viewer.readings import ClearancePanel, EllipsoidPanel
-from ulna.viewer.rehearsal import rehearsals
+from ulna.viewer.readings import ClearancePanel, EllipsoidPanel, Notice
 from ulna.viewer.session.session import Session
-from ulna.viewer.stage import add_stage
-from ulna.viewer.visibility import VisibilityPanel
+from ulna.viewer.stage import Floor, add_stage, floor_height
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between frames at rest: the program may have changed the world

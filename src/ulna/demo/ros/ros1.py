@@ -25,7 +25,7 @@ from ulna.demo.scenario import BOX_NAME, BOX_START, RATE_HZ, Demo
 from ulna.description.pose import pose
 from ulna.errors import InputError
 from ulna.robot import Robot, load
-from ulna.viewer.solid import Solid
+from ulna.viewer.palette import Solid
 
 _QUEUE = 30  # messages: more than the markers of one picture
 _LOOK_FOR_MASTER_S = 1.0
