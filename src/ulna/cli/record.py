@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from ulna.cli.cell import Obstacles, warn_of_missing
 from ulna.cli.depends import command
 from ulna.cli.options import Degrees, Loading, load_robot
 from ulna.cli.output import printable
 from ulna.cli.plugins import FILMS, Film, load_plugins
+from ulna.cli.progress import progress_bar
 from ulna.cli.rows import read_motion, read_trajectory
 from ulna.cli.targets import Positions, q_of
 from ulna.collision.world import World
@@ -84,7 +84,8 @@ def record(
         film, length = _film(), 30.0
     form = make_form(path, length if seconds is None else seconds, None if size is None else _size(size), rate)
     start = time.perf_counter()
-    with _progress() as progress:
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with progress_bar(*columns) as progress:
         task = progress.add_task(path.name, total=form.n_frames)
         film(form, at, boxes=boxes, tell=lambda done: progress.update(task, completed=done))
     typer.echo(printable(_summary(form, time.perf_counter() - start)))
@@ -132,13 +133,6 @@ def _size(text: str) -> tuple[int, int]:
     if not sides:
         raise InputError("--size", f"{text!r}; width and height are expected, as in 1280x720")
     return int(sides[1]), int(sides[2])
-
-
-def _progress() -> Progress:
-    """A bar on a terminal, nothing elsewhere."""
-    console = Console(stderr=True)
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
 
 
 def _summary(form: Any, seconds: float) -> str:

@@ -30,7 +30,7 @@ def file_bytes(path: str | Path, most: int) -> bytes:
 
 
 def regular_file_bytes(path: str | Path, most: int) -> bytes:
-    """The same of a regular file only, for a path from an untrusted description.
+    """The bytes of a regular file only, for a path from an untrusted description.
 
     Raises:
         OSError: It cannot be opened or read, or is not a file.

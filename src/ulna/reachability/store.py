@@ -1,4 +1,4 @@
-"""Lays a map out as a Zarr group, and knows which of its chunks are done.
+"""Lays a map out as a Zarr group, and finds which of its chunks are done.
 
     z, y, x          centres of the voxels [m]                          (z,), (y,), (x,)
     quaternion       the orientations, w first                          (orientation, wxyz)

@@ -16,7 +16,7 @@ from ulna.description.robot_description import Body
 from ulna.description.shapes import Mesh
 from ulna.errors import FileError
 from ulna.robot import Robot
-from ulna.viewer.html import listed, plain, tree_html
+from ulna.viewer.html import listed, small_text, tree_html
 from ulna.viewer.nodes import add_shape, add_triangles
 from ulna.viewer.palette import FREE, PALE, STRONG, TOUCHING
 from ulna.viewer.visuals import link_visuals, read_mesh
@@ -48,7 +48,7 @@ class Arm:
     Attributes:
         missing: The meshes that are not shown, each with the reason.
         solids: The collision shapes by their names in reports.
-        held: The nodes of the objects attached to its links, by name; shown with the visuals.
+        attached: The nodes of the objects attached to its links, by name; shown with the visuals.
         extent: Its AABB at home.
     """
 
@@ -73,7 +73,7 @@ class Arm:
             for (k, name), side in zip(_names_by_origin(robot), cycle(("right", "left")), strict=False)
         ]
         self.solids = self._add_solids(number)
-        self.held = {
+        self.attached = {
             held.name: add_shape(self._scene, f"{root}/{number[held.link]}/held{k}", held.shape, FREE, STRONG, held.T_link_object)
             for k, held in enumerate(robot.attached)
         }
@@ -90,15 +90,15 @@ class Arm:
 
     def mark_touching(self, names: Collection[str]) -> None:
         """Show the collision shapes of these names opaque and red, the others pale; attached objects are always opaque."""
-        for name, node in (self.solids | self.held).items():
+        for name, node in (self.solids | self.attached).items():
             if (name in self._touching) != (name in names):
                 node.color = TOUCHING if name in names else FREE
-                node.opacity = STRONG if name in names or name in self.held else PALE
+                node.opacity = STRONG if name in names or name in self.attached else PALE
         self._touching = tuple(names)
 
     def show_looks(self, *, visible: bool) -> None:
         """Show or hide the visuals, and the attached objects."""
-        for node in (*self.looks, *self.held.values()):
+        for node in (*self.looks, *self.attached.values()):
             node.visible = visible
 
     def show_solids(self, *, visible: bool) -> None:
@@ -181,7 +181,7 @@ class VisibilityPanel:
         if arm.missing:
             with gui.add_folder(f"Missing meshes ({len(arm.missing)})", expand_by_default=False):
                 if arm.robot.name == "panda":
-                    gui.add_html(plain(REAL_ARM))
+                    gui.add_html(small_text(REAL_ARM))
                 gui.add_html(listed(arm.missing))
         with gui.add_folder(f"Tree ({len(arm.robot.link_names)} links)", expand_by_default=False):
             gui.add_html(tree_html(arm.robot))

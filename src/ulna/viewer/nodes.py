@@ -62,7 +62,7 @@ class Handles:
         self.control.on_update(self._update)
 
     @property
-    def held(self) -> bool:
+    def dragged(self) -> bool:
         """Whether it is being dragged in some tab."""
         return bool(self._holders)
 
@@ -79,7 +79,7 @@ class Handles:
     def take_release(self) -> bool:
         """Whether it was released since the last call, and is dragged in no tab now."""
         let_go, self._let_go = self._let_go, False
-        return let_go and not self.held
+        return let_go and not self.dragged
 
     def put(self, T: NDArray[Any]) -> None:
         """Move it to a pose, shape (4, 4), unless a person drags it or has just moved it."""

@@ -7,7 +7,7 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.description.pose import quaternion_from_matrix
-from ulna.viewer.html import STYLE, marked, mobility_html, plain
+from ulna.viewer.html import STYLE, marked, mobility_html, small_text
 from ulna.viewer.palette import GREEN, INK, RED, UNKNOWN
 from ulna.viewer.session.clearance import Clearance
 from ulna.viewer.session.ellipsoid import mobility
@@ -40,7 +40,7 @@ class ClearancePanel:
         words = clearance.refusal if pair is None else f"{clearance.distance}: {clearance.apart}"
         for element, content in (
             (self.state, marked(str(clearance), color, filled=clearance.state == "collision")),
-            (self.nearest, plain(words) if words else ""),
+            (self.nearest, small_text(words) if words else ""),
         ):
             element.content = content
         for node in (self.line, self.label, *self.ends):

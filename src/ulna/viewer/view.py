@@ -14,7 +14,7 @@ from ulna.viewer.arm import Arm, VisibilityPanel
 from ulna.viewer.compiler import Compiler, rehearsals
 from ulna.viewer.configuration import ConfigurationPanel
 from ulna.viewer.hand_panel import HandPanel
-from ulna.viewer.html import plain
+from ulna.viewer.html import small_text
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
 from ulna.viewer.obstacles import Obstacles
@@ -70,7 +70,7 @@ class View:
         self.clearance = ClearancePanel(server, extent.radius)
         self.in_place_of_meshes = in_place_of_meshes(robot.description)
         if self.in_place_of_meshes:
-            server.gui.add_html(plain(self.in_place_of_meshes))
+            server.gui.add_html(small_text(self.in_place_of_meshes))
         self.notice = Notice(server.gui)
         tabs = server.gui.add_tab_group()
         with tabs.add_tab("Move"):

@@ -19,7 +19,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerI
 from ulna.collision.report import Report
 from ulna.demo.player import Player
 from ulna.demo.ros import messages
-from ulna.demo.ros.ending import noted_signals
+from ulna.demo.ros.adapter import noted_signals
 from ulna.demo.ros.node_compiler import node_compiler
 from ulna.demo.scenario import BOX_NAME, BOX_START, RATE_HZ, Demo
 from ulna.description.pose import pose

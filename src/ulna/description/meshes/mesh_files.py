@@ -19,7 +19,7 @@ CHECKED = (".stl", ".obj", ".dae")
 MOST_TRIANGLES = 4_000_000  # of all instances; a binary STL of MOST_BYTES has half of this
 
 
-class Plain(NamedTuple):
+class Rewritten(NamedTuple):
     """The data that a mesh library reads in place of the file.
 
     Attributes:
@@ -36,7 +36,7 @@ MESHES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 
 
 class Located(Protocol):
-    """A description, or anything else that knows where its files lie."""
+    """A description, or anything else with the folders of its files."""
 
     @property
     def folder(self) -> Path | None: ...  # noqa: D102

@@ -18,7 +18,7 @@ class _DiedError(Exception):
 
 
 def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, seconds: float, source: str) -> dict[str, Any]:
-    """The reply of the child to a request: ``urdf``, and the names of arguments that were ``asked`` for.
+    """The reply of the child to a request: ``urdf``, and as ``asked`` the names of arguments that it looked up.
 
     Raises:
         DescriptionError: The document fails, runs too long or reaches outside.
@@ -41,7 +41,7 @@ def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, 
 
 
 def _served(child: subprocess.Popen, request: dict[str, Any], readable: Readable) -> dict[str, Any]:
-    """The child's last message, after the request and all that it asks for."""
+    """The child's last message, after the request and all files that it needs."""
     _send(child, request)
     while True:
         message = _received(child)

@@ -59,7 +59,7 @@ def _set(known, name: str, wanted: int) -> str:
         most = known.getrlimit(kind)[1]
         value = wanted if most == known.RLIM_INFINITY else min(wanted, most)
         known.setrlimit(kind, (value, value))
-    except (AttributeError, ValueError, OSError) as error:  # macOS knows RLIMIT_AS, and refuses it
+    except (AttributeError, ValueError, OSError) as error:  # macOS has RLIMIT_AS, and refuses it
         return str(error) or type(error).__name__
     return ""
 

@@ -99,7 +99,7 @@ def _list_of(node: ast.ListComp, lookup: Lookup) -> list:
 
 
 def _lookups(generators: list[ast.comprehension], lookup: Lookup) -> Iterator[Lookup]:
-    """For each item that passes the conditions, the lookup that also knows its names."""
+    """For each item that passes the conditions, the lookup that finds its names too."""
     if not generators:
         yield lookup
         return

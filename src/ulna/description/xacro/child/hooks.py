@@ -23,7 +23,7 @@ _REPLACED = {
 
 
 class Arguments(dict):
-    """The arguments given, which notes the names that a document asks for."""
+    """The arguments given, and the names that a document looks up."""
 
     def __init__(self, given: dict[str, str]) -> None:
         super().__init__(given)
