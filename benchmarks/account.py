@@ -11,7 +11,7 @@ import numpy as np
 import ulna
 from benchmarks import idle
 from benchmarks.markdown import table
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
 from ulna.drivers import forward, jacobian
 from ulna.engine.entries import ready

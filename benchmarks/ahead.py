@@ -20,8 +20,7 @@ from benchmarks.collision import query_rows
 from benchmarks.markdown import table
 from benchmarks.processors import one_processor
 from benchmarks.ratio import ratio
-from ulna.bench.arms import load_arm
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import load_arm, random_positions
 from ulna.bench.timing import Workload, time_interleaved
 from ulna.drivers import multi_start
 from ulna.engine.ahead import is_ahead, level

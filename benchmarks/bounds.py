@@ -14,7 +14,7 @@ import sys
 
 import numpy as np
 
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import load, store

@@ -11,9 +11,8 @@ if TYPE_CHECKING:
     from ulna.collision.scene_file import load_world, save_world
     from ulna.collision.world import World
     from ulna.description.clouds import HeightMap, PointCloud
-    from ulna.description.convex_mesh import ConvexMesh
     from ulna.description.pose import pose
-    from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
+    from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere
     from ulna.dh.table import DHTable
     from ulna.errors import (
         ClusterError,
@@ -108,9 +107,8 @@ _HOMES = {
     "ulna.collision.scene_file": ("load_world", "save_world"),
     "ulna.collision.world": ("World",),
     "ulna.description.clouds": ("HeightMap", "PointCloud"),
-    "ulna.description.convex_mesh": ("ConvexMesh",),
     "ulna.description.pose": ("pose",),
-    "ulna.description.shapes": ("Box", "Capsule", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
+    "ulna.description.shapes": ("Box", "Capsule", "ConvexMesh", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
     "ulna.dh.table": ("DHTable",),
     "ulna.errors": (
         "ClusterError",

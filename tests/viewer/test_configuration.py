@@ -5,7 +5,7 @@ import pytest
 
 import ulna
 from ulna.viewer.configuration import as_text, first_row
-from ulna.viewer.floor import floor_height
+from ulna.viewer.stage import floor_height
 
 
 def test_a_saved_q_is_loaded_to_the_last_bit(panda, rng):

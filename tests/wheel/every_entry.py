@@ -19,7 +19,7 @@ import numpy as np
 import ulna
 import ulna.robot
 import ulna.viewer.film.painter
-import ulna.viewer.film.record as film
+import ulna.viewer.film.recording as film
 from ulna.drivers import DRIVERS
 from ulna.engine import threads
 from ulna.engine.entries import ready

@@ -5,8 +5,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.convex_mesh import ConvexMesh
-from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Shape, Sphere
 from ulna.errors import GeometryError
 from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 

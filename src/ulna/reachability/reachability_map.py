@@ -22,10 +22,9 @@ from ulna.ik.problem import refuse_immovable
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.reach import reach_of
 from ulna.reachability.grid import Grid
-from ulna.reachability.lock import locked
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.model import robot_to_json
-from ulna.reachability.run import run
+from ulna.reachability.run import locked, run
 from ulna.reachability.specification import Specification
 from ulna.reachability.store import create, read_specification, sweep, zarr_package
 from ulna.reachability.workers import DaskWorkers, ThreadWorkers

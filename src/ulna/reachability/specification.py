@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ulna.description.json_text import json_value
+from ulna.description.file_bytes import json_value
 from ulna.errors import DescriptionError
 from ulna.ik.options import Options
 from ulna.ik.task import Task

@@ -21,7 +21,7 @@ from ulna.collision.edge_report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
-from ulna.description.meshes.addresses import with_mesh_paths
+from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
 from ulna.description.semantic import EndEffector, Srdf

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.session.planning import Planning
+from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
 
 TICK = 0.05  # s

@@ -11,9 +11,8 @@ from ulna.drivers import rendering
 from ulna.kernels.render.render_layout import NOTHING
 from ulna.viewer.film.camera import Camera, sun_view
 from ulna.viewer.film.caption import Caption, write_text
-from ulna.viewer.film.model import Model, is_opaque
-from ulna.viewer.film.skin import linear
-from ulna.viewer.solid import Solid
+from ulna.viewer.film.skin import Model, is_opaque, linear
+from ulna.viewer.palette import Solid
 
 # The sides of a cube of edge 2, each as four corners in order around it.
 _SIDES = np.array(

@@ -1,22 +1,42 @@
-"""Finds the files of meshes, within the folders that a description may read.
+"""Finds the files of meshes, within the folders that a description may read, and defines what is read of them.
 
 A description may come from a stranger, so not every file that it names is opened (``readable``).
 """
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 from urllib.parse import unquote
 
-from ulna.description.packages import places
+from lxml import etree
+
+from ulna.description.packages import places, resolve_uri
 from ulna.description.readable import Readable
-from ulna.errors import FileError
+from ulna.errors import FileError, InputError, did_you_mean
+
+CHECKED = (".stl", ".obj", ".dae")
+"""The formats that are read completely: only these are used for collision checking."""
+MOST_TRIANGLES = 4_000_000  # of all instances; a binary STL of MOST_BYTES has half of this
+
+
+class Rewritten(NamedTuple):
+    """The data that a mesh library reads in place of the file.
+
+    Attributes:
+        data: The file, rewritten in its own format.
+        n_triangles: The number of triangles that a reader must find in it, over all instances.
+    """
+
+    data: bytes
+    n_triangles: int
+
 
 _OUTSIDE = "lies outside the description's folder, its package and package_dirs, so it is not read"
 MESHES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 
 
 class Located(Protocol):
-    """A description, or anything else that knows where its files lie."""
+    """A description, or anything else with the folders of its files."""
 
     @property
     def folder(self) -> Path | None: ...  # noqa: D102
@@ -80,3 +100,41 @@ class MeshFiles:
 
 def _refusal(packages: dict[Path, Path | None], admitted: list[Path]) -> str:
     return _OUTSIDE if len(admitted) < len(packages) else f"no such file; tried {'; '.join(map(str, admitted))}"
+
+
+_KINDS = ("given", "file")
+_NAMING_FILES = ("mesh", "texture")
+
+
+def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Iterable[str | Path]) -> str:
+    """The text with mesh and texture paths as they are (``"given"``), or as absolute ``file://`` addresses (``"file"``).
+
+    Raises:
+        FileError: One is not there; the message lists every path tried.
+    """
+    if kind not in _KINDS:
+        raise InputError("mesh_paths", f"{kind!r} is not known{did_you_mean(str(kind), _KINDS)}")
+    if kind == "given":
+        return text
+    root = etree.fromstring(text.encode(), etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False))
+    named = [element for element in root.iter(*_NAMING_FILES) if element.get("filename")]
+    places = _found_files((element.get("filename", "") for element in named), folder, package_dirs)
+    for element in named:
+        element.set("filename", places[element.get("filename", "")].resolve().as_uri())
+    return etree.tostring(root.getroottree(), encoding="unicode")
+
+
+def _found_files(uris: Iterable[str], folder: Path | None, package_dirs: Iterable[str | Path]) -> dict[str, Path]:
+    """The file of each address; each is searched for once.
+
+    Raises:
+        FileError: One is not there; the message lists every path tried.
+    """
+    package_dirs = list(package_dirs)
+    places = {uri: resolve_uri(uri, folder, package_dirs) for uri in dict.fromkeys(uris)}
+    missing = [uri for uri, (path, _) in places.items() if path is None]
+    for uri in missing[:1]:
+        tried = "; ".join(map(str, places[uri][1])) or "nothing, for it leads out of its package"
+        others = f" ({len(missing) - 1} more of this robot are missing)" if len(missing) > 1 else ""
+        raise FileError(uri, f"no such file{others}; tried {tried}")
+    return {uri: path for uri, (path, _) in places.items() if path is not None}

@@ -1,14 +1,26 @@
-"""Shows the hand's pose in fields that can be edited."""
+"""Shows a hand's pose in fields that can be edited, and rounds numbers for fields."""
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
+import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.errors import UlnaError
-from ulna.viewer.retyped import retyped, rounded
+
+_DIGITS = 4  # decimals: tenths of millimetres
+
+
+def retyped(exact: NDArray[Any], typed: tuple[float, ...]) -> NDArray[Any]:
+    """The typed numbers where they differ from the rounded ones that the form showed; the exact numbers elsewhere."""
+    return np.where(np.equal(typed, rounded(exact)), exact, typed)
+
+
+def rounded(values: NDArray[Any]) -> tuple[float, ...]:
+    """Numbers as the form shows them."""
+    return tuple(float(value) + 0.0 for value in values.round(_DIGITS))
 
 
 class Sent(Protocol):

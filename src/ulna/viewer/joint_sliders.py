@@ -7,7 +7,7 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.robot import Robot
-from ulna.viewer.session.joints import Follower, Slide, SlideGroup, slide_groups
+from ulna.viewer.session.slides import Follower, Slide, SlideGroup, slide_groups
 
 _DIGITS = 3  # decimals: milliradians, millimetres
 

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import viser
 
 from ulna.robot import Robot
-from ulna.viewer.hand_pose import HandPose
-from ulna.viewer.handles import Handles
 from ulna.viewer.html import marked
+from ulna.viewer.nodes import Handles
 from ulna.viewer.palette import GREEN, RED
+from ulna.viewer.pose_fields import HandPose
 from ulna.viewer.session.session import Session
 
 _RESTING, _STOPPED = (120, 128, 138), (225, 140, 20)
