@@ -24,7 +24,7 @@ def test_an_example_shows_what_a_motion_is_made_with(call):
     assert any(call in path.read_text() for path in EXAMPLES)
 
 
-def test_the_ten_lines_of_the_readme_run_and_print_what_they_say(capsys):
+def test_the_first_lines_of_the_readme_run_and_print_what_they_say(capsys):
     code = (ROOT / "README.md").read_text().split("```python\n")[1].split("```")[0]
     exec(code, {})  # noqa: S102 - our own README
     promised = [line.split("# ")[1].strip() for line in code.splitlines() if line.startswith("print")]
