@@ -70,22 +70,25 @@ class Scene:
             if np.linalg.norm(b - a) > 0.0:
                 self.put_line(a, b, color)
 
-    def paint(self, q: NDArray, robot: ulna.Robot | None = None) -> Pixels:
-        """The robot, or another one with a base of that name, at q, shape (n_dof,)."""
-        solids = tuple(self.solids)
-        painter = Painter(Model(robot or self.robot, solids), self.size, Ground(self.middle, 1.6), samples=4)
-        return painter.paint(Picture(q, self.camera, solids))
+    def paint(self, q: NDArray) -> Pixels:
+        """The robot at q, shape (n_dof,)."""
+        return self._pictures(self.robot, q[None])[0]
 
     def paint_several(self, q: NDArray) -> Pixels:
         """The robot at the last row of q, and faintly at the others."""
         nothing = ulna.load(NOTHING.format(self.robot.base))
-        background = self.paint(np.empty(0), nothing).astype(float)
+        background = self._pictures(nothing, np.empty((1, 0)))[0].astype(float)
         result = background
-        for share, row in zip([FAINT] * (len(q) - 1) + [1.0], q, strict=True):
-            picture = self.paint(row).astype(float)
+        for share, picture in zip([FAINT] * (len(q) - 1) + [1.0], self._pictures(self.robot, q), strict=True):
             differs = np.abs(picture - background).max(axis=2, keepdims=True) > LEAST
             result = np.where(differs, share * picture + (1 - share) * result, result)
         return result.round().astype(np.uint8)
+
+    def _pictures(self, robot: ulna.Robot, q: NDArray) -> list[Pixels]:
+        """A robot with the base of this one, at each row of q."""
+        solids = tuple(self.solids)
+        painter = Painter(Model(robot, solids), self.size, Ground(self.middle, 1.6), samples=4)
+        return [painter.paint(Picture(row, self.camera, solids)) for row in q]
 
 
 def planning(size: tuple[int, int]) -> Pixels:
