@@ -127,11 +127,11 @@ def test_stops_take_longer_than_rounded_corners(plan):
 
 
 @pytest.mark.parametrize("blend", [0.05, 0.5, 10.0])
-def test_a_rounded_corner_touches_nothing(panda, plan, blend):
+def test_a_rounded_corner_touches_nothing(panda, world, plan, blend):
     path = plan.trajectory(acceleration=5.0, blend=blend)
     assert path.certified
     q = path.at(np.linspace(0, path.duration, 20_001)).q
-    assert not panda.in_collision(q, plan._motion.world).any()
+    assert not panda.in_collision(q, world).any()
 
 
 def test_a_corner_that_cannot_be_rounded_is_a_stop(panda):
