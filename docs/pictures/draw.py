@@ -16,10 +16,9 @@ from PIL import Image
 
 import ulna
 from ulna.viewer.film.camera import Camera
-from ulna.viewer.film.model import Model
 from ulna.viewer.film.painter import Ground, Painter, Picture
-from ulna.viewer.palette import GREEN, INK, MOVABLE, RED
-from ulna.viewer.solid import Solid, collision_boxes
+from ulna.viewer.film.skin import Model
+from ulna.viewer.palette import GREEN, INK, MOVABLE, RED, Solid, collision_boxes
 
 Pixels = NDArray[np.uint8]
 SIZE = (960, 540)

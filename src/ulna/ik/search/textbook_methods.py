@@ -78,8 +78,8 @@ def _follow_some(problem: Problem, order: NDArray[np.int64], history: Array) -> 
     method, follow_each = _CODES[options.method], single_start.follow_each
 
     def run(part: slice) -> bool:
-        own = (rows[part] if len(rows) > 1 else rows for rows in (seeds, bounds))
-        follow_each(method, problem.chain, targets[part], *own, settings, q[part], info[part], history)
+        own_seeds, own_bounds = (rows[part] if len(rows) > 1 else rows for rows in (seeds, bounds))
+        follow_each(method, problem.chain, targets[part], own_seeds, own_bounds, settings, q[part], info[part], history)
         return True
 
     in_parts(run, len(order), _LEAST_TARGETS, options.threads)
