@@ -16,7 +16,7 @@ from benchmarks.processors import one_processor
 from benchmarks.ratio import ratio
 from ulna.bench.targets import random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.collision.objects import MOST_UNINDEXED
+from ulna.collision.object_tables import MOST_UNINDEXED
 from ulna.engine.width import WIDTH
 from ulna.robot import Robot
 

@@ -32,6 +32,7 @@ TABLES = {
     "shadows",
     "space",
     "speeds",
+    "unindexed",
     "velocity_limits",
     "vertices",
 }
