@@ -27,9 +27,9 @@ DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points a
 CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
 POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
 CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
-SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, INDICES, TRUTH_TABLE), Scene)
+SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
 SCENE_OF_BOXES = types.NamedTuple(
-    (TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE, INDICES, TRUTH_TABLE), Scene
+    (TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene
 )
 CARRIED = types.NamedTuple((
     MATRIX, INDICES, INDICES, INDEX_ROWS, INDEX_ROWS, INDICES, MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,

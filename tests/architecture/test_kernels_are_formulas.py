@@ -32,7 +32,6 @@ TABLES = {
     "shadows",
     "space",
     "speeds",
-    "unindexed",
     "velocity_limits",
     "vertices",
 }

@@ -53,7 +53,7 @@ def table_of(objects):
 def scene(panda, bodies, world, pairs=NO_PAIRS):
     no_touch = np.zeros((len(bodies.table), 1), dtype=bool)
     return Scene(
-        panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.root, world.unindexed, no_touch
+        panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.root, world.first, world.end, no_touch
     )
 
 

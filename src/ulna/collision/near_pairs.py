@@ -39,7 +39,7 @@ def _candidates(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64
     """The pairs that may be near enough, by their bounds."""
     n = len(scene.bodies)
     robot = scene.joints, scene.bodies, scene.nodes
-    unindexed = np.stack(np.meshgrid(np.arange(n), n + scene.unindexed, indexing="ij"), axis=-1).reshape(-1, 2)
+    unindexed = np.stack(np.meshgrid(np.arange(n), n + np.arange(scene.first, scene.end), indexing="ij"), axis=-1).reshape(-1, 2)
     indexed, count = np.empty((0, 2), dtype=np.int64), 0 if scene.root == NO_NODE else FIRST_ROOM
     while len(indexed) < count:
         indexed = np.empty((count, 2), dtype=np.int64)

@@ -14,12 +14,13 @@ class Objects:
     """The solids that the objects of a world consist of, as they were at one moment. Nothing of it changes later.
 
     Attributes:
-        table: What the kernels read of each (``kernels.layout``), shape (n, BODY_WIDTH); only rows in ``unindexed`` or below
-            ``root`` are of these objects.
+        table: What the kernels read of each (``kernels.layout``), shape (n, BODY_WIDTH); only rows from ``first`` to before
+            ``end``, and those below ``root``, are of these objects.
         vertices: Those of all hulls, shape (m, 3).
         nodes: Of trees (``kernels.collision.bvh``), shape (NODE_ROWS n_nodes, 8).
         root: The root of the BVH; NO_NODE if there is none.
-        unindexed: The rows of the solids that are not in the BVH, shape (n_unindexed,).
+        first: The first row of the solids that are not in the BVH.
+        end: The row after the last of them.
         only_boxes: Whether all shapes are boxes.
         touch_sets: The sets of links that may touch objects, by the numbers in the table; the first is empty.
         names: The object that a solid is part of, by the number in its row.
@@ -29,7 +30,8 @@ class Objects:
     vertices: NDArray[np.float64]
     nodes: NDArray[np.float64]
     root: int
-    unindexed: NDArray[np.int64]
+    first: int
+    end: int
     only_boxes: bool
     touch_sets: tuple[frozenset[str], ...]
     names: list[str]
@@ -37,7 +39,7 @@ class Objects:
     @property
     def rows(self) -> NDArray[np.int64]:
         """The rows of all solids."""
-        return np.concatenate([self.unindexed, rows_below(self.nodes, self.root)])
+        return np.concatenate([np.arange(self.first, self.end), rows_below(self.nodes, self.root)])
 
     @property
     def farthest(self) -> float:

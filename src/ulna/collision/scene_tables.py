@@ -17,7 +17,7 @@ def scene_of(
     """Bodies, those pairs of them, and objects, as the kernels take them."""
     boxes = bodies.only_boxes and objects.only_boxes
     vertices, points = (None, None) if boxes else (bodies.vertices, objects.vertices)
-    of_world = objects.table, points, objects.nodes, objects.root, objects.unindexed
+    of_world = objects.table, points, objects.nodes, objects.root, objects.first, objects.end
     return Scene(joints, bodies.table, vertices, pairs, *of_world, may_touch)
 
 

@@ -16,7 +16,7 @@ from ulna.kernels.spatial.se3 import load_pose
 
 @entry(*((*scene, MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
 def contacts_each(
-    joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch, q, rows, candidates, out, gradients
+    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, rows, candidates, out, gradients
 ):
     """Write the contact of candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH). False if q is out of range.
 
@@ -24,7 +24,7 @@ def contacts_each(
     n . (v_b - v_a), where v are the velocities of the witness points as points of their bodies; to first order the witness points
     themselves move along the surfaces only, across n. A candidate of -1 is no pair: its gradient is zero.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch)
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
     scratch, good, placed = (np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])), True, -1
     for c in range(candidates.shape[0]):

@@ -17,12 +17,12 @@ from ulna.kernels.spatial.elementary import all_in_range
 
 
 @entry(*((*scene, MATRIX, MATRIX) for scene in SCENES))
-def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch, q, out):
+def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out):
     """Write the result for each q of shape (n, n_dof) to a row of out, shape (n, NEAREST_WIDTH). False if q is out of range.
 
     Eight configurations at a time, but for the BVH, which is searched for one after the other.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch)
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     n, has_tree = q.shape[0], root >= 0
     q_rows, best_rows = zero_rows(max(1, q.shape[1])), empty_rows(NEAREST_WIDTH)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])

@@ -16,9 +16,9 @@ from ulna.kernels.spatial.elementary import all_in_range
 
 
 @entry(*((*scene, NUMBERS) for scene in SCENES))
-def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch, q):
+def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q):
     """FREE or OVERLAPS for one q; OUT_OF_RANGE if an entry of q is."""
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch)
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     if not all_in_range(q):
         return OUT_OF_RANGE
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
@@ -35,13 +35,13 @@ def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, root, u
 
 
 @entry(*((*scene, MATRIX, TRUTHS) for scene in SCENES))
-def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch, q, out):
+def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out):
     """Write to the bools of out, shape (n,), whether the robot touches anything. False if an entry of q is out of range.
 
     Pairs and unindexed objects are tested for eight configurations at once; the BVH is searched for one after the other, since
     each takes its own path.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch)
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     n, has_tree = q.shape[0], root >= 0
     q_rows, hit_rows = zero_rows(max(1, q.shape[1])), empty_rows(1)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])

@@ -66,11 +66,9 @@ class DeviceScenes:
 
 def _on_device(scene: Scene, number: Any) -> DeviceScene:
     """The scene, as one whose objects are all tested one by one."""
-    of_boxes, rows = scene.vertices is None, np.concatenate([scene.unindexed, rows_below(scene.nodes, scene.root)])
+    of_boxes, rows = scene.vertices is None, np.r_[scene.first : scene.end, rows_below(scene.nodes, scene.root)]
     number = number if of_boxes else np.float64
-    every = scene._replace(
-        objects=scene.objects[rows], nodes=np.empty((0, WIDTH)), root=NO_NODE, unindexed=np.arange(len(rows), dtype=np.int64)
-    )
+    every = scene._replace(objects=scene.objects[rows], nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(rows))
     parts = tuple(device.on_device(_over(number, part)) if isinstance(part, np.ndarray) else part for part in every)
     return DeviceScene(parts, (len(scene.joints), len(scene.bodies)), of_boxes, number)
 
@@ -94,12 +92,12 @@ def overlaps_of(n_joints: int, n_bodies: int):
     """The driver for robots of these sizes: whether each q touches anything, to the bools of out, shape (n,)."""
     of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
 
-    def overlaps(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch, q, out, out_of_range):
+    def overlaps(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out, out_of_range):
         i = cuda.grid(1)
         if i < q.shape[0]:
             if not all_in_range(q[i]):
                 out_of_range[0] = 1
-            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch)
+            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
             place_bodies(joints, bodies, q[i], joint_rows, body_rows)
             out[i] = overlaps_unindexed(scene, body_rows, q[i, 0]) > 0.0
@@ -116,12 +114,12 @@ def distances_of(n_joints: int, n_bodies: int):
     of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
 
     def distances(
-        joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch,
+        joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
         corners, faces, edges, q, out, out_of_range,
     ):  # fmt: skip
         thread = cuda.grid(1)
         if thread < corners.shape[0]:
-            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, unindexed, may_touch)
+            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
             scratch = corners[thread], faces[thread], edges[thread]
             for i in range(thread, q.shape[0], corners.shape[0]):

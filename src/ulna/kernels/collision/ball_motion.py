@@ -293,8 +293,7 @@ def offset_length(table, i):
 def world_rounding(scene):
     """A bound on the rounding error of any object's points [m], from the unindexed objects and the AABBs at the BVH's root."""
     largest, objects, nodes = 0.0, scene.objects, scene.nodes
-    for m in range(scene.unindexed.shape[0]):
-        w = scene.unindexed[m]
+    for w in range(scene.first, scene.end):
         length = offset_length(objects, w)
         largest = max(largest, length if int(objects[w, SHAPE]) == HALF_SPACE else length + objects[w, REACH])
     if scene.root >= 0:

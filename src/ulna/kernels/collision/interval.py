@@ -86,8 +86,7 @@ def objects_near(scene, carried, g, p, within, half, still, slack):
     within: how far a point of it gets, and ``slack``, which is what rounding and the margin add to it.
     """
     objects, n, n_joints, ball = scene.objects, 0, scene.joints.shape[0], BALLS * carried.balls[g, BALL_RADIUS]
-    for m in range(scene.unindexed.shape[0]):
-        o = scene.unindexed[m]
+    for o in range(scene.first, scene.end):
         d, most = minus(p, (objects[o, 3], objects[o, 7], objects[o, 11])), within + (ball + BALLS * objects[o, REACH])
         if not any_lane((dot(d, d) <= most * most) & (within >= 0.0)):
             continue

@@ -30,11 +30,11 @@ def nearest_unindexed(scene, body_rows, like, scratch):
     One loop does both, since the code that measures a distance is compiled for each place that calls it, which takes long.
     """
     best, bodies, vertices = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), scene.bodies, scene.vertices
-    n, n_unindexed = bodies.shape[0], scene.unindexed.shape[0]
+    n, n_unindexed = bodies.shape[0], scene.end - scene.first
     n_of_world = n * n_unindexed
     for m in range(n_of_world + scene.pairs.shape[0]):
         if m < n_of_world:
-            i, w = m // n_unindexed, scene.unindexed[m % n_unindexed]
+            i, w = m // n_unindexed, scene.first + m % n_unindexed
             if may_touch(scene, i, w):
                 continue
             b, others, points, row, number = constant_pose(scene.objects, w, like), scene.objects, scene.points, w, n + w

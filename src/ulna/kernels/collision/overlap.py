@@ -15,8 +15,7 @@ def overlaps_unindexed(scene, body_rows, like):
     """1.0 where any of the pairs overlaps, or any body of the robot and any unindexed object; 0.0 elsewhere."""
     hits, bodies, objects = splat(0.0, like), scene.bodies, scene.objects
     for k in range(bodies.shape[0]):
-        for m in range(scene.unindexed.shape[0]):
-            w = scene.unindexed[m]
+        for w in range(scene.first, scene.end):
             a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
             if any_lane(balls_overlap(bodies, k, a, objects, w, b)) and not may_touch(scene, k, w):
                 hits = where(rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b), 1.0, hits)

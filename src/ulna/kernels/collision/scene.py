@@ -25,15 +25,17 @@ class Scene(NamedTuple):
     pairs: NDArray
     """The bodies that are tested against each other, shape (n_pairs, 2)."""
     objects: NDArray
-    """Solids, shape (n_rows, BODY_WIDTH). Those of the world are the rows in ``unindexed`` and those below ``root``."""
+    """Solids, shape (n_rows, BODY_WIDTH): of the world the rows from ``first`` to before ``end``, and those below ``root``."""
     points: NDArray | None
     """The vertices of their hulls, shape (m, 3), or None."""
     nodes: NDArray
     """Nodes of trees of solids (``bvh``), shape (7 n_nodes, 8)."""
     root: int
     """The root of the world's BVH; NO_NODE if there is none."""
-    unindexed: NDArray
-    """The rows of the solids that are not in the BVH, which are tested one by one, shape (n_unindexed,)."""
+    first: int
+    """The first row of the solids that are not in the BVH: these, the unindexed ones, are tested one by one."""
+    end: int
+    """The row after the last of them."""
     may_touch: NDArray
     """Whether a body may touch the objects of a set, shape (n_bodies, n_sets); set 0 is of those that none may touch."""
 
