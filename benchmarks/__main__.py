@@ -56,6 +56,7 @@ def main() -> None:
         "collision": [],
         "scaling_with_pairs": [],
         "edges": [],
+        "moving": [],
         "bounds": [],
         "first_use": [],
         "first_use_ever": [],

@@ -9,19 +9,18 @@ from ulna.collision.object_tables import make_objects
 from ulna.collision.object_tree import bounds, compact_order, most_nodes, rows_below, without, write_tree
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
-from ulna.kernels.collision.bvh import STACK, push_overlapping
+from ulna.kernels.collision.bvh import FOUND, STACK, rows_within
 from ulna.kernels.layout import CONTACT
 
 
 def search(nodes, root, low, high, stack, found):
-    stack[0], top, count = root, 1, 0
+    """In slices, as many as it takes: those that are found, one after the other."""
+    stack[0], top, count, some = root, 1, 0, np.empty(FOUND, dtype=np.int64)
     while top > 0:
-        top -= 1
-        if stack[top] < 0:
-            found[count] = -1 - stack[top]
+        n, top = rows_within(nodes, ((low[0], low[1], low[2]), (high[0], high[1], high[2])), stack, top, some)
+        for i in range(n):
+            found[count] = some[i]
             count += 1
-        else:
-            top = push_overlapping(nodes, stack[top], ((low[0], low[1], low[2]), (high[0], high[1], high[2])), stack, top)
     return count
 
 

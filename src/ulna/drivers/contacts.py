@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, SCENES, TABLE, WHOLE
-from ulna.kernels.collision.bvh import STACK, bounds_of, push_overlapping
+from ulna.kernels.collision.bvh import FOUND, STACK, bounds_of, rows_within
 from ulna.kernels.collision.contacts import write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Scene
@@ -47,7 +47,7 @@ def indexed_candidates(joints, bodies, nodes, root, margin, q, out):
     There may be more than out has room for: then the rest is counted only.
     """
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
-    stack, count = np.empty(STACK, np.int64), 0
+    stack, found, count = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), 0
     margin = min(margin, 1e3 * LARGEST)  # with an infinite one absent children would overlap too
     place_bodies(joints, bodies, q, joint_rows, body_rows)
     for k in range(bodies.shape[0]):
@@ -56,12 +56,9 @@ def indexed_candidates(joints, bodies, nodes, root, margin, q, out):
         high = high[0] + margin, high[1] + margin, high[2] + margin
         stack[0], top = root, 1
         while top > 0:
-            top -= 1
-            node = stack[top]
-            if node >= 0:
-                top = push_overlapping(nodes, node, (low, high), stack, top)
-                continue
-            if count < out.shape[0]:
-                out[count, 0], out[count, 1] = k, -1 - node
-            count += 1
+            n_found, top = rows_within(nodes, (low, high), stack, top, found)
+            for i in range(n_found):
+                if count < out.shape[0]:
+                    out[count, 0], out[count, 1] = k, found[i]
+                count += 1
     return count

@@ -7,7 +7,7 @@ from ulna.engine.decorators import entry
 from ulna.engine.lanes import empty_rows, load, splat, store, where, zero_rows
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
 from ulna.engine.width import WIDTH
-from ulna.kernels.collision.bvh import STACK, place_bounds
+from ulna.kernels.collision.bvh import FOUND, STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
 from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed, pair_overlaps
 from ulna.kernels.collision.posed_pair import place_bodies
@@ -26,10 +26,10 @@ def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, root, f
     if overlaps_unindexed(scene, body_rows, load(q, 0)) > 0.0:
         return OVERLAPS
     if root >= 0:
-        stack, bound_rows = np.empty(STACK, np.int64), np.empty(6 * bodies.shape[0])
+        stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), np.empty(6 * bodies.shape[0])
         place_bounds(bodies, body_rows, bound_rows)
         at, within = body_rows.reshape(-1, 1), bound_rows.reshape(-1, 1)
-        if overlaps_indexed(scene, at, within, 0, stack):
+        if overlaps_indexed(scene, at, within, 0, stack, found):
             return OVERLAPS
     return FREE
 
@@ -45,7 +45,7 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, root,
     n, has_tree = q.shape[0], root >= 0
     q_rows, hit_rows = zero_rows(max(1, q.shape[1])), empty_rows(1)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
-    stack, bound_rows = np.empty(STACK, np.int64), empty_rows(6 * bodies.shape[0])
+    stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), empty_rows(6 * bodies.shape[0])
     good = True
     for start in range(0, n, WIDTH):
         gather(q, start, q_rows)
@@ -56,7 +56,7 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, root,
             place_bounds(bodies, body_rows, bound_rows)
         for lane in range(WIDTH):
             out[min(start + lane, n - 1)] = hit_rows[0, lane] > 0.0 or (
-                has_tree and overlaps_indexed(scene, body_rows, bound_rows, lane, stack)
+                has_tree and overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found)
             )
     return good
 

@@ -11,6 +11,7 @@ Sleator and Tarjan, Making data structures persistent (1989), for copying a path
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import lane_bits, lane_of, load, lowest_bit, sqrt, store, where
+from ulna.engine.width import WIDTH
 from ulna.kernels.collision.collision_layout import CHILD, NODE_ROWS
 from ulna.kernels.collision.posed_pair import half_extents
 from ulna.kernels.layout import CONTACT, RADIUS
@@ -19,6 +20,7 @@ from ulna.kernels.spatial.se3 import load_pose
 
 DEPTH = 24  # levels: of a tree of 8^11 clouds, each of 8^11 points, more than memory holds
 STACK = 8 * (DEPTH + 1)
+FOUND = 64  # rows
 
 
 @kernel
@@ -97,14 +99,27 @@ def push_children(nodes, node, bounds, within, stack, heights, top):
 
 
 @kernel
-def push_overlapping(nodes, node, bounds, stack, top):
-    """Push those children of a node whose AABBs overlap the given one onto a stack; return the new top."""
-    bits = children_in(nodes, node, bounds)
-    while bits != 0:
-        stack[top] = child_of(nodes, node, lowest_bit(bits))
-        top += 1
-        bits &= bits - 1
-    return top
+def rows_within(nodes, bounds, stack, top, found):
+    """Go on with a search of a tree for the solids whose AABBs overlap the given one, until it ends or ``found`` is full.
+
+    stack: the nodes that are to be searched, ``top`` of them. Writes rows to found, shape (FOUND,); returns how many, and the new
+    top: the search has ended if it is 0.
+    """
+    count = 0
+    while top > 0 and count <= FOUND - WIDTH:
+        top -= 1
+        node = stack[top]
+        bits = children_in(nodes, node, bounds)
+        while bits != 0:
+            child = child_of(nodes, node, lowest_bit(bits))
+            if child < 0:
+                found[count] = -1 - child
+                count += 1
+            else:
+                stack[top] = child
+                top += 1
+            bits &= bits - 1
+    return count, top
 
 
 @kernel

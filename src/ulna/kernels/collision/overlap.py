@@ -5,7 +5,7 @@ Pairs and unindexed objects are tested one by one, the other objects where the B
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, splat, where
-from ulna.kernels.collision.bvh import lane_bounds, push_overlapping
+from ulna.kernels.collision.bvh import lane_bounds, rows_within
 from ulna.kernels.collision.posed_pair import balls_overlap, lane_pose, may_touch, rows_overlap
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
@@ -36,22 +36,19 @@ def pair_overlaps(bodies, vertices, pairs, p, body_rows):
 
 
 @kernel
-def overlaps_indexed(scene, body_rows, bound_rows, lane, stack):
+def overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found):
     """Whether any body of the robot, in one lane, overlaps any indexed object."""
     bodies, objects = scene.bodies, scene.objects
     for k in range(bodies.shape[0]):
         bounds, top = lane_bounds(bound_rows, k, lane), 1
         stack[0] = scene.root
         while top > 0:
-            top -= 1
-            node = stack[top]
-            if node >= 0:
-                top = push_overlapping(scene.nodes, node, bounds, stack, top)
-                continue
-            w = -1 - node
-            if may_touch(scene, k, w):
-                continue
-            a, b = lane_pose(body_rows, k, lane), constant_pose(objects, w, 0.0)
-            if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b):
-                return True
+            n_found, top = rows_within(scene.nodes, bounds, stack, top, found)
+            for i in range(n_found):
+                w = found[i]
+                if may_touch(scene, k, w):
+                    continue
+                a, b = lane_pose(body_rows, k, lane), constant_pose(objects, w, 0.0)
+                if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b):
+                    return True
     return False
