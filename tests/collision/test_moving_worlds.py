@@ -207,6 +207,31 @@ def test_queries_in_threads_find_the_world_as_it_was_at_one_moment(panda, n_more
     assert not wrong
 
 
+def test_a_world_and_its_copies_change_at_the_same_time_and_stay_apart(panda, rng):
+    world = ulna.World()
+    world.add_many(boxes_at(rng.uniform(-1, 1, (2 * MOST_UNINDEXED, 3))))
+    world.objects()
+    copies, q, failed = [world.copy() for _ in range(3)], panda.random(20, seed=2), []
+
+    def go(one, seed):
+        try:
+            rng = np.random.default_rng(seed)
+            for count in range(1500):
+                change(rng, one, count + 1000)
+                one.objects()
+        except Exception as error:  # noqa: BLE001 - shown below
+            failed.append(error)
+
+    threads = [threading.Thread(target=go, args=(one, seed)) for seed, one in enumerate((world, *copies))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failed
+    for one in (world, *copies):
+        assert_same(panda, one, q)
+
+
 def test_a_plan_keeps_the_world_in_which_it_was_found(panda):
     world, end = ulna.World(), panda.home + 0.3 * np.eye(7)[0]
     world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((2, 0, 0)))
