@@ -13,9 +13,9 @@ from ulna.kernels.collision.bvh import FOUND, STACK, rows_within
 from ulna.kernels.layout import CONTACT
 
 
-def search(nodes, root, low, high, stack, found):
+def search(nodes, root, low, high, stack, some, found):
     """In slices, as many as it takes: those that are found, one after the other."""
-    stack[0], top, count, some = root, 1, 0, np.empty(FOUND, dtype=np.int64)
+    stack[0], top, count = root, 1, 0
     while top > 0:
         n, top = rows_within(nodes, ((low[0], low[1], low[2]), (high[0], high[1], high[2])), stack, top, some)
         for i in range(n):
@@ -32,7 +32,8 @@ def tree_of(low, high):
 
 def found_by(arena, tree, at_low, at_high, n):
     found = np.empty(n, dtype=np.int64)
-    count = compiled(search)(arena.nodes, tree.root, at_low, at_high, np.empty(STACK, dtype=np.int64), found)
+    stack, some = np.empty(STACK, dtype=np.int64), np.empty(FOUND, dtype=np.int64)
+    count = compiled(search)(arena.nodes, tree.root, at_low, at_high, stack, some, found)
     return sorted(found[:count].tolist())
 
 

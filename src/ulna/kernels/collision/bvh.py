@@ -21,6 +21,7 @@ from ulna.kernels.spatial.se3 import load_pose
 DEPTH = 24  # levels: of a tree of 8^11 clouds, each of 8^11 points, more than memory holds
 STACK = 8 * (DEPTH + 1)
 FOUND = 64  # rows
+_FULL = FOUND - WIDTH  # with more rows there may be no room for those of one more node
 
 
 @kernel
@@ -106,7 +107,7 @@ def rows_within(nodes, bounds, stack, top, found):
     top: the search has ended if it is 0.
     """
     count = 0
-    while top > 0 and count <= FOUND - WIDTH:
+    while top > 0 and count <= _FULL:
         top -= 1
         node = stack[top]
         bits = children_in(nodes, node, bounds)
