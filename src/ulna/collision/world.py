@@ -94,6 +94,7 @@ class World:
             InputError: A name is taken, given twice or not text, or a pose is not a rigid motion.
 
         Example:
+            >>> import ulna
             >>> world = World()
             >>> world.add_many((f"post {k}", ulna.Box((0.1, 0.1, 1)), ulna.pose((1, 0.3 * k, 0))) for k in range(3))
             >>> world.names
