@@ -1,7 +1,6 @@
 """Checks the robot at q against itself and against the objects of a world."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import cached_property, partial
 from numbers import Real
 from typing import Any
@@ -14,15 +13,15 @@ from ulna.collision.attached import Attached
 from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
 from ulna.collision.edge_report import EdgeReport
 from ulna.collision.near_pairs import report_at
+from ulna.collision.object_tables import NO_OBJECTS
 from ulna.collision.objects import Objects
 from ulna.collision.sampled_pairs import FoundPairs
-from ulna.collision.scene_tables import NO_PAIRS, scene_of
+from ulna.collision.scene_tables import NO_PAIRS, may_touch_of, scene_of
 from ulna.collision.world import World
 from ulna.description.robot_description import Description
-from ulna.drivers import entry
+from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import bind
-from ulna.engine.threads import in_parts, refuse_unless_threads
-from ulna.engine.width import WIDTH
+from ulna.engine.threads import as_threads, in_parts
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
     BODY,
@@ -36,40 +35,42 @@ from ulna.kernels.collision.collision_layout import (
     OVERLAPS,
 )
 from ulna.kernels.collision.scene import Scene
-from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
+from ulna.kinematics.positions import as_out, as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-AllTouch = Callable[[Scene, Array], bool]
-NO_OBJECTS = World().objects()
-CERTAIN = 1e-6  # [m]: where bodies are so far apart, or so deep in each other, every entry agrees whether they touch
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
-_NOT_ASKED = False, None, None, None  # of Checker._quick
-_TOUCHES, _NEAREST = 2, 3
+_NO_SCENE = False, None, None, None
+_TOUCHES, _NEAREST = 2, 3  # places in Checker.last_scene[0]
 REPORTS = 256  # a thread gets at least so many: most of the time of a report is spent in Python
 
 
-@dataclass(frozen=True, eq=False)
 class Checker:
-    """The collision queries of one robot.
+    """The collision queries of one robot."""
 
-    Attributes:
-        description: The robot.
-        tree: The same as arrays.
-        attached: The objects attached to it.
-        given: The pairs of links that may touch, if the user has given them.
-        found: Those that are found otherwise, when first needed.
-    """
+    def __init__(
+        self,
+        description: Description,
+        tree: Tree,
+        attached: tuple[Attached, ...],
+        given: AllowedCollisions | None,
+        found: FoundPairs,
+    ) -> None:
+        """Of a robot.
 
-    description: Description
-    tree: Tree
-    attached: tuple[Attached, ...]
-    given: AllowedCollisions | None
-    found: FoundPairs
-    _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
-    _quick: tuple = field(default=_NOT_ASKED, init=False, repr=False)
+        Args:
+            description: The robot.
+            tree: The same as arrays.
+            attached: The objects attached to it.
+            given: The pairs of links that may touch, if the user has given them.
+            found: Those that are found otherwise, when first needed.
+        """
+        self.description, self.tree, self.attached, self.given, self.found = description, tree, attached, given, found
+        self._last_scene: tuple[Any, ...] = (None, None, None)
+        self._may_touch: tuple[tuple[frozenset[str], ...], NDArray[np.bool_]] | None = None
+        self.last_scene: list[tuple[Any, ...]] = [_NO_SCENE]
+        """One tuple, of the last question (``engine.bound.Prebound.scene``)."""
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -88,12 +89,8 @@ class Checker:
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
         """The pairs of bodies that are checked, shape (n, 2): those not allowed to touch."""
-        return self._pairs_by(scene_of(self.tree.joints, self.bodies, NO_PAIRS, NO_OBJECTS), self._all_touch)
-
-    @cached_property
-    def _overlap_one(self) -> Any:
-        """The entry for one q. It is kept, since looking it up by name takes 30 ns of a short call."""
-        return entry("overlap.overlap_one")
+        allowed = self.found.without_counts(self.bodies) if self.given is None else self.given
+        return checked_pairs(self.bodies, self.tree, allowed, self.attached)
 
     def in_collision(
         self,
@@ -121,7 +118,7 @@ class Checker:
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision, q)
+        scene = self._scene(objects, self_collision)
         if out is None and threads is None:
             return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
         return self._any_touch(scene, q, out, threads)
@@ -131,8 +128,8 @@ class Checker:
     ) -> bool | NDArray[np.bool_]:
         """The same, in Python."""
         q = as_positions(q, self.tree)
-        if q.ndim == 1:
-            refuse_unless_threads(threads)
+        if q.ndim == 1 and threads is not None:
+            as_threads(threads)  # refused where it is no number of threads
         if q.ndim == 1 and out is None:
             return self._touches(q, scene)
         hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)
@@ -154,7 +151,7 @@ class Checker:
             GeometryError: As ``in_collision``.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision, by_distance=True)
+        scene = self._scene(objects, self_collision)
         if out is None and threads is None:
             return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
         return self._least_distance(scene, q, out, threads)
@@ -183,11 +180,11 @@ class Checker:
             GeometryError: As ``in_collision``.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision, by_distance=True)
+        scene = self._scene(objects, self_collision)
         q = as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
-        nearest = self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
-        self._gradients(rows, scene, nearest, gradient.reshape(rows.shape), threads)
+        found = self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
+        self._gradients(rows, scene, found, gradient.reshape(rows.shape), threads)
         return gradient
 
     def edge_in_collision(
@@ -235,7 +232,8 @@ class Checker:
         checked = self._scene(objects, self_collision), self.bodies, objects.names, float(max_distance)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
-            refuse_unless_threads(threads)
+            if threads is not None:
+                as_threads(threads)  # refused where it is no number of threads
             return report_at(q, *checked)
         refuse_out_of_range(q)
         reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)
@@ -250,78 +248,74 @@ class Checker:
         return reports
 
     def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Callable[[ArrayLike], Any]:
-        """A function of q in the last scene, in C if the extension is there; made when it is first needed.
-
-        ``_quick`` has the objects (None without a world), ``self_collision``, and these functions: ``native/method.c`` finds
-        them so.
-        """
-        quick: tuple[Any, ...] = self._quick
+        """A function of q in the last scene, in C if the extension is there; made when it is first needed."""
         of = None if objects is NO_OBJECTS else objects
-        if quick[0] is not of or quick[1] is not self_collision:
-            quick = of, self_collision, None, None
-        if quick[place] is None:
-            quick = *quick[:place], self._bound(place, scene), *quick[place + 1 :]
-            self.__dict__["_quick"] = quick
-        return quick[place]
+        last = self.last_scene[0]
+        if last[0] is not of or last[1] is not self_collision:
+            last = of, self_collision, None, None
+        function: Any = last[place]
+        if function is None:
+            function = self._bound(place, scene)
+            self.last_scene[0] = (*last[:2], function, last[3]) if place == _TOUCHES else (*last[:3], function)
+        return function
 
     def _bound(self, place: int, scene: Scene) -> Callable[[ArrayLike], Any]:
         n = self.tree.n_dof
         if place == _TOUCHES:
             in_python = partial(self._any_touch, scene)
-            in_c = bind(self._overlap_one, "truth", tuple(scene), n, (FREE, OVERLAPS), in_python)
+            in_c = bind(overlap.overlap_one, "truth", tuple(scene), n, (FREE, OVERLAPS), in_python)
         else:
             in_python = partial(self._least_distance, scene)
-            in_c = bind(entry("nearest.nearest_batch"), "number", tuple(scene), n, (NEAREST_WIDTH,), in_python)
+            in_c = bind(nearest.nearest_batch, "number", tuple(scene), n, (NEAREST_WIDTH,), in_python)
         return in_c or in_python
 
     def __getstate__(self) -> dict[str, Any]:
         """What is kept of the last questions is not copied, nor pickled."""
-        kept = ("_quick", "_overlap_one")
-        return {**{name: value for name, value in self.__dict__.items() if name not in kept}, "_quick": _NOT_ASKED}
+        return {**self.__dict__, "last_scene": [_NO_SCENE]}
 
     def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
         """Write to out, shape (...,), whether anything touches."""
         if q.ndim == 1:
             out[()] = self._touches(q, scene)
             return
-        rows, of_rows, overlap_batch = flat(q), out.reshape(-1), entry("overlap.overlap_batch")
-        if not in_parts(lambda part: overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
+        rows, of_rows = flat(q), out.reshape(-1)
+        if not in_parts(lambda part: overlap.overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
             refuse_out_of_range(q)
 
-    def _gradients(self, rows: Array, scene: Scene, nearest: Array, out: Array, threads: int | None) -> None:
-        """Write the gradient of the nearest pair of each row of q to out, shape (n, n_dof)."""
-        pairs, contacts_each = nearest[:, BODY:].astype(np.int64), entry("contacts.contacts_each")
-        contacts = np.empty((len(pairs), CONTACT_WIDTH))
+    def _gradients(self, rows: Array, scene: Scene, found: Array, out: Array, threads: int | None) -> None:
+        """Write the gradient of the nearest pair found for each row of q to out, shape (n, n_dof)."""
+        pairs = found[:, BODY:].astype(np.int64)
+        all_contacts = np.empty((len(pairs), CONTACT_WIDTH))
 
         def run(part: slice) -> bool:
             of_q = np.arange(part.stop - part.start)
-            return contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], contacts[part], out[part])
+            return contacts.contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], all_contacts[part], out[part])
 
         in_parts(run, len(rows), threads=threads)
 
     def _edges(self, a: Array, b: Array, scene: Scene, resolution: float, threads: int | None) -> tuple[NDArray[np.int64], Array]:
         """The status of each edge, and the fraction of it that is free, shape (n,) each."""
-        status, free, edges_each = np.empty(len(a), dtype=np.int64), np.empty(len(a)), entry("continuous.edges_each")
+        status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
 
         def run(part: slice) -> bool:
-            return edges_each(*scene, for_kernel(a[part]), for_kernel(b[part]), resolution, status[part], free[part])
+            return continuous.edges_each(*scene, for_kernel(a[part]), for_kernel(b[part]), resolution, status[part], free[part])
 
         in_parts(run, len(a), least=WORTH_A_THREAD, threads=threads)
         return status, free
 
     def _touches(self, q: NDArray[np.float64], scene: Scene) -> bool:
-        result = self._overlap_one(*scene, for_kernel(q))
+        result = overlap.overlap_one(*scene, for_kernel(q))
         if result == OUT_OF_RANGE:
             refuse_out_of_range(q)
         return result == OVERLAPS
 
     def _nearest(self, q: NDArray[np.float64], scene: Scene, threads: int | None = None) -> NDArray[np.float64]:
         """The nearest pair of each q (``kernels.collision.nearest``), shape (..., NEAREST_WIDTH)."""
-        nearest, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
-        out, nearest_batch = nearest.reshape(-1, NEAREST_WIDTH), entry("nearest.nearest_batch")
-        if not in_parts(lambda part: nearest_batch(*scene, rows[part], out[part]), len(rows), threads=threads):
+        found, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
+        out = found.reshape(-1, NEAREST_WIDTH)
+        if not in_parts(lambda part: nearest.nearest_batch(*scene, rows[part], out[part]), len(rows), threads=threads):
             refuse_out_of_range(q)
-        return nearest
+        return found
 
     def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
         """The pairs of links that touch at q, shape (n_dof,), of those that are checked.
@@ -334,7 +328,7 @@ class Checker:
         if q.ndim != 1:
             raise InputError("at", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
         held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
-        pairs = dict.fromkeys((pair.link, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
+        pairs = dict.fromkeys((pair.link_a, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
         return tuple(pair for pair in pairs if held.isdisjoint(pair))
 
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
@@ -351,51 +345,16 @@ class Checker:
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         return NO_OBJECTS if world is None else world.objects()
 
-    def _scene(self, objects: Objects, self_collision: bool, q: ArrayLike | None = None, by_distance: bool = False) -> Scene:
-        """The arguments of the kernels: the robot and the objects. The last ones are kept.
-
-        Where the pairs that may touch have to be found, it is with the entry for contact at ``q``, if given, or for distances.
-        """
+    def _scene(self, objects: Objects, self_collision: bool) -> Scene:
+        """The arguments of the kernels: the robot and the objects. The last ones are kept."""
         last = self._last_scene
         if last[0] is objects and last[1] is self_collision:
             return last[2]
         if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
-        scene = scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects)
-        if self_collision:
-            if "pairs" not in self.__dict__:
-                in_contact = self._all_touch if q is None else partial(self._all_touch_as, q)
-                all_touch = self._all_touch_by_distance if by_distance else in_contact
-                self.__dict__["pairs"] = self._pairs_by(scene, all_touch)
-            scene = scene._replace(pairs=self.pairs)
-        self.__dict__["_last_scene"] = objects, self_collision, scene
+        known = self._may_touch
+        if known is None or known[0] != objects.touch_sets:
+            known = self._may_touch = objects.touch_sets, may_touch_of(self.bodies, objects.touch_sets)
+        scene = scene_of(self.tree.joints, self.bodies, self.pairs if self_collision else NO_PAIRS, objects, known[1])
+        self._last_scene = objects, self_collision, scene
         return scene
-
-    def _pairs_by(self, scene: Scene, all_touch: AllTouch) -> NDArray[np.int64]:
-        """The pairs that are checked. If they have to be found, it is in a scene of the same types as the one to be checked."""
-        allowed = self.given
-        if allowed is None:
-            points = None if scene.points is None else NO_OBJECTS.vertices
-            itself = scene._replace(objects=NO_OBJECTS.table, points=points, nodes=NO_OBJECTS.nodes, n_unindexed=0)
-            allowed = self.found.without_counts(self.bodies, lambda pairs, q: all_touch(itself._replace(pairs=pairs), q))
-        return checked_pairs(self.bodies, self.tree, allowed, self.attached)
-
-    def _all_touch(self, scene: Scene, q: Array) -> bool:
-        """Whether anything of a robot touches at each q."""
-        hits, groups = np.empty((1, len(q)), dtype=np.bool_), np.zeros(len(scene.pairs), dtype=np.int64)
-        entry("overlap.overlap_groups")(scene.joints, scene.bodies, scene.vertices, scene.pairs, groups, q, hits)
-        return bool(hits.all())
-
-    def _all_touch_as(self, asked: ArrayLike, scene: Scene, q: Array) -> bool:
-        """The same, by the entry for one q if one is asked for."""
-        if as_positions(asked, self.tree).ndim == 1:
-            return all(self._overlap_one(*scene, row) == OVERLAPS for row in q)
-        return self._all_touch(scene, q)
-
-    def _all_touch_by_distance(self, scene: Scene, q: Array) -> bool:
-        """The same, by the entry for distances where it is certain and quick: how deep hulls are in each other takes long."""
-        if self.bodies.only_boxes or len(q) <= WIDTH:
-            farthest = self._nearest(q, scene)[:, NEAREST].max()
-            if abs(farthest) > CERTAIN:
-                return bool(farthest < 0.0)
-        return self._all_touch(scene, q)

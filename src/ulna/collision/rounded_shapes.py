@@ -1,20 +1,19 @@
 """Converts shapes to columns of a table: a core, and the radius that rounds it."""
 
-from math import inf
+from math import hypot, inf
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.convex_mesh import ConvexMesh
-from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Shape, Sphere
 from ulna.errors import GeometryError
 from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 
 NO_VERTICES = np.zeros((0, 3))
 
 _ADVICE = (
-    "robot.with_convex_hulls() (pip install 'ulna[hulls]') or robot.with_convex_pieces() (pip install 'ulna[decompose]') puts"
-    " convex shapes in the place of a robot's meshes, and so does ulna view with --meshes"
+    "ulna.load(..., meshes='hulls') (pip install 'ulna[hulls]') or meshes='decompose' (pip install 'ulna[decompose]') puts"
+    " convex shapes in the place of a robot's meshes, and so do robot.with_convex_hulls() and ulna view with --meshes"
 )
 
 
@@ -29,7 +28,7 @@ def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[floa
         GeometryError: It is a mesh as a file gives it, which need not be convex.
     """
     columns = _core_columns(shape, first_vertex)
-    reach = inf if isinstance(shape, HalfSpace) else float(np.linalg.norm(columns[1:4])) + columns[4]
+    reach = inf if isinstance(shape, HalfSpace) else hypot(*columns[1:4]) + columns[4]
     return *columns, reach
 
 

@@ -3,7 +3,8 @@
 They are described here without the compiler: what was compiled ahead is found by the same description.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import wraps
 from typing import NamedTuple
 
 import numpy as np
@@ -61,6 +62,19 @@ def fits(value: object, kind: Kind) -> bool:
     )
 
 
+def checked(function: Callable, signature: Signature) -> Callable:
+    """A function of plain Python that refuses arguments of other types, as a compiled one does."""
+
+    @wraps(function)
+    def checked_function(*arguments):
+        for argument, kind in zip(arguments, signature, strict=True):
+            if not fits(argument, kind):
+                raise TypeError(f"{type(argument).__name__}, but {kind} is expected")
+        return function(*arguments)
+
+    return checked_function
+
+
 def text_of_signature(signature: Signature) -> str:
     """A signature as one word, such as ``2wdi1wd2wd``: what ``ahead`` finds machine code by, and what the extension reads."""
     return "".join(map(str, signature))
@@ -78,6 +92,6 @@ CONSTANTS, TABLE = Array("float64", 1, constant=True), Array("float64", 2, const
 PAIRS, TRUTH_TABLE = Array("int64", 2, constant=True), Array("bool", 2, constant=True)
 # A ``kernels.collision.scene.Scene``. Where all shapes are boxes there are no vertices and no points. Robot and world have the
 # same types, so that the kernels of two bodies are compiled once.
-BOXES = TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE, TRUTH_TABLE
-SHAPES = TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, TRUTH_TABLE
+BOXES = TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE
+SHAPES = TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE
 SCENES = BOXES, SHAPES

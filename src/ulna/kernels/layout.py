@@ -16,9 +16,9 @@ PARENT the row of the joint before it, BASE for the first; in a chain always the
 A row of a table of frames (links, or collision shapes) is a frame fixed to a joint: 0..11 its pose in the
 joint's frame, JOINT the joint's row or BASE, AT_JOINT 1 if that pose is the identity.
 
-A row of a table of bodies is a frame with a shape. A body of the world is fixed to the BASE; for AT_JOINT it has TOUCH_SET, the
-set of links that may touch it (``collision.scene.Scene``). A shape is a core and a ball of RADIUS that sweeps it: a sphere is a
-point, and a capsule a segment, with a radius.
+A row of a table of bodies is a frame with a shape. A solid of the world is fixed to the base; for JOINT it has OBJECT, the number
+of the object that it is part of, and for AT_JOINT it has TOUCH_SET, the set of links that may touch it (``kernels.collision``).
+A shape is a core and a ball of RADIUS that sweeps it: a sphere is a point, and a capsule a segment, with a radius.
 
 ============ ===================================================================================================
 SHAPE        SPHERE, CAPSULE, BOX, CYLINDER, HULL or HALF_SPACE
@@ -37,11 +37,12 @@ TABLE_WIDTH = 17
 REVOLUTE, PRISMATIC, FIXED = 0, 1, 2
 BASE = -1
 JOINT, AT_JOINT = 12, 13
-TOUCH_SET = 13
+OBJECT, TOUCH_SET = 12, 13
 FRAME_WIDTH = 14
 SHAPE, HALF_EXTENTS, RADIUS, FIRST_VERTEX, N_VERTICES, REACH = 14, 15, 18, 19, 20, 21
 BODY_WIDTH = 22
 SPHERE, CAPSULE, BOX, CYLINDER, HULL, HALF_SPACE = 0, 1, 2, 3, 4, 5  # a pair is computed with the lower number first
 CONTACT = 1e-12  # of the sizes of two bodies, added up: no farther apart than this they touch, and their distance is zero
+IN_BASE, IN_LINK, IN_SPATIAL = 0, 1, 2  # the frames in which a Jacobian may be expressed
 LARGEST_DEFECT = 1e-6  # of a pose that comes in from a rigid motion
 LARGEST = 1e6  # of a joint position or a coordinate: beyond it sincos' range reduction, and the caller's own number, lose digits

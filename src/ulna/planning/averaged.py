@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import time_parameterisation
 from ulna.planning.blend import IsFree, Pieces, free_cuts, rounded
 from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath, along_lines, fastest, grid_of
 
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 _LEAST_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
 _WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
 _BESIDE = 2e-5  # [rad or m]: of a chord
-_SHARES = 1.0, 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
+_SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
 _SHORT = 0.02  # of the duration: a window that is not worth a search
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 
@@ -63,6 +63,7 @@ class Averaged:
 
     base: TimedPath
     window: float
+    limits_jerk = True
 
     @property
     def duration(self) -> float:
@@ -157,8 +158,9 @@ class Averaged:
         most = np.maximum(*map(np.abs, bounds_of_acceleration(self.base)))
         spans = []
         for i, k in groups.tolist():
-            reached = slice(self.base.interval_at(begin[i]), self.base.interval_at(end[k] + self.window) + 1)
-            spans.append(Span(begin[i], min(end[k], self.duration), i, k, most[reached].max(axis=0)))
+            start, until = float(begin[i]), min(float(end[k]), self.duration)
+            first, last = self.base.interval_at(np.array([start, until + self.window])).tolist()
+            spans.append(Span(start, until, i, k, most[first : last + 1].max(axis=0)))
         return spans
 
 
@@ -168,47 +170,54 @@ def timed_path(path: Array, lengths: Array, blend: float, limits: Limits, is_fre
     lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes.
     """
     cuts = free_cuts(path, lengths, blend, is_free)
-    if limits.jerk is None:
-        return fastest(grid_of(rounded(path, lengths, cuts)), limits.velocity, limits.acceleration)
+    velocity, acceleration, jerk = limits
+    if jerk is None:
+        return fastest(grid_of(rounded(path, lengths, cuts)), velocity, acceleration)
     halvings = np.zeros(len(cuts), dtype=int)
     while cuts.any():
-        motion = _averaged(rounded(path, lengths, cuts), limits)
+        motion = _averaged(rounded(path, lengths, cuts), velocity, acceleration, jerk)
         corners = np.flatnonzero(cuts)[motion.corners_not_free(is_free)]
         if not len(corners):
             return motion
         halvings[corners] += 1
         cuts[corners] = np.where(halvings[corners] > _HALVINGS, 0.0, 0.5 * cuts[corners])
-    return along_lines(rounded(path, lengths, cuts), limits)
+    return along_lines(rounded(path, lengths, cuts), velocity, acceleration, jerk)
 
 
-def _averaged(pieces: Pieces, limits: Limits) -> Averaged:
+def _averaged(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> Averaged:
     """The mean of the fastest motion along pieces over the least time that keeps the limits of jerk, or of a slower one.
 
     With less acceleration the window is shorter. A motion that goes from speeding up to slowing down at once needs a window twice
     as long as one whose speed is constant for a moment between.
     """
-    grid, best = grid_of(pieces), None
+    grid = grid_of(pieces)
+
+    def with_share(share: float) -> Averaged:
+        coasts = 0.0, share * float((acceleration / jerk).max())
+        motions = [_mean_of(fastest(grid, velocity, share * acceleration, coast), jerk) for coast in coasts]
+        return min(motions, key=lambda motion: motion.duration)
+
+    best = with_share(1.0)
     for share in _SHARES:
-        acceleration = share * limits.acceleration
-        for coast in (0.0, float((acceleration / limits.jerk).max())):
-            motion = _mean_of(fastest(grid, limits.velocity, acceleration, coast), limits.jerk)
-            if best is None or motion.duration < best.duration:
-                best, share_of_best = motion, share
-        if best.window < _SHORT * best.duration or share_of_best > share:
-            return best
+        if best.window < _SHORT * best.duration:
+            break
+        slower = with_share(share)
+        if slower.duration >= best.duration:
+            break
+        best = slower
     return best
 
 
 def _mean_of(motion: TimedPath, jerk: Array) -> Averaged:
     """The mean of a motion over the least time that keeps the limits of jerk."""
     lows, highs = bounds_of_acceleration(motion)
-    least_window = entry("time_parameterisation.least_window")
-    window = least_window(motion.times, lows, highs, jerk * _WITHIN, motion.grid.borders, _LEAST_WINDOW)
+    limits, rests = jerk * _WITHIN, motion.grid.borders
+    window = time_parameterisation.least_window(motion.times, lows, highs, limits, rests, _LEAST_WINDOW)
     return Averaged(_with_pauses(motion, window), window)
 
 
 def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
-    """The least and the greatest acceleration in each interval, shape (n, n_dof): those at its ends, between which it is linear in s."""
+    """The least and the greatest acceleration in each interval, shape (n, n_dof): between its ends it is linear in s."""
     grid, (times, speeds, rates, _) = motion
     late = speeds + rates * np.diff(times)
     bends, slopes = grid.bends, grid.slopes + grid.steps[:, None] * grid.bends
@@ -222,12 +231,11 @@ def _with_pauses(motion: TimedPath, pause: float) -> TimedPath:
     grid, profile = motion
     q = np.vstack([grid.starts, motion.at(motion.times[-1:]).q])[grid.borders]
     zeros = np.zeros_like(q)
-    starts, slopes, bends = (
-        np.insert(each, grid.borders, rest, axis=0)
-        for each, rest in ((grid.starts, q), (grid.slopes, zeros), (grid.bends, zeros))
-    )
-    steps, speeds, rates, jerks = (np.insert(each, grid.borders, 0.0) for each in (grid.steps, *profile[1:]))
-    times = np.concatenate([[0.0], np.cumsum(np.insert(np.diff(profile.times), grid.borders, pause))])
-    return TimedPath(
-        Grid(starts, slopes, bends, steps, grid.borders + np.arange(len(grid.borders))), Profile(times, speeds, rates, jerks)
-    )
+
+    def with_rests(rows: Array, at_rest: Array | float) -> Array:
+        return np.insert(rows, grid.borders, at_rest, axis=0)
+
+    borders = grid.borders + np.arange(len(grid.borders))
+    path = with_rests(grid.starts, q), with_rests(grid.slopes, zeros), with_rests(grid.bends, zeros), with_rests(grid.steps, 0.0)
+    times = np.concatenate([[0.0], np.cumsum(with_rests(np.diff(profile.times), pause))])
+    return TimedPath(Grid(*path, borders), Profile(times, *(with_rests(rows, 0.0) for rows in profile[1:])))

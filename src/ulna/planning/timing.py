@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import time_parameterisation
 from ulna.planning.blend import Pieces
 from ulna.planning.double_s import N_PHASES, double_s
 
@@ -72,6 +72,11 @@ class TimedPath(NamedTuple):
         """When the motion is at rest [s]: at the start, at each stop, at the end."""
         return self.profile.times[self.grid.borders]
 
+    @property
+    def limits_jerk(self) -> bool:
+        """Whether the acceleration goes on without jumps."""
+        return bool(self.profile.jerks.any())
+
     def at(self, t: Array) -> Moment:
         """The moments at times within the motion, shape (...)."""
         (grid, profile), i = self, self.interval_at(t)
@@ -115,7 +120,7 @@ def grid_of(pieces: Pieces) -> Grid:
 
 
 def fastest(grid: Grid, velocity: Array, acceleration: Array, coast: float = 0.0) -> TimedPath:
-    """The fastest motion, by TOPP-RA; with ``coast``, of those whose speed is constant for about so long at each of its peaks [s]."""
+    """The fastest motion, by TOPP-RA; with ``coast``, one whose speed is constant for about so long at each of its peaks [s]."""
     n = len(grid.steps)
     ends = grid.slopes + grid.steps[:, None] * grid.bends
     steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
@@ -125,21 +130,21 @@ def fastest(grid: Grid, velocity: Array, acceleration: Array, coast: float = 0.0
     ceilings[:-1] = np.minimum(ceilings[:-1], of_intervals)
     ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
     x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
-    time_sections = entry("time_parameterisation.time_sections")
     limits = np.ascontiguousarray(acceleration * _WITHIN)
-    time_sections(grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times)
+    path = grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders
+    time_parameterisation.time_sections(*path, x, u, times)
     if coast > 0.0:
-        entry("time_parameterisation.coasts")(grid.steps, x, grid.borders, coast, ceilings)
-        time_sections(grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times)
+        time_parameterisation.coasts(grid.steps, x, grid.borders, coast, ceilings)
+        time_parameterisation.time_sections(*path, x, u, times)
     return TimedPath(grid, Profile(times, np.sqrt(x[:-1]), u, np.zeros(n)))
 
 
-def along_lines(pieces: Pieces, limits: Limits) -> TimedPath:
+def along_lines(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:
     """The fastest motion along lines, from rest to rest on each, in seven phases a line."""
     rows = []
     for start, slope, length in zip(pieces.starts, pieces.slopes, pieces.lengths, strict=True):
         with np.errstate(divide="ignore"):
-            along = tuple(float(np.min(limit * _WITHIN / np.abs(slope))) for limit in limits)
+            along = tuple(float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
         durations, jerks = double_s(length, *along)
         s = speed = rate = 0.0
         for t, j in zip(durations, jerks, strict=True):

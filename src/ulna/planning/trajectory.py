@@ -151,17 +151,19 @@ class Trajectory:
         return joint_trajectory(self.at, self.rests, self.joint_names, names, period)
 
     def plot(self):
-        """A Matplotlib figure of positions, velocities and accelerations over time.
+        """A Matplotlib figure of positions, velocities and accelerations over time; of jerks too if they are limited.
 
         Raises:
             MissingExtraError: Matplotlib is not installed.
         """
         with needs_extra("a plot", "reach", "matplotlib"):
             from matplotlib.figure import Figure  # noqa: PLC0415 - it is optional
-        figure = Figure(figsize=(8, 8), layout="constrained")
+        labels = ["position [rad or m]", "velocity [1/s]", "acceleration [1/s²]", "jerk [1/s³]"][
+            : 4 if self._timed.limits_jerk else 3
+        ]
+        figure = Figure(figsize=(8, 2.6 * len(labels)), layout="constrained")
         t = np.linspace(0.0, self.duration, 1000)
-        labels = "position [rad or m]", "velocity [1/s]", "acceleration [1/s²]"
-        for axes, values, label in zip(figure.subplots(3, sharex=True), self.at(t), labels, strict=True):
+        for axes, values, label in zip(figure.subplots(len(labels), sharex=True), self.at(t), labels, strict=False):
             axes.plot(t, values, label=self.joint_names)
             axes.set_ylabel(label)
         figure.axes[0].legend(fontsize="small", ncols=2)
