@@ -20,6 +20,7 @@ class Arena:
     Attributes:
         table: Solids (``kernels.layout``), shape (room, BODY_WIDTH), of which ``n_rows`` are written.
         vertices: Those of hulls, shape (room, 3), of which ``n_vertices`` are written.
+        read_only: ``table`` and ``vertices`` as queries get them.
         nodes: Of trees (``kernels.collision.bvh``), shape (NODE_ROWS room, 8), of which ``n_nodes`` are written.
         names: The object that a solid is part of, by the number in its row.
     """
@@ -28,6 +29,9 @@ class Arena:
         """With room for so many."""
         self.lock = threading.Lock()
         self.table, self.vertices = np.empty((n_rows, BODY_WIDTH)), np.empty((n_vertices, 3))
+        self.read_only = self.table.view(), self.vertices.view()
+        for array in self.read_only:
+            array.setflags(write=False)
         self.nodes = np.empty((NODE_ROWS * n_nodes, WIDTH))
         self.names: list[str] = []
         self.n_rows = self.n_vertices = self.n_nodes = 0

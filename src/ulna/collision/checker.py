@@ -42,6 +42,7 @@ Array = NDArray[np.float64]
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 _NO_SCENE = False, None, None, None
+_NO_LAST: tuple[Any, ...] = None, None, None
 _TOUCHES, _NEAREST = 2, 3  # places in Checker.last_scene[0]
 REPORTS = 256  # a thread gets at least so many: most of the time of a report is spent in Python
 
@@ -67,7 +68,7 @@ class Checker:
             found: Those that are found otherwise, when first needed.
         """
         self.description, self.tree, self.attached, self.given, self.found = description, tree, attached, given, found
-        self._last_scene: tuple[Any, ...] = (None, None, None)
+        self._last_scene = _NO_LAST
         self._may_touch: tuple[tuple[frozenset[str], ...], NDArray[np.bool_]] | None = None
         self.last_scene: list[tuple[Any, ...]] = [_NO_SCENE]
         """One tuple, of the last question (``engine.bound.Prebound.scene``)."""
@@ -271,7 +272,7 @@ class Checker:
 
     def __getstate__(self) -> dict[str, Any]:
         """What is kept of the last questions is not copied, nor pickled."""
-        return {**self.__dict__, "last_scene": [_NO_SCENE]}
+        return {**self.__dict__, "_last_scene": _NO_LAST, "last_scene": [_NO_SCENE]}
 
     def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
         """Write to out, shape (...,), whether anything touches."""

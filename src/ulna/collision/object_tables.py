@@ -86,7 +86,7 @@ class ObjectTables:
                 self._root = self._joined()
             arena, boxes, sets = self._arena, not self._round, tuple(self._sets)
             first = arena.add_rows(self._rows[: len(self._alone)])
-            return Objects(arena.table, arena.vertices, arena.nodes, self._root, first, arena.n_rows, boxes, sets, arena.names)
+            return Objects(*arena.read_only, arena.nodes, self._root, first, arena.n_rows, boxes, sets, arena.names)
 
     def _add(self, name: str, shape: Obstacle, T: Array, links: frozenset[str]) -> None:
         touch_set = self._sets.setdefault(links, len(self._sets))
