@@ -10,34 +10,33 @@ w = c(w) / limit again and again, from below. Source: Biagiotti and Melchiorri, 
 time- and frequency-domain specifications, Control Engineering Practice 20 (2012).
 
 The motion is given by intervals: ``times`` are their borders [s], shape (N + 1,); ``lows`` and ``highs`` bound q'' in each, shape
-(N, n_dof). It is at rest, for at least w, at the borders whose indices are ``rests``, the first and the last among them.
+(N, n_dof). It is at rest, for at least w, at the borders whose indices are ``rest_rows``, the first and the last among them.
 """
 
-import math
-
 from ulna.engine.decorators import kernel
+from ulna.engine.lanes import sqrt
 
 _MOST_STEPS = 64
 
 
 @kernel
-def least_window(times, lows, highs, jerk_limits, rests, least):
+def least_window(times, lows, highs, jerk_limits, rest_rows, least):
     """The least w >= ``least`` [s] for which the mean keeps the limits of jerk, shape (n_dof,)."""
     window = least
     for _ in range(_MOST_STEPS):
-        wanted = time_of_change(times, lows, highs, jerk_limits, rests, window)
+        wanted = time_of_change(times, lows, highs, jerk_limits, rest_rows, window)
         if wanted <= window:
             return window
         window = wanted * (1.0 + 1e-12)
-    return max(window, time_of_change(times, lows, highs, jerk_limits, rests, times[-1] - times[0]))
+    return max(window, time_of_change(times, lows, highs, jerk_limits, rest_rows, times[-1] - times[0]))
 
 
 @kernel
-def time_of_change(times, lows, highs, jerk_limits, rests, window):
+def time_of_change(times, lows, highs, jerk_limits, rest_rows, window):
     """The most that q'' changes within a time, by the limit of jerk [s]."""
     longest = 0.0
-    for section in range(rests.shape[0] - 1):
-        first, last = rests[section], rests[section + 1]
+    for section in range(rest_rows.shape[0] - 1):
+        first, last = rest_rows[section], rest_rows[section + 1]
         for j in range(jerk_limits.shape[0]):
             change = 0.0
             for i in range(first - 1, last):
@@ -62,14 +61,14 @@ def change_from(times, lows, highs, j, first, last, i, window):
 
 
 @kernel
-def write_coasts(steps, x, rests, window, ceilings):
+def write_coasts(steps, x, rest_rows, window, ceilings):
     """Lower the ceilings of x = (ds/dt)^2 so that each peak of the speed becomes a time of constant speed of at least ``window``.
 
     Where a motion changes from speeding up to slowing down at once, q'' changes by twice the acceleration; after this by once at
     a time. steps: the intervals' lengths, shape (N,); x and ceilings: at the N + 1 borders.
     """
-    for section in range(rests.shape[0] - 1):
-        first, last = rests[section], rests[section + 1]
+    for section in range(rest_rows.shape[0] - 1):
+        first, last = rest_rows[section], rest_rows[section + 1]
         k = first + 1
         while k < last:
             if x[k] > x[k - 1]:
@@ -87,7 +86,7 @@ def flatten_peak(steps, x, first, last, low, high, window, ceilings):
     level, length = x[low], 0.0
     for k in range(low, high):
         length += steps[k]
-    while length < window * math.sqrt(level) and low > first and high < last:
+    while length < window * sqrt(level) and low > first and high < last:
         left = x[low - 1] >= x[high + 1]
         if left:
             low -= 1
