@@ -151,7 +151,9 @@ def test_the_window_is_the_least_that_keeps_the_limits_of_jerk(rng):
         jerk = 10 ** rng.uniform(1, 3, 7)
         motion = fastest(grid_of(random_pieces(rng)), np.full(7, 2.0), np.full(7, 5.0))
         lows, highs = bounds_of_acceleration(motion)
-        window = time_parameterisation.least_window(motion.times, lows, highs, jerk, motion.grid.borders, 1e-4)
+        least = np.array([1e-4])
+        time_parameterisation.least_window(motion.times, lows, highs, jerk, motion.grid.borders, least)
+        window = float(least[0])
         t = np.linspace(-window, motion.times[-1], 20_001)
 
         def acceleration(t, motion=motion):

@@ -26,10 +26,14 @@ def time_sections(slopes, ends, bends, steps, acceleration, ceilings, borders, x
     write_times(steps, x, times)
 
 
-@entry((NUMBERS, MATRIX, MATRIX, NUMBERS, INDICES, NUMBER))
-def least_window(times, lows, highs, jerk_limits, rests, least):
-    """The least time over which the mean of a motion keeps the limits of jerk (``kernels.planning.moving_average``)."""
-    return moving_average.least_window(times, lows, highs, jerk_limits, rests, least)
+@entry((NUMBERS, MATRIX, MATRIX, NUMBERS, INDICES, NUMBERS))
+def least_window(times, lows, highs, jerk_limits, rests, window):
+    """Raise ``window``, shape (1,), to the least time over which the mean of a motion keeps the limits of jerk; always True.
+
+    The algorithm: ``kernels.planning.moving_average``.
+    """
+    window[0] = moving_average.least_window(times, lows, highs, jerk_limits, rests, window[0])
+    return True
 
 
 @entry((NUMBERS, NUMBERS, INDICES, NUMBER, NUMBERS))

@@ -212,8 +212,9 @@ def _mean_of(motion: TimedPath, jerk: Array) -> Averaged:
     """The mean of a motion over the least time that keeps the limits of jerk."""
     lows, highs = bounds_of_acceleration(motion)
     limits, rests = jerk * _WITHIN, motion.grid.borders
-    window = time_parameterisation.least_window(motion.times, lows, highs, limits, rests, _LEAST_WINDOW)
-    return Averaged(_with_pauses(motion, window), window)
+    window = np.array([_LEAST_WINDOW])
+    time_parameterisation.least_window(motion.times, lows, highs, limits, rests, window)
+    return Averaged(_with_pauses(motion, float(window[0])), float(window[0]))
 
 
 def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
