@@ -83,7 +83,7 @@ def corners() -> None:
             )
         flowing, halting, stops, seconds, beyond, touching = np.array(rows, dtype=float).T
         print(
-            f"{N_PLANS} plans, {name}: {np.median(flowing):.3f} of the time without a limit of jerk (most {flowing.max():.2f}), "
+            f"{N_PLANS} plans, {name}: {np.median(flowing):.3f} of the time without a limit of jerk (most {flowing.max():.3f}), "
             f"with a stop at each corner {np.median(halting):.2f} ({halting.max():.2f}); {stops.sum():.0f} stops; "
             f"{beyond.sum():.0f} beyond a limit, {touching.sum():.0f} touch; {np.median(seconds) * 1e3:.1f} ms"
         )

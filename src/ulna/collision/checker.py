@@ -41,9 +41,9 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
-_NO_SCENE = False, None, None, None
-_NO_LAST: tuple[Any, ...] = None, None, None
-_TOUCHES, _NEAREST = 2, 3  # places in Checker.last_scene[0]
+_NOTHING_BOUND = False, None, None, None
+_NO_LAST_SCENE: tuple[Any, ...] = None, None, None
+_TOUCHES, _NEAREST = 2, 3  # places in Checker.prebound[0]
 REPORTS = 256  # a thread gets at least so many: most of the time of a report is spent in Python
 
 
@@ -68,10 +68,10 @@ class Checker:
             found: Those that are found otherwise, when first needed.
         """
         self.description, self.tree, self.attached, self.given, self.found = description, tree, attached, given, found
-        self._last_scene = _NO_LAST
+        self._last_scene = _NO_LAST_SCENE
         self._may_touch: tuple[tuple[frozenset[str], ...], NDArray[np.bool_]] | None = None
-        self.last_scene: list[tuple[Any, ...]] = [_NO_SCENE]
-        """One tuple, of the last question (``engine.bound.Prebound.scene``)."""
+        self.prebound: list[tuple[Any, ...]] = [_NOTHING_BOUND]
+        """One tuple, of the last scene (``engine.bound.Prebound.scene``)."""
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -251,13 +251,13 @@ class Checker:
     def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Callable[[ArrayLike], Any]:
         """A function of q in the last scene, in C if the extension is there; made when it is first needed."""
         of = None if objects is NO_OBJECTS else objects
-        last = self.last_scene[0]
+        last = self.prebound[0]
         if last[0] is not of or last[1] is not self_collision:
             last = of, self_collision, None, None
         function: Any = last[place]
         if function is None:
             function = self._bound(place, scene)
-            self.last_scene[0] = (*last[:2], function, last[3]) if place == _TOUCHES else (*last[:3], function)
+            self.prebound[0] = (*last[:2], function, last[3]) if place == _TOUCHES else (*last[:3], function)
         return function
 
     def _bound(self, place: int, scene: Scene) -> Callable[[ArrayLike], Any]:
@@ -272,7 +272,7 @@ class Checker:
 
     def __getstate__(self) -> dict[str, Any]:
         """What is kept of the last questions is not copied, nor pickled."""
-        return {**self.__dict__, "_last_scene": _NO_LAST, "last_scene": [_NO_SCENE]}
+        return {**self.__dict__, "_last_scene": _NO_LAST_SCENE, "prebound": [_NOTHING_BOUND]}
 
     def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
         """Write to out, shape (...,), whether anything touches."""

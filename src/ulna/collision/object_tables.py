@@ -168,7 +168,7 @@ class ObjectTables:
         self._alone, self._root = {name: k for k, name in enumerate(endless)}, None
 
     def _joined(self) -> int:
-        """The root of a tree over the trees, for which there is room; NO_NODE if there is none."""
+        """The root of a tree over all trees, or NO_NODE without trees. The arena must have room for its nodes."""
         trees = [cloud.tree for cloud in self._clouds.values()] + [self._tree] * bool(self._indexed)
         if len(trees) < 2:
             return trees[0].root if trees else NO_NODE

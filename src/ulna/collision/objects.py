@@ -18,7 +18,7 @@ class Objects:
             ``end``, and those below ``root``, are of these objects.
         vertices: Those of all hulls, shape (m, 3).
         nodes: Of trees (``kernels.collision.bvh``), shape (NODE_ROWS n_nodes, 8).
-        root: The root of the BVH; NO_NODE if there is none.
+        root: The root of the BVH, or NO_NODE where no object is in one.
         first: The first row of the solids that are not in the BVH.
         end: The row after the last of them.
         only_boxes: Whether all shapes are boxes.

@@ -43,7 +43,7 @@ class ConvexMesh:
         For a mesh file: ``ConvexMesh.from_points(trimesh.load_mesh("part.stl").vertices)``.
 
         Raises:
-            InputError: They are not points, or all lie in one plane (``ConvexMesh(points)`` takes these).
+            InputError: They are not points, or all lie in one plane: use ``ConvexMesh(points)`` for such points.
             MissingExtraError: SciPy, which brings Qhull, is not installed (``ConvexMesh(points)`` does without).
         """
         mesh = cls(points)

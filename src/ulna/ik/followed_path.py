@@ -1,4 +1,4 @@
-"""Holds a joint path through poses, or why there is none."""
+"""Holds a joint path through poses, or the reason why none was found."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -41,7 +41,7 @@ class Query:
         options: What the caller chose, checked.
 
     Raises:
-        InputError: The robot has no joint, or an option is none that the search can take.
+        InputError: The robot has no joint, or the search cannot take the value of an option.
         UnknownNameError: There is no such link.
     """
 

@@ -44,7 +44,7 @@ def stretched_length(robot: Robot) -> float:
 
 
 def closed_form_in_words(robot: Robot) -> str:
-    """The closed form of the hand's inverse kinematics; empty if there is none."""
+    """The closed form of the hand's inverse kinematics; empty if the arm has none."""
     form = closed_form_of(robot.tree, robot.tip or hand_link(robot))
     return "" if form is None else str(form)
 

@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
 from ulna.planning.blend import IsFree, Pieces, free_cuts, rounded
-from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath, along_lines, fastest, grid_of
+from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath, along_lines, fastest, fastest_and_coasting, grid_of
 
 Array = NDArray[np.float64]
 _LEAST_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
 _WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
 _BESIDE = 2e-5  # [rad or m]: of a chord
 _SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
-_SHORT = 0.02  # of the duration: a window that is not worth a search
+_SHORT = 0.02  # of the duration: with a shorter window no slower motion is tried
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 
 
@@ -36,10 +36,11 @@ class Span(NamedTuple):
     begin: float
     end: float
     first: int
-    """The first of these parabolas, of all of the path."""
+    """The first of these parabolas, counted along the path from 0."""
     last: int
+    """The last of them."""
     acceleration: Array
-    """At most, shape (n_dof,)."""
+    """The greatest acceleration of the motion in that time, shape (n_dof,)."""
 
     def chords(self, begin: float) -> tuple[Array, Array]:
         """The times of the ends of chords, shape (n + 1,), and how far the motion lies beside each, shape (n, n_dof).
@@ -159,8 +160,8 @@ class Averaged:
         spans = []
         for i, k in groups.tolist():
             start, until = float(begin[i]), min(float(end[k]), self.duration)
-            first, last = self.base.interval_at(np.array([start, until + self.window])).tolist()
-            spans.append(Span(start, until, i, k, most[first : last + 1].max(axis=0)))
+            reached = self.base.interval_at(np.array([start, until + self.window])).tolist()
+            spans.append(Span(start, until, i, k, most[reached[0] : reached[1] + 1].max(axis=0)))
         return spans
 
 
@@ -191,30 +192,42 @@ def _averaged(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array)
     as long as one whose speed is constant for a moment between.
     """
     grid = grid_of(pieces)
-
-    def with_share(share: float) -> Averaged:
-        coasts = 0.0, share * float((acceleration / jerk).max())
-        motions = [_mean_of(fastest(grid, velocity, share * acceleration, coast), jerk) for coast in coasts]
-        return min(motions, key=lambda motion: motion.duration)
-
-    best = with_share(1.0)
+    best = _with_share(grid, velocity, acceleration, jerk)
     for share in _SHARES:
         if best.window < _SHORT * best.duration:
             break
-        slower = with_share(share)
+        slower = _with_share(grid, velocity, share * acceleration, jerk)
         if slower.duration >= best.duration:
             break
         best = slower
-    return best
+    return Averaged(_with_pauses(best.motion, best.window), best.window)
 
 
-def _mean_of(motion: TimedPath, jerk: Array) -> Averaged:
-    """The mean of a motion over the least time that keeps the limits of jerk."""
+class _Candidate(NamedTuple):
+    """A motion within limits of acceleration, and the time over which its mean keeps those of jerk."""
+
+    motion: TimedPath
+    window: float
+
+    @property
+    def duration(self) -> float:
+        """How long the mean takes, with a rest of the window at each stop [s]."""
+        return float(self.motion.times[-1]) + self.window * (len(self.motion.grid.borders) - 1)
+
+
+def _with_share(grid: Grid, velocity: Array, acceleration: Array, jerk: Array) -> _Candidate:
+    """The better of the fastest motion and one with coasts."""
+    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()))
+    candidates = [_Candidate(motion, _least_window_of(motion, jerk)) for motion in motions]
+    return min(candidates, key=lambda candidate: candidate.duration)
+
+
+def _least_window_of(motion: TimedPath, jerk: Array) -> float:
+    """The least time over which the mean of a motion keeps the limits of jerk [s]."""
     lows, highs = bounds_of_acceleration(motion)
-    limits, rests = jerk * _WITHIN, motion.grid.borders
     window = np.array([_LEAST_WINDOW])
-    time_parameterisation.least_window(motion.times, lows, highs, limits, rests, window)
-    return Averaged(_with_pauses(motion, float(window[0])), float(window[0]))
+    time_parameterisation.least_window(motion.times, lows, highs, jerk * _WITHIN, motion.grid.borders, window)
+    return float(window[0])
 
 
 def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:

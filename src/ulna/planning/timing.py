@@ -119,24 +119,44 @@ def grid_of(pieces: Pieces) -> Grid:
     return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, borders)
 
 
-def fastest(grid: Grid, velocity: Array, acceleration: Array, coast: float = 0.0) -> TimedPath:
-    """The fastest motion, by TOPP-RA; with ``coast``, one whose speed is constant for about so long at each of its peaks [s]."""
-    n = len(grid.steps)
-    ends = grid.slopes + grid.steps[:, None] * grid.bends
-    steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
+def fastest(grid: Grid, velocity: Array, acceleration: Array) -> TimedPath:
+    """The fastest motion, by TOPP-RA."""
+    return _timed(grid, acceleration, _ceilings(grid, velocity))[0]
+
+
+def fastest_and_coasting(grid: Grid, velocity: Array, acceleration: Array, coast: float) -> tuple[TimedPath, TimedPath]:
+    """The fastest motion, and the fastest whose speed is constant for about ``coast`` [s] where that of the first has a peak."""
+    ceilings = _ceilings(grid, velocity)
+    first, x = _timed(grid, acceleration, ceilings)
+    time_parameterisation.coasts(grid.steps, x, grid.borders, coast, ceilings)
+    return first, _timed(grid, acceleration, ceilings)[0]
+
+
+def _ceilings(grid: Grid, velocity: Array) -> Array:
+    """What the limits of velocity allow (ds/dt)^2 to be at the grid points, shape (n + 1,)."""
+    steepest = np.maximum(np.abs(grid.slopes), np.abs(_ends(grid)))
     with np.errstate(divide="ignore", over="ignore"):
         of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
-    ceilings = np.full(n + 1, _NO_LIMIT)
+    ceilings = np.full(len(grid.steps) + 1, _NO_LIMIT)
     ceilings[:-1] = np.minimum(ceilings[:-1], of_intervals)
     ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
+    return ceilings
+
+
+def _ends(grid: Grid) -> Array:
+    """The slopes at the ends of the intervals, shape (n, n_dof)."""
+    return grid.slopes + grid.steps[:, None] * grid.bends
+
+
+def _timed(grid: Grid, acceleration: Array, ceilings: Array) -> tuple[TimedPath, Array]:
+    """The fastest motion below the ceilings of (ds/dt)^2, and what that is at the grid points, shape (n + 1,)."""
+    n = len(grid.steps)
     x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
     limits = np.ascontiguousarray(acceleration * _WITHIN)
-    path = grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders
-    time_parameterisation.time_sections(*path, x, u, times)
-    if coast > 0.0:
-        time_parameterisation.coasts(grid.steps, x, grid.borders, coast, ceilings)
-        time_parameterisation.time_sections(*path, x, u, times)
-    return TimedPath(grid, Profile(times, np.sqrt(x[:-1]), u, np.zeros(n)))
+    time_parameterisation.time_sections(
+        grid.slopes, _ends(grid), grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times
+    )
+    return TimedPath(grid, Profile(times, np.sqrt(x[:-1]), u, np.zeros(n))), x
 
 
 def along_lines(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:

@@ -103,9 +103,7 @@ class Robot(Quick):
             _jacobian=jacobian,
             _checker=checker,
             _inverse_kinematics=inverse_kinematics,
-            _prebound=Prebound(
-                forward, jacobian, checker.last_scene, inverse_kinematics.quick, inverse_kinematics.quick_solutions
-            ),
+            _prebound=Prebound(forward, jacobian, checker.prebound, inverse_kinematics.quick, inverse_kinematics.quick_solutions),
         )
 
     @classmethod

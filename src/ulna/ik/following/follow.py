@@ -1,4 +1,4 @@
-"""Finds the joint path through a path of poses, or why there is none: the face of this folder.
+"""Finds a joint path through a path of poses, or the reason why it finds none: the face of this folder.
 
 The idea. Every pose of the path is a *layer* of a graph. Its nodes are the solutions of inverse kinematics that are within the
 limits and clear of the world. An edge joins nodes of neighbouring layers if no joint moves by more than ``max_step`` and the
@@ -12,8 +12,8 @@ between them (``graph``). A jump to another branch is a step longer than ``max_s
 1. ``course``: the poses, and what a joint path must keep to.
 2. ``lifts``: joints that can make whole turns have several positions for one angle. A node is kept once, and its turns are a
    second index of the graph: otherwise six joints of three turns each make 729 of it.
-3. ``layers``: six joints or fewer. The closed form gives every node of a layer: the chain is the best there is, and where none
-   leads on, there is none (``complete``). Without a closed form nodes are searched for, and nothing is proved.
+3. ``layers``: six joints or fewer. The closed form gives every node of a layer, so the best chain is the best path. If no chain
+   goes through all layers, no path exists (``complete``). Without a closed form nodes are searched for, and nothing is proved.
 4. ``self_motions``: more joints have infinitely many solutions for a pose. Layers are some of the poses, nodes are samples; edges
    of the best chain are filled in by the search, and the path is smoothed.
 5. ``ending``: where no chain leads on, why.

@@ -1,7 +1,7 @@
 """Finds the joint path of an arm whose solutions are isolated: every pose a layer, with all of its branches.
 
 With an exact closed form the layers hold every solution, so that the graph holds every path with steps up to the largest allowed:
-the best chain is the best of all, and where none leads on, there is none.
+the best chain is the best path, and if no chain goes through all layers, no path exists.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
 """Finds where searches start: at the seed, at random, at the limits, and for seven joints at branches of the closed form.
 
-Random starts are numbers between 0 and 1, a row a start: the same for the same robot and seed. NaN stands for the
-seed's own entry.
+Random starts are numbers between 0 and 1, one row for each start. The same robot and seed give the same starts. NaN stands for
+the seed's own entry.
 """
 
 from functools import lru_cache
