@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ulna.dh.table import DHTable
     from ulna.errors import (
         ClusterError,
+        CompilerWarning,
         DescriptionError,
         DescriptionWarning,
         DeviceError,
@@ -53,6 +54,7 @@ __all__ = [
     "Capsule",
     "ClusterError",
     "Comparison",
+    "CompilerWarning",
     "ConvexMesh",
     "Cylinder",
     "DHTable",
@@ -114,6 +116,7 @@ _HOMES = {
     "ulna.dh.table": ("DHTable",),
     "ulna.errors": (
         "ClusterError",
+        "CompilerWarning",
         "DescriptionError",
         "DescriptionWarning",
         "DeviceError",

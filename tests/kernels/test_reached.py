@@ -6,8 +6,7 @@ import pytest
 import formulas
 from kernel_modes import compiled
 from ulna.collision.objects import compact_order, tree_of_bounds
-from ulna.engine.lanes import empty_rows, load, store
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, empty_rows, load, store
 from ulna.kernels.collision.bvh import STACK, first_leaf
 from ulna.kernels.collision.reached import NEVER, ball_bounds, push_reached, tree_is_reached
 from ulna.kernels.layout import BODY_WIDTH, BOX, CAPSULE, HALF_EXTENTS, RADIUS, REACH, SHAPE, SPHERE

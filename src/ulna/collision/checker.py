@@ -21,8 +21,8 @@ from ulna.collision.world import World
 from ulna.description.robot_description import Description
 from ulna.drivers import entry
 from ulna.engine.bound import bind
+from ulna.engine.lanes import WIDTH
 from ulna.engine.threads import in_parts, refuse_unless_threads
-from ulna.engine.width import WIDTH
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
     BODY,

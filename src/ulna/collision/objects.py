@@ -10,7 +10,7 @@ from ulna.collision.expand import Solids, expand
 from ulna.description.clouds import Obstacle
 from ulna.description.robot_description import frozen
 from ulna.description.shapes import HalfSpace
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.kernels.layout import BASE, BODY_WIDTH, BOX, CONTACT, FIRST_VERTEX, HALF_EXTENTS, HALF_SPACE, RADIUS, REACH, SHAPE
 
 MOST_UNINDEXED = 64  # worlds of at most this many objects need no BVH: testing each for eight configurations at once is as fast

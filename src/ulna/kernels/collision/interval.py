@@ -15,8 +15,7 @@ once more, as far as it takes for that. So "clear" is certain; "touches" is cert
 """
 
 from ulna.engine.decorators import kernel, routine
-from ulna.engine.lanes import any_lane, load, splat, sqrt, where
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, any_lane, load, splat, sqrt, where
 from ulna.kernels.chain.poses import frame_pose
 from ulna.kernels.collision.ball_motion import (
     approach_way,

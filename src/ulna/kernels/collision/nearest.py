@@ -7,8 +7,7 @@ the robot; the other body of the robot, or the object, numbered from the last bo
 import numpy as np
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import any_lane, lane_of, splat, where
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, any_lane, lane_of, splat, where
 from ulna.kernels.collision.bvh import first_leaf, lane_bounds, push_children
 from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, may_touch, rows_contact
 from ulna.kernels.spatial.se3 import constant_pose, load_pose

@@ -10,8 +10,7 @@ half extents h, lies within a box of half extents |R|^T h about the same middle.
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import any_lane, lane_count, lane_of, lowest_bit
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, any_lane, lane_count, lane_of, lowest_bit
 from ulna.kernels.collision.bvh import children_in, first_leaf
 from ulna.kernels.collision.posed_pair import BALLS
 from ulna.kernels.collision.rounded_core import beyond, core_radius
