@@ -22,12 +22,10 @@ from benchmarks.peer import PEERS, Peer, make_peer
 from benchmarks.processors import one_processor
 from benchmarks.scaling import joint_rows, size_rows
 from ulna.bench import first_use
-from ulna.bench.arms import NAMES, load_arm
-from ulna.bench.machine import installed_version, machine_facts
+from ulna.bench.arms import NAMES, load_arm, path_positions
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import Forward, Solver, follow_path, ulna_solver
-from ulna.bench.targets import path_positions
-from ulna.bench.timing import time_each
+from ulna.bench.timing import installed_version, machine_facts, time_each
 from ulna.engine.ahead import is_ahead
 from ulna.errors import UlnaError
 from ulna.robot import Robot

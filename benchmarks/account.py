@@ -9,16 +9,16 @@ import sys
 import numpy as np
 
 import ulna
+from benchmarks import idle
 from benchmarks.markdown import table
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.drivers import entry
-from ulna.engine.entries import Entries
-from ulna.kernels.chain.jacobian_frames import BASE
+from ulna.drivers import forward, jacobian
+from ulna.engine.entries import ready
+from ulna.kernels.layout import IN_BASE
 from ulna.robot import Robot
 
 CALLS = 64
-IDLE = Entries("benchmarks")
 
 
 def account_rows(robot: Robot) -> list[dict]:
@@ -26,8 +26,8 @@ def account_rows(robot: Robot) -> list[dict]:
     q, chain = list(random_positions(robot, CALLS, 0)), robot.tree.chain(str(robot.tip)).copy()
     fk, T, jac, J = robot.compile_forward(), np.empty((4, 4)), robot.compile_jacobian(), np.empty((6, robot.n_dof))
     n = robot.n_dof
-    forward_one, jacobian_one = entry("forward.forward_one"), entry("jacobian.jacobian_one")
-    idle_fk, idle_jac = IDLE.find("idle.idle_forward"), IDLE.find("idle.idle_jacobian")
+    forward_one, jacobian_one = ready(forward.forward_one), ready(jacobian.jacobian_one)
+    idle_fk, idle_jac = ready(idle.idle_forward), ready(idle.idle_jacobian)
     works = {
         "loop": lambda x: x,
         "fk method": robot.forward_kinematics,
@@ -38,8 +38,8 @@ def account_rows(robot: Robot) -> list[dict]:
         "jac method": robot.jacobian,
         "jac bound": jac,
         "jac out": lambda x: jac(x, J),
-        "jac kernel": lambda x: jacobian_one(chain, BASE, n, x, J),
-        "jac idle": lambda x: idle_jac(chain, BASE, n, x, J),
+        "jac kernel": lambda x: jacobian_one(chain, IN_BASE, n, x, J),
+        "jac idle": lambda x: idle_jac(chain, IN_BASE, n, x, J),
     }
     timings = time_interleaved({name: Workload(function, q) for name, function in works.items()}, passes=401)
     return [_row(work, name, {key: timing.median for key, timing in timings.items()}) for work, name in _WORKS.items()]

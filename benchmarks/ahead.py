@@ -12,7 +12,6 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import fields
 from time import perf_counter
 
 import numpy as np
@@ -21,13 +20,12 @@ from benchmarks.collision import query_rows
 from benchmarks.markdown import table
 from benchmarks.processors import one_processor
 from benchmarks.ratio import ratio
-from ulna.bench.arms import load_arm
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import load_arm, random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.drivers import entry
+from ulna.drivers import multi_start
 from ulna.engine.ahead import is_ahead, level
 from ulna.ik.options import Options
-from ulna.ik.single_target import SingleTargetSolver
+from ulna.ik.search.single_target import SingleTargetSolver
 from ulna.kernels.ik import search_layout as layout
 
 PASSES, ONE = 201, 64
@@ -73,10 +71,9 @@ def inverse_rows(robot) -> list[dict]:
     """One inverse kinematics, and its machine code alone, with arrays made before."""
     targets = [robot.forward_kinematics(x) for x in random_positions(robot, ONE, seed=0)]
     robot.inverse_kinematics(targets[0])
-    ik, defaults = robot._inverse_kinematics, Options()  # noqa: SLF001
-    solvers = ik._prepared(None, *(getattr(defaults, field.name) for field in fields(defaults)))  # noqa: SLF001
+    solvers = robot._inverse_kinematics._prepared(None, *Options())  # noqa: SLF001
     solver = next(one for one in solvers if isinstance(one, SingleTargetSolver))
-    chain, plan, home, search = solver._chain, solver.plan, solver._home, entry("multi_start.search_one")  # noqa: SLF001
+    chain, plan, home, search = robot.tree.chain(robot.tip), solver.plan, solver.home, multi_start.search_one
     q, info = np.empty((1, robot.n_dof)), np.empty((1, layout.N_INFO))
     works = {
         "machine code": Workload(lambda T: search(chain, plan, T, home, q, info), targets),

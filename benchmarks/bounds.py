@@ -14,7 +14,7 @@ import sys
 
 import numpy as np
 
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, load, store
@@ -30,7 +30,7 @@ import ulna
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.distance.box_sat import boxes_overlap
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.chain.jacobian_frames import BASE
+from ulna.kernels.layout import IN_BASE
 from ulna.kernels.collision.posed_pair import balls_overlap, half_extents, place_bodies
 from ulna.kernels.spatial.se3 import load_pose
 
@@ -52,7 +52,7 @@ robot = ulna.load(sys.stdin.read())
 chain, q, counts = robot.tree.chain(robot.tip), rows(robot.n_dof), {}
 chain_pose(chain, q)
 counts["forward_kinematics"], Counting.operations = Counting.operations, 0
-chain_jacobian(chain, q, BASE, rows(6 * robot.n_dof), 6, 1)
+chain_jacobian(chain, q, IN_BASE, rows(6 * robot.n_dof), 6, 1)
 counts["jacobian"], Counting.operations = Counting.operations, 0
 if len(sys.argv) > 1:
     bodies, joints = robot._checker.bodies.table, robot.tree.joints

@@ -18,11 +18,10 @@ import ulna
 from benchmarks.closed_form_peers import HEAD, eaik_of, peer_table
 from benchmarks.ik_branches import PUMA, UR5E, distinct
 from ulna.bench.arms import load_arm
-from ulna.ik.branch_search import _branches
 from ulna.ik.closed_form.closed_form import joints_at
 from ulna.ik.options import Options
-from ulna.ik.problem import make_problem
-from ulna.ik.query import Query
+from ulna.ik.problem import Query, make_problem
+from ulna.ik.search.branch_search import _branches
 
 Array = NDArray[np.float64]
 _CHUNK = 50_000

@@ -14,7 +14,7 @@ from benchmarks.markdown import table
 from benchmarks.peer import NotForThisArm
 from benchmarks.processors import one_processor
 from benchmarks.ratio import ratio
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
 from ulna.collision.objects import MOST_UNINDEXED
 from ulna.engine.lanes import WIDTH

@@ -14,8 +14,7 @@ import numpy as np
 
 import ulna
 from benchmarks.ratio import ratio
-from ulna.bench.machine import processor_name
-from ulna.bench.timing import Workload, time_interleaved
+from ulna.bench.timing import Workload, processor_name, time_interleaved
 from ulna.bench.workloads import WORKLOADS
 
 KEPT = Path(__file__).parent / "guard.json"

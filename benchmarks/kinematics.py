@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.peer import Peer
 from benchmarks.ratio import ratio
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import random_positions
 from ulna.bench.timing import Timing, Workload, time_interleaved
 from ulna.robot import Robot
 

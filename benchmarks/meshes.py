@@ -13,8 +13,7 @@ import coal
 import numpy as np
 
 import ulna
-from ulna.description.meshes.files import MeshFiles
-from ulna.description.meshes.plain import CHECKED
+from ulna.description.meshes.mesh_files import CHECKED, MeshFiles
 from ulna.description.meshes.reader import mesh_bytes, read_scene, used_points
 from ulna.description.shapes import Mesh
 from ulna.errors import FileError, UlnaError

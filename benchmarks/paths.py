@@ -9,10 +9,9 @@ import time
 
 import numpy as np
 
-from ulna.bench.arms import NAMES, load_arm
+from ulna.bench.arms import NAMES, load_arm, path_positions
 from ulna.bench.protocol import PROTOCOLS, pose_errors, within_limits
 from ulna.bench.solver import STEP_BOUND
-from ulna.bench.targets import path_positions
 
 POSES = 10_000
 

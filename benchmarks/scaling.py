@@ -8,7 +8,7 @@ import numpy as np
 import ulna
 from benchmarks.bounds import count_operations
 from benchmarks.processors import one_processor
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
 from ulna.engine.lanes import WIDTH
 from ulna.robot import Robot

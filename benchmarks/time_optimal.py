@@ -9,7 +9,7 @@ import time
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ulna.drivers import entry
+from ulna.drivers import time_parameterisation
 
 N_JOINTS, INTERVALS, PATHS, REPEATS = 7, 100, 50, 20
 VELOCITY, ACCELERATION = 2.0, 5.0
@@ -40,7 +40,7 @@ def of_ulna(spline: CubicSpline) -> tuple[float, float]:
     limits, borders = np.full(N_JOINTS, ACCELERATION), np.array([0, INTERVALS])
     x, u, times = np.zeros(INTERVALS + 1), np.zeros(INTERVALS), np.zeros(INTERVALS + 1)
     starts, ends = slopes[:-1].copy(), slopes[1:].copy()
-    time_sections = entry("time_parameterisation.time_sections")
+    time_sections = time_parameterisation.time_sections
     seconds = least(lambda: time_sections(starts, ends, bends, steps, limits, fastest, borders, x, u, times))
     return seconds, float(times[-1])
 

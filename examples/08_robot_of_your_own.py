@@ -1,7 +1,7 @@
 """A robot of your own: the folder desk_arm has its URDF, its SRDF and its meshes, which are addressed as ``package://desk_arm/``.
 
-It draws a square 5 mm above the desk, and touches neither that nor the mug. Convex hulls need the extra ``hulls``. The meshes are
-made by desk_arm/make_meshes.py. With ``--view`` you drag the pen and the mug on a page.
+It draws a square 5 mm above the desk with ``robot.follow``, and touches neither that nor the mug. Convex hulls
+need the extra ``hulls``. The meshes are made by desk_arm/make_meshes.py. With ``--view`` you drag the pen and the mug on a page.
 """
 
 import sys
@@ -27,25 +27,24 @@ world = ulna.World()
 world.add("desk", ulna.HalfSpace(), touch_links=["foot"])
 world.add("mug", ulna.Cylinder(radius=0.04, length=0.1), ulna.pose(xyz=(0.3, 0.16, 0.05)))
 
-corners = [(0.2, -0.05), (0.3, -0.05), (0.3, 0.05), (0.2, 0.05), (0.2, -0.05)]
-line = [(1 - s) * np.array(a) + s * np.array(b) for a, b in pairwise(corners) for s in np.linspace(0, 1, 25)]
-path = [ready]
-for x, y in line:
-    target = ulna.pose(
-        xyz=(x, y, 0.005), rpy=(np.pi, 0.0, 0.0)
-    )  # the pen points down; the turn about it is free: there are four joints
-    solved = robot.inverse_kinematics(target, path[-1], task="pointing", world=world)
-    assert solved.success, solved
-    path.append(solved.q)
+corners = np.array([(0.2, -0.05), (0.3, -0.05), (0.3, 0.05), (0.2, 0.05), (0.2, -0.05)])
+square = np.concatenate([a + np.linspace(0, 1, 25)[:, None] * (b - a) for a, b in pairwise(corners)])
+# The pen points down. Four joints do not reach every pose: how the pen is turned about itself follows from the place.
+T_path = np.stack([ulna.pose((x, y, 0.005), rpy=(0.0, np.pi, np.arctan2(y, x))) for x, y in square])
+path = robot.follow(T_path, world=world)
+print(f"the square: {path}")
+assert path.success, path
+assert np.abs(robot.forward_kinematics(path.q) - T_path).max() < 1e-4
 
-path = np.array(path)
-edges = robot.edge_in_collision(path[:-1], path[1:], world)
-clearance = robot.signed_distance(path[1:], world).min()
-print(f"the square: {edges}, and {1e3 * clearance:.1f} mm of clearance at least")
-assert not np.any(edges.in_collision)
-assert 0 < clearance < 0.005 + 1e-6  # the tip is 5 mm above the desk
+approach = robot.plan(ready, path.q[0], world)
+print(f"from the configuration 'ready' to its first corner: {approach}")
+assert approach, approach
+assert not np.any(robot.edge_in_collision(path.q[:-1], path.q[1:], world).in_collision)
+clearance = robot.signed_distance(path.q, world).min()
+print(f"nothing comes nearer than {1e3 * clearance:.1f} mm")
+assert abs(clearance - 0.005) < 1e-5
 
 if "--view" in sys.argv:
-    with ulna.view(robot, world, q=ready, open_browser=True) as view:
+    with ulna.view(robot, world, q=path.q[0], open_browser=True) as view:
         print(f"{view.url}: drag the pen, or the mug in the tab Obstacles; Ctrl-C ends", flush=True)
         view.wait()

@@ -10,8 +10,7 @@ import numpy as np
 import ulna
 from ulna.demo.drawing import standing_boxes
 from ulna.demo.ros.adapter import ros1_or_exit
-from ulna.viewer.palette import MOVABLE, PALE
-from ulna.viewer.solid import Solid
+from ulna.viewer.palette import MOVABLE, PALE, Solid
 
 UPRIGHT = (1, 0, 0, 0)
 TILTED = (0.951416134834, 0.307908415794, 0, 0)

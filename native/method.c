@@ -1,14 +1,14 @@
-/* Methods of a robot in C. Each looks for the bound function of what it is called with among what the robot keeps, and calls it.
+/* Partial application of entries: six methods of Robot in C. Each looks up the prebound entry for its arguments and calls it.
 
 Where there is none yet, or the arguments are others than a control loop passes, the method of the same name in Python is called: it
-makes the bound function for the next time. What is looked at, by name:
+binds the entry for the next time. Prebound entries are in robot._prebound, a tuple of five (engine/bound.py, Prebound):
 
-    forward_kinematics(q, *, link=None, out=None)           robot._forward[link], made by bind; that of the tip is kept (bases.c)
-    jacobian(q, *, link=None, out=None)                     robot._jacobian[link], made by bind; the same
-    in_collision(q, world=None, *, self_collision=True)     robot._checker._quick: of which objects, self_collision, and two made
-    signed_distance(q, world=None, *, self_collision=True)  by bind; world._objects, or None where there is no world
-    inverse_kinematics(T, q_seed=None, *, link=None)        robot._quick_search[link]: see below
-    all_solutions(T, *, link=None)                          robot._quick_solutions[link]: see below
+    forward_kinematics(q, *, link=None, out=None)           FORWARDS[link]; that of the tip is kept (bases.c)
+    jacobian(q, *, link=None, out=None)                     JACOBIANS[link]; the same
+    in_collision(q, world=None, *, self_collision=True)     SCENE[0], a tuple: the objects, self_collision, and for both methods
+    signed_distance(q, world=None, *, self_collision=True)  an entry; the objects are world._objects, or None without a world
+    inverse_kinematics(T, q_seed=None, *, link=None)        SEARCHES[link]: see below
+    all_solutions(T, *, link=None)                          BRANCHED[link]: see below
 */
 #include "method.h"
 
@@ -17,21 +17,21 @@ makes the bound function for the next time. What is looked at, by name:
 #include "bases.h"
 
 enum { FORWARD, JACOBIAN, IN_COLLISION, DISTANCE, INVERSE, SOLUTIONS, N_METHODS };
+enum { FORWARDS, JACOBIANS, SCENE, SEARCHES, BRANCHED, N_PREBOUND }; /* the parts of robot._prebound */
 
 static PyObject *in_python[N_METHODS]; /* the methods of the same name in Python */
 
 /* The names that are looked up, interned. */
 static PyObject *OUT, *LINK, *SEED, *WORLD, *ITSELF;                              /* arguments */
-static PyObject *FORWARDS, *JACOBIANS, *CHECKER, *QUICK, *OBJECTS, *SEARCHES, *BRANCHED; /* what robots, checkers and worlds keep */
+static PyObject *PREBOUND, *OBJECTS;                                              /* what a robot and a world keep */
 static PyObject *Q, *INFO, *BATCH, *TOLERANCES, *EXPLANATION, *NO_BATCH;          /* of a result */
 static PyObject *VALID, *REAL, *PROOF, *FAMILY;                                   /* of all solutions, besides */
 
 int make_names(void) {
     const struct { PyObject **place; const char *name; } all[] = {
         {&OUT, "out"}, {&LINK, "link"}, {&SEED, "q_seed"}, {&WORLD, "world"}, {&ITSELF, "self_collision"},
-        {&FORWARDS, "_forward"}, {&JACOBIANS, "_jacobian"}, {&CHECKER, "_checker"}, {&QUICK, "_quick"}, {&OBJECTS, "_objects"},
-        {&SEARCHES, "_quick_search"}, {&Q, "q"}, {&INFO, "info"}, {&BATCH, "_batch"}, {&TOLERANCES, "tolerances"},
-        {&EXPLANATION, "explanation"}, {&BRANCHED, "_quick_solutions"}, {&VALID, "valid"}, {&REAL, "real"}, {&PROOF, "proof"},
+        {&PREBOUND, "_prebound"}, {&OBJECTS, "_objects"}, {&Q, "q"}, {&INFO, "info"}, {&BATCH, "_batch"},
+        {&TOLERANCES, "tolerances"}, {&EXPLANATION, "explanation"}, {&VALID, "valid"}, {&REAL, "real"}, {&PROOF, "proof"},
         {&FAMILY, "family"},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
@@ -51,17 +51,23 @@ static PyObject *kept(PyObject *object, PyObject *name) {
     return found;
 }
 
-/* The entry of a dict, a new reference, or NULL without an exception. */
-static PyObject *entry_of(PyObject *table, PyObject *key) {
-    PyObject *found = table && PyDict_Check(table) ? PyDict_GetItemWithError(table, key) : NULL;
+/* A part of what a robot keeps for these methods, or NULL without an exception; a borrowed reference. */
+static PyObject *prebound(PyObject *self, int part) {
+    PyObject *parts = kept(self, PREBOUND);
+    return parts && PyTuple_Check(parts) && PyTuple_Size(parts) == N_PREBOUND ? PyTuple_GetItem(parts, part) : NULL;
+}
+
+/* What a part has for a key, a new reference, or NULL without an exception. */
+static PyObject *entry_of(PyObject *self, int part, PyObject *key) {
+    PyObject *table = prebound(self, part), *found = table && PyDict_Check(table) ? PyDict_GetItemWithError(table, key) : NULL;
     if (!found) PyErr_Clear();
     return Py_XNewRef(found);
 }
 
 /* What the function of a link is bound to, a new reference, or NULL without an exception. That of the tip is kept at ``place``. */
-static Bound *of_link(PyObject *self, Bound **place, PyObject *table, PyObject *link) {
+static Bound *of_link(PyObject *self, Bound **place, int part, PyObject *link) {
     if (link == Py_None && *place) return (Bound *)Py_NewRef((PyObject *)*place);
-    PyObject *function = entry_of(kept(self, table), link);
+    PyObject *function = entry_of(self, part, link);
     Bound *bound = function ? bound_of(function, &POSE) : NULL;
     Py_XINCREF((PyObject *)bound);
     Py_XDECREF(function);
@@ -70,7 +76,7 @@ static Bound *of_link(PyObject *self, Bound **place, PyObject *table, PyObject *
 }
 
 static PyObject *by_link(
-    int which, Bound **place, PyObject *table, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names
+    int which, Bound **place, int part, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names
 ) {
     PyObject *link = Py_None, *out = Py_None, *result = NULL;
     Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
@@ -81,7 +87,7 @@ static PyObject *by_link(
         else if (name == LINK) link = arguments[n + k];
         else plain = 0;
     }
-    Bound *bound = plain ? of_link(self, place, table, link) : NULL;
+    Bound *bound = plain ? of_link(self, place, part, link) : NULL;
     if (bound) result = pose_of(bound, arguments[0], out == Py_None ? NULL : out);
     Py_XDECREF((PyObject *)bound);
     if (result || PyErr_Occurred()) return result;
@@ -96,15 +102,17 @@ static PyObject *jacobian(PyObject *self, PyObject *const *arguments, Py_ssize_t
     return by_link(JACOBIAN, &((Quick *)self)->jacobian, JACOBIANS, self, arguments, n, names);
 }
 
-/* The function of a question about collision, a new reference, or NULL without an exception. */
+/* The prebound entry of a collision query, a new reference, or NULL without an exception. */
 static PyObject *of_scene(int place, PyObject *self, PyObject *world, PyObject *itself) {
-    PyObject *checker = kept(self, CHECKER), *quick = checker ? Py_XNewRef(kept(checker, QUICK)) : NULL, *function = NULL;
+    PyObject *list = prebound(self, SCENE), *scene = NULL, *function = NULL;
+    if (list && PyList_Check(list) && PyList_Size(list) == 1) scene = Py_NewRef(PyList_GetItem(list, 0));
     PyObject *objects = world == Py_None ? Py_None : kept(world, OBJECTS);
     if (world != Py_None && objects == Py_None) objects = NULL; /* the world has changed */
-    if (quick && PyTuple_Check(quick) && objects && objects == PyTuple_GetItem(quick, 0) && itself == PyTuple_GetItem(quick, 1)) {
-        function = Py_NewRef(PyTuple_GetItem(quick, place));
+    if (scene && PyTuple_Check(scene) && PyTuple_Size(scene) == 4 && objects && objects == PyTuple_GetItem(scene, 0) &&
+        itself == PyTuple_GetItem(scene, 1)) {
+        function = Py_NewRef(PyTuple_GetItem(scene, place));
     }
-    Py_XDECREF(quick);
+    Py_XDECREF(scene);
     return function;
 }
 
@@ -135,7 +143,7 @@ static PyObject *signed_distance(PyObject *self, PyObject *const *arguments, Py_
 }
 
 /* ---- inverse kinematics ----
-robot._quick_search[link] is a tuple of: the search from home, home, the search from a seed, the class of the result, its tolerances,
+SEARCHES[link] is a tuple of: the search from home, home, the search from a seed, the class of the result, its tolerances,
 its explanation, and what is called with both arguments where neither search finds a solution. */
 
 enum { FROM_HOME, HOME, FROM_SEED, RESULT, OF_TOLERANCES, OF_EXPLANATION, OTHERWISE, N_PARTS };
@@ -161,7 +169,7 @@ static PyObject *inverse_kinematics(PyObject *self, PyObject *const *arguments, 
         else if (name == LINK) link = arguments[n + k];
         else plain = 0;
     }
-    PyObject *search = plain ? entry_of(kept(self, SEARCHES), link) : NULL;
+    PyObject *search = plain ? entry_of(self, SEARCHES, link) : NULL;
     PyObject *parts[N_PARTS], *q = NULL, *info = NULL, *result = NULL;
     int found = -2, from_home = seed == Py_None;
     if (search && PyTuple_Size(search) == N_PARTS) {
@@ -180,7 +188,7 @@ static PyObject *inverse_kinematics(PyObject *self, PyObject *const *arguments, 
 }
 
 /* ---- all solutions ----
-robot._quick_solutions[link] is a tuple of: the branches of a target, the class of the result, what is proved by code, the family. */
+BRANCHED[link] is a tuple of: the branches of a target, the class of the result, what is proved by code, the family. */
 
 enum { BRANCHES_OF, SOLUTIONS_CLASS, PROOFS, OF_FAMILY, N_PARTS_OF_SOLUTIONS };
 
@@ -210,7 +218,7 @@ static PyObject *all_solutions(PyObject *self, PyObject *const *arguments, Py_ss
         plain = PyTuple_GetItem(names, 0) == LINK;
         link = arguments[1];
     }
-    PyObject *parts = plain ? entry_of(kept(self, BRANCHED), link) : NULL;
+    PyObject *parts = plain ? entry_of(self, BRANCHED, link) : NULL;
     if (parts && PyTuple_Size(parts) == N_PARTS_OF_SOLUTIONS) result = solutions_of(parts, arguments[0]);
     Py_XDECREF(parts);
     if (result || PyErr_Occurred()) return result;

@@ -73,7 +73,7 @@ def drag(page, handles, start, way, color, steps=12):
     for k in range(1, steps + 1):
         page.mouse.move(start[0] + way[0] * k / steps, start[1] + way[1] * k / steps)
         page.wait_for_timeout(30)
-    wait_to_see(page, lambda: handles.held, "handles that are held")
+    wait_to_see(page, lambda: handles.dragged, "handles that are held")
     places = [None]
 
     def rests():

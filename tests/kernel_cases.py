@@ -16,8 +16,7 @@ from ulna.dh.from_table import description_from_dh
 from ulna.ik.closed_form.closed_form import closed_form_of, joints_at
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik.levenberg_marquardt import N_STATE
-from ulna.kernels.ik.scratch_layout import N_SYSTEM
-from ulna.kernels.ik.search_layout import N_SETTINGS, POINTING, SLACK, TASK, WHOLE_POSE, WITH_POSTURE, WITH_SLACK
+from ulna.kernels.ik.search_layout import N_SETTINGS, N_SYSTEM, POINTING, SLACK, TASK, WHOLE_POSE, WITH_POSTURE, WITH_SLACK
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL, N_VERTICES, SHAPE
 from ulna.kinematics.tree import build_tree
 

@@ -9,11 +9,10 @@ from ulna.kernels.chain.poses import chain_pose, frame_pose, joint_turns, tree_p
 from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, solve_damped
-from ulna.kernels.ik.jacobian_transpose import transpose_step
 from ulna.kernels.ik.levenberg_marquardt import ALLOWED, CHANGE, LEAST, N_STATE, advance
-from ulna.kernels.ik.pseudo_inverse import pseudo_inverse_step
 from ulna.kernels.ik.search_layout import WITH_POSTURE
-from ulna.kernels.ik.task import swing, task_error
+from ulna.kernels.ik.task_error import swing, task_error
+from ulna.kernels.ik.textbook import pseudo_inverse_step, transpose_step
 from ulna.kernels.spatial.elementary import first_quadrant_angle, maximum, minimum, sincos
 from ulna.kernels.spatial.se3 import compose, constant_pose, load_pose, slide_along_z, store_pose, turn_about_z
 from ulna.kernels.spatial.so3 import rotation_between, rotation_vector

@@ -4,6 +4,7 @@ import doctest
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 
@@ -45,6 +46,7 @@ def a_users_folder(tmp_path, monkeypatch, panda):
     (tmp_path / "my_panda.urdf").write_text(panda.to_urdf())
     ulna.save_world(ulna.World(), tmp_path / "scene.json")
     (tmp_path / "line.csv").write_text("0.45, -0.05, 0.5, pi, 0, 0\n0.45, 0.0, 0.5, pi, 0, 0\n".replace("pi", "3.14159"))
+    shutil.copytree(ROOT / "examples" / "desk_arm", tmp_path / "desk_arm")
     monkeypatch.chdir(tmp_path)
 
 

@@ -1,3 +1,4 @@
+import re
 import runpy
 from pathlib import Path
 
@@ -12,11 +13,18 @@ def test_example_runs_and_its_assertions_hold(path):
     runpy.run_path(str(path), run_name="__main__")
 
 
-def test_there_are_examples():
-    assert len(EXAMPLES) >= 4
+def test_the_page_lists_every_example_and_marks_those_with_a_page():
+    listed = dict(re.findall(r"(?m)^\| `(\d\d_\w+\.py)`( \*)? \|", (ROOT / "docs" / "examples.md").read_text()))
+    assert list(listed) == [path.name for path in EXAMPLES]
+    assert {name for name, mark in listed.items() if mark} == {path.name for path in EXAMPLES if "--view" in path.read_text()}
 
 
-def test_the_ten_lines_of_the_readme_run_and_print_what_they_say(capsys):
+@pytest.mark.parametrize("call", [".plan(", ".plan_many(", ".follow(", ".trajectory(", ".improve(", "PointCloud("])
+def test_an_example_shows_what_a_motion_is_made_with(call):
+    assert any(call in path.read_text() for path in EXAMPLES)
+
+
+def test_the_first_lines_of_the_readme_run_and_print_what_they_say(capsys):
     code = (ROOT / "README.md").read_text().split("```python\n")[1].split("```")[0]
     exec(code, {})  # noqa: S102 - our own README
     promised = [line.split("# ")[1].strip() for line in code.splitlines() if line.startswith("print")]

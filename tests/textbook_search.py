@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ulna.drivers import entry
+from ulna.drivers import single_start
 from ulna.kernels.ik import search_layout as layout
 
-follow_each = entry("single_start.follow_each")
+follow_each = single_start.follow_each
 
 
 def search(method, tree, link, seeds, targets, steps=10_000, tolerance=1e-5, *, trace=False):

@@ -11,9 +11,8 @@ if TYPE_CHECKING:
     from ulna.collision.scene_file import load_world, save_world
     from ulna.collision.world import World
     from ulna.description.clouds import HeightMap, PointCloud
-    from ulna.description.convex_mesh import ConvexMesh
     from ulna.description.pose import pose
-    from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Mesh, Sphere
+    from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere
     from ulna.dh.table import DHTable
     from ulna.errors import (
         ClusterError,
@@ -31,10 +30,10 @@ if TYPE_CHECKING:
         UlnaError,
         UnknownNameError,
     )
-    from ulna.ik.closed_form.result import IKSolutions
-    from ulna.ik.following.result import Ending, FollowedPath, PathStatus
+    from ulna.ik.followed_path import Ending, FollowedPath, PathStatus
     from ulna.ik.reason import Reason
     from ulna.ik.result import IKResult, Status
+    from ulna.ik.solutions import IKSolutions
     from ulna.ik.task import Task
     from ulna.inspection.compare import compare
     from ulna.inspection.differences import Comparison
@@ -110,9 +109,8 @@ _HOMES = {
     "ulna.collision.scene_file": ("load_world", "save_world"),
     "ulna.collision.world": ("World",),
     "ulna.description.clouds": ("HeightMap", "PointCloud"),
-    "ulna.description.convex_mesh": ("ConvexMesh",),
     "ulna.description.pose": ("pose",),
-    "ulna.description.shapes": ("Box", "Capsule", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
+    "ulna.description.shapes": ("Box", "Capsule", "ConvexMesh", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
     "ulna.dh.table": ("DHTable",),
     "ulna.errors": (
         "ClusterError",
@@ -130,8 +128,8 @@ _HOMES = {
         "UlnaError",
         "UnknownNameError",
     ),
-    "ulna.ik.closed_form.result": ("IKSolutions",),
-    "ulna.ik.following.result": ("Ending", "FollowedPath", "PathStatus"),
+    "ulna.ik.solutions": ("IKSolutions",),
+    "ulna.ik.followed_path": ("Ending", "FollowedPath", "PathStatus"),
     "ulna.ik.reason": ("Reason",),
     "ulna.ik.result": ("IKResult", "Status"),
     "ulna.ik.task": ("Task",),

@@ -1,4 +1,8 @@
-"""How many files a call passes from the public method to the arithmetic, run as plain Python; the engine is left out."""
+"""How many files of ``src/ulna`` a reader opens to follow a call from the public method to the arithmetic: all whose code runs.
+
+The kernels run as plain Python, so that they count; the engine counts too. The first call makes what the second finds, so it is
+the longer walk. What only loads modules is no part of either. ``python tests/architecture/test_walks.py`` prints the table.
+"""
 
 import json
 import os
@@ -7,48 +11,88 @@ import sys
 
 import pytest
 
-WALK = """
-import json, sys
+MOST = {  # files, at the first call and at the second: what is reached now; lower them as files are joined
+    "forward_kinematics": (14, 9),
+    "in_collision": (27, 13),
+    "inverse_kinematics": (31, 16),
+    "all_solutions": (42, 31),
+    "plan": (53, 38),
+    "follow": (65, 58),
+    "ulna fk": (40, 39),
+}
+PROGRAM = """
+import contextlib, io, json, sys
 from pathlib import Path
 import numpy as np
 import ulna
 
-root = Path(ulna.__file__).parent
+root = str(Path(ulna.__file__).parent) + "/"
 robot, world = ulna.load("panda"), ulna.World()
 q = np.array(robot.home)
 world.add("box", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, 0, 0.2)))
+near = q + 0.01
+T = ulna.pose((0.307, 0, 0.487), (np.pi, 0, 0))
+path = np.tile(T, (3, 1, 1))
+path[:, 1, 3] += 0, 0.01, 0.02
+
+
+def shell():
+    from ulna.cli.app import app
+
+    with contextlib.redirect_stdout(io.StringIO()):
+        app(["fk", "panda", "--q", "0,0,0,-1,0,1,0", "--json"], standalone_mode=False)
+
+
 calls = {
     "forward_kinematics": lambda: robot.forward_kinematics(q),
     "in_collision": lambda: robot.in_collision(q, world),
+    "inverse_kinematics": lambda: robot.inverse_kinematics(T),
+    "all_solutions": lambda: robot.all_solutions(T, n_samples=2),
+    "plan": lambda: robot.plan(q, near, world),
+    "follow": lambda: robot.follow(path),
+    "ulna fk": shell,
 }
-passed = set()
+passed, loading = set(), 0
 
-def note(frame, event, arg):
-    path = Path(frame.f_code.co_filename)
-    if path.is_relative_to(root):
-        passed.add(path.relative_to(root).as_posix())
 
-if sys.argv[1] == "ulna fk":
-    from ulna.cli.app import app
+def note(frame, event, argument):
+    global loading
+    is_module = frame.f_code.co_name == "<module>"
+    if event == "call":
+        loading += is_module
+        if not loading and frame.f_code.co_filename.startswith(root):
+            passed.add(frame.f_code.co_filename.removeprefix(root))
+    elif event == "return":
+        loading -= is_module
 
-    calls["ulna fk"] = lambda: app(["fk", "panda", "--q", "0,0,0,-1,0,1,0", "--json"], standalone_mode=False)
-calls[sys.argv[1]]()  # what is made once, at the first call, is no part of the walk
-sys.setprofile(note)
-calls[sys.argv[1]]()
-sys.setprofile(None)
-print()
-print(json.dumps(sorted(file for file in passed if not file.startswith("engine/"))))
+
+walks = []
+for _ in range(2):
+    passed.clear()
+    sys.setprofile(note)
+    calls[sys.argv[1]]()
+    sys.setprofile(None)
+    walks.append(sorted(passed))
+print(json.dumps(walks))
 """
-# What q does not pass: the objects of the world, and the reading of the robot from its file.
-OFF_THE_WAY = "collision/world.py", "description/", "robot/load.py", "kinematics/tree.py", "kinematics/bound.py"
 
 
-@pytest.mark.compiler  # in a wheel the methods are in C, and pass one file more where Python runs the kernels
-@pytest.mark.parametrize(("call", "most"), [("forward_kinematics", 8), ("in_collision", 11), ("ulna fk", 20)])
-def test_few_files_lie_between_a_method_and_its_arithmetic(call, most):
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    result = subprocess.run([sys.executable, "-c", WALK, call], capture_output=True, text=True, check=True, env=environment)
-    files = {file for file in json.loads(result.stdout.splitlines()[-1]) if not file.startswith(OFF_THE_WAY)}
-    assert "robot/robot.py" in files
-    assert "kernels/spatial/se3.py" in files
-    assert len(files) <= most, sorted(files)
+def walks_of(call):
+    """The files passed at the first call and at the second."""
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "ULNA_THREADS": "1"}
+    done = subprocess.run([sys.executable, "-c", PROGRAM, call], capture_output=True, text=True, check=True, env=environment)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.mark.compiler  # in a wheel the methods are in C, and pass other files where Python runs the kernels
+@pytest.mark.parametrize("call", MOST)
+def test_few_files_lie_between_a_method_and_its_arithmetic(call):
+    for files, most in zip(walks_of(call), MOST[call], strict=True):
+        assert any(file.startswith("kernels/") for file in files)
+        assert len(files) <= most, files
+
+
+if __name__ == "__main__":
+    print(f"{'call':20s} {'first':>6s} {'second':>6s}")  # noqa: T201
+    for name in MOST:
+        print(f"{name:20s} {' '.join(f'{len(files):6d}' for files in walks_of(name))}")  # noqa: T201

@@ -11,7 +11,7 @@ from benchmarks.cold_cache import cold_rows
 from typer.testing import CliRunner
 
 from ulna.bench import first_use
-from ulna.bench.machine import installed_version, machine_facts
+from ulna.bench.timing import installed_version, machine_facts
 from ulna.cli.app import app
 from ulna.errors import UlnaError
 

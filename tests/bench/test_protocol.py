@@ -5,9 +5,9 @@ import pinocchio as pin
 import pytest
 
 import formulas
+from ulna.bench.arms import path_positions, random_positions
 from ulna.bench.protocol import PROTOCOLS, pose_errors, within_limits
 from ulna.bench.solver import STEP_BOUND, Solver, follow_path, judge, run_protocol, ulna_solver
-from ulna.bench.targets import path_positions, random_positions
 
 
 def turned(axis, angle, xyz=(0, 0, 0)):

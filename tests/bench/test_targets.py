@@ -5,8 +5,7 @@ import pinocchio as pin
 import pytest
 
 import ulna
-from ulna.bench.arms import ARMS, NAMES, load_arm
-from ulna.bench.targets import longest_reach, middle, out_of_reach, path_positions, random_positions
+from ulna.bench.arms import ARMS, NAMES, load_arm, longest_reach, middle, out_of_reach, path_positions, random_positions
 from ulna.errors import UlnaError
 
 INSTALLED = [name for name in NAMES if name != "iiwa14"]  # its data package is no dependency of the tests

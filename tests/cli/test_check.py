@@ -23,7 +23,7 @@ def test_collision_is_exit_status_1_with_the_depth(ask, slider):
     answer = ask("check", slider, "--q", "0.5", "--box", NEAR)
     assert (answer.exit_code, answer.in_collision, answer.touching) == (1, True, ["cube"])
     (pair,) = answer.pairs
-    assert (pair["name_a"], pair["name_b"], pair["link"]) == ("cube", "box 1", "cube")
+    assert (pair["name_a"], pair["name_b"], pair["link_a"]) == ("cube", "box 1", "cube")
     assert pair["signed_distance"] == pytest.approx(-0.1, abs=1e-12)
     assert pair["normal"] == pytest.approx([1, 0, 0], abs=1e-12)
 

@@ -204,7 +204,7 @@ def test_a_command_imports_no_other_command_and_no_plugin():
     code = "import sys, ulna.cli.app; ulna.cli.app.app(['fk'], standalone_mode=False); print(*sorted(sys.modules))"
     loaded = spawn([sys.executable, "-c", code]).stdout.splitlines()[-1].split()
     assert [name for name in loaded if name.startswith("ulna.cli.")] == [
-        f"ulna.cli.{name}" for name in ("app", "depends", "fk", "numbers", "options", "output", "targets")
+        f"ulna.cli.{name}" for name in ("app", "depends", "fk", "options", "output", "targets")
     ]
     assert not [name for name in loaded if name.startswith(("ulna.bench", "ulna.demo"))]
 

@@ -13,7 +13,7 @@ from ulna.cli.fk import fk_data
 from ulna.cli.ik import ik_data
 from ulna.cli.info import info_data
 from ulna.cli.options import link_or_hand
-from ulna.cli.output import plain
+from ulna.cli.output import json_ready
 
 NOT_LOADED = {"alex_psyonic_hands", "ur3", "kr210l150"}  # tests/crosscheck has the reasons
 URDFS = [file for file in example_urdfs() if file.stem not in NOT_LOADED]
@@ -43,7 +43,7 @@ def check_commands(robot, capsys):
         np.testing.assert_allclose(robot.forward_kinematics(found.q, link=link), T, atol=3e-5)
         shown.append(ik_data(robot, link, T, "given", {"method": "levenberg_marquardt", "task": "pose"}, found))
     shown += [dh_or_reason(robot, link), check_or_reason(robot)]
-    json.dumps(plain(shown), allow_nan=False)
+    json.dumps(json_ready(shown), allow_nan=False)
 
 
 def dh_or_reason(robot, link):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ulna.cli.numbers import numbers
+from ulna.cli.targets import numbers
 from ulna.robot.coordinates import Coordinate
 
 PI = math.pi

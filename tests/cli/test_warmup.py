@@ -25,7 +25,7 @@ import numpy as np
 import ulna
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
-from ulna.viewer.film.record import make_form, record_robot
+from ulna.viewer.film.recording import make_form, record_robot
 panda, world, mixed = ulna.load("panda"), ulna.World(), ulna.World()
 box = ulna.Box((0.1, 0.1, 0.1))
 world.add("crate", box, ulna.pose((0.4, 0, 0.4)))

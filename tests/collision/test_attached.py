@@ -59,7 +59,7 @@ def test_it_is_checked_against_the_links_but_the_one_that_holds_it_and_those_tha
 def test_touch_links_may_touch(panda):
     across = ulna.Box((0.9, 0.9, 0.02)), ulna.pose((0, 0, -0.15))
     touching = panda.with_attached("tray", *across).check_collision(panda.home)
-    links = {pair.link for pair in touching.pairs} | {pair.link_b for pair in touching.pairs}
+    links = {pair.link_a for pair in touching.pairs} | {pair.link_b for pair in touching.pairs}
     assert touching.in_collision
     assert "tray" in links
     allowed = panda.with_attached("tray", *across, touch_links=links - {"tray"})

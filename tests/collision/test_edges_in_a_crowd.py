@@ -90,7 +90,7 @@ def test_a_cloud_that_links_may_touch_is_in_the_tree_and_another_link_may_not_to
     points = panda.forward_kinematics(panda.home)[:3, 3] + 0.04 * ball / np.linalg.norm(ball, axis=1)[:, None]
     strict, touching, others = ulna.World(), ulna.World(), ulna.World()
     strict.add("dust", ulna.PointCloud(points, 0.002))
-    links = {pair.link for pair in panda.check_collision(panda.home, strict, self_collision=False).pairs}
+    links = {pair.link_a for pair in panda.check_collision(panda.home, strict, self_collision=False).pairs}
     touching.add("dust", ulna.PointCloud(points, 0.002), touch_links=links)
     assert touching.objects().n_unindexed == 0
     assert not panda.in_collision(panda.home, touching)

@@ -47,7 +47,7 @@ def test_the_evidence_counts_and_shows_a_configuration(panda):
         if pair.reason in ("always", "sometimes"):
             assert 0 < pair.touched <= pair.samples == 2000
             others = panda.with_allowed_collisions(AllowedCollisions(()))
-            touching = {frozenset((p.link, p.link_b)) for p in others.check_collision(pair.q).pairs}
+            touching = {frozenset((p.link_a, p.link_b)) for p in others.check_collision(pair.q).pairs}
             assert pair.links in touching
 
 
@@ -86,7 +86,7 @@ def test_it_collides_where_any_pair_of_links_that_is_not_allowed_overlaps(panda,
         }  # fmt: skip
         wrong = {pair for pair in touching if len(pair) == 2 and tuple(pair) not in panda.allowed_collisions}
         assert bool(wrong) == collides == panda.in_collision(row)
-        assert {frozenset((pair.link, pair.link_b)) for pair in panda.check_collision(row).pairs} == wrong
+        assert {frozenset((pair.link_a, pair.link_b)) for pair in panda.check_collision(row).pairs} == wrong
 
 
 def test_links_that_no_joint_moves_and_links_of_one_joint_may_touch_and_others_may_not():
@@ -95,8 +95,8 @@ def test_links_that_no_joint_moves_and_links_of_one_joint_may_touch_and_others_m
     assert reasons == {("base", "middle"): "fixed", ("hand", "middle"): "adjacent", ("hand", "plate"): "fixed"}
     # The hand's cube meets the base's where q > 0.5 (their faces meet at 1 - q = 0.2 + 0.1 + 0.2 of the middle's offset).
     assert robot.in_collision([[0.69], [0.71]]).tolist() == [False, True]
-    (pair,) = [p for p in robot.check_collision([0.75]).pairs if "hand" in (p.link, p.link_b)]
-    assert (pair.link, pair.link_b) == ("base", "hand")
+    (pair,) = [p for p in robot.check_collision([0.75]).pairs if "hand" in (p.link_a, p.link_b)]
+    assert (pair.link_a, pair.link_b) == ("base", "hand")
     assert pair.signed_distance == pytest.approx(-0.05, abs=1e-12)
 
 
@@ -177,7 +177,7 @@ def test_what_touches_at_a_configuration_that_is_known_to_be_free_may_be_allowed
         lenient = robot.with_allowed_collisions(at=q)
         assert not lenient.in_collision(q)
         added = {pair.links for pair in lenient.allowed_collisions} - {pair.links for pair in robot.allowed_collisions}
-        assert added == {frozenset((pair.link, pair.link_b)) for pair in robot.check_collision(q).pairs}
+        assert added == {frozenset((pair.link_a, pair.link_b)) for pair in robot.check_collision(q).pairs}
     with pytest.raises(InputError, match="at: shape"):
         panda.with_allowed_collisions(at=[panda.home] * 2)
     with pytest.raises(UnknownNameError):
@@ -229,7 +229,7 @@ def test_which_pairs_are_checked_does_not_depend_on_the_first_question(shape, fi
     """Also where faces lie on each other: the entries that may find the pairs are compiled apart, and round apart."""
     robot = ulna.load(TURNING.format(shape=shape))
     FIRST_QUESTIONS[first](robot, robot.home)
-    checked = {frozenset((pair.link, pair.link_b)) for pair in robot.check_collision(robot.home, max_distance=10.0).pairs}
+    checked = {frozenset((pair.link_a, pair.link_b)) for pair in robot.check_collision(robot.home, max_distance=10.0).pairs}
     always = {pair.links for pair in robot.allowed_collisions if pair.reason == "always"}
     assert always == {frozenset(("base", "plate")), frozenset(("above", "plate"))}
     assert checked == {frozenset(pair) for pair in (("base", "above"), ("base", "peg"), ("plate", "peg"), ("above", "peg"))}

@@ -55,9 +55,7 @@ def distance_of(peer, geometry, q, kept):
 @pytest.mark.parametrize("name", ROBOTS)
 def test_distances_of_the_robot_from_itself_are_those_of_coal(name, rng):
     robot, (peer, geometry) = robot_of(name), peer_of(name)
-    checked = robot._checker.pairs
-    links = robot._checker.bodies.links
-    kept = {frozenset((links[i], links[j])) for i, j in checked}
+    kept = {frozenset(pair.links) for pair in robot.allowed_collisions.checked}
     q = rng.uniform(np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi), (N, robot.n_dof))
     distances = robot.signed_distance(q)
     expected = np.array([distance_of(peer, geometry, one, kept) for one in q])

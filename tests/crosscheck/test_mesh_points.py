@@ -6,7 +6,7 @@ import pytest
 
 from assertions import assert_close
 from robot_files import EXAMPLES
-from ulna.description.meshes.plain import CHECKED
+from ulna.description.meshes.mesh_files import CHECKED
 from ulna.description.meshes.reader import mesh_bytes, read_scene, used_points
 
 ROBOTS = (

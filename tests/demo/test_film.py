@@ -15,7 +15,7 @@ from ulna.demo.scenario import BOX, LIGHT_POSITION, Demo
 from ulna.demo.script import Script
 from ulna.description.pose import pose
 from ulna.robot import load
-from ulna.viewer.film.record import make_form
+from ulna.viewer.film.recording import make_form
 from videos import decoded
 
 SIZE = (320, 180)

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from ulna.description.xacro.child import seccomp
+from ulna.description.xacro.child import confinement
 
-HAS_SECCOMP = seccomp.known()
+HAS_SECCOMP = confinement.has_seccomp()
 ATTEMPTS = {
     "read": "open('/etc/hostname').read()",
     "read its own code": "open(os.__file__).read()",
@@ -42,7 +42,7 @@ NOT_TRIED_FREELY = ("trace", "become")
 PROGRAM = """
 import sys; sys.path[:] = {path!r}
 import ctypes, os, resource, socket, subprocess, threading
-from ulna.description.xacro.child import confinement, limits, seccomp
+from ulna.description.xacro.child import confinement
 kernel = ctypes.CDLL(None)
 assert not {confine}, {confine}
 try:
@@ -70,13 +70,13 @@ def test_an_attempt_succeeds_without_confinement(name, tmp_path):
 @pytest.mark.skipif(not HAS_SECCOMP, reason="the numbers of this machine's system calls are not known")
 @pytest.mark.parametrize("name", ATTEMPTS)
 def test_seccomp_alone_refuses(name, tmp_path):
-    assert try_in_child("seccomp.give_up_calls()", name, tmp_path) == "refused"
+    assert try_in_child("confinement.give_up_calls()", name, tmp_path) == "refused"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the attempts are those of Linux")
 @pytest.mark.parametrize("name", BY_LIMITS)
 def test_the_limits_alone_refuse(name, tmp_path):
-    assert try_in_child("limits.set_limits(1 << 31, 20)", name, tmp_path) == "refused"
+    assert try_in_child("confinement.set_limits(1 << 31, 20)", name, tmp_path) == "refused"
 
 
 @pytest.mark.skipif(not HAS_SECCOMP, reason="the numbers of this machine's system calls are not known")
@@ -87,12 +87,12 @@ def test_seccomp_and_limits_work_together(tmp_path):
 @pytest.mark.skipif(not Path("/usr/include/asm-generic/unistd.h").is_file(), reason="the kernel's headers are not installed")
 def test_the_system_call_numbers_of_arm_are_those_of_the_kernel_headers():
     generic = Path("/usr/include/asm-generic/unistd.h").read_text()  # of aarch64, among others
-    for name, (_, number) in seccomp.ALLOWED.items():
+    for name, (_, number) in confinement.ALLOWED.items():
         assert re.search(rf"^#define __NR(_|3264_){name} {number}$", generic, re.MULTILINE), name
 
 
 @pytest.mark.skipif(not Path("/usr/include/x86_64-linux-gnu/asm/unistd_64.h").is_file(), reason="these headers are not installed")
 def test_the_system_call_numbers_of_x86_64_are_those_of_the_kernel_headers():
     header = Path("/usr/include/x86_64-linux-gnu/asm/unistd_64.h").read_text()
-    for name, (number, _) in seccomp.ALLOWED.items():
+    for name, (number, _) in confinement.ALLOWED.items():
         assert re.search(rf"^#define __NR_{name} {number}$", header, re.MULTILINE), name

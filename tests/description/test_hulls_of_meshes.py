@@ -43,8 +43,8 @@ def gap(robot, z):
     return robot.signed_distance([0.0], world)
 
 
-def test_an_unconverted_mesh_is_refused_and_the_error_names_with_convex_hulls(make):
-    with pytest.raises(ulna.GeometryError, match=r"pyramid.*with_convex_hulls"):
+def test_an_unconverted_mesh_is_refused_and_the_error_names_what_takes_its_hull(make):
+    with pytest.raises(ulna.GeometryError, match=r"pyramid.*; ulna\.load\(\.\.\., meshes='hulls'\).*with_convex_hulls"):
         make().in_collision([0.0])
 
 

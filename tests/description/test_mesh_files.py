@@ -3,7 +3,7 @@
 import pytest
 
 import ulna
-from ulna.description.meshes.files import MeshFiles
+from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.packages import resolve_uri
 from ulna.errors import FileError
 

@@ -9,8 +9,8 @@ import trimesh
 import ulna
 from assertions import assert_close
 from mesh_texts import ACCESSOR, CORNERS, FACES, INSTANCE, TRIANGLES, collada, doubled, stl
-from ulna.description.meshes.files import MeshFiles
-from ulna.description.meshes.obj import plain_obj
+from ulna.description.meshes.mesh_files import MeshFiles
+from ulna.description.meshes.obj import rewritten_obj
 from ulna.description.meshes.reader import MOST_BYTES, Beside, mesh_bytes, read_scene, used_points
 from ulna.errors import FileError
 from ulna.viewer.visuals import link_visuals
@@ -239,7 +239,7 @@ def test_a_wavefront_face_of_too_many_corners_is_refused_before_it_is_cut_into_t
     tracemalloc.start()
     try:
         with pytest.raises(ValueError, match=r"^line 4: it has more than 4000000 triangles, the most that are read$"):
-            plain_obj(data)
+            rewritten_obj(data)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

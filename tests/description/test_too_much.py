@@ -10,7 +10,7 @@ import pytest
 
 import ulna
 from ulna import DescriptionError, UlnaError
-from ulna.description.xacro import expand as xacro
+from ulna.description.xacro import expansion as xacro
 from ulna.description.xml import LONGEST, MOST_ELEMENTS
 
 JOINT = '<joint name="j{0}" type="{2}"><parent link="l{0}"/><child link="l{1}"/>{3}</joint>'

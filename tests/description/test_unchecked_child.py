@@ -11,9 +11,9 @@ import pytest
 import ulna
 from ulna import DescriptionError
 from ulna.description.xacro import process as xacro_process
-from ulna.description.xacro.child import seccomp
+from ulna.description.xacro.child import confinement
 
-CONFINED = pytest.mark.skipif(not seccomp.known(), reason="the system has no seccomp, or its numbers are not known")
+CONFINED = pytest.mark.skipif(not confinement.has_seccomp(), reason="the system has no seccomp, or its numbers are not known")
 UNCHECKED = """
 import os, socket, subprocess
 from ulna.description.xacro.child import hooks, main as program

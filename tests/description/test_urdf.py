@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import ulna
 from ulna import Box, Capsule, Cylinder, Mesh, Sphere, UlnaError
-from ulna.description.names.bundled import BUNDLED
+from ulna.description.names.by_name import BUNDLED
 from ulna.description.robot_description import JointType, Limits, Mimic
 
 JOINT = """<robot name="one">

@@ -7,7 +7,7 @@ import pytest
 
 import ulna
 from ulna import DescriptionError, InputError
-from ulna.description.xacro import expand as xacro
+from ulna.description.xacro import expansion as xacro
 
 COURSE = Path(__file__).parent / "data" / "franka_robot.urdf"
 MACRO = '<xacro:macro name="{0}" params="{1}"><link name="${{n}}"/></xacro:macro>'

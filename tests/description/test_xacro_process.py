@@ -4,7 +4,7 @@ import pytest
 
 import ulna
 from ulna import DescriptionError
-from ulna.description.xacro import expand as xacro
+from ulna.description.xacro import expansion as xacro
 from ulna.description.xacro import process as xacro_process
 
 DOCUMENT = (

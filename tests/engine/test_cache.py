@@ -21,9 +21,9 @@ pytestmark = pytest.mark.compiler
 PLACE = """
 import sys, numba, ulna
 print(*ulna.load("panda").forward_kinematics([0.0] * 7)[:3, 3].round(9).tolist())
-from ulna.drivers import entry
+from ulna.drivers import forward
 from ulna.engine.cache import cache_folder
-forward_one = entry("forward.forward_one")
+forward_one = forward.forward_one
 print(sum(forward_one.stats.cache_hits.values()), sum(forward_one.stats.cache_misses.values()))
 print(repr(numba.config.CACHE_DIR))
 print(getattr(cache_folder(), "path", None))

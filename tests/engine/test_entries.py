@@ -1,42 +1,76 @@
-"""Entries are found by name, and nothing loads the compiler before one is asked for."""
+"""Entries are functions that callers import, and nothing loads the compiler before one is taken."""
 
 import pickle
 import subprocess
 import sys
+from types import ModuleType
 
 import numpy as np
 import pytest
 
-from ulna.drivers import DRIVERS, entry
+from ulna.drivers import DRIVERS, forward
 from ulna.engine.decorators import ENTRIES
+from ulna.engine.entries import Entries, ready
+from ulna.errors import UlnaError
 
 
-@pytest.mark.compiler
-def test_an_entry_is_found_by_its_module_and_function():
+def test_a_function_is_the_same_by_either_import():
     from ulna.drivers.forward import forward_batch
 
-    assert entry("forward.forward_batch") is forward_batch
-    assert pickle.loads(pickle.dumps(DRIVERS)).find("forward.forward_batch") is forward_batch  # noqa: S301 - our own
+    assert forward.forward_batch is forward_batch is DRIVERS.marked("forward.forward_batch")
+    assert DRIVERS.module("forward").forward_batch is forward_batch
 
 
-@pytest.mark.parametrize("name", ["forward.gather", "forward.np", "forward.none", "forward", "", "forward.forward_batch.x"])
-def test_a_name_that_is_no_entry_is_refused(name):
-    with pytest.raises((LookupError, ImportError)):
-        entry(name)
+def test_a_stand_in_is_a_plain_module_so_that_a_function_is_found_in_it_as_fast_as_in_any():
+    stand_in = DRIVERS.module("forward")
+    assert type(stand_in) is ModuleType
+    assert "forward_batch" not in vars(stand_in)
+    function = stand_in.forward_batch
+    assert vars(stand_in)["forward_batch"] is function
+
+
+def test_what_a_module_has_besides_entries_is_taken_from_it_too():
+    assert DRIVERS.module("forward").WIDTH == 8
+
+
+@pytest.mark.parametrize("name", ["forwrd", "forward.none", "forward.forward_batch.x", "__wrapped__", "forward.__wrapped__"])
+def test_a_name_that_there_is_not_is_refused(name):
+    module, _, attribute = name.partition(".")
+    with pytest.raises(AttributeError, match="has no attribute"):
+        getattr(DRIVERS.module(module), attribute)
+
+
+@pytest.mark.parametrize("name", ["forward.gather", "forward.np", "forward.none", "forward.forward_batch.x"])
+def test_a_name_that_is_no_entry_is_not_listed(name):
+    with pytest.raises(LookupError):
+        DRIVERS.marked(name)
 
 
 def test_all_entries_of_the_drivers_have_a_name_and_nothing_else_has():
     names = DRIVERS.names()
-    assert len(names) == len(set(names)) == sum(marked.__module__.startswith("ulna.drivers.") for marked in ENTRIES)
+    assert len(names) == len(set(names)) == sum(calls.name.startswith("ulna.drivers.") for calls in ENTRIES.values())
     assert all(DRIVERS.marked(name) in ENTRIES for name in names)
+
+
+def test_the_list_of_entries_can_be_given_to_another_process():
+    assert pickle.loads(pickle.dumps(DRIVERS)) == DRIVERS  # noqa: S301 - our own
 
 
 def test_what_is_compiled_together_is_a_module_with_entries():
     assert DRIVERS.compiled_together <= {name.partition(".")[0] for name in DRIVERS.names()}
 
 
-def test_an_entry_of_low_latency_is_compiled_when_it_is_asked_for_and_refuses_arguments_of_other_types(panda):
-    forward_one, chain, T = entry("forward.forward_one"), panda.tree.chain(panda.tip).copy(), np.empty((4, 4))
+def test_without_machine_code_and_compiler_an_entry_is_refused(monkeypatch):
+    """Python would take a thousand times as long."""
+    monkeypatch.setattr("ulna.engine.entries.ahead_entry", lambda *_: None)
+    monkeypatch.setattr("ulna.engine.decorators.compiler", None)
+    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+    with pytest.raises(UlnaError, match="neither machine code nor a compiler"):
+        _ = Entries("ulna.drivers").module("forward").forward_one
+
+
+def test_an_entry_of_low_latency_is_compiled_when_it_is_made_ready_and_refuses_arguments_of_other_types(panda):
+    forward_one, chain, T = ready(forward.forward_one), panda.tree.chain(panda.tip).copy(), np.empty((4, 4))
     assert forward_one(chain, 7, panda.home.copy(), T)
     for wrong in (panda.home.astype(np.float32), panda.home.tolist(), None):
         with pytest.raises(TypeError):
@@ -47,9 +81,9 @@ CALLERS = [
     "kinematics.forward",
     "kinematics.jacobian",
     "collision.checker",
-    "ik.restarts",
-    "ik.single_target",
-    "ik.textbook",
+    "ik.search.restarts",
+    "ik.search.single_target",
+    "ik.search.textbook_methods",
     "ik.differential",
     "robot",
     "drivers",

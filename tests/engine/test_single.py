@@ -8,10 +8,10 @@ import ulna
 from ulna.engine.lanes import sqrt, with_lane
 from ulna.gpu.single import THRESHOLDS, in_single
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.collision.posed_pair import may_touch
 from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
+from ulna.kernels.layout import IN_BASE
 from ulna.kernels.spatial.elementary import sincos
 
 pytestmark = pytest.mark.compiler
@@ -39,7 +39,7 @@ def test_poses_and_jacobians_are_right_to_a_millionth(name):
         assert type(T[0]) in {float, np.float32}
         assert {np.float32(x) for x in T} == set(T), "each is a float32"
         np.testing.assert_allclose(np.reshape(T, (3, 4)), robot.forward_kinematics(q)[:3], rtol=0, atol=1e-6)
-        jacobian(chain, q.astype(np.float32), BASE, J, 1, n)
+        jacobian(chain, q.astype(np.float32), IN_BASE, J, 1, n)
         np.testing.assert_allclose(J.reshape(6, n), robot.jacobian(q), rtol=0, atol=1e-6)
 
 

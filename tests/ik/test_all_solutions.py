@@ -237,10 +237,9 @@ def test_a_joint_held_at_an_end_moves_the_target_and_one_between_the_axes(panda,
 
 
 def test_the_starts_of_an_arm_of_seven_are_solutions_within_the_limits(panda):
-    from ulna.ik.closed_form.starts import closed_form_starts
     from ulna.ik.options import Options
-    from ulna.ik.problem import make_problem
-    from ulna.ik.query import Query
+    from ulna.ik.problem import Query, make_problem
+    from ulna.ik.search.starts import closed_form_starts
 
     rng = np.random.default_rng(3)
     q, seeds = (rng.uniform(panda.lower, panda.upper, (40, 7)) for _ in range(2))

@@ -15,11 +15,10 @@ from closed_form_arms import FAMILIES, QUARTIC, arm_of, arm_of_axes, direction, 
 from ik_methods import valid_solutions
 from ulna import Robot
 from ulna.description.robot_description import Joint, JointType, Limits, Link
-from ulna.ik.branch_search import _branches
 from ulna.ik.closed_form.families import NAMES
 from ulna.ik.options import Options
-from ulna.ik.problem import make_problem
-from ulna.ik.query import Query
+from ulna.ik.problem import Query, make_problem
+from ulna.ik.search.branch_search import _branches
 
 TURN = 2 * np.pi
 

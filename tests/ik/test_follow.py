@@ -9,8 +9,8 @@ import robots
 import ulna
 from every_lift import least_costs, nodes_of
 from ulna import InputError, Robot
-from ulna.ik.following import branches
-from ulna.ik.following.branches import make_layers
+from ulna.ik.following import layers
+from ulna.ik.following.layers import make_layers
 
 TURN, H = 2 * np.pi, np.pi / 2
 Q = np.array([0.3, -1.2, 1.5, -0.7, 1.1, 0.4])
@@ -124,7 +124,7 @@ def test_a_wrist_that_is_singular_all_along_has_as_many_solutions_a_pose_however
         most.append(max(map(len, layers.nodes)))
         return layers
 
-    monkeypatch.setattr(branches, "make_layers", counted)
+    monkeypatch.setattr(layers, "make_layers", counted)
     T = robot.forward_kinematics(known)
     for start in (known[0], None):
         path = robot.follow(T, start)

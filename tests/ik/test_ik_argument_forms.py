@@ -10,10 +10,10 @@ import robots
 from ik_methods import METHODS, TEXTBOOK
 from invalid_poses import INVALID_POSES
 from ulna import InputError, Robot, Task
-from ulna.drivers import entry
+from ulna.drivers import multi_start, single_start
 
-search_jobs = entry("multi_start.search_jobs")
-follow_each = entry("single_start.follow_each")
+search_jobs = multi_start.search_jobs
+follow_each = single_start.follow_each
 
 
 def read_only(a):

@@ -10,7 +10,7 @@ import ulna
 from ulna import InputError, Robot
 from ulna.collision.allowed import AllowedCollisions
 from ulna.description.robot_description import Body
-from ulna.ik.collision_filter import CollisionFilter
+from ulna.ik.search.ranking import CollisionFilter
 
 N = 200
 

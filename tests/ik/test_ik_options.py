@@ -1,10 +1,15 @@
 """Options of a search besides the task: joints that are held, a largest step; and options that cannot be taken."""
 
+import inspect
+
 import numpy as np
 import pytest
 
 from ik_methods import METHODS
 from ulna import InputError, UnknownNameError
+from ulna.ik.inverse_kinematics import InverseKinematics
+from ulna.ik.options import Options
+from ulna.robot import Robot
 
 N = 200
 HELD = ("panda_joint2", "panda_joint5")
@@ -139,3 +144,17 @@ def test_an_invalid_option_is_refused_by_its_name(panda, options, error, message
     T = panda.forward_kinematics(panda.home + 0.01)
     with pytest.raises(error, match=f"^{message}"):
         panda.inverse_kinematics(T[None] if batch else T, **{"q_seed": panda.home, **options})
+
+
+@pytest.mark.parametrize("method", ["inverse_kinematics", "all_solutions"])
+def test_each_option_is_passed_as_itself(panda, monkeypatch, method):
+    """``Robot`` passes them in their order, not by name."""
+    called = inspect.signature(getattr(Robot, method)).parameters
+    given = {name: object() for name in Options._fields if name in called}
+    passed = []
+    monkeypatch.setattr(InverseKinematics, method, lambda _, *arguments, **__: passed.extend(arguments))
+    getattr(panda, method)(np.eye(4), **given)
+    (options,) = (argument for argument in passed if isinstance(argument, Options))
+    assert {name: value for name, value in options._asdict().items() if name in given} == given
+    assert all(value == getattr(Options(), name) for name, value in options._asdict().items() if name not in given)
+    assert len(given) == {"inverse_kinematics": len(Options._fields), "all_solutions": 6}[method]

@@ -94,7 +94,7 @@ def test_a_budget_of_steps_is_used_up_by_the_seeds_own_start(panda, method, budg
 @pytest.mark.parametrize("budget", [0, 1, 19, 20, 21, 59, 60, 61, 79, 80, 200])
 def test_the_steps_of_all_starts_together_are_within_the_budget(panda, monkeypatch, budget):
     """Told by what the search asks of its kernel: starts times steps."""
-    from ulna.ik import restarts
+    from ulna.ik.search import restarts
 
     asked, run_starts = [], restarts.run_starts
     monkeypatch.setattr(

@@ -7,12 +7,12 @@ import formulas
 import kernel_probes as probes
 import robots
 from assertions import assert_close
-from ulna.drivers import entry
+from ulna.drivers import forward
 from ulna.kinematics.tree import build_tree
 
-forward_batch = entry("forward.forward_batch")
-frames_batch = entry("forward.frames_batch")
-frames_one = entry("forward.frames_one")
+forward_batch = forward.forward_batch
+frames_batch = forward.frames_batch
+frames_one = forward.frames_one
 ROBOTS = {
     "every joint": robots.every_joint(),
     "sliders": robots.of_chain("prismatic", "revolute", "prismatic", axis=robots.unit(1, -2, 0.5), origin=robots.place(0)),
@@ -79,7 +79,7 @@ def test_the_entries_write_whole_matrices(description, tree, q):
 def test_one_configuration_gives_what_the_batch_gives(description, tree, q):
     T, poses = np.empty((4, 4)), np.empty((len(tree.link_names), 4, 4))
     x = q[3] if tree.n_dof else np.zeros(1)
-    assert entry("forward.forward_one")(tree.chain(tree.link_names[-1]).copy(), len(x), x, T)
+    assert forward.forward_one(tree.chain(tree.link_names[-1]).copy(), len(x), x, T)
     assert frames_one(tree.joints, tree.link_frames, x, poses)
     expected = formulas.link_poses(description, q[3])
     assert_close(poses, expected, atol=2e-14)
@@ -96,7 +96,7 @@ def test_the_entries_report_an_entry_out_of_range(bad, rng):
             q[row, -1] = bad
             assert not forward_batch(chain, q, np.empty((10, 4, 4)))
             assert not frames_batch(tree.joints, tree.link_frames, q, np.empty((10, links, 4, 4)))
-            assert not entry("forward.forward_one")(chain.copy(), tree.n_dof, q[row], np.empty((4, 4)))
+            assert not forward.forward_one(chain.copy(), tree.n_dof, q[row], np.empty((4, 4)))
             assert not frames_one(tree.joints, tree.link_frames, q[row], np.empty((links, 4, 4)))
 
 

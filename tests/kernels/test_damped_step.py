@@ -7,8 +7,7 @@ import formulas
 import kernel_probes as probes
 from assertions import assert_close
 from ulna.kernels.ik.levenberg_marquardt import CHANGE, LAMBDA, LEAST, N_STATE, P2, R2
-from ulna.kernels.ik.scratch_layout import N_SYSTEM
-from ulna.kernels.ik.search_layout import N_SETTINGS, POSITION_TOLERANCE, ROTATION_TOLERANCE, WITH_POSTURE
+from ulna.kernels.ik.search_layout import N_SETTINGS, N_SYSTEM, POSITION_TOLERANCE, ROTATION_TOLERANCE, WITH_POSTURE
 
 N = 16
 LINK = "panda_ee"

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from kernel_modes import compiled
-from ulna.drivers import entry
+from ulna.drivers import rendering
 from ulna.kernels.render.illumination import surface_light
 from ulna.kernels.render.render_layout import NOTHING
 
-draw_triangles = entry("rendering.draw_triangles")
-place_points = entry("rendering.place_points")
-shade_pixels = entry("rendering.shade_pixels")
+draw_triangles = rendering.draw_triangles
+place_points = rendering.place_points
+shade_pixels = rendering.shade_pixels
 WIDTH, HEIGHT = 48, 36
 EYE = np.array([1.2, -0.9, 1.5])
 NO_LAMP = (0.0, 0.0, -1.0, -1.0, -1.0)

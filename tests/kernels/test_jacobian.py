@@ -8,18 +8,18 @@ import kernel_modes
 import kernel_probes as probes
 import robots
 from assertions import assert_close
-from ulna.drivers import entry
+from ulna.drivers import jacobian
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
+from ulna.kernels.layout import IN_BASE, IN_LINK, IN_SPATIAL
 from ulna.kinematics.tree import build_tree
 
-jacobian_batch = entry("jacobian.jacobian_batch")
-FRAMES = {"base": BASE, "link": LINK, "spatial": SPATIAL}
+jacobian_batch = jacobian.jacobian_batch
+FRAMES = {"base": IN_BASE, "link": IN_LINK, "spatial": IN_SPATIAL}
 ROBOT = robots.every_joint()
 LINKS = ["fingertip", "hand", "tray", "propeller", "rotor", "base"]
 N = 3
 
-of_no_columns = kernel_modes.compiled(lambda chain, q, rows: chain_jacobian(chain, q, BASE, rows[:0], 6, 1))
+of_no_columns = kernel_modes.compiled(lambda chain, q, rows: chain_jacobian(chain, q, IN_BASE, rows[:0], 6, 1))
 
 
 def jacobians(run, tree, link, frame, q):
@@ -96,7 +96,7 @@ def test_the_entries_give_six_rows_a_configuration(rng, frame):
     q, chain = rng.uniform(-1.4, 1.4, (9, tree.n_dof)), tree.chain("hand")
     J, first = np.full((9, 6, tree.n_dof), np.nan), np.full((6, tree.n_dof), np.nan)
     assert jacobian_batch(chain, FRAMES[frame], q, J)
-    assert entry("jacobian.jacobian_one")(chain.copy(), FRAMES[frame], tree.n_dof, q[0], first)
+    assert jacobian.jacobian_one(chain.copy(), FRAMES[frame], tree.n_dof, q[0], first)
     assert_close(J, [formulas.jacobian(ROBOT, x, "hand", frame) for x in q], atol=1e-10)
     assert_close(first, J[0], atol=1e-14)
 
@@ -108,7 +108,7 @@ def test_every_row_of_a_batch_is_written_whatever_its_length(rng, n_dof):
     tree, link = build_tree(description), f"l{n_dof}"
     for n in (1, 7, 8, 9, 17):
         q, J = rng.uniform(-1, 1, (n, tree.n_dof)), np.full((n, 6, tree.n_dof), np.nan)
-        assert jacobian_batch(tree.chain(link), BASE, q, J)
+        assert jacobian_batch(tree.chain(link), IN_BASE, q, J)
         assert_close(J, [formulas.jacobian(description, x, link, "base") for x in q], atol=1e-9)
 
 
@@ -116,8 +116,8 @@ def test_the_entries_report_an_entry_out_of_range(rng):
     tree = build_tree(ROBOT)
     q, chain = rng.normal(size=(9, tree.n_dof)), tree.chain("hand")
     q[8, 2] = np.nan
-    assert not jacobian_batch(chain, BASE, q, np.empty((9, 6, tree.n_dof)))
-    assert not entry("jacobian.jacobian_one")(chain.copy(), BASE, tree.n_dof, q[8], np.empty((6, tree.n_dof)))
+    assert not jacobian_batch(chain, IN_BASE, q, np.empty((9, 6, tree.n_dof)))
+    assert not jacobian.jacobian_one(chain.copy(), IN_BASE, tree.n_dof, q[8], np.empty((6, tree.n_dof)))
 
 
 def test_a_joint_that_nothing_drives_writes_no_column():

@@ -6,13 +6,13 @@ import pytest
 import formulas
 import robots
 from assertions import assert_close
-from ulna.drivers import entry
+from ulna.drivers import multi_start
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.ik.search_layout import NOT_A_POSE, NOT_FOUND, SOLVED
 from ulna.kernels.layout import LARGEST
 from ulna.kinematics.tree import build_tree
 
-search_jobs = entry("multi_start.search_jobs")
+search_jobs = multi_start.search_jobs
 N, STARTS, STEPS = 5, 6, 20
 NO_TARGET = formulas.transform(p=(5.0, 0.0, 0.0))  # five metres away
 

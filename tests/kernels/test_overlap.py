@@ -7,7 +7,7 @@ import formulas
 from assertions import assert_close
 from ulna.collision.objects import MOST_UNINDEXED, make_objects
 from ulna.description.shapes import Box
-from ulna.drivers import entry
+from ulna.drivers import contacts, overlap
 from ulna.kernels.collision.collision_layout import (
     CONTACT_WIDTH,
     DISTANCE,
@@ -20,9 +20,9 @@ from ulna.kernels.collision.collision_layout import (
 )
 from ulna.kernels.collision.scene import Scene
 
-contacts_each = entry("contacts.contacts_each")
-overlap_batch = entry("overlap.overlap_batch")
-overlap_one = entry("overlap.overlap_one")
+contacts_each = contacts.contacts_each
+overlap_batch = overlap.overlap_batch
+overlap_one = overlap.overlap_one
 N = 20
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from ulna.drivers import entry
+from ulna.drivers import rendering
 from ulna.kernels.render.render_layout import NOTHING
 
-draw_triangles = entry("rendering.draw_triangles")
-place_points = entry("rendering.place_points")
+draw_triangles = rendering.draw_triangles
+place_points = rendering.place_points
 HEIGHT, WIDTH = 12, 17
 
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from kernel_modes import compiled
-from ulna.drivers import entry
+from ulna.drivers import rendering
 from ulna.kernels.render.illumination import SOFT, cover, ramp, sunlit
 
-encode = entry("rendering.encode")
-lay_panes = entry("rendering.lay_panes")
-shade_pixels = entry("rendering.shade_pixels")
+encode = rendering.encode
+lay_panes = rendering.lay_panes
+shade_pixels = rendering.shade_pixels
 
 
 def covered(x, width, seen):

@@ -12,8 +12,6 @@ from textbook_search import search
 from ulna.description.robot_description import Limits
 from ulna.drivers.single_start import LARGEST_STEP
 from ulna.kernels.ik import search_layout as layout
-from ulna.kernels.ik.damped_least_squares import DAMPING
-from ulna.kernels.ik.pseudo_inverse import CUTOFF
 from ulna.kernels.ik.search_layout import (
     DAMPED_LEAST_SQUARES,
     JACOBIAN_TRANSPOSE,
@@ -23,6 +21,7 @@ from ulna.kernels.ik.search_layout import (
     SOLVED,
     STATIONARY,
 )
+from ulna.kernels.ik.textbook import CUTOFF, DAMPING
 from ulna.kinematics.tree import build_tree
 
 N = 10

@@ -5,7 +5,7 @@ import pytest
 
 import kernel_probes as probes
 from assertions import assert_close
-from ulna.kernels.ik.pseudo_inverse import CUTOFF
+from ulna.kernels.ik.textbook import CUTOFF
 
 N = 16
 

@@ -186,7 +186,7 @@ def test_roundings_that_meet_keep_within_the_acceleration(share):
     plan = robot.plan([0, 0], [2, 1], world)
     object.__setattr__(plan, "path", np.array([[0, 0], [1, 0], [1, 1], [2, 1.0]]))
     plan.__dict__.pop("_lengths", None)
-    edge = plan._searched.motion.space.lengths(np.array([1.0, 0.0]))
+    edge = robot.plan([0, 0], [1, 0], world).length
     motion = plan.trajectory(acceleration=5.0, blend=share * edge)
     between = (motion.times[1:] + motion.times[:-1]) / 2
     assert np.abs(motion.at(np.concatenate([motion.times, between])).qdd).max() <= 5.0

@@ -8,7 +8,6 @@ import pytest
 from scipy.optimize import linprog
 
 import ulna
-from ulna.drivers import entry
 from ulna.errors import FileError, InputError
 from ulna.planning.blend import Pieces, rounded_path
 from ulna.planning.timing import grid_of, timed
@@ -128,11 +127,11 @@ def test_stops_take_longer_than_rounded_corners(plan):
 
 
 @pytest.mark.parametrize("blend", [0.05, 0.5, 10.0])
-def test_a_rounded_corner_touches_nothing(panda, plan, blend):
+def test_a_rounded_corner_touches_nothing(panda, world, plan, blend):
     path = plan.trajectory(acceleration=5.0, blend=blend)
     assert path.certified
     q = path.at(np.linspace(0, path.duration, 20_001)).q
-    assert not panda.in_collision(q, plan._motion.world).any()
+    assert not panda.in_collision(q, world).any()
 
 
 def test_a_corner_that_cannot_be_rounded_is_a_stop(panda):
@@ -215,10 +214,6 @@ def test_a_plan_that_does_not_move_takes_no_time(panda):
     path = panda.plan(panda.home, panda.home).trajectory(acceleration=1.0)
     assert path.duration == 0
     assert np.array_equal(path.at(0.0).q, panda.home)
-
-
-def test_the_entry_is_listed():
-    assert entry("time_parameterisation.time_sections")
 
 
 def test_a_joint_whose_velocity_is_given_as_zero_is_named_and_other_limits_serve():

@@ -13,8 +13,8 @@ import ulna
 from map_files import SMALL, files_of, verdicts_of
 from processes import running, wait_for
 from ulna.reachability import chunk
-from ulna.reachability.lock import locked
 from ulna.reachability.reachability_map import default_bounds
+from ulna.reachability.run import locked
 
 WHOLE = {**SMALL, "keep_solutions": True}
 # A program that computes the map of the tests at a path, a chunk each time that it has slept.
@@ -179,7 +179,7 @@ def test_a_map_whose_robot_was_changed_is_refused(interrupted):
 LOCKING = """
 import sys, time
 from pathlib import Path
-from ulna.reachability.lock import locked
+from ulna.reachability.run import locked
 with locked(Path(sys.argv[1])):
     print("locked", flush=True)
     time.sleep(600)

@@ -205,6 +205,30 @@ def test_a_shape_that_cannot_be_checked_is_refused(world):
     assert world.names == ("crate",)
 
 
+@pytest.mark.parametrize("points", [np.zeros((5, 3)), [(0.5, 0, 0.2)], np.zeros((4, 6))])
+def test_points_in_place_of_a_shape_are_refused_with_the_name_of_a_cloud(world, points):
+    message = refused(GeometryError, world.add, "cloud", points)
+    assert message == (
+        f"object 'cloud' is a {type(points).__name__}, which cannot be checked; ulna.PointCloud(points, radius) makes a cloud of"
+        " points, ulna.HeightMap(heights, cell) terrain, and ulna.ConvexMesh.from_points() makes a hull"
+    )
+
+
+@pytest.mark.parametrize("position", [(0.5, 0, 0.2), np.zeros(3), np.zeros((2, 3))])
+def test_a_position_in_place_of_a_pose_is_refused_with_what_makes_one(world, panda, position):
+    message = f"shape {np.shape(position)}, but poses have shape (..., 4, 4); ulna.pose(xyz, rpy) makes one"
+    assert refused(InputError, world.add, "lid", Box((1, 1, 1)), position) == f"pose: {message}"
+    assert refused(InputError, world.move, "crate", position) == f"pose: {message}"
+    assert refused(InputError, panda.all_solutions, position) == f"T: {message}"
+
+
+def test_an_argument_that_check_collision_does_not_have_is_refused_with_the_one_that_is_meant(panda):
+    with pytest.raises(TypeError) as caught:
+        panda.check_collision(panda.home, within=0.1)
+    message = "check_collision() got an unexpected keyword argument 'within'; max_distance= is how near pairs may be"
+    assert str(caught.value) == message
+
+
 @pytest.mark.parametrize("extents", [(1, 1), (1, 1, -1), (1, np.nan, 1), (np.inf, 1, 1), "abc", 1.0, None])
 def test_a_box_has_three_lengths(extents):
     assert refused(InputError, Box, extents).startswith("extents: ")

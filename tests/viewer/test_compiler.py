@@ -9,8 +9,7 @@ import pytest
 import ulna
 from processes import wait_for
 from ulna.engine.decorators import NotCompiledError, compiling_if
-from ulna.viewer.compiler import Compiler
-from ulna.viewer.rehearsal import rehearsals
+from ulna.viewer.compiler import Compiler, rehearsals
 
 # A separate program, in which no kernel is loaded. It cannot compile while another thread holds Numba's lock.
 HELD = """

@@ -5,7 +5,7 @@ import pytest
 
 import ulna
 from ulna.viewer.configuration import as_text, first_row
-from ulna.viewer.floor import floor_height
+from ulna.viewer.stage import floor_height
 
 
 def test_a_saved_q_is_loaded_to_the_last_bit(panda, rng):
@@ -32,5 +32,5 @@ def test_a_floor_lies_below_the_base():
     world = ulna.World()
     world.add("floor", ulna.HalfSpace(), ulna.pose((0, 0, floor_height(robot, 0.0))))
     pairs = robot.check_collision(robot.home, world, self_collision=False, max_distance=0.01).pairs
-    (base,) = (pair for pair in pairs if pair.link == "base_link")
+    (base,) = (pair for pair in pairs if pair.link_a == "base_link")
     assert base.signed_distance == pytest.approx(1e-3, abs=1e-5)

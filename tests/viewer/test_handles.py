@@ -7,7 +7,7 @@ import pytest
 
 import ulna
 from coroutines import run_coroutine
-from ulna.viewer.handles import Handles
+from ulna.viewer.nodes import Handles
 
 
 class Scene:
@@ -65,7 +65,7 @@ def test_handles_dragged_in_two_tabs_are_held_until_both_release(scene, handles)
     scene.send_event("start", client=1)
     scene.send_event("start", client=2)
     scene.send_event("end", client=1)
-    assert handles.held
+    assert handles.dragged
     assert not handles.take_release()
     scene.send_event("end", client=2)
     assert handles.take_release()

@@ -7,8 +7,8 @@ import pytest
 
 import ulna
 from coroutines import run_coroutine
-from ulna.viewer.hand import HandPanel
-from ulna.viewer.handles import Handles
+from ulna.viewer.hand_panel import HandPanel
+from ulna.viewer.nodes import Handles
 from ulna.viewer.page import Page
 from ulna.viewer.session.session import Session
 
@@ -34,7 +34,7 @@ def test_a_release_in_the_middle_of_a_frame_is_not_lost(server, panda):
 
     def take_then_end_the_drag():
         moved = take()
-        if handles.held:
+        if handles.dragged:
             handles.control.position = np.add(handles.control.position, (0, 0, -0.02))
             send_event(handles, "update")
             send_event(handles, "end")
@@ -51,9 +51,9 @@ def test_a_release_in_the_middle_of_a_frame_is_not_lost(server, panda):
 def test_hiding_handles_releases_them(server):
     handles = Handles(server.scene, "/some", 0.2, lambda: None)
     send_event(handles, "start")
-    assert handles.held
+    assert handles.dragged
     handles.show(visible=False)
-    assert not handles.held
+    assert not handles.dragged
     assert handles.take_release()
     handles.show(visible=True)
     handles.put(ulna.pose((1, 2, 3)))

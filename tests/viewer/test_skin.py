@@ -8,7 +8,7 @@ from ulna.description.shapes import Box
 from ulna.viewer.film.camera import Camera, sun_view
 from ulna.viewer.film.painter import make_panes
 from ulna.viewer.film.skin import corner_normals, linear
-from ulna.viewer.solid import Solid
+from ulna.viewer.palette import Solid
 
 
 def test_the_corner_normals_of_a_cube_are_those_of_its_sides():

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.hand import HandPanel
+from ulna.viewer.hand_panel import HandPanel
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import Page
+from ulna.viewer.session.clearance import ShapeNames
 from ulna.viewer.session.session import Session
-from ulna.viewer.session.shape_names import ShapeNames
 
 
 @pytest.fixture(scope="module")

@@ -117,7 +117,7 @@ def test_a_drag_ends_even_if_the_page_receives_no_button_release(view, page, cam
     T, size = view.session.hand_pose, view.hand.handles.control.scale
     drag(page, view.hand.handles, arrow(camera, T, 2, size), (0, 60), "blue")
     end(page)
-    wait_to_see(page, lambda: not view.hand.handles.held and view.session.target is None, "a released hand")
+    wait_to_see(page, lambda: not view.hand.handles.dragged and view.session.target is None, "a released hand")
     rested = view.session.hand_pose
     page.mouse.move(700, 500)  # with the button up, or not seen
     page.wait_for_timeout(500)

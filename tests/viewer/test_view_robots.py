@@ -112,10 +112,10 @@ def test_an_attached_object_is_drawn_on_its_link_and_is_red_when_it_touches(pand
     page = Page(port=0)
     try:
         arm = Arm(page.server, holding)
-        cup = arm.held["cup"]
+        cup = arm.attached["cup"]
         assert cup.name.startswith(arm.frames[holding.link_names.index(holding.attached[0].link)].name + "/")
         np.testing.assert_allclose(ulna.pose(cup.position, wxyz=cup.wxyz), above, atol=1e-12)
-        assert set(arm.solids) | set(arm.held) == set(holding.collision_names)
+        assert set(arm.solids) | set(arm.attached) == set(holding.collision_names)
         arm.show_solids(visible=False)  # as the page of `ulna view` has it at first
         assert cup.visible
         arm.mark_touching(["cup"])

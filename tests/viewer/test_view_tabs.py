@@ -141,7 +141,7 @@ def test_two_tabs_show_the_same_robot_and_do_not_overwrite_each_other(view, pand
     shown = round(float(view.q[3]), 3)
     wait_for(lambda: number(second, "joint4") == f"{shown:g}", "the drag in the other tab")
     first.close()  # without letting go
-    wait_for(lambda: not view.hand.handles.held and view.session.target is None, "a released hand")
+    wait_for(lambda: not view.hand.handles.dragged and view.session.target is None, "a released hand")
     wait_for(lambda: len(view.page.server.get_clients()) == 1, "one tab")
     second.close()
     wait_for(lambda: not view.page.server.get_clients(), "no tab")

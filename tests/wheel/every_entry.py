@@ -11,16 +11,18 @@ import os
 import sys
 import tempfile
 from collections import defaultdict
-from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
 import ulna
-import ulna.drivers
 import ulna.robot
 import ulna.viewer.film.painter
-import ulna.viewer.film.record as film
+import ulna.viewer.film.recording as film
+from ulna.drivers import DRIVERS
+from ulna.engine import threads
+from ulna.engine.entries import ready
 from ulna.planning import slices
 
 N = 1000
@@ -55,6 +57,11 @@ def recording(name, entry):
         return result
 
     return recorded
+
+
+def is_driver(thing):
+    """Whether something that a caller has imported is a module of the drivers."""
+    return isinstance(thing, ModuleType) and thing.__name__.startswith(f"{DRIVERS.package}.")
 
 
 def ask():
@@ -118,13 +125,17 @@ def ask_for_plans(robots_and_worlds):
 
 
 def main(file):
-    find, slices._LONGEST_SLICE = ulna.drivers.entry, float("inf")  # so that the slices of a plan do not depend on the clock
-    recorded = cache(lambda name: recording(name, find(name)))
-    for name, module in list(sys.modules.items()):
-        if name.startswith("ulna.") and getattr(module, "entry", None) is find:
-            module.entry, module.np = recorded, Zeros()
-        elif name.startswith(CALLERS) and hasattr(module, "np"):
+    slices._LONGEST_SLICE = threads._SECONDS = float("inf")  # so that neither a plan's slices nor a batch's depend on the clock
+    callers = [module for name, module in list(sys.modules.items()) if name.startswith(CALLERS)]
+    for module in callers:
+        if hasattr(module, "np"):
             module.np = Zeros()
+    drivers = {id(each): each for caller in callers for each in vars(caller).values() if is_driver(each)}.values()
+    for name in DRIVERS.names():
+        for driver in drivers:
+            if driver.__name__ == f"{DRIVERS.package}.{name.partition('.')[0]}":
+                function = name.partition(".")[2]
+                setattr(driver, function, recording(name, ready(getattr(driver, function))))
     ask()
     answers = {key: [digest.hexdigest(), ROWS[key]] for key, digest in sorted(HASHES.items())}
     Path(file).write_text(json.dumps(answers, indent=1))

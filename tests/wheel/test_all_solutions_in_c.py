@@ -12,7 +12,7 @@ import pytest
 import robots
 import ulna
 from ulna.engine import _calls
-from ulna.ik.closed_form.result import IKSolutions, Proof
+from ulna.ik.solutions import IKSolutions, Proof
 
 FIELDS = "q", "valid", "real"
 
@@ -57,7 +57,7 @@ def test_it_has_the_bits_of_many_targets_and_of_python(arm):
 def test_it_goes_to_c_once_it_was_asked(arm):
     T = arm.forward_kinematics(arm.home + 0.3)
     arm.all_solutions(T)
-    branches, made, proofs, family = arm._quick_solutions[None]
+    branches, made, proofs, family = arm._prebound.solutions[None]
     assert type(branches) is type(len)
     assert branches.__name__.endswith("closed_form.all_branches_of_one")
     q, valid, real, code = branches(T)

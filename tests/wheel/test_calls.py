@@ -9,7 +9,7 @@ import pytest
 
 import robots
 import ulna
-from ulna.drivers import entry
+from ulna.drivers import forward, jacobian
 from ulna.engine import _calls
 from ulna.kinematics.forward import CompiledForward
 
@@ -34,11 +34,11 @@ ODD = odd_values()
 TAME = (TypeError, ValueError, LookupError, MemoryError, OverflowError)  # an UlnaError is one of these
 
 
-@pytest.mark.parametrize("name", ["forward.forward_one", "jacobian.jacobian_one"])
-def test_an_entry_takes_or_refuses_any_argument(name, panda):
-    function, rng = entry(name), np.random.default_rng(1)
-    chain = panda.tree.chain(panda.tip).copy()
-    good = [chain, 7, np.zeros(7), np.zeros((4, 4))] if "forward" in name else [chain, 0, 7, np.zeros(7), np.zeros((6, 7))]
+@pytest.mark.parametrize("function", [forward.forward_one, jacobian.jacobian_one])
+def test_an_entry_takes_or_refuses_any_argument(function, panda):
+    chain, rng = panda.tree.chain(panda.tip).copy(), np.random.default_rng(1)
+    of_pose = function is forward.forward_one
+    good = [chain, 7, np.zeros(7), np.zeros((4, 4))] if of_pose else [chain, 0, 7, np.zeros(7), np.zeros((6, 7))]
     assert function(*good)
     for _ in range(3000):
         arguments = list(good)
@@ -56,11 +56,11 @@ def test_an_entry_takes_or_refuses_any_argument(name, panda):
 def questions(panda):
     world = ulna.World()
     world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, 0, 0.4)))
-    forward, jacobian = panda._forward[None], panda._jacobian[None, "base"]
+    panda.compile_forward(), panda.compile_jacobian()  # what makes them
     ur5 = ulna.Robot.from_dh(robots.UR5, convention="standard")
     return {
-        "pose": forward,
-        "jacobian": jacobian,
+        "pose": panda._forward[None],
+        "jacobian": panda._jacobian[None],
         "touches": lambda *arguments: panda.in_collision(arguments[0], world),
         "distance": lambda *arguments: panda.signed_distance(arguments[0], world),
         "search": lambda *arguments: panda.inverse_kinematics(*arguments[:2]),
@@ -80,16 +80,17 @@ def test_a_bound_function_takes_or_refuses_any_argument(name, panda):
 
 
 def test_a_bound_function_takes_its_arguments_by_name(panda):
-    forward, T = panda._forward[None], np.empty((4, 4))
-    assert forward(panda.home, out=T) is T
-    assert forward(q=panda.home, threads=2).shape == (4, 4)
+    fk, T = panda.compile_forward().in_c, np.empty((4, 4))
+    assert fk(panda.home, out=T) is T
+    assert fk(q=panda.home, threads=2).shape == (4, 4)
     with pytest.raises(TypeError, match="unexpected keyword argument 'queue'"):
-        forward(panda.home, queue=1)
+        fk(panda.home, queue=1)
     with pytest.raises(TypeError):
-        forward()
+        fk()
 
 
 def test_the_plain_methods_use_the_extension(panda):
+    panda.compile_forward(), panda.compile_jacobian()  # what makes them
     assert type(panda._forward[None]) is type(panda._jacobian[None, "base"]) is type(len)
     assert panda._forward[None].__name__ == "forward.forward_one"
 
@@ -98,11 +99,11 @@ def test_in_c_and_in_python_are_the_same_bits(panda):
     world = ulna.World()
     for k in range(20):
         world.add(f"{k}", ulna.Box((0.1, 0.2, 0.1)), ulna.pose((0.6 * np.cos(k), 0.6 * np.sin(k), 0.05 * k)))
-    forward, jacobian, checker = panda.compile_forward(), panda.compile_jacobian(), panda._checker
+    fk, jac, checker = panda.compile_forward(), panda.compile_jacobian(), panda._checker
     scene = checker._scene(world.objects(), True)
     for q in panda.random(1000, seed=4):
-        assert np.array_equal(panda.forward_kinematics(q), forward._validated(q))
-        assert np.array_equal(panda.jacobian(q), jacobian._validated(q))
+        assert np.array_equal(panda.forward_kinematics(q), fk._validated(q))
+        assert np.array_equal(panda.jacobian(q), jac._validated(q))
         assert panda.in_collision(q, world) == checker._any_touch(scene, q)
         assert panda.signed_distance(q, world) == checker._least_distance(scene, q)
 
@@ -128,9 +129,9 @@ def test_bound_functions_are_freed():
     gc.collect()
     before = sys.getrefcount(tree)
     for _ in range(100):
-        forward = CompiledForward(tree, panda.tip)
-        forward(panda.home), forward([0.0] * 7)
-    del forward
+        fk = CompiledForward(tree, panda.tip)
+        fk(panda.home), fk([0.0] * 7)
+    del fk
     gc.collect()
     assert sys.getrefcount(tree) <= before + 1
 
@@ -162,7 +163,7 @@ NONSENSE = {
 
 @pytest.mark.parametrize(("place", "wrong"), [(place, wrong) for place in NONSENSE for wrong in NONSENSE[place]])
 def test_a_function_cannot_be_bound_to_nonsense(panda, place, wrong):
-    arguments = [entry("forward.forward_one"), "pose", (panda.tree.chain(panda.tip).copy(), 7), 7, (4, 4), len]
+    arguments = [forward.forward_one, "pose", (panda.tree.chain(panda.tip).copy(), 7), 7, (4, 4), len]
     assert _calls.bind(*arguments)(np.zeros(7)).shape == (4, 4)
     arguments[place] = wrong
     with pytest.raises((TypeError, ValueError, OverflowError)):

@@ -36,7 +36,7 @@ print(json.dumps(seconds))
 _MEMORY = """
 import json, re, sys
 import ulna
-from ulna.bench.targets import random_positions
+from ulna.bench.arms import random_positions
 robot, n = ulna.load("panda"), {n}
 def kilobytes(name):
     return int(re.search(name + r":\\s+(\\d+)", open("/proc/self/status").read())[1])

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.bench.targets import middle, out_of_reach, random_positions
+from ulna.bench.arms import middle, out_of_reach, random_positions
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ulna.bench.arms import load_arm
+from ulna.bench.arms import load_arm, longest_reach
 from ulna.bench.first_use import first_use_rows, memory_rows, size_rows
-from ulna.bench.machine import machine_facts
 from ulna.bench.protocol import PROTOCOLS
 from ulna.bench.solver import STEP_BOUND, follow_path, run_protocol, ulna_solver
-from ulna.bench.targets import longest_reach
+from ulna.bench.timing import machine_facts
 from ulna.bench.workloads import BATCH, WORKLOADS, timed_rows
 from ulna.errors import GeometryError, InputError, did_you_mean
 from ulna.robot import Robot

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.bench.arms import path_positions
 from ulna.bench.protocol import PROTOCOLS, Protocol, pose_errors, within_limits
-from ulna.bench.targets import path_positions
 from ulna.bench.timing import time_each
 from ulna.robot import Robot
 

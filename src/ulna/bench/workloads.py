@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.bench.arms import random_positions
 from ulna.bench.protocol import PROTOCOLS
-from ulna.bench.targets import random_positions
 from ulna.bench.timing import Timing, Workload, time_interleaved
 from ulna.collision.world import World
 from ulna.description.pose import pose

@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from ulna.cli.depends import Depends, Json
-from ulna.cli.numbers import BOX, numbers
 from ulna.cli.options import AnyRobot, Degrees
 from ulna.cli.output import warn
+from ulna.cli.targets import BOX, numbers
 from ulna.collision.scene_file import load_world
 from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes, n_collision_meshes

@@ -25,7 +25,7 @@ Within = Annotated[float, typer.Option("--within", metavar="METRES", help="Show 
 CHECK_KEYS = (
     f"{Q_KEYS}; in_place_of_meshes: what of them is checked, in words, or null; "
     "in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
-    "robot; pairs: name_a of the robot, link, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
+    "robot; pairs: name_a of the robot, link_a, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
     "witness_a and witness_b: the nearest points, normal from a to b."
 )
 
@@ -64,7 +64,7 @@ def check_table(data) -> Iterator[RenderableType]:
         table = make_table(["robot", "link", "other"], ["apart [mm]"], ["normal", "at [m]"])
         for pair in data["pairs"]:
             vectors = [" ".join(number(x, n) for x in pair[key]) for key, n in (("normal", 2), ("witness_a", 3))]
-            table.add_row(pair["name_a"], pair["link"], pair["name_b"], f"{1000 * pair['signed_distance'] + 0.0:.3f}", *vectors)
+            table.add_row(pair["name_a"], pair["link_a"], pair["name_b"], f"{1000 * pair['signed_distance'] + 0.0:.3f}", *vectors)
         yield table
     if data["signed_distance"] is not None:
         yield f"least distance: {1000 * data['signed_distance'] + 0.0:.3f} mm"

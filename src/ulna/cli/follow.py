@@ -17,7 +17,7 @@ from ulna.cli.output import Data, Output, limit, make_table, number
 from ulna.cli.rows import read_poses
 from ulna.cli.targets import StartQ
 from ulna.errors import FileError
-from ulna.ik.following.result import FollowedPath
+from ulna.ik.followed_path import FollowedPath
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 

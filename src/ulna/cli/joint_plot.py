@@ -7,7 +7,7 @@ import numpy as np
 import typer
 
 from ulna.errors import FileError, InputError, needs_extra
-from ulna.ik.following.result import FollowedPath
+from ulna.ik.followed_path import FollowedPath
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 

@@ -1,7 +1,7 @@
 """``ulna list``: the robots that have names."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
@@ -10,7 +10,7 @@ from rich.text import Text
 
 from ulna.cli.depends import command
 from ulna.cli.output import Data, Output, count_of, make_table
-from ulna.description.names.by_name import KnownRobot, known_robots, packages_to_install
+from ulna.description.names.by_name import known_robots, packages_to_install
 
 Part = Annotated[str, typer.Argument(metavar="PART", help="A part of a name or of a package; all robots unless given.")]
 
@@ -32,18 +32,8 @@ def list(part: Part = "") -> Output:  # noqa: A001 -- the command's name
 
 def list_data(part: str) -> Data:
     """The robots with that part in a name or in the package's name; see ``LIST_KEYS``."""
-    robots = [robot for robot in _loaded_by_name() if part.lower() in " ".join((robot.name, *robot.also, robot.package)).lower()]
+    robots = [robot for robot in known_robots() if part.lower() in " ".join((robot.name, *robot.also, robot.package)).lower()]
     return {"robots": [asdict(robot) for robot in robots], "to_install": packages_to_install()}
-
-
-def _loaded_by_name() -> Iterator[KnownRobot]:
-    """Every robot under the names by which it is loaded: where several packages have a name, the first gives the robot."""
-    taken: set[str] = set()
-    for robot in known_robots():
-        names = [name for name in (robot.name, *robot.also) if name not in taken]
-        taken.update(names)
-        if names:
-            yield replace(robot, name=names[0], also=tuple(names[1:]))
 
 
 def list_table(data) -> Iterator[RenderableType]:

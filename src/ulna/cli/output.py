@@ -39,14 +39,14 @@ NAME_WIDTH = 12
 ASCII = str.maketrans("─●│├└", "-o|+`")
 
 
-def plain(value):
+def json_ready(value):
     """A value as dictionaries, lists, strings and numbers; NaN and infinity, which JSON does not have, become None."""
     if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
+        return {key: json_ready(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
+        return json_ready(value.tolist())
     if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
+        return [json_ready(item) for item in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
@@ -79,7 +79,7 @@ def show(output: Output, *, as_json: bool) -> None:
     console = make_console()
     usual = console.width
     with console.capture() as capture:
-        for part in output.table(printable(plain(output.data))):
+        for part in output.table(printable(json_ready(output.data))):
             console.width = max(usual, _least_width(console, part))
             console.print(part)
     text = "\n".join(line.rstrip() for line in capture.get().split("\n"))
@@ -88,7 +88,7 @@ def show(output: Output, *, as_json: bool) -> None:
 
 def write_json(data: Data) -> None:
     """Print data as one line of JSON."""
-    write(json.dumps(plain(data), allow_nan=False) + "\n")
+    write(json.dumps(json_ready(data), allow_nan=False) + "\n")
 
 
 def write(text: str) -> None:

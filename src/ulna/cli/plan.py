@@ -12,10 +12,9 @@ from rich.console import RenderableType
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.joint_plot import PlotFile, write_figure
-from ulna.cli.numbers import RPY, XYZ, numbers, words
 from ulna.cli.options import Degrees, LinkName, Seed, link_or_hand
 from ulna.cli.output import Data, Output, make_table, number
-from ulna.cli.targets import HOME, Orientation, Start, positions, state_of, target_pose
+from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positions, state_of, target_pose, words
 from ulna.description.pose import pose
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, group_named, tip_of

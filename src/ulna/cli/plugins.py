@@ -12,7 +12,7 @@ COMMANDS, FILMS = "ulna.commands", "ulna.films"
 
 
 class Film(Protocol):
-    """What a package adds in the group ``ulna.films``: it records into the file of a ``viewer.film.record.Form``."""
+    """What a package adds in the group ``ulna.films``: it records into the file of a ``viewer.film.recording.Form``."""
 
     def __call__(self, form: Any, at: float | None, *, boxes: bool, tell: Callable[[int], object]) -> None:
         """Record. ``at``: the moment [s] of a single picture; ``tell`` is called with the number of pictures done so far."""

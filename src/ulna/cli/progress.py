@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
@@ -21,13 +21,17 @@ class _Rate(ProgressColumn):
         return Text(f"{task.speed:,.0f} {self._unit}/s" if task.speed else "")
 
 
+def progress_bar(*columns: ProgressColumn) -> Progress:
+    """A bar on standard error if that is a terminal, nothing elsewhere."""
+    console = Console(stderr=True)
+    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal, speed_estimate_period=120.0)
+
+
 @contextmanager
 def progress(name: str, unit: str = "poses") -> Iterator[Callable[[int, int], None]]:
     """What is called with the poses done, or other units, and those of all: a bar on a terminal, nothing elsewhere."""
-    console = Console(stderr=True)
     columns = TextColumn(name), BarColumn(), TextColumn("{task.percentage:.1f} %"), _Rate(unit), TimeRemainingColumn()
-    bar = Progress(*columns, console=console, transient=True, speed_estimate_period=120.0)
-    with bar if console.is_terminal else nullcontext():
+    with progress_bar(*columns) as bar:
         task = bar.add_task(name, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
     sys.stderr.flush()

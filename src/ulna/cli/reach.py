@@ -15,10 +15,10 @@ from typer.core import TyperGroup
 from ulna.cli.cell import Meshes, Obstacles, checked_robot
 from ulna.cli.cluster import client_of
 from ulna.cli.depends import Json, command, defaults_of
-from ulna.cli.numbers import XYZ, numbers
 from ulna.cli.options import LinkName, Loading, OnPage, RobotName, Seed, TaskName, link_or_hand, load_robot
 from ulna.cli.output import Data, Output, make_table, printable, warn
 from ulna.cli.progress import progress
+from ulna.cli.targets import XYZ, numbers
 from ulna.collision.world import World
 from ulna.errors import needs_extra
 from ulna.reachability.map import ReachabilityMap
@@ -36,7 +36,7 @@ Bounds = Annotated[
 Itself = Annotated[
     bool, typer.Option("--self", help="Poses in which the robot touches itself do not count; --scene and --box check that too.")
 ]
-Clearance = Annotated[bool, typer.Option("--clearance", help="Keep the distance to the nearest obstacle.")]
+KeepClearance = Annotated[bool, typer.Option("--keep-clearance", help="Keep the distance to the nearest obstacle.")]
 Solutions = Annotated[bool, typer.Option("--solutions", help="Keep the joint positions found.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the map that is there, or begin one.")]
 Scheduler = Annotated[
@@ -93,7 +93,7 @@ def compute(
     itself: Itself = False,
     link: LinkName = None,
     task: TaskName = _DEFAULTS["task"],
-    clearance: Clearance = False,
+    keep_clearance: KeepClearance = False,
     solutions: Solutions = False,
     resume: Resume = False,
     scheduler: Scheduler = None,
@@ -112,7 +112,7 @@ def compute(
     tip = link_or_hand(arm, link=link, as_json=as_json)
     if itself and world is None:
         world = World()
-    if world is not None or clearance:
+    if world is not None or keep_clearance:
         arm = checked_robot(arm, meshes=meshes, as_json=as_json)
     corners = None if bounds is None else np.reshape(numbers("--bounds", bounds, XYZ + XYZ), (2, 3))
     start, begun = time.perf_counter(), [0, 0]
@@ -125,7 +125,7 @@ def compute(
         try:
             found = reachability_map(
                 arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, link=tip, task=task,
-                keep_clearance=clearance, keep_solutions=solutions, client=client, resume=resume, seed=seed,
+                keep_clearance=keep_clearance, keep_solutions=solutions, client=client, resume=resume, seed=seed,
                 max_iterations=max_iterations, threads=threads, progress=note,
             )  # fmt: skip
         except KeyboardInterrupt:

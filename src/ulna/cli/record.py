@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from ulna.cli.cell import Obstacles, warn_of_missing
 from ulna.cli.depends import command
 from ulna.cli.options import Degrees, Loading, load_robot
 from ulna.cli.output import printable
 from ulna.cli.plugins import FILMS, Film, load_plugins
+from ulna.cli.progress import progress_bar
 from ulna.cli.rows import read_motion, read_trajectory
 from ulna.cli.targets import Positions, q_of
 from ulna.collision.world import World
@@ -77,14 +77,15 @@ def record(
     if path.suffix.lower() == ".png" and (rate is not None or (of_robot and seconds is not None)):
         raise InputError("--seconds, --fps", "go with a video; a .png is a single picture, and --seconds the length of the demo")
     with needs_extra(*_EXTRA):
-        from ulna.viewer.film.record import make_form  # noqa: PLC0415 -- needs the extra
+        from ulna.viewer.film.recording import make_form  # noqa: PLC0415 -- needs the extra
     if of_robot:
         film, length = _film_of_robot(load_robot(loading, robot=robot or "panda"), world, q, trajectory, plan, degrees=degrees)
     else:
         film, length = _film(), 30.0
     form = make_form(path, length if seconds is None else seconds, None if size is None else _size(size), rate)
     start = time.perf_counter()
-    with _progress() as progress:
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with progress_bar(*columns) as progress:
         task = progress.add_task(path.name, total=form.n_frames)
         film(form, at, boxes=boxes, tell=lambda done: progress.update(task, completed=done))
     typer.echo(printable(_summary(form, time.perf_counter() - start)))
@@ -94,7 +95,7 @@ def _film_of_robot(
     robot: Robot, world: World | None, q: str | None, trajectory: Path | None, plan: Path | None, *, degrees: bool
 ) -> tuple[Film, float]:
     """The film of a robot, and how long it is [s] unless ``--seconds`` is given."""
-    from ulna.viewer.film import moving, record  # noqa: PLC0415 -- need the extra
+    from ulna.viewer.film import recording  # noqa: PLC0415 -- needs the extra
 
     still, rows, length = q_of(robot, q=q, degrees=degrees), None, 10.0
     if plan is not None:
@@ -106,9 +107,9 @@ def _film_of_robot(
 
     def film(form: Any, at: float | None, *, boxes: bool, tell: Callable[[int], object]) -> None:  # noqa: ARG001 -- of the interface
         if rows is None:
-            missing = record.record_robot(form, robot, still, boxes=boxes, tell=tell)
+            missing = recording.record_robot(form, robot, still, boxes=boxes, tell=tell)
         else:
-            missing = moving.record_moving(form, robot, rows, world or World(), boxes=boxes, tell=tell)
+            missing = recording.record_moving(form, robot, rows, world or World(), boxes=boxes, tell=tell)
         warn_of_missing(missing)
 
     return film, max(length, _SHORTEST)
@@ -132,13 +133,6 @@ def _size(text: str) -> tuple[int, int]:
     if not sides:
         raise InputError("--size", f"{text!r}; width and height are expected, as in 1280x720")
     return int(sides[1]), int(sides[2])
-
-
-def _progress() -> Progress:
-    """A bar on a terminal, nothing elsewhere."""
-    console = Console(stderr=True)
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
 
 
 def _summary(form: Any, seconds: float) -> str:

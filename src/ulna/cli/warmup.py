@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console, RenderableType
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.console import RenderableType
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from ulna.cli.depends import Json, command
 from ulna.cli.output import Data, Output, make_table
+from ulna.cli.progress import progress_bar
 from ulna.drivers import DRIVERS
 from ulna.engine.ahead import FOLDER, is_ahead
 from ulna.engine.threads import default_threads
@@ -50,26 +50,15 @@ def warmup(*, as_json: Json = False) -> Output:
 
 def with_progress(compiled: Iterable[Compiled], total: int, *, in_lines: bool) -> list[Compiled]:
     """The list of ``compiled``; shows progress on standard error: a bar on a terminal, else a line each if ``in_lines``."""
-    if sys.stderr.isatty():
-        columns = (
-            TextColumn("compiling"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            TextColumn("{task.description}"),
-        )
-        with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-            task = progress.add_task("", total=total)
-            done = []
-            for one in compiled:
-                done.append(one)
-                progress.update(task, advance=1, description=one.name)
-            return done
+    columns = TextColumn("compiling"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}")
     done = []
-    for one in compiled:
-        done.append(one)
-        if in_lines:
-            typer.echo(f"ulna: {len(done)} of {total}: {_named(one.name, one.shapes)}, {one.seconds:.1f} s", err=True)
+    with progress_bar(*columns) as bar:
+        task = bar.add_task("", total=total)
+        for one in compiled:
+            done.append(one)
+            bar.update(task, advance=1, description=one.name)
+            if bar.disable and in_lines:
+                typer.echo(f"ulna: {len(done)} of {total}: {_named(one.name, one.shapes)}, {one.seconds:.1f} s", err=True)
     return done
 
 

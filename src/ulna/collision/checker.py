@@ -19,10 +19,10 @@ from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.scene_tables import NO_PAIRS, scene_of
 from ulna.collision.world import World
 from ulna.description.robot_description import Description
-from ulna.drivers import entry
+from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import bind
 from ulna.engine.lanes import WIDTH
-from ulna.engine.threads import in_parts, refuse_unless_threads
+from ulna.engine.threads import as_threads, in_parts
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
     BODY,
@@ -36,8 +36,7 @@ from ulna.kernels.collision.collision_layout import (
     OVERLAPS,
 )
 from ulna.kernels.collision.scene import Scene
-from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
+from ulna.kinematics.positions import as_out, as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
@@ -46,8 +45,8 @@ NO_OBJECTS = World().objects()
 CERTAIN = 1e-6  # [m]: where bodies are so far apart, or so deep in each other, every entry agrees whether they touch
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
-_NOT_ASKED = False, None, None, None  # of Checker._quick
-_TOUCHES, _NEAREST = 2, 3
+_NO_SCENE = False, None, None, None
+_TOUCHES, _NEAREST = 2, 3  # places in Checker.last_scene[0]
 REPORTS = 256  # a thread gets at least so many: most of the time of a report is spent in Python
 
 
@@ -61,6 +60,7 @@ class Checker:
         attached: The objects attached to it.
         given: The pairs of links that may touch, if the user has given them.
         found: Those that are found otherwise, when first needed.
+        last_scene: One tuple, of the last question (``engine.bound.Prebound.scene``).
     """
 
     description: Description
@@ -69,7 +69,7 @@ class Checker:
     given: AllowedCollisions | None
     found: FoundPairs
     _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
-    _quick: tuple = field(default=_NOT_ASKED, init=False, repr=False)
+    last_scene: list[tuple[Any, ...]] = field(default_factory=[_NO_SCENE].copy, init=False, repr=False)
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -89,11 +89,6 @@ class Checker:
     def pairs(self) -> NDArray[np.int64]:
         """The pairs of bodies that are checked, shape (n, 2): those not allowed to touch."""
         return self._pairs_by(scene_of(self.tree.joints, self.bodies, NO_PAIRS, NO_OBJECTS), self._all_touch)
-
-    @cached_property
-    def _overlap_one(self) -> Any:
-        """The entry for one q. It is kept, since looking it up by name takes 30 ns of a short call."""
-        return entry("overlap.overlap_one")
 
     def in_collision(
         self,
@@ -131,8 +126,8 @@ class Checker:
     ) -> bool | NDArray[np.bool_]:
         """The same, in Python."""
         q = as_positions(q, self.tree)
-        if q.ndim == 1:
-            refuse_unless_threads(threads)
+        if q.ndim == 1 and threads is not None:
+            as_threads(threads)  # refused where it is no number of threads
         if q.ndim == 1 and out is None:
             return self._touches(q, scene)
         hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)
@@ -186,8 +181,8 @@ class Checker:
         scene = self._scene(objects, self_collision, by_distance=True)
         q = as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
-        nearest = self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
-        self._gradients(rows, scene, nearest, gradient.reshape(rows.shape), threads)
+        found = self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
+        self._gradients(rows, scene, found, gradient.reshape(rows.shape), threads)
         return gradient
 
     def edge_in_collision(
@@ -235,7 +230,8 @@ class Checker:
         checked = self._scene(objects, self_collision), self.bodies, objects.names, float(max_distance)
         q = as_positions(q, self.tree)
         if q.ndim == 1:
-            refuse_unless_threads(threads)
+            if threads is not None:
+                as_threads(threads)  # refused where it is no number of threads
             return report_at(q, *checked)
         refuse_out_of_range(q)
         reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)
@@ -250,78 +246,74 @@ class Checker:
         return reports
 
     def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Callable[[ArrayLike], Any]:
-        """A function of q in the last scene, in C if the extension is there; made when it is first needed.
-
-        ``_quick`` has the objects (None without a world), ``self_collision``, and these functions: ``native/method.c`` finds
-        them so.
-        """
-        quick: tuple[Any, ...] = self._quick
+        """A function of q in the last scene, in C if the extension is there; made when it is first needed."""
         of = None if objects is NO_OBJECTS else objects
-        if quick[0] is not of or quick[1] is not self_collision:
-            quick = of, self_collision, None, None
-        if quick[place] is None:
-            quick = *quick[:place], self._bound(place, scene), *quick[place + 1 :]
-            self.__dict__["_quick"] = quick
-        return quick[place]
+        last = self.last_scene[0]
+        if last[0] is not of or last[1] is not self_collision:
+            last = of, self_collision, None, None
+        function: Any = last[place]
+        if function is None:
+            function = self._bound(place, scene)
+            self.last_scene[0] = (*last[:2], function, last[3]) if place == _TOUCHES else (*last[:3], function)
+        return function
 
     def _bound(self, place: int, scene: Scene) -> Callable[[ArrayLike], Any]:
         n = self.tree.n_dof
         if place == _TOUCHES:
             in_python = partial(self._any_touch, scene)
-            in_c = bind(self._overlap_one, "truth", tuple(scene), n, (FREE, OVERLAPS), in_python)
+            in_c = bind(overlap.overlap_one, "truth", tuple(scene), n, (FREE, OVERLAPS), in_python)
         else:
             in_python = partial(self._least_distance, scene)
-            in_c = bind(entry("nearest.nearest_batch"), "number", tuple(scene), n, (NEAREST_WIDTH,), in_python)
+            in_c = bind(nearest.nearest_batch, "number", tuple(scene), n, (NEAREST_WIDTH,), in_python)
         return in_c or in_python
 
     def __getstate__(self) -> dict[str, Any]:
         """What is kept of the last questions is not copied, nor pickled."""
-        kept = ("_quick", "_overlap_one")
-        return {**{name: value for name, value in self.__dict__.items() if name not in kept}, "_quick": _NOT_ASKED}
+        return {**self.__dict__, "last_scene": [_NO_SCENE]}
 
     def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
         """Write to out, shape (...,), whether anything touches."""
         if q.ndim == 1:
             out[()] = self._touches(q, scene)
             return
-        rows, of_rows, overlap_batch = flat(q), out.reshape(-1), entry("overlap.overlap_batch")
-        if not in_parts(lambda part: overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
+        rows, of_rows = flat(q), out.reshape(-1)
+        if not in_parts(lambda part: overlap.overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
             refuse_out_of_range(q)
 
-    def _gradients(self, rows: Array, scene: Scene, nearest: Array, out: Array, threads: int | None) -> None:
-        """Write the gradient of the nearest pair of each row of q to out, shape (n, n_dof)."""
-        pairs, contacts_each = nearest[:, BODY:].astype(np.int64), entry("contacts.contacts_each")
-        contacts = np.empty((len(pairs), CONTACT_WIDTH))
+    def _gradients(self, rows: Array, scene: Scene, found: Array, out: Array, threads: int | None) -> None:
+        """Write the gradient of the nearest pair found for each row of q to out, shape (n, n_dof)."""
+        pairs = found[:, BODY:].astype(np.int64)
+        all_contacts = np.empty((len(pairs), CONTACT_WIDTH))
 
         def run(part: slice) -> bool:
             of_q = np.arange(part.stop - part.start)
-            return contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], contacts[part], out[part])
+            return contacts.contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], all_contacts[part], out[part])
 
         in_parts(run, len(rows), threads=threads)
 
     def _edges(self, a: Array, b: Array, scene: Scene, resolution: float, threads: int | None) -> tuple[NDArray[np.int64], Array]:
         """The status of each edge, and the fraction of it that is free, shape (n,) each."""
-        status, free, edges_each = np.empty(len(a), dtype=np.int64), np.empty(len(a)), entry("continuous.edges_each")
+        status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
 
         def run(part: slice) -> bool:
-            return edges_each(*scene, for_kernel(a[part]), for_kernel(b[part]), resolution, status[part], free[part])
+            return continuous.edges_each(*scene, for_kernel(a[part]), for_kernel(b[part]), resolution, status[part], free[part])
 
         in_parts(run, len(a), least=WORTH_A_THREAD, threads=threads)
         return status, free
 
     def _touches(self, q: NDArray[np.float64], scene: Scene) -> bool:
-        result = self._overlap_one(*scene, for_kernel(q))
+        result = overlap.overlap_one(*scene, for_kernel(q))
         if result == OUT_OF_RANGE:
             refuse_out_of_range(q)
         return result == OVERLAPS
 
     def _nearest(self, q: NDArray[np.float64], scene: Scene, threads: int | None = None) -> NDArray[np.float64]:
         """The nearest pair of each q (``kernels.collision.nearest``), shape (..., NEAREST_WIDTH)."""
-        nearest, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
-        out, nearest_batch = nearest.reshape(-1, NEAREST_WIDTH), entry("nearest.nearest_batch")
-        if not in_parts(lambda part: nearest_batch(*scene, rows[part], out[part]), len(rows), threads=threads):
+        found, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
+        out = found.reshape(-1, NEAREST_WIDTH)
+        if not in_parts(lambda part: nearest.nearest_batch(*scene, rows[part], out[part]), len(rows), threads=threads):
             refuse_out_of_range(q)
-        return nearest
+        return found
 
     def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
         """The pairs of links that touch at q, shape (n_dof,), of those that are checked.
@@ -334,7 +326,7 @@ class Checker:
         if q.ndim != 1:
             raise InputError("at", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
         held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
-        pairs = dict.fromkeys((pair.link, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
+        pairs = dict.fromkeys((pair.link_a, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
         return tuple(pair for pair in pairs if held.isdisjoint(pair))
 
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
@@ -383,13 +375,13 @@ class Checker:
     def _all_touch(self, scene: Scene, q: Array) -> bool:
         """Whether anything of a robot touches at each q."""
         hits, groups = np.empty((1, len(q)), dtype=np.bool_), np.zeros(len(scene.pairs), dtype=np.int64)
-        entry("overlap.overlap_groups")(scene.joints, scene.bodies, scene.vertices, scene.pairs, groups, q, hits)
+        overlap.overlap_groups(scene.joints, scene.bodies, scene.vertices, scene.pairs, groups, q, hits)
         return bool(hits.all())
 
     def _all_touch_as(self, asked: ArrayLike, scene: Scene, q: Array) -> bool:
         """The same, by the entry for one q if one is asked for."""
         if as_positions(asked, self.tree).ndim == 1:
-            return all(self._overlap_one(*scene, row) == OVERLAPS for row in q)
+            return all(overlap.overlap_one(*scene, row) == OVERLAPS for row in q)
         return self._all_touch(scene, q)
 
     def _all_touch_by_distance(self, scene: Scene, q: Array) -> bool:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from ulna.collision.bodies import Bodies
 from ulna.collision.report import Pair, Report
-from ulna.drivers import entry
+from ulna.drivers import contacts
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NORMAL, WITNESS_A, WITNESS_B
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.layout import TOUCH_SET
@@ -20,8 +20,7 @@ def report_at(q: Array, scene: Scene, bodies: Bodies, object_names: tuple[str, .
     candidates = _candidates(q, scene, max_distance)
     found = np.empty((len(candidates), CONTACT_WIDTH))
     rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, len(q)))
-    write = entry("contacts.contacts_each")
-    if not write(*scene, for_kernel(q)[None], rows, candidates, found, no_gradients):
+    if not contacts.contacts_each(*scene, for_kernel(q)[None], rows, candidates, found, no_gradients):
         refuse_out_of_range(q)
     near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
     order = near[np.argsort(found[near, DISTANCE], kind="stable")]
@@ -39,7 +38,7 @@ def _candidates(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64
     indexed, count = np.empty((0, 2), dtype=np.int64), FIRST_ROOM if n_indexed else 0
     while len(indexed) < count:
         indexed = np.empty((count, 2), dtype=np.int64)
-        count = entry("contacts.indexed_candidates")(*robot, n_indexed, max_distance, for_kernel(q), indexed)
+        count = contacts.indexed_candidates(*robot, n_indexed, max_distance, for_kernel(q), indexed)
     of_world = np.concatenate([unindexed, indexed[:count] + np.array((0, n + n_unindexed))])
     touch_set = scene.objects[of_world[:, 1] - n, TOUCH_SET].astype(np.int64)
     return np.concatenate([of_world[~scene.may_touch[of_world[:, 0], touch_set]], scene.pairs])

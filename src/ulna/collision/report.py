@@ -13,7 +13,7 @@ class Pair:
     Attributes:
         name_a: The robot's shape.
         name_b: Another shape of the robot, or the object of the world.
-        link: The link of ``name_a``, or its own name if it is an attached object.
+        link_a: The link of ``name_a``, or its own name if it is an attached object.
         link_b: The same of ``name_b``; None if that is of the world.
         signed_distance: Their distance [m]; negative: minus the penetration depth. The depth is never too small; of a cylinder,
             and of two meshes of many hundred vertices each, it may be an upper bound (docs/conventions.md says how close).
@@ -24,7 +24,7 @@ class Pair:
 
     name_a: str
     name_b: str
-    link: str
+    link_a: str
     link_b: str | None
     signed_distance: float
     witness_a: NDArray[np.float64]

@@ -5,16 +5,15 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.convex_mesh import ConvexMesh
-from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Shape, Sphere
 from ulna.errors import GeometryError
 from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 
 NO_VERTICES = np.zeros((0, 3))
 
 _ADVICE = (
-    "robot.with_convex_hulls() (pip install 'ulna[hulls]') or robot.with_convex_pieces() (pip install 'ulna[decompose]') puts"
-    " convex shapes in the place of a robot's meshes, and so does ulna view with --meshes"
+    "ulna.load(..., meshes='hulls') (pip install 'ulna[hulls]') or meshes='decompose' (pip install 'ulna[decompose]') puts"
+    " convex shapes in the place of a robot's meshes, and so do robot.with_convex_hulls() and ulna view with --meshes"
 )
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ulna.collision.allowed import ADJACENT, ALWAYS, FIXED, NEVER, SOMETIMES, AllowedCollisions, LinkPair, as_link_pairs
 from ulna.collision.bodies import Bodies
 from ulna.description.robot_description import Description
-from ulna.drivers import entry
+from ulna.drivers import overlap
 from ulna.kinematics.positions import for_kernel
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
@@ -92,7 +92,7 @@ def sampled(tree: Tree, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> li
     touching = np.empty((len(link_pairs), SAMPLES), dtype=np.bool_)
     groups = np.repeat(np.arange(len(link_pairs)), [len(bodies.pairs_of([links])) for links in link_pairs])
     pairs, vertices = bodies.table_of_pairs(link_pairs), None if bodies.only_boxes else bodies.vertices
-    entry("overlap.overlap_groups")(tree.joints, bodies.table, vertices, pairs, groups, for_kernel(q), touching)
+    overlap.overlap_groups(tree.joints, bodies.table, vertices, pairs, groups, for_kernel(q), touching)
     return [_judged(a, b, touches, q) for (a, b), touches in zip(link_pairs, touching, strict=True)]
 
 

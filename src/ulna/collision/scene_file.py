@@ -18,11 +18,9 @@ from numpy.typing import NDArray
 
 from ulna.collision.world import World
 from ulna.description.clouds import HeightMap, Obstacle, PointCloud
-from ulna.description.convex_mesh import ConvexMesh
-from ulna.description.file_bytes import file_bytes, write_whole
-from ulna.description.json_text import json_value
+from ulna.description.file_bytes import file_bytes, json_value, write_whole
 from ulna.description.pose import as_one_pose, pose, rpy_from_matrix
-from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Sphere
 from ulna.errors import DescriptionError, FileError, InputError, UlnaError, did_you_mean
 
 VERSION = 1

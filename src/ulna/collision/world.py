@@ -203,4 +203,7 @@ class World:
 def _refuse_unsolid(name: str, shape: object) -> None:
     if not isinstance(shape, Obstacle):
         kind = type(shape).__name__
-        raise GeometryError(f"object {name!r} is a {kind}, which cannot be checked; ulna.ConvexMesh.from_points() makes a hull")
+        makes = "ulna.ConvexMesh.from_points() makes a hull"
+        if isinstance(shape, np.ndarray | list | tuple):
+            makes = f"ulna.PointCloud(points, radius) makes a cloud of points, ulna.HeightMap(heights, cell) terrain, and {makes}"
+        raise GeometryError(f"object {name!r} is a {kind}, which cannot be checked; {makes}")

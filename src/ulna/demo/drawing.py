@@ -13,8 +13,7 @@ from ulna.description.names import panda
 from ulna.description.pose import pose
 from ulna.description.shapes import Box, Cylinder
 from ulna.robot import Robot
-from ulna.viewer.palette import MOVABLE
-from ulna.viewer.solid import Solid, collision_boxes
+from ulna.viewer.palette import MOVABLE, Solid, collision_boxes
 
 WORD_POSITION = (0.0, 0.0, -LIGHT.length)  # of the word beside the light, in the light's frame [m]
 _SHAFT, _HEAD = Cylinder(radius=0.004, length=0.2), Cylinder(radius=0.011, length=0.03)

@@ -11,10 +11,10 @@ from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.caption import Caption
-from ulna.viewer.film.model import Model
 from ulna.viewer.film.painter import Ground, Picture
-from ulna.viewer.film.record import Form, Tell, report_nothing, write_pictures
-from ulna.viewer.solid import collision_boxes
+from ulna.viewer.film.recording import Form, Tell, report_nothing, write_pictures
+from ulna.viewer.film.skin import Model
+from ulna.viewer.palette import collision_boxes
 
 DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.45), fov=0.72)  # the box stays in sight
 DEMO_GROUND = Ground(middle=(0.1, 0.0, 0.4), radius=1.3)

@@ -14,14 +14,14 @@ from ulna.demo.record_button import RecordButton
 from ulna.demo.scenario import BOX_START, Demo, light_color, light_word
 from ulna.demo.scene import DemoScene
 from ulna.description.pose import pose
+from ulna.viewer.arm import REAL_ARM
 from ulna.viewer.compiler import Compiler
-from ulna.viewer.html import marked, plain
-from ulna.viewer.joints import JointSliders
+from ulna.viewer.html import marked, small_text
+from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
-from ulna.viewer.notice import Notice
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.palette import GREEN, RED, UNKNOWN
-from ulna.viewer.visibility import REAL_ARM
+from ulna.viewer.readings import Notice
 
 FRAMES_PER_SECOND = 30.0
 STOP_WITHIN_S = 2.0
@@ -141,9 +141,9 @@ class DemoApp:
 
     def _add_widgets(self) -> None:
         gui = self.server.gui
-        gui.add_html(plain(_WHAT))
+        gui.add_html(small_text(_WHAT))
         if self.scene.arm.missing:
-            gui.add_html(plain(REAL_ARM))
+            gui.add_html(small_text(REAL_ARM))
         self.verdict = gui.add_html(marked(light_word(None), light_color(None), filled=False))
         self.notice = Notice(gui)
         self.avoiding = gui.add_checkbox("Plan around the box", initial_value=False, hint=_AROUND)

@@ -21,7 +21,7 @@ from ulna.demo.scenario import BOX_NAME
 from ulna.demo.script import Moment
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.painter import Picture
-from ulna.viewer.film.record import Form
+from ulna.viewer.film.recording import Form
 
 RATE, HEIGHT, LONGEST_S = 30, 720, 120.0
 STOP_WITHIN_S = 5.0

@@ -8,7 +8,7 @@ from ulna.collision.report import Report
 from ulna.demo.drawing import WORD_POSITION
 from ulna.demo.scenario import BOX, BOX_NAME, LIGHT, LIGHT_POSITION, Demo, light_color, light_word
 from ulna.viewer.arm import Arm
-from ulna.viewer.handles import Handles
+from ulna.viewer.nodes import Handles
 from ulna.viewer.palette import MOVABLE
 from ulna.viewer.stage import stand_back_where_narrow
 

@@ -63,6 +63,17 @@ def child_process(program: str, memory: int, seconds: float) -> Iterator[tuple[s
             child.communicate()
 
 
+def last_words(child: subprocess.Popen, errors: bytes) -> str:
+    """The last line that a child wrote to its standard error, safe to print on a terminal; else its exit status."""
+    lines = errors.decode(errors="replace").strip().splitlines()
+    return printable(lines[-1]) if lines else f"exit status {child.returncode}"
+
+
+def printable(text: str) -> str:
+    """Text with escapes in place of control characters."""
+    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
+
+
 def _environment() -> dict[str, str]:
     """What a Python needs to start. An empty element of a path of libraries would be the current folder."""
     kept = {name: os.environ[name] for name in ("SYSTEMROOT",) if name in os.environ}

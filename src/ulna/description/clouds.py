@@ -5,11 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.description.arrays import as_floats
 from ulna.description.robot_description import frozen
-from ulna.description.shapes import Solid, lengths
+from ulna.description.shapes import Solid, as_points, lengths, within_reach
 from ulna.errors import InputError
-from ulna.kernels.layout import LARGEST
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +31,7 @@ class PointCloud:
     radius: float
 
     def __init__(self, points: ArrayLike, radius: float) -> None:
-        rows = _bounded("points", points)
-        if rows.ndim != 2 or rows.shape[1] != 3 or not len(rows):
-            raise InputError("points", f"shape {rows.shape}; points of shape (n, 3) are expected, at least one")
+        rows = as_points("points", points)
         object.__setattr__(self, "points", frozen(rows, rows.shape))
         object.__setattr__(self, "radius", lengths("radius", (radius,), 1)[0])
 
@@ -69,10 +65,13 @@ class HeightMap:
     bottom: float
 
     def __init__(self, heights: ArrayLike, cell: float, bottom: float | None = None) -> None:
-        grid = _bounded("heights", heights)
+        grid = within_reach("heights", heights)
         if grid.ndim != 2 or not grid.size:
             raise InputError("heights", f"shape {grid.shape}; heights of shape (nx, ny) are expected, at least one")
-        low = float(grid.min()) if bottom is None else _one_number("bottom", bottom)
+        lowest = grid.min() if bottom is None else within_reach("bottom", bottom)
+        if lowest.ndim:
+            raise InputError("bottom", f"shape {lowest.shape}; one number is expected")
+        low = float(lowest)
         if (grid < low).any():
             raise InputError("bottom", f"{low:g} m is above some heights: the least is {grid.min():g} m")
         object.__setattr__(self, "heights", frozen(grid, grid.shape))
@@ -91,17 +90,3 @@ class HeightMap:
 
 Obstacle = Solid | PointCloud | HeightMap
 """What a world may hold."""
-
-
-def _bounded(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    numbers = as_floats(name, values)
-    if not (np.abs(numbers) <= LARGEST).all():
-        raise InputError(name, f"finite numbers of at most {LARGEST:g} m are expected")
-    return numbers
-
-
-def _one_number(name: str, value: ArrayLike) -> float:
-    number = _bounded(name, value)
-    if number.ndim:
-        raise InputError(name, f"shape {number.shape}; one number is expected")
-    return float(number)

@@ -1,13 +1,15 @@
-"""Reads and writes the bytes of files.
+"""Reads and writes the bytes of files, and reads JSON from an untrusted source.
 
 Reading a pipe without a writer ends after a time limit. A file is written completely or not at all.
 """
 
+import json
 import os
 import select
 import stat
 import time
 from pathlib import Path
+from typing import Any
 
 PIPE_PATIENCE_S = 10.0
 _AT_ONCE = 1 << 20
@@ -28,7 +30,7 @@ def file_bytes(path: str | Path, most: int) -> bytes:
 
 
 def regular_file_bytes(path: str | Path, most: int) -> bytes:
-    """The same of a regular file only, for a path from an untrusted description.
+    """The bytes of a regular file only, for a path from an untrusted description.
 
     Raises:
         OSError: It cannot be opened or read, or is not a file.
@@ -79,3 +81,33 @@ def _pipe_bytes(pipe: int, most: int) -> bytes:
             break
         read += chunk
     return bytes(read[: most + 1])
+
+
+_MOST_LEVELS = 50  # of lists in lists: our own files have about ten; Python's recursion ends near a thousand
+
+
+def json_value(text: str | bytes, **options: Any) -> Any:
+    """The value of a JSON text.
+
+    Args:
+        text: The text.
+        **options: Those of ``json.loads``.
+
+    Raises:
+        ValueError: It is not JSON, or has more levels than are read.
+    """
+    try:
+        value = json.loads(text, **options)
+    except RecursionError:
+        raise ValueError(f"it has more than {_MOST_LEVELS} levels") from None
+    level, n_levels = [value], 0
+    while level:
+        level = [inner for outer in level for inner in _inside(outer) if isinstance(inner, (dict, list))]
+        n_levels += 1
+        if n_levels > _MOST_LEVELS:
+            raise ValueError(f"it has more than {_MOST_LEVELS} levels")
+    return value
+
+
+def _inside(value: Any) -> Any:
+    return value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()

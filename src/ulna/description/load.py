@@ -1,21 +1,90 @@
-"""Loads a description by a bundled name, a path, text, or the name of a robot elsewhere."""
+"""Loads a description by a bundled name, a path, text, or the name of a robot elsewhere; expands it if it is xacro."""
 
+import re
 import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ulna.description.document import Document, expanded, is_text, open_document, refuse_arguments
-from ulna.description.meshes.addresses import with_mesh_paths
-from ulna.description.names.bundled import BUNDLED
-from ulna.description.names.by_name import find_by_name
+from ulna.description.file_bytes import file_bytes
+from ulna.description.meshes.mesh_files import with_mesh_paths
+from ulna.description.names.by_name import BUNDLED, find_by_name
 from ulna.description.packages import as_package_dirs
 from ulna.description.references import matched
 from ulna.description.robot_description import Description
 from ulna.description.srdf import read_srdf
 from ulna.description.urdf import decoded, read_urdf
-from ulna.description.xml import parse
-from ulna.errors import DescriptionWarning, InputError
+from ulna.description.xacro.expansion import expand_xacro, is_xacro
+from ulna.description.xml import LONGEST, parse
+from ulna.errors import DescriptionWarning, FileError, InputError
+
+
+@dataclass(frozen=True)
+class Document:
+    """Text, its name in messages, its folder (None for text that was passed as such), and the folders of packages."""
+
+    text: bytes
+    source: str
+    folder: Path | None = None
+    package_dirs: tuple[Path, ...] = ()
+
+
+def is_text(source: str) -> bool:
+    """Whether a string is a document, not a path."""
+    return source.lstrip("\ufeff \t\r\n").startswith("<")
+
+
+def open_document(argument: str, source: str | Path, kind: str) -> Document:
+    """The document at a path, or in a string that begins with ``<``. ``argument`` and ``kind`` name it in messages.
+
+    Raises:
+        FileError: The file cannot be read.
+    """
+    if isinstance(source, str) and is_text(source):
+        return Document(_encoded(argument, source), f"{kind} text")
+    path = Path(source)
+    try:
+        return Document(file_bytes(path, LONGEST), path.name, path.parent)  # one that is too long is refused when parsed
+    except FileNotFoundError:
+        raise FileError(str(path), "no such file") from None
+    except (OSError, ValueError) as error:
+        raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
+
+
+def expanded(document: Document, xacro_args: Mapping[str, object], package_dirs: tuple[Path, ...]) -> Document:
+    """What a xacro file expands to; any other document as it is, which takes no arguments. It holds the ``package_dirs``.
+
+    Raises:
+        DescriptionError: The document is not XML, or cannot be expanded.
+        InputError: It takes no arguments, or has none of a given name.
+    """
+    if is_xacro(parse(document.text, document.source)):
+        text = expand_xacro(document.text, document.source, document.folder, xacro_args, package_dirs)
+        return Document(text, f"{document.source} (expanded; `ulna urdf` prints it)", document.folder, package_dirs)
+    refuse_arguments(document.source, xacro_args)
+    return replace(document, package_dirs=package_dirs)
+
+
+def refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
+    """Refuse arguments for a document that takes none.
+
+    Raises:
+        InputError: There are arguments.
+    """
+    if xacro_args:
+        raise InputError("xacro_args", f"{source} is not a xacro file, so it takes no arguments")
+
+
+def _encoded(argument: str, source: str) -> bytes:
+    """Text as UTF-8, without an encoding that it may declare, and without what comes before an XML declaration."""
+    text = source.lstrip("\ufeff")
+    if text.lstrip().startswith("<?xml"):
+        text = re.sub(r"""\s+encoding=(["'])[^"']*\1""", "", text.lstrip(), count=1)
+    try:
+        return text.encode()
+    except UnicodeEncodeError as error:
+        raise InputError(argument, f"text that is not Unicode ({error})") from None
+
 
 _SUFFIXES = (".urdf", ".xacro", ".srdf", ".xml", ".sdf", ".mjcf")
 _LONGEST_NAME = 100

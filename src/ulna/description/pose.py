@@ -124,7 +124,8 @@ def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     """
     T = as_floats(name, T)
     if T.shape[-2:] != (4, 4):
-        raise InputError(name, f"shape {T.shape}, but poses have shape (..., 4, 4)")
+        hint = "; ulna.pose(xyz, rpy) makes one" if T.shape[-1:] == (3,) and T.shape[-2:] != (3, 3) else ""
+        raise InputError(name, f"shape {T.shape}, but poses have shape (..., 4, 4){hint}")
     R = T[..., :3, :3]
     faults = {
         "has an entry that is not finite": ~np.isfinite(T).all(axis=(-2, -1)),

@@ -1,10 +1,11 @@
-"""Checks an SRDF against its robot; drops references to unknown names with a warning."""
+"""Checks an SRDF against its robot, drops references to unknown names with a warning, and finds the joints of its groups."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from ulna.description.robot_description import N_POSITIONS, Description, JointType
+from ulna.description.robot_description import N_POSITIONS, Description, Joint, JointType
 from ulna.description.semantic import DisabledCollision, EndEffector, Group, GroupState, Srdf
+from ulna.description.structure import joints_to_root
 from ulna.errors import DescriptionError, did_you_mean
 
 _N_VALUES = {**N_POSITIONS, JointType.FLOATING: 7}  # in a state a floating joint has a quaternion
@@ -58,7 +59,7 @@ class _Check:
         return name in known
 
     def has_all(self, kind: str, names: Iterable[str], who: str, line: int | None) -> bool:
-        """The same for several names: a warning for each unknown one."""
+        """Whether there are all of several names, with a warning for each that there is not."""
         return sum(not self.has(kind, name, who, line) for name in names) == 0
 
     def warn(self, sentence: str, line: int | None) -> None:
@@ -125,3 +126,20 @@ class _Check:
 
 def _words(values: tuple[float, ...], most: int = 8) -> str:
     return " ".join(f"{value:g}" for value in values[:most]) + " ..." * (len(values) > most)
+
+
+def with_chains_listed(srdf: Srdf, description: Description) -> Srdf:
+    """The groups with the joints of their chains listed one by one, so that the rest of a cut chain is known."""
+    carriers = {joint.child: joint for joint in description.joints}
+    return replace(srdf, groups=tuple(replace(group, joints=tuple(own_joints(group, carriers))) for group in srdf.groups))
+
+
+def own_joints(group: Group, carriers: dict[str, Joint]) -> set[str]:
+    """The joints listed, those that carry the links listed, and those between the ends of the chains."""
+    joints = set(group.joints) | {carriers[link].name for link in group.links if link in carriers}
+    return joints.union(*(joints_between(base, tip, carriers) for base, tip in group.chains))
+
+
+def joints_between(base: str, tip: str, carriers: dict[str, Joint]) -> set[str]:
+    """The joints of a chain: those between its two ends."""
+    return joints_to_root(base, carriers) ^ joints_to_root(tip, carriers)

@@ -8,9 +8,8 @@ from collections.abc import Iterable
 
 from lxml import etree
 
-from ulna.description.elements import Reader
 from ulna.description.semantic import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
-from ulna.description.xml import parse, without_namespace
+from ulna.description.xml import Reader, parse, without_namespace
 
 _MOST = 2000  # groups, chains and states: resolving them takes their number times that of the joints
 

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.given_names import refuse_no_name
-from ulna.description.group_joints import with_chains_listed
-from ulna.description.references import matched
+from ulna.description.references import matched, with_chains_listed
 from ulna.description.robot_description import Description, Joint, JointType, Link
 from ulna.description.structure import leaf_links, root_link
 from ulna.errors import DescriptionError, InputError, UnknownNameError

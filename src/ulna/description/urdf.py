@@ -8,11 +8,10 @@ import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
 
-from ulna.description.elements import Reader
 from ulna.description.pose import pose
 from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from ulna.description.xml import parse, without_namespace
+from ulna.description.xml import Reader, parse, without_namespace
 from ulna.errors import DescriptionError, did_you_mean
 from ulna.kernels.layout import LARGEST
 

@@ -6,10 +6,9 @@ import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
 
-from ulna.description.convex_mesh import ConvexMesh
 from ulna.description.pose import rpy_from_matrix
-from ulna.description.robot_description import Body, Description, Joint, JointType, Link, Safety
-from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from ulna.description.robot_description import Body, Description, Joint, JointType
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere
 from ulna.errors import DescriptionError, InputError
 
 
@@ -17,18 +16,11 @@ def write_urdf(description: Description) -> str:
     """The URDF document of a description: kinematics, limits and shapes. It lacks what the model lacks, such as inertia."""
     robot = etree.Element("robot", name=description.name)
     for link in description.links:
-        robot.append(_link(link))
-    for joint in description.joints:
-        robot.append(_joint(joint))
+        element = etree.SubElement(robot, "link", name=link.name)
+        for tag, bodies in (("visual", link.visuals), ("collision", link.collisions)):
+            element.extend(_body(tag, body) for body in bodies)
+    robot.extend(_joint(joint) for joint in description.joints)
     return etree.tostring(robot, pretty_print=True, encoding="unicode")
-
-
-def _link(link: Link) -> etree._Element:
-    element = etree.Element("link", name=link.name)
-    for tag, bodies in (("visual", link.visuals), ("collision", link.collisions)):
-        for body in bodies:
-            element.append(_body(tag, body))
-    return element
 
 
 def _body(tag: str, body: Body) -> etree._Element:
@@ -62,11 +54,7 @@ def _joint(joint: Joint) -> etree._Element:
     element.append(_origin(joint.origin))
     if joint.type not in (JointType.FIXED, JointType.FLOATING):
         etree.SubElement(element, "axis", xyz=_words(joint.axis))
-    limits = {
-        key: _words([value])
-        for key, value in zip(("lower", "upper", "velocity", "effort"), _limits(joint), strict=True)
-        if math.isfinite(value)
-    }
+    limits = _finite({key: getattr(joint.limits, key) for key in ("lower", "upper", "velocity", "effort")})
     if limits and joint.type != JointType.FIXED:
         etree.SubElement(element, "limit", limits)
     if joint.mimic is not None:
@@ -75,14 +63,15 @@ def _joint(joint: Joint) -> etree._Element:
             element, "mimic", joint=mimic.joint, multiplier=_words([mimic.multiplier]), offset=_words([mimic.offset])
         )
     if joint.safety is not None:
-        element.append(_safety(joint.safety))
+        safety = joint.safety
+        soft = {"soft_lower_limit": safety.soft_lower, "soft_upper_limit": safety.soft_upper}
+        gains = {"k_velocity": safety.k_velocity, "k_position": safety.k_position}
+        etree.SubElement(element, "safety_controller", _finite({**gains, **soft}))
     return element
 
 
-def _safety(safety: Safety) -> etree._Element:
-    soft = {"soft_lower_limit": safety.soft_lower, "soft_upper_limit": safety.soft_upper}
-    numbers = {"k_velocity": safety.k_velocity, "k_position": safety.k_position, **soft}
-    return etree.Element("safety_controller", {key: _words([x]) for key, x in numbers.items() if math.isfinite(x)})
+def _finite(numbers: dict[str, float]) -> dict[str, str]:
+    return {key: _words([number]) for key, number in numbers.items() if math.isfinite(number)}
 
 
 def _type(joint: Joint) -> JointType:
@@ -93,10 +82,6 @@ def _type(joint: Joint) -> JointType:
     if joint.type in (JointType.REVOLUTE, JointType.PRISMATIC) and any(infinite) and joint.mimic is None:
         raise DescriptionError(f"joint {joint.name!r} has no finite limits, which URDF requires of a {joint.type} joint")
     return joint.type
-
-
-def _limits(joint: Joint) -> tuple[float, float, float, float]:
-    return joint.limits.lower, joint.limits.upper, joint.limits.velocity, joint.limits.effort
 
 
 def _origin(T: NDArray[np.float64]) -> etree._Element:

@@ -1,5 +1,6 @@
-"""Parses XML with limits: no entities, no network, no unlimited depth."""
+"""Parses XML with limits on entities, network and depth; reads children, attributes and numbers of its elements."""
 
+import math
 import re
 
 from lxml import etree
@@ -46,3 +47,94 @@ def without_namespace(root: etree._Element) -> etree._Element:
         for element in root.iter(f"{prefix}*"):
             element.tag = str(element.tag).removeprefix(prefix)
     return root
+
+
+class Reader:
+    """Reads the elements of one document, whose name, ``source``, is in every message."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+
+    def fail(self, element: etree._Element, message: str) -> DescriptionError:
+        """An error with the line of an element."""
+        return DescriptionError(message, self.source, element.sourceline)
+
+    def child(self, element: etree._Element, tag: str) -> etree._Element:
+        """The child of that tag.
+
+        Raises:
+            DescriptionError: There is no such child, or there are several.
+        """
+        child = self.only(element, tag)
+        if child is None:
+            raise self.fail(element, f"<{element.tag}> {element.get('name')!r} has no <{tag}>")
+        return child
+
+    def only(self, element: etree._Element, tag: str) -> etree._Element | None:
+        """The child of that tag, or None.
+
+        Raises:
+            DescriptionError: There are several.
+        """
+        children = element.findall(tag)
+        if len(children) > 1:
+            name = "".join(f" {value!r}" for value in [element.get("name")] if value)
+            raise self.fail(children[1], f"<{element.tag}>{name} has {len(children)} <{tag}>; one is expected")
+        return children[0] if children else None
+
+    def attribute(self, element: etree._Element, key: str) -> str:
+        """An attribute that must be there.
+
+        Raises:
+            DescriptionError: It is missing or empty.
+        """
+        value = element.get(key)
+        if not value:
+            raise self.fail(element, f"<{element.tag}> has no attribute {key!r}")
+        return value
+
+    def number(self, element: etree._Element, key: str, default: float | None = None, low: float = -math.inf) -> float:
+        """An attribute that is one finite number of at least ``low``; ``default`` if it is missing.
+
+        Raises:
+            DescriptionError: It is missing without a default, or not such a number.
+        """
+        if default is not None and key not in element.attrib:
+            return default
+        return self.vector(element, key, 1, low)[0]
+
+    def triple(self, element: etree._Element, key: str, low: float = -math.inf) -> tuple[float, float, float]:
+        """An attribute that is three finite numbers of at least ``low``.
+
+        Raises:
+            DescriptionError: It is missing, or not three such numbers.
+        """
+        x, y, z = self.vector(element, key, 3, low)
+        return x, y, z
+
+    def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
+        """An attribute that is ``count`` finite numbers of at least ``low``.
+
+        Raises:
+            DescriptionError: It is missing, or not so many such numbers.
+        """
+        text, values = self.attribute(element, key), self.numbers(element, key)
+        if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
+            expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
+            raise self.fail(element, f"<{element.tag}> {key}={text!r}: {expected} expected")
+        return values
+
+    def numbers(self, element: etree._Element, key: str) -> tuple[float, ...]:
+        """An attribute that is any count of numbers, which may be infinite or NaN.
+
+        Raises:
+            DescriptionError: It is missing, or has a word that is not a number.
+        """
+        text = self.attribute(element, key)
+        try:
+            if "_" in text or not text.isascii():
+                raise ValueError  # noqa: TRY301
+            return tuple(float(word) for word in text.split())
+        except ValueError:
+            hint = " (an expression: is this a xacro file without its xmlns:xacro?)" if "${" in text else ""
+            raise self.fail(element, f"<{element.tag}> {key}={text!r}: not numbers{hint}") from None

@@ -155,7 +155,7 @@ def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
 
 @entry((TABLE, TABLE, NUMBERS, MATRIX, NUMBERS, MATRIX, MATRIX))
 def nearest_branch_of_one(table, chain, plan, target, seed, q_out, info):
-    """The same for one target (4, 4) and one seed (6,)."""
+    """``nearest_branches`` for one target (4, 4) and one seed (6,)."""
     return run_targets(table, chain, plan, target.reshape((1, 4, 4)), seed.reshape((1, N_AXES)), q_out, info)
 
 

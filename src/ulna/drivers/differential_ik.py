@@ -5,9 +5,8 @@ from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, zero_rows
 from ulna.engine.signatures import CONSTANTS, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.ik.bounded_least_squares import bounded_least_squares
-from ulna.kernels.ik.scratch_layout import N_SYSTEM, N_TURNED
-from ulna.kernels.ik.velocity_bounds import velocity_bounds
+from ulna.kernels.ik.bounded_least_squares import bounded_least_squares, velocity_bounds
+from ulna.kernels.ik.search_layout import N_SYSTEM, N_TURNED
 from ulna.kernels.spatial.elementary import all_in_range
 
 
@@ -15,7 +14,7 @@ from ulna.kernels.spatial.elementary import all_in_range
 def differential_one(chain, expressed_in, limits, velocity_limits, damping, dt, q, twist, work, out):
     """Write the joint velocities to out, shape (n_dof,), for one q and one twist (6,). False if a number is out of range.
 
-    work: at least N_PER_JOINT n_dof + N_SYSTEM + N_TURNED numbers (``kernels.ik.scratch_layout``), so that nothing is allocated.
+    work: at least N_PER_JOINT n_dof + N_SYSTEM + N_TURNED numbers (``kernels.ik.search_layout``), so that nothing is allocated.
     """
     n = out.shape[0]
     jacobian_rows, free_rows, work = work[: 6 * n], work[6 * n : 12 * n], work[12 * n :]
@@ -31,7 +30,7 @@ def differential_one(chain, expressed_in, limits, velocity_limits, damping, dt, 
 
 @entry((TABLE, WHOLE, TABLE, CONSTANTS, NUMBER, NUMBER, MATRIX, MATRIX, MATRIX))
 def differential_batch(chain, expressed_in, limits, velocity_limits, damping, dt, q, twists, out):
-    """The same for q (n, n_dof), twists (n or 1, 6) and out (n, n_dof): eight rows at a time."""
+    """``differential_one`` for q (n, n_dof), twists (n or 1, 6) and out (n, n_dof): eight rows at a time."""
     n, n_dof = out.shape
     q_rows, twist_rows, x_rows = zero_rows(n_dof), zero_rows(6), zero_rows(n_dof)
     jacobian_rows, bound_rows = empty_rows(6 * n_dof), empty_rows(2 * n_dof)

@@ -18,11 +18,11 @@ from ulna.kernels.ik.levenberg_marquardt import (
     RUNNING,
     TAKEN,
 )
-from ulna.kernels.ik.scratch_layout import N_SYSTEM
 from ulna.kernels.ik.search_layout import (
     DAMPING,
     ITERATIONS,
     MISSED,
+    N_SYSTEM,
     NOT_FOUND,
     POSITION_ERROR,
     RESIDUAL,
@@ -49,7 +49,7 @@ def search_state(n_dof):
 
 @kernel
 def write_target(target, target_rows, lane):
-    """Write a pose of plain numbers to a lane."""
+    """Write a pose of twelve numbers to a lane."""
     for k in range(12):
         target_rows[k, lane] = target[k]
 

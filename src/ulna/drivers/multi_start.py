@@ -47,7 +47,7 @@ def search_jobs(chain, targets, order, seeds, bounds, samples, posture, settings
 
 @entry((TABLE, NUMBERS, MATRIX, NUMBERS, MATRIX, MATRIX))
 def search_one(chain, plan, target, seed, q_out, info):
-    """The same for one target (4, 4) and one seed (n_dof,), with few arguments: each costs a call some 50 ns.
+    """Search for one target (4, 4) from one seed (n_dof,) and samples; with few arguments: each costs a call some 50 ns.
 
     plan: the settings, the bounds (4 n_dof numbers), the posture and the samples, one after the other; q_out: (1, n_dof); info:
     (1, N_INFO). Returns whether it is solved.

@@ -17,9 +17,7 @@ from ulna.engine.decorators import entry, kernel
 from ulna.engine.lanes import WIDTH, any_lane, empty_rows, load, splat, store, where
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.chain.poses import chain_pose
-from ulna.kernels.ik.damped_least_squares import DAMPING
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, error_squares, pose_error, within_bounds
 from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, LAMBDA, P2, R2, RUNNING, TAKEN
 from ulna.kernels.ik.search_layout import (
@@ -35,9 +33,9 @@ from ulna.kernels.ik.search_layout import (
     TASK,
     WHOLE_POSE,
 )
-from ulna.kernels.ik.task import task_error
-from ulna.kernels.ik.textbook import largest_entry, take_step, task_squares
-from ulna.kernels.layout import LARGEST_DEFECT
+from ulna.kernels.ik.task_error import task_error
+from ulna.kernels.ik.textbook import DAMPING, largest_entry, take_step, task_squares
+from ulna.kernels.layout import IN_BASE, LARGEST_DEFECT
 from ulna.kernels.spatial.se3 import load_pose, matrix_pose, rigidity_defect
 
 LARGEST_STEP = 1.0  # rad or m
@@ -60,7 +58,7 @@ def descend(chain, method, settings, rows, scratch, trace):
     least, taken = p2 + r2, splat(0.0, scale)  # least is carried along: evaluated again it would round differently
     steps, moving = 0, True
     while moving:
-        pose = chain_jacobian(chain, q_rows, BASE, jacobian_rows, 6, 1)
+        pose = chain_jacobian(chain, q_rows, IN_BASE, jacobian_rows, 6, 1)
         e = whole = pose_error(pose, target)
         if int(settings[TASK]) != WHOLE_POSE:
             e = task_error(settings, pose, target, e, jacobian_rows)

@@ -1,7 +1,7 @@
-"""Makes machine code of formulas, and finds it by name. The only package that knows Numba.
+"""Makes machine code of formulas. The only package that knows Numba.
 
 ========================== ==========================================================================================
-``entries``                entries by name: what callers ask for, whoever provides the machine code
+``entries``                the functions that callers import, whoever provides their machine code
 ``threads, processors``    large batches in parts, and what this process may compute with
 ``lanes``                  the operations of the number that may be eight numbers, as NumPy; how many it holds
 ``ahead``                  machine code that a wheel brings, for the CPU at hand

@@ -20,15 +20,16 @@ NATIVE = "native"
 _SOURCE = "pip install --no-binary ulna ulna (which compiles on this machine, with Numba)"
 
 
-def ahead_entry(package: str, name: str) -> Callable[..., Any] | None:
-    """An entry of a package of drivers from the library of this CPU; None where Numba compiles, or if there is no such entry.
+def ahead_entry(module: str, function: str) -> Callable[..., Any] | None:
+    """A function of a module of drivers from the library of this CPU; None where Numba compiles, or if it is no entry.
 
     Raises:
         UlnaError: The library is missing or damaged, or this CPU is below the lowest level.
         InputError: ``ULNA_CPU`` names no level that there is and this CPU has.
     """
     library = _library() if is_ahead() else None
-    return None if library is None or library.package != package else library.find(name)
+    package, _, name = module.rpartition(".")
+    return None if library is None or library.package != package else library.find(f"{name}.{function}")
 
 
 def is_ahead() -> bool:
@@ -56,7 +57,7 @@ class Library:
         import ctypes  # noqa: PLC0415 - a clone does not need it
 
         self.level, self.package = name, index["package"]
-        self._entries = index["entries"]
+        self._entries, self._made = index["entries"], {}
         self._file = folder / index["levels"][name]["file"]
         try:
             whole = self._file.stat().st_size == index["levels"][name]["size"]  # to load a part of it may end the process
@@ -67,12 +68,13 @@ class Library:
             raise _damaged(self._file, "its size is not that of the wheel")
 
     def find(self, name: str) -> Callable[..., Any] | None:
-        """An entry of it, or None."""
+        """An entry of it, made once; or None."""
         entry = self._entries.get(name)
-        if entry is None:
-            return None
-        overloads = tuple((self._address(one["symbol"]), one["signature"]) for one in entry["overloads"])
-        return _extension(self._file.parent).make_entry(name, overloads, entry["result"], entry["releases_lock"])
+        if entry is not None and name not in self._made:
+            overloads = tuple((self._address(one["symbol"]), one["signature"]) for one in entry["overloads"])
+            made = _extension(self._file.parent).make_entry(name, overloads, entry["result"], entry["releases_lock"])
+            self._made.setdefault(name, made)
+        return self._made.get(name)
 
     def _address(self, symbol: str) -> int:
         import ctypes  # noqa: PLC0415 - a clone does not need it

@@ -1,11 +1,11 @@
-"""Binds an entry's leading arguments in C, and puts methods in C in a class.
+"""Binds an entry's leading arguments in C (partial application), and puts methods in C in a class.
 
 The extension comes with a wheel (``ahead``). Without it there are no such functions, and callers go Python's own way.
 """
 
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 
 @cache
@@ -34,6 +34,23 @@ if TYPE_CHECKING or _extension() is None:
 else:
     Quick, Called = _extension().Quick, _extension().Called
 
+
+class Prebound(NamedTuple):
+    """What a robot keeps for its methods in C, which read it in this order (``native/method.c``)."""
+
+    forward: dict[Any, Any]
+    """By link: the pose, a function made by ``bind``."""
+    jacobian: dict[Any, Any]
+    """By link: the Jacobian in the frame "base", a function made by ``bind``."""
+    scene: list[tuple[Any, ...]]
+    """One tuple: the objects of the last scene (None without a world), whether the robot itself is checked, and in this scene
+    ``in_collision`` and ``signed_distance``, or None where that was not called yet."""
+    searches: dict[Any, tuple]
+    """By link: the parts of ``inverse_kinematics`` with default options."""
+    solutions: dict[Any, tuple]
+    """By link: the parts of ``all_solutions`` with default options."""
+
+
 Way = Literal["pose", "truth", "number", "search", "branches"]
 """What a bound function takes and returns (native/ways.c).
 
@@ -50,7 +67,7 @@ def bind(
     """A function of one q of ``n`` entries that calls an entry; None where there is no extension, or Python runs the entry.
 
     Args:
-        entry: As ``Entries.find`` has it.
+        entry: An entry of the drivers.
         way: What the function takes and returns.
         leading: The arguments of the entry that come before q; they must not be resized while the function is used.
         n: The number of entries of q, at least 1.
@@ -74,7 +91,7 @@ def call_in_c(of: type[Called]) -> None:
 def put_in_c(of: type[Quick], names: tuple[str, ...]) -> None:
     """Put methods in C in the place of methods of a class, where there is the extension; it calls these where it must.
 
-    What each of them looks up in an instance is in native/method.c.
+    Each of them looks up the prebound entry for its arguments in the instance's ``_prebound``, a ``Prebound``, and calls it.
     """
     calls = _extension()
     if calls is None:

@@ -1,17 +1,18 @@
 """Marks functions for the compiler, with its flags.
 
 ``kernel``, ``exact_kernel``, ``routine``, ``shared_routine`` and ``workspace`` are for functions that other kernels call;
-``entry`` and ``low_latency_entry`` for those that Python calls, by name (``entries``). These have the types of their arguments
-(``signatures``), and their machine code is kept on disk (``cache``).
+``entry`` and ``low_latency_entry`` for those that Python calls. These have the types of their arguments (``signatures``), and
+their machine code is kept on disk (``cache``). In a wheel an entry is the machine code that was compiled ahead (``ahead``).
 """
 
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import wraps
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
-from ulna.engine.signatures import Signature, fits
+from ulna.engine.ahead import ahead_entry
+from ulna.engine.signatures import Signature, checked
 from ulna.engine.sources import text_of
 
 try:
@@ -32,6 +33,10 @@ _EXACT_FLAGS: dict[str, Any] = {**_FLAGS, "fastmath": {"contract", "nsz"}}
 # kernel that does allocate is not compiled with this flag.
 _NO_REFERENCE_COUNTS: dict[str, Any] = {"_nrt": False}
 _LOW_LATENCY_FLAGS: dict[str, Any] = {**_FLAGS, **_NO_REFERENCE_COUNTS, "nogil": False}
+
+
+P = ParamSpec("P")
+ResultT = TypeVar("ResultT")
 
 
 class Calls(NamedTuple):
@@ -118,7 +123,7 @@ def workspace(function):
     return _compiled(function, forceinline=False, **_FLAGS)
 
 
-def entry(*signatures: Signature) -> Callable[[Callable], Any]:
+def entry(*signatures: Signature) -> Callable[[Callable[P, ResultT]], Callable[P, ResultT]]:
     """Mark a function that Python calls; its machine code is kept on disk.
 
     Args:
@@ -127,25 +132,25 @@ def entry(*signatures: Signature) -> Callable[[Callable], Any]:
     return lambda function: _entry(function, signatures, _FLAGS)
 
 
-def low_latency_entry(signature: Signature) -> Callable[[Callable], Any]:
+def low_latency_entry(signature: Signature) -> Callable[[Callable[P, ResultT]], Callable[P, ResultT]]:
     """Mark a function that Python calls for less than a microsecond of work, where the call itself counts.
 
     It counts no references, so it allocates nothing, and it keeps the interpreter's lock: each of these takes as long as a pose.
-    Where it is asked for by name it is compiled for its one signature, so that arguments of other types raise a ``TypeError``.
+    ``entries.ready`` compiles it for its one signature and for no other, so that arguments of other types raise a ``TypeError``.
     """
     return lambda function: _entry(function, (signature,), _LOW_LATENCY_FLAGS, low_latency=True)
 
 
-def callable_entry(marked: Any) -> Any:
-    """An entry as the drivers have it, ready to be called; one of low latency is compiled or loaded first."""
-    if compiler is not None and ENTRIES[marked].low_latency and not is_plain() and marked not in _closed:
-        _refuse_unless_permitted(marked)
-        with _lock:
-            if marked not in _closed:
-                marked.compile(compiler.numba_types(ENTRIES[marked].signatures[0]))
-                marked.disable_compile()
-                _closed.add(marked)
-    return marked
+def _compile_only(marked: Any, signature: Signature) -> None:
+    """Compile an entry of low latency for its signature, or load it from disk, and let it be compiled for no other."""
+    if marked in _closed:
+        return
+    _refuse_unless_permitted(marked)
+    with _lock:
+        if marked not in _closed:
+            marked.compile(compiler.numba_types(signature))  # pyright: ignore[reportOptionalMemberAccess] - it made ``marked``
+            marked.disable_compile()
+            _closed.add(marked)
 
 
 def is_plain() -> bool:
@@ -166,21 +171,13 @@ def _remember(function: Callable) -> None:
 
 def _entry(function: Callable, signatures: tuple[Signature, ...], flags: dict[str, Any], *, low_latency: bool = False) -> Any:
     _remember(function)
-    marked = function if compiler is None else compiler.compiled_entry(function, flags, _refuse_unless_permitted)
-    if marked is function and low_latency:  # it runs as plain Python
-        marked = _checked(function, signatures[0])
+    marked: Any = ahead_entry(function.__module__, function.__name__)
+    if marked is None:
+        marked = function if compiler is None else compiler.compiled_entry(function, flags, _refuse_unless_permitted)
+        if low_latency:
+            if marked is function:  # it runs as plain Python
+                marked = checked(function, signatures[0])
+            else:
+                marked.compile_now = partial(_compile_only, marked, signatures[0])
     ENTRIES[marked] = Calls(f"{function.__module__}.{function.__name__}", signatures, low_latency)
     return marked
-
-
-def _checked(function: Callable, signature: Signature) -> Callable:
-    """A function of plain Python that refuses arguments of other types, as a compiled one does."""
-
-    @wraps(function)
-    def checked(*arguments):
-        for argument, kind in zip(arguments, signature, strict=True):
-            if not fits(argument, kind):
-                raise TypeError(f"{type(argument).__name__}, but {kind} is expected")
-        return function(*arguments)
-
-    return checked

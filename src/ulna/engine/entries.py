@@ -1,17 +1,30 @@
-"""Finds entries by name, whoever provides their machine code.
+"""Provides the entries of drivers: machine code of a wheel where it brings some, else what Numba compiles.
 
-An entry is a function of the drivers that Python calls. Callers know its name and its arguments, not where its machine code comes
-from: that is decided in ``Entries.find`` alone. Until an entry is asked for, nothing loads the compiler.
+An entry is a function of the drivers that Python calls. A caller imports the driver's module and calls the function:
+``from ulna.drivers import forward``, then ``forward.forward_batch(chain, q, out)``. The import loads nothing. The module, with
+its kernels and the compiler, is loaded when the function is first used, and not at all where this was compiled ahead.
 """
 
 import importlib
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from importlib.util import find_spec
+from types import ModuleType
+from typing import Any, TypeVar
 
 from ulna.engine.ahead import ahead_entry
 from ulna.errors import UlnaError
+
+EntryT = TypeVar("EntryT")
+
+
+def ready(entry: EntryT) -> EntryT:
+    """An entry, its machine code there: one of low latency is compiled now, or loaded from disk, for its one signature."""
+    compile_now = getattr(entry, "compile_now", None)
+    if compile_now is not None:
+        compile_now()
+    return entry
 
 
 @dataclass(frozen=True)
@@ -26,28 +39,24 @@ class Entries:
     package: str
     compiled_together: frozenset[str] = frozenset()
 
-    def find(self, name: str) -> Callable[..., Any]:
-        """An entry by its module and function, such as ``"forward.forward_one"``, ready to be called.
+    def module(self, name: str) -> ModuleType:
+        """A stand-in for a module of the package, of which nothing is loaded yet: ``__getattr__`` of the package.
 
-        Its machine code was compiled ahead, if a wheel brought it; otherwise it is compiled now, or loaded from disk.
+        A name is looked up by ``_taken`` when it is first used. Then it is an attribute of the stand-in, a plain module, so that
+        it is found there as fast as in any.
 
         Raises:
-            LookupError: There is no such entry.
-            UlnaError: The wheel's machine code cannot be used, or neither machine code nor Numba is installed.
+            AttributeError: There is no such module.
         """
-        found = ahead_entry(self.package, name)
-        if found is not None:
-            return found
-        from ulna.engine.decorators import callable_entry, compiler  # noqa: PLC0415 - it loads the compiler
-
-        marked = self.marked(name)
-        asked_for_python = os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}
-        if compiler is None and not asked_for_python:  # it takes a thousand times as long
-            raise UlnaError("there is neither machine code nor a compiler: pip install numba, or install a wheel of ulna again")
-        return callable_entry(marked)
+        path = f"{self.package}.{name}"
+        if name.startswith("__") or find_spec(path) is None:
+            raise AttributeError(f"module {self.package!r} has no attribute {name!r}")
+        module = ModuleType(path)
+        module.__getattr__ = partial(_taken, module)  # type: ignore[method-assign] - of modules it is looked up in the instance
+        return module
 
     def marked(self, name: str) -> Any:
-        """The function that the drivers mark as an entry; none of its machine code need be there yet.
+        """An entry by its module and function, such as ``"forward.forward_one"``; none of its machine code need be there yet.
 
         Raises:
             LookupError: There is no such entry.
@@ -70,3 +79,24 @@ class Entries:
             importlib.import_module(f"{self.package}.{module.name}")
         within = f"{self.package}."
         return [calls.name.removeprefix(within) for calls in ENTRIES.values() if calls.name.startswith(within)]
+
+
+def _taken(stand_in: ModuleType, name: str) -> Any:
+    """What is taken from a stand-in for a module: an entry compiled ahead, else what the module has, which is loaded for it.
+
+    Raises:
+        AttributeError: The module has nothing of this name.
+        UlnaError: The wheel's machine code cannot be used, or neither machine code nor Numba is installed.
+    """
+    if name.startswith("__"):  # what tools look for in any module
+        raise AttributeError(f"module {stand_in.__name__!r} has no attribute {name!r}")
+    found = ahead_entry(stand_in.__name__, name)
+    if found is None:
+        from ulna.engine.decorators import ENTRIES, compiler  # noqa: PLC0415 - it loads the compiler
+
+        found = getattr(importlib.import_module(stand_in.__name__), name)
+        asked_for_python = os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}
+        if compiler is None and not asked_for_python and any(found is entry for entry in ENTRIES):  # it takes 1000 times as long
+            raise UlnaError("there is neither machine code nor a compiler: pip install numba, or install a wheel of ulna again")
+    setattr(stand_in, name, found)
+    return found

@@ -3,7 +3,8 @@
 They are described here without the compiler: what was compiled ahead is found by the same description.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import wraps
 from typing import NamedTuple
 
 import numpy as np
@@ -59,6 +60,19 @@ def fits(value: object, kind: Kind) -> bool:
         and value.flags.aligned
         and (value.flags.writeable or kind.constant)
     )
+
+
+def checked(function: Callable, signature: Signature) -> Callable:
+    """A function of plain Python that refuses arguments of other types, as a compiled one does."""
+
+    @wraps(function)
+    def checked_function(*arguments):
+        for argument, kind in zip(arguments, signature, strict=True):
+            if not fits(argument, kind):
+                raise TypeError(f"{type(argument).__name__}, but {kind} is expected")
+        return function(*arguments)
+
+    return checked_function
 
 
 def text_of_signature(signature: Signature) -> str:

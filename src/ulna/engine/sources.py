@@ -14,7 +14,7 @@ from pathlib import Path
 
 _PACKAGES = dirname(dirname(dirname(__file__)))  # the folder in which Ulna's package lies
 _IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import\b([ \t]*\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE)
-_WITHOUT_CODE = {"ulna.errors"}  # what is raised changes no machine code
+_WITHOUT_CODE = {"ulna.errors", "ulna.engine.ahead"}  # what is raised changes no machine code, nor what was compiled elsewhere
 _COMMENT, _CONTINUED = re.compile(r"#[^\n]*"), re.compile(r"\\\n")
 
 

@@ -19,10 +19,10 @@ from ulna.gpu.search import DeviceResult, OnHost, Search
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import DeviceSolutions, all_solutions
 from ulna.ik.all_solutions import as_samples
-from ulna.ik.closed_form.result import IKSolutions
 from ulna.ik.options import Options
-from ulna.ik.query import Query, refuse_immovable
+from ulna.ik.problem import Query, refuse_immovable
 from ulna.ik.result import IKResult
+from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range

@@ -21,13 +21,12 @@ from ulna.drivers.lane_state import reset_state, write_bounds, write_result, wri
 from ulna.gpu import device
 from ulna.gpu.device import cuda
 from ulna.gpu.rows import Order, column_of, put_rows, rows_of
-from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
-from ulna.ik.query import Query
+from ulna.ik.problem import Query
+from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import IKResult
-from ulna.ik.unit_samples import seed_sample, unit_samples
+from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, N_STATE, P2, R2, RUNNING, advance
-from ulna.kernels.ik.scratch_layout import N_SYSTEM
-from ulna.kernels.ik.search_layout import N_INFO, NOT_A_POSE, NOT_FOUND, SOLVED, START, STATUS, STEPS, WITH_POSTURE
+from ulna.kernels.ik.search_layout import N_INFO, N_SYSTEM, NOT_A_POSE, NOT_FOUND, SOLVED, START, STATUS, STEPS, WITH_POSTURE
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
@@ -131,9 +130,9 @@ class Search:
             info[:, STATUS] = NOT_FOUND
             q = np.zeros((n, n_dof))
             return (device.on_device(q), device.on_device(info)) if device.is_on_device(targets) else (q, info)
-        first = [] if k else [seed_sample(n_dof)]
-        random = unit_samples(query.tree, query.link, query.options.seed, max(0, k * _STARTS - 1), _STARTS - len(first))
-        shared = [query.chain, seeds, query.limits[0], np.concatenate([*first, random]), query.home, query.settings]
+        first = max(0, k * _STARTS - 1)
+        starts = unit_samples(query.tree, query.link, query.options.seed, first, _STARTS, from_seed=not k)
+        shared = [query.chain, seeds, query.limits[0], starts, query.home, query.settings]
         constants = [device.on_device(array) for array in shared]
         there = targets if device.is_on_device(targets) else device.on_device(targets)
         q, info = device.results_for(there, (n, n_dof)), device.results_for(there, (n, N_INFO))

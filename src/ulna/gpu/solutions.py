@@ -23,18 +23,15 @@ from ulna.drivers.closed_form import N_OPTIONS
 from ulna.gpu import device
 from ulna.gpu.device import cuda
 from ulna.ik.all_solutions import AllSolutions
-from ulna.ik.closed_form.axes import N_AXES
-from ulna.ik.closed_form.branches import PROOFS, proofs_of
-from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
-from ulna.ik.closed_form.result import IKSolutions, Proof
-from ulna.ik.closed_form.six_joints import Found, SixJoints
-from ulna.ik.query import Query
+from ulna.ik.closed_form.closed_form import N_AXES, ClosedForm, SixJoints, closed_form_of, joints_at, proofs_of
+from ulna.ik.problem import Query
 from ulna.ik.reason import Reason
+from ulna.ik.solutions import PROOFS, IKSolutions, Proof
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES, N_KNOWN
 from ulna.kernels.chain.closed_form_rows import known_in_one
 from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, turn_within
-from ulna.kernels.ik.scratch_layout import N_SYSTEM
+from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 
@@ -60,7 +57,7 @@ class DeviceSolutions(IKSolutions):
         return self._proofs()
 
     def copy_to_host(self) -> IKSolutions:
-        """The same with NumPy arrays."""
+        """These solutions as NumPy arrays."""
         q, valid, real = (array.copy_to_host() for array in (self.q, self.valid, self.real))
         return IKSolutions(q, valid, real, self.proof, self.family)
 
@@ -89,13 +86,13 @@ def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_sam
     """
     every = AllSolutions(query, redundancy, _branches)
     if not device.is_on_device(T):
-        return every.of(T, n_samples, whole_turns=whole_turns)
+        return every.all_solutions(T, n_samples, whole_turns=whole_turns)
     targets = rows("T", T, (4, 4))
     batch = tuple(T.shape[:-2])
     form = None if whole_turns or redundancy is not None else _of_all_joints(query)
     if form is not None:
         return _staying(query, form, targets, batch)
-    found = every.of(targets.copy_to_host().reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
+    found = every.all_solutions(targets.copy_to_host().reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
     q, valid, real = (device.on_device(array) for array in (found.q, found.valid, found.real))
     return DeviceSolutions(q, valid, real, found.family, lambda: found.proof)
 
@@ -117,17 +114,17 @@ def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...
 
     def proofs() -> Proof | NDArray[Any]:
         bits = known.copy_to_host()
-        proof = _PROOFS[proofs_of(bits, (bits & IS_REAL) > 0, 0)].reshape(batch)
+        proof = _PROOFS[proofs_of(bits, (bits & IS_REAL) > 0)].reshape(batch)
         return proof if batch else Proof(str(proof))
 
     shape = *batch, N_BRANCHES
     return DeviceSolutions(q.reshape(*shape, N_AXES), valid.reshape(*shape), real.reshape(*shape), form.geometry, proofs)
 
 
-def _branches(six: SixJoints, targets: Array, seeds: Array, plan: Array) -> Found:
+def _branches(six: SixJoints, targets: Array, seeds: Array, plan: Array) -> tuple[Any, Any, Any]:
     """``SixJoints.branches``, by the GPU."""
     q, known, _, _ = _run(six, targets, seeds, plan, np.arange(N_AXES))
-    return q, known, proofs_of(known, (known & IS_REAL) > 0, 0)
+    return q, known, proofs_of(known, (known & IS_REAL) > 0)
 
 
 def _run(six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArray[np.int64]) -> tuple[Any, ...]:

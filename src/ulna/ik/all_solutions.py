@@ -1,41 +1,32 @@
 """Finds all solutions of targets, by closed form or by search, and says what is proved."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
-from ulna.drivers import entry
+from ulna.drivers import closed_form
 from ulna.engine.bound import bind
 from ulna.errors import InputError
-from ulna.ik.branch_search import searched_solutions
 from ulna.ik.closed_form.axes import N_AXES, turning_order
-from ulna.ik.closed_form.branches import PROOFS, Branches, all_branches, sampled_branches, within_limits
+from ulna.ik.closed_form.branches import Branches, all_branches, sampled_branches, within_limits
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
-from ulna.ik.closed_form.result import IKSolutions, Proof
 from ulna.ik.closed_form.six_joints import Workers
-from ulna.ik.closed_form.whole_turns import every_turn
-from ulna.ik.collision_filter import CollisionFilter
-from ulna.ik.entry_names import entry_names
 from ulna.ik.options import as_count
-from ulna.ik.problem import make_problem, of_task
-from ulna.ik.query import Query
-from ulna.ik.ranking import cost_of, refuse_clearance_of_nothing
-from ulna.ik.turns import turning_columns
+from ulna.ik.problem import Query, make_problem, of_task
+from ulna.ik.search.branch_search import searched_solutions
+from ulna.ik.search.ranking import collisions_of, cost_of, refuse_clearance_of_nothing
+from ulna.ik.solutions import PROOFS, IKSolutions, Proof
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, UNPROVED
 from ulna.kernels.ik.search_layout import WHOLE_POSE
-from ulna.kinematics.positions import as_positions, refuse_out_of_range
-from ulna.kinematics.tree import Tree
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
+from ulna.kinematics.positions import as_configuration
+from ulna.kinematics.tree import Tree, entry_names
+from ulna.kinematics.turns import every_turn, turning_columns
 
 Array = NDArray[np.float64]
 _One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]
@@ -73,11 +64,11 @@ class AllSolutions:
         if form is not None and in_order and query.task_axes is None and not callable(workers):
             self._six = joints_at(form, query.home)
             self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
-            self._run = entry("closed_form.all_branches_of_one")
+            self._run = closed_form.all_branches_of_one
         self._of_one = None if self._six is None else self._one_by_entry()
         self.in_c = None if self._of_one is None else (self._of_one, IKSolutions, PROOFS, self._family)
 
-    def of(
+    def all_solutions(
         self, T: ArrayLike, n_samples: int, *, whole_turns: bool, q_seed: ArrayLike | None = None, world: World | None = None
     ) -> IKSolutions:
         """See ``Robot.all_solutions``.
@@ -87,8 +78,8 @@ class AllSolutions:
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
         rank = self._query.options.rank
-        plain = not whole_turns and q_seed is None and world is None and rank is None
-        if self._of_one is not None and plain and (alone := self._of_one(T)) is not None:
+        is_default = not whole_turns and q_seed is None and world is None and rank is None
+        if self._of_one is not None and is_default and (alone := self._of_one(T)) is not None:
             q, valid, real, proved = alone
             return IKSolutions.of_one(q, valid, real, PROOFS[proved], self._family)
         refuse_clearance_of_nothing(rank, world)
@@ -97,7 +88,7 @@ class AllSolutions:
             targets = as_pose(targets)
         batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
         query, tree = self._query, self._query.tree
-        seed = query.home.copy() if q_seed is None else _as_seed(q_seed, tree)
+        seed = query.home.copy() if q_seed is None else np.clip(as_configuration(q_seed, tree, "q_seed"), tree.lower, tree.upper)
         if self._elbow is not None:
             found = _of_elbow(query, self._elbow, targets, seed, n_samples)
         else:
@@ -161,19 +152,6 @@ def _elbow(query: Query) -> Elbow:
     return elbow
 
 
-def _as_seed(q_seed: ArrayLike, tree: Tree) -> Array:
-    """One configuration, within the limits.
-
-    Raises:
-        InputError: It has another shape, or an entry out of range.
-    """
-    seed = as_positions(q_seed, tree, "q_seed")
-    if seed.ndim != 1:
-        raise InputError("q_seed", f"shape {seed.shape}; one configuration, shape ({tree.n_dof},), is expected")
-    refuse_out_of_range(seed, "q_seed")
-    return np.clip(seed, tree.lower, tree.upper)
-
-
 def _ranked(
     query: Query, targets: Array, seed: Array, found: Branches, world: World | None
 ) -> tuple[Branches, NDArray[np.int64]]:
@@ -181,7 +159,7 @@ def _ranked(
 
     Those that are not valid come last.
     """
-    collisions = None if world is None else CollisionFilter(query.checker, world, query.options.threads)
+    collisions = collisions_of(query, world)
     cost, (order, place) = cost_of(make_problem(query, targets, seed), collisions), np.nonzero(found.valid)
     costs = np.full(found.valid.shape, np.inf)
     if cost is not None and len(order):

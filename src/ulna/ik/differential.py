@@ -6,15 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.drivers import entry
+from ulna.drivers import differential_ik as driver
 from ulna.engine.threads import in_parts, refuse_unless_threads
 from ulna.errors import InputError
 from ulna.ik.options import positive
-from ulna.ik.query import refuse_immovable
-from ulna.kernels.ik.scratch_layout import N_PER_JOINT, N_SYSTEM, N_TURNED
+from ulna.ik.problem import refuse_immovable
+from ulna.kernels.ik.search_layout import N_PER_JOINT, N_SYSTEM, N_TURNED
 from ulna.kinematics.jacobian import as_frame
-from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
+from ulna.kinematics.positions import as_out, as_positions, flat, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
@@ -65,14 +64,16 @@ def differential_ik(
         size = N_PER_JOINT * tree.n_dof + N_SYSTEM + N_TURNED
         if len(_work.numbers) < size:
             _work.numbers = np.empty(size)
-        one = entry("differential_ik.differential_one")
-        good = one(chain, frame, tree.limits, tree.velocity_limits, lam, dt, q, twist, _work.numbers, out)
+        good = driver.differential_one(chain, frame, tree.limits, tree.velocity_limits, lam, dt, q, twist, _work.numbers, out)
     else:
         batch, qs, twists = rows_of_both(q, twist, "q", "twist")
         out = as_out(out, (*batch, tree.n_dof), q, twist)
         robot, of_rows = (chain, frame, tree.limits, tree.velocity_limits), flat(out)
-        many = entry("differential_ik.differential_batch")
-        good = in_parts(lambda part: many(*robot, lam, dt, qs[part], twists[part], of_rows[part]), len(qs), threads=threads)
+
+        def run(part: slice) -> bool:
+            return driver.differential_batch(*robot, lam, dt, qs[part], twists[part], of_rows[part])
+
+        good = in_parts(run, len(qs), threads=threads)
     if not good:
         refuse_out_of_range(q)
         refuse_out_of_range(twist, "twist")

@@ -1,8 +1,8 @@
-"""Chooses the solvers of an inverse kinematics query, and keeps what is prepared for the next."""
+"""Chooses the solvers of inverse kinematics by their interface, and keeps what is prepared for the next call."""
 
 from collections.abc import Callable, Iterable
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,29 +10,55 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
 from ulna.ik.all_solutions import AllSolutions, as_samples
-from ulna.ik.closed_form.result import IKSolutions
-from ulna.ik.closed_form.solver import ClosedFormSolver
-from ulna.ik.explanation import NOTHING_TO_EXPLAIN
+from ulna.ik.closed_form_solver import ClosedFormSolver
+from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.follow import follow
-from ulna.ik.following.result import FollowedPath
-from ulna.ik.numeric import NumericSolver
 from ulna.ik.options import Options
-from ulna.ik.problem import as_names
-from ulna.ik.query import Query
+from ulna.ik.problem import Query, as_names
+from ulna.ik.reason import NOTHING_TO_EXPLAIN
 from ulna.ik.result import IKResult
-from ulna.ik.single_target import SingleTargetSolver
-from ulna.ik.solver import Solver
-from ulna.ik.textbook import TextbookSolver
+from ulna.ik.search.numeric import NumericSolver
+from ulna.ik.search.single_target import SingleTargetSolver
+from ulna.ik.search.textbook_methods import TextbookSolver
+from ulna.ik.solutions import IKSolutions
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
+
+
+class Solver(Protocol):
+    """One way to solve a query. It is made once for a query, then solves any number of targets, from many threads at once."""
+
+    def __init__(self, query: Query) -> None:
+        """Prepare what does not depend on the target; called only where ``applies`` is true."""
+        ...
+
+    @staticmethod
+    def applies(query: Query) -> bool:
+        """Whether this solver can solve such queries."""
+        ...
+
+    def solve(
+        self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
+    ) -> IKResult | None:
+        """The result for the targets T, shape (..., 4, 4); None leaves them to the next solver.
+
+        The arguments are those of ``Robot.inverse_kinematics``.
+
+        Raises:
+            InputError: An argument that the solver cannot take.
+        """
+        ...
+
+
 # In the order in which they are tried.
 SOLVERS: tuple[type[Solver], ...] = (ClosedFormSolver, SingleTargetSolver, NumericSolver, TextbookSolver)
 _MOST_KEPT = 64  # queries of a robot
+_DEFAULTS = Options()
 
 
 class InverseKinematics:
-    """The inverse kinematics of one robot.
+    """The inverse kinematics of one robot. Its methods are named as those of ``Robot``; see there.
 
     Args:
         tree: The robot.
@@ -45,11 +71,11 @@ class InverseKinematics:
     def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
         self._query = partial(_query, tree, home, checker)
         self.quick: dict[str | None, tuple] = {}
-        """By link: what ``native/method.c`` needs to solve for it with default options, once that was asked."""
+        """By link: what ``native/method.c`` needs to solve for it with default options, after the first call."""
         self._prepare = partial(_solvers, self._query, self.quick)
         self._prepared = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._prepare)
         self.quick_solutions: dict[str | None, tuple] = {}
-        """The same for all solutions."""
+        """By link: what ``native/method.c`` needs to list all solutions with default options, after the first call."""
         self._make_all_of = partial(_all_of, self._query, self.quick_solutions)
         self._all_of = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._make_all_of)
 
@@ -61,11 +87,9 @@ class InverseKinematics:
         held: Iterable[str],
         world: World | None,
         link: str | None,
-        options: tuple,
+        options: Options = _DEFAULTS,
     ) -> IKResult:
-        """The result of the first solver that has one, for the arguments of ``Robot.inverse_kinematics``.
-
-        ``options`` are the fields of ``Options``, in their order.
+        """The result of the first solver that has one; see ``Robot.inverse_kinematics``.
 
         Raises:
             InputError: An argument that the search cannot take; its name is in the message.
@@ -77,7 +101,11 @@ class InverseKinematics:
             solvers = self._prepared(link, *options)
         except TypeError:  # an argument that has no hash
             solvers = self._prepare(link, *options)
-        return _first_result(solvers, T, q_seed, posture, held, world)
+        for solver in solvers:
+            result = solver.solve(T, q_seed, posture, held, world)
+            if result is not None:
+                return result
+        raise AssertionError("the last solver has a result for any target")
 
     def all_solutions(
         self,
@@ -85,15 +113,13 @@ class InverseKinematics:
         q_seed: ArrayLike | None,
         world: World | None,
         link: str | None,
-        redundancy: str | None,
-        n_samples: int,
-        options: tuple,
+        options: Options,
         *,
-        whole_turns: bool,
+        n_samples: int,
+        redundancy: str | None = None,
+        whole_turns: bool = False,
     ) -> IKSolutions:
         """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``.
-
-        ``options`` are the fields of ``Options``, in their order.
 
         Raises:
             InputError: An argument that cannot be taken.
@@ -105,7 +131,7 @@ class InverseKinematics:
             every = self._all_of(link, redundancy, *options)
         except TypeError:  # an argument that has no hash
             every = self._make_all_of(link, redundancy, *options)
-        return every.of(T, n_samples, whole_turns=whole_turns, q_seed=q_seed, world=world)
+        return every.all_solutions(T, n_samples, whole_turns=whole_turns, q_seed=q_seed, world=world)
 
     def follow(
         self,
@@ -125,23 +151,9 @@ class InverseKinematics:
         """
 
         def solve(T: Array, seed: Array) -> IKResult:
-            return self.inverse_kinematics(T, seed, None, (), world, link, ())
+            return self.inverse_kinematics(T, seed, None, (), world, link)
 
         return follow(self._query(link, options), T_path, q_start, max_step, world, solve)
-
-
-def _all_of(
-    query_of: Callable[[str | None, Options], Query],
-    quick: dict[str | None, tuple],
-    link: str | None,
-    redundancy: str | None,
-    *options: Any,
-) -> AllSolutions:
-    query = query_of(link, Options(*options))
-    every = AllSolutions(query, redundancy)
-    if every.in_c is not None and redundancy is None and query.options == Options():
-        quick[link] = every.in_c
-    return every
 
 
 def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options: Options) -> Query:
@@ -154,7 +166,7 @@ def _solvers(
     query = query_of(link, Options(*options))
     solvers = tuple(solver(query) for solver in SOLVERS if solver.applies(query))
     in_c = getattr(solvers[0], "in_c", None)
-    if in_c is not None and query.options == Options():
+    if in_c is not None and query.options == _DEFAULTS:
         others = solvers[1:] if isinstance(solvers[0], SingleTargetSolver) else solvers
         quick[link] = *in_c, IKResult, query.options.tolerances, NOTHING_TO_EXPLAIN, partial(_first_result, others)
     return solvers
@@ -173,3 +185,17 @@ def _first_result(
         if result is not None:
             return result
     raise AssertionError("the last solver has a result for any target")
+
+
+def _all_of(
+    query_of: Callable[[str | None, Options], Query],
+    quick: dict[str | None, tuple],
+    link: str | None,
+    redundancy: str | None,
+    *options: Any,
+) -> AllSolutions:
+    query = query_of(link, Options(*options))
+    every = AllSolutions(query, redundancy)
+    if every.in_c is not None and redundancy is None and query.options == _DEFAULTS:
+        quick[link] = every.in_c
+    return every

@@ -1,7 +1,7 @@
 """Holds and checks what a caller may choose about a search, whatever the targets."""
 
 import sys
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,49 +17,51 @@ RANKS = ("nearest", "manipulability", "clearance", "mid_range")
 DEFAULT_BUDGET, TEXTBOOK_BUDGET = 16_000, 10_000  # steps of all starts together: 800 starts
 
 
-@dataclass(frozen=True)
-class Options:
+class Options(NamedTuple):
     """The arguments of ``Robot.inverse_kinematics`` that are neither targets, configurations nor a world; documented there.
 
-    Raises:
-        InputError: A value that the search cannot take.
+    Their defaults are those of every search. They are what the caller gave, whatever that is, until they are ``checked``.
     """
 
-    method: str = LEVENBERG_MARQUARDT
     seed: int = 0
-    task: Task = POSE  # or its name
+    task: Any = POSE  # a Task; or its name, unless checked
     rank: str | None = None
-    max_step: float | None = None
     position_tolerance: float = 1e-5
     rotation_tolerance: float = 1e-5
+    threads: int | None = None
+    method: str = LEVENBERG_MARQUARDT
+    max_step: float | None = None
     max_iterations: int | None = None
     time_limit: float | None = None
-    threads: int | None = None
     trace: bool = False
 
-    def __post_init__(self) -> None:
+    def checked(self) -> "Options":
+        """These options, the task as a ``Task`` and the others as Python's own numbers.
+
+        Raises:
+            InputError: A value that the search cannot take.
+        """
         if not isinstance(self.method, str) or self.method not in METHODS:
             raise InputError("method", f"{self.method!r} is not a method{did_you_mean(str(self.method), METHODS)}")
         if self.rank is not None and (not isinstance(self.rank, str) or self.rank not in RANKS):
             raise InputError("rank", f"{self.rank!r} is not a rank{did_you_mean(str(self.rank), RANKS)}")
         if not isinstance(self.trace, (bool, np.bool_)):
             raise InputError("trace", f"{self.trace!r}; True or False is expected")
-        checked = {
-            "seed": as_count("seed", self.seed),
-            "task": as_task(self.task),
-            "max_step": None if self.max_step is None else positive("max_step", self.max_step),
-            "position_tolerance": positive("position_tolerance", self.position_tolerance),
-            "rotation_tolerance": positive("rotation_tolerance", self.rotation_tolerance),
-            "max_iterations": None if self.max_iterations is None else as_count("max_iterations", self.max_iterations),
-            "time_limit": None if self.time_limit is None else _at_least_zero("time_limit", self.time_limit),
-            "threads": None if self.threads is None else as_count("threads", self.threads),
-        }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
-        if self.is_textbook:
+        options = self._replace(
+            seed=as_count("seed", self.seed),
+            task=as_task(self.task),
+            max_step=None if self.max_step is None else positive("max_step", self.max_step),
+            position_tolerance=positive("position_tolerance", self.position_tolerance),
+            rotation_tolerance=positive("rotation_tolerance", self.rotation_tolerance),
+            max_iterations=None if self.max_iterations is None else as_count("max_iterations", self.max_iterations),
+            time_limit=None if self.time_limit is None else _at_least_zero("time_limit", self.time_limit),
+            threads=None if self.threads is None else as_count("threads", self.threads),
+        )
+        if options.is_textbook:
             for name in ("rank", "time_limit"):
-                if getattr(self, name) is not None:
-                    raise self.refused_by_textbook(name)
+                if getattr(options, name) is not None:
+                    raise options.refused_by_textbook(name)
+        return options
 
     @property
     def is_textbook(self) -> bool:

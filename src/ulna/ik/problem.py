@@ -1,21 +1,158 @@
-"""Checks the targets and configurations of one call, and shapes them for the kernels."""
+"""Prepares what a search is given, once for a link and options (``Query``), then for the targets of one call (``Problem``).
+
+``Options`` is what the caller chose, and ``Task`` one of them: which part of a pose must be reached.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.checker import Checker
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError, UnknownNameError
-from ulna.ik.bounds import narrowed
-from ulna.ik.query import Query
+from ulna.ik.options import Options
 from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.layout import COLUMN, KIND, LARGEST, PRISMATIC, RATIO
 from ulna.kinematics.positions import as_positions, refuse_out_of_range, rows_of
-from ulna.kinematics.tree import Tree
+from ulna.kinematics.reach import Reach, reach_of
+from ulna.kinematics.sample import usual_range
+from ulna.kinematics.tree import Tree, lengthened
 
 Array = NDArray[np.float64]
+STEPS, SEEDED_STEPS = 20, 60  # from one start before the next; from the caller's own
+_TIMES = 2.0  # times the length of an arm is the greatest distance of two points that it reaches
+_LEAST = 1e-6  # m
+_USUAL = 32.0  # m, and 1 / 32 m: an arm between them is measured in metres
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """One link of a robot, and the options of a search: whatever does not depend on the target.
+
+    Attributes:
+        tree: The robot.
+        home: Where a search without a seed starts [rad or m], shape (n_dof,).
+        checker: The robot's collision checker, used if a world is given.
+        link: The link that is brought to the target.
+        options: What the caller chose, checked.
+
+    Raises:
+        InputError: The robot has no joint, or an option is none that the search can take.
+        UnknownNameError: There is no such link.
+    """
+
+    tree: Tree
+    home: Array
+    checker: Checker
+    link: str
+    options: Options
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "options", self.options.checked())
+        refuse_immovable(self.tree)
+        self.tree.chain(self.link)
+
+    @cached_property
+    def task_axes(self) -> Array | None:
+        """The axes of the task in the link, shape (3, 3); None where they are the link's own."""
+        return self.options.task.turn
+
+    @cached_property
+    def T_link_task(self) -> Array:  # noqa: N802 - a pose
+        """The pose of the task's frame in the link, shape (4, 4)."""
+        return self.options.task.frame
+
+    @cached_property
+    def chain(self) -> Array:
+        """The chain to the frame of the task: the link, turned by ``task_axes``."""
+        chain = self.tree.chain(self.link)
+        if self.task_axes is None:
+            return chain
+        return lengthened(chain, self.T_link_task)
+
+    @cached_property
+    def limits(self) -> Array:
+        """Lower and upper limits, and the usual range, from which starts are taken: shape (1, 4, n_dof)."""
+        return np.array([[*self.tree.bounds, *usual_range(*self.tree.bounds)]])
+
+    @cached_property
+    def settings(self) -> Array:
+        """The settings of the kernels (``kernels.ik.search_layout``), shape (N_SETTINGS,)."""
+        settings, options = np.zeros(layout.N_SETTINGS), self.options
+        settings[layout.POSITION_TOLERANCE] = options.position_tolerance
+        settings[layout.ROTATION_TOLERANCE] = options.rotation_tolerance
+        settings[layout.STEPS], settings[layout.TASK] = STEPS, options.task.kind
+        settings[layout.FAR] = far_square(self.tree, self.link)
+        settings[layout.SLACK : layout.SLACK + 6] = options.task.slack
+        return settings
+
+    @cached_property
+    def unit(self) -> float:
+        """The unit of length of the search [m]: 1 for arms of the usual size."""
+        return unit_of_length(arm_length(self.tree, self.link))
+
+    @cached_property
+    def reach(self) -> Reach | None:
+        """How far the link can reach; None where that has no bound."""
+        return reach_of(self.tree.chain(self.link), self.tree.lower, self.tree.upper)
+
+
+def refuse_immovable(tree: Tree) -> None:
+    """Refuse a robot without joints.
+
+    Raises:
+        InputError: The robot has no moving joint.
+    """
+    if not tree.n_dof:
+        raise InputError("T", "the robot has no moving joints, so nothing can be solved for")
+
+
+def arm_length(tree: Tree, link: str) -> float:
+    """The lengths of all parts of the chain to a link together [m], slides at 0."""
+    return float(np.linalg.norm(tree.chain(link)[:, [3, 7, 11]], axis=1).sum())
+
+
+def unit_of_length(length: float) -> float:
+    """The unit in which an arm of a length is searched [m]: a power of two, so that nothing is rounded on the way and back."""
+    return 1.0 if length == 0.0 or 1 / _USUAL <= length <= _USUAL else float(2.0 ** np.rint(np.log2(length)))
+
+
+def far_square(tree: Tree, link: str) -> float:
+    """For the setting FAR: the square of the distance [m^2] that only slides can bridge; 0 where none is as long as that."""
+    far = max(_TIMES * arm_length(tree, link), _LEAST)
+    slides = [row for row in tree.chain(link) if int(row[KIND]) == PRISMATIC]
+    lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
+    ways = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]
+    return far * far if any(way > far for way in ways) else 0.0
+
+
+def narrowed(limits: Array, seeds: Array, held: tuple[int, ...], max_step: float) -> Array:
+    """The bounds of a search, shape (1 or n_seeds, 4, n_dof): the limits, less what is held or too far from the seed.
+
+    Args:
+        limits: Lower and upper limits and the usual range, shape (1, 4, n_dof).
+        seeds: [rad or m], shape (n_seeds, n_dof).
+        held: The columns of q that stay at the seed.
+        max_step: The most that a column may differ from the seed [rad or m].
+
+    Raises:
+        InputError: A seed is so far beyond the limits that nothing is left.
+    """
+    if not held and np.isinf(max_step):
+        return limits
+    reach = np.full(limits.shape[-1], max_step)
+    reach[list(held)] = 0.0
+    lower, upper = np.maximum(limits[:, 0], seeds - reach), np.minimum(limits[:, 1], seeds + reach)
+    beyond = np.argwhere(lower > upper)
+    if len(beyond):
+        what = "a joint that is held" if reach[beyond[0][1]] == 0.0 else "a joint"
+        raise InputError("q_seed", f"{what} is further beyond its limits than it may move (entry {beyond[0][1]} of q)")
+    low, high = np.clip(limits[:, 2], lower, upper), np.clip(limits[:, 3], lower, upper)
+    return np.stack([lower, upper, low, high], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +223,11 @@ def make_problem(
         settings=settings,
         nearest_to=clipped if query.options.rank == "nearest" else None,
     )
+
+
+def rows_for(rows: Array, order: NDArray[np.int64]) -> Array:
+    """The rows of some targets (m,), where one row may serve all."""
+    return rows[np.minimum(order, len(rows) - 1)]
 
 
 def refuse_no_pose(T: ArrayLike) -> None:

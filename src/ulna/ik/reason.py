@@ -1,7 +1,13 @@
-"""Says why something was not found, as a sentence and as data."""
+"""Says why something was not found: a sentence with its data for the caller, and what that is made from."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,3 +38,37 @@ class Reason:
 
 
 NO_REASON = Reason()
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """The numbers and names behind the statuses of a result.
+
+    Attributes:
+        reach_excess: By how much an unreachable target lies beyond the reach [m], by its number in the batch.
+        limit_excess: How far joints would have to go beyond their bounds [rad or m], shape (n_dof,), by the target's number.
+        collisions: The pairs of names that collide, by the target's number.
+        reach: For one target: what the certificate compares, in words.
+        entry_names: A name for every entry of q.
+        task_axes: The axes of the task in the link, shape (3, 3); None where they are the link's own.
+        trace: For one target: a row a step (``IKResult.trace``); None unless it was recorded.
+    """
+
+    reach_excess: Mapping[int, float] = field(default_factory=dict)
+    limit_excess: Mapping[int, Array] = field(default_factory=dict)
+    collisions: Mapping[int, tuple[tuple[str, str], ...]] = field(default_factory=dict)
+    reach: str = ""
+    entry_names: tuple[str, ...] = ()
+    task_axes: Array | None = None
+    trace: Array | None = None
+
+    def renumbered(self, order: NDArray[np.int64]) -> "Explanation":
+        """With number i of a target replaced by order[i]."""
+        kept = {
+            name: {int(order[i]): value for i, value in getattr(self, name).items()}
+            for name in ("reach_excess", "limit_excess", "collisions")
+        }
+        return replace(self, **kept)
+
+
+NOTHING_TO_EXPLAIN = Explanation()

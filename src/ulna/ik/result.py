@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import TruthError
-from ulna.ik.explanation import NOTHING_TO_EXPLAIN, Explanation
-from ulna.ik.reason import NO_REASON, Reason
+from ulna.ik.reason import NO_REASON, NOTHING_TO_EXPLAIN, Explanation, Reason
 from ulna.kernels.ik import search_layout as layout
 
 Array = NDArray[np.float64]
@@ -63,7 +62,7 @@ class IKResult:
 
     For a batch every attribute is an array of its shape (...,), and ``q`` has one axis more; for one target plain values. Not
     finding a configuration is a result too: then ``success`` is False and ``q`` the best one found, within the limits: the one
-    with the least |displacement|^2 [m^2] + |rotation|^2 [rad^2] of what the task asks for (of arms of less than
+    with the least |displacement|^2 [m^2] + |rotation|^2 [rad^2] of what the task requires (of arms of less than
     1/32 m or more than 32 m in a unit of their own).
 
     ========================= ========================================================================================
@@ -86,7 +85,7 @@ class IKResult:
     q: Array
     """Joint positions [rad or m], shape (..., n_dof), always within the limits."""
     tolerances: tuple[float, float]
-    """Those asked for [m, rad]."""
+    """The largest errors that count as reached [m, rad]."""
     info: Array
     """The kernels' row for each target (``kernels.ik.search_layout``), shape (n, N_INFO)."""
     explanation: Explanation
@@ -178,7 +177,7 @@ class IKResult:
 
     @property
     def has_trace(self) -> bool:
-        """Whether a trace was asked for."""
+        """Whether a trace was recorded."""
         return self.explanation.trace is not None
 
     @property

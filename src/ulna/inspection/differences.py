@@ -6,10 +6,9 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.convex_mesh import ConvexMesh
 from ulna.description.pose import angle_between, rpy_from_matrix
 from ulna.description.robot_description import Body, Joint, JointType, Link, Mimic
-from ulna.description.shapes import Mesh, Shape
+from ulna.description.shapes import ConvexMesh, Mesh, Shape
 from ulna.inspection.matching import Matching
 
 KINDS = ("link", "joint", "order", "type", "parent", "origin", "axis", "limits", "mimic", "pose", "visual", "collision")

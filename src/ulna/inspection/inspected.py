@@ -7,8 +7,8 @@ from pathlib import Path
 
 from lxml import etree
 
-from ulna.description.document import Document, expanded, is_text
 from ulna.description.file_bytes import file_bytes
+from ulna.description.load import Document, expanded, is_text
 from ulna.description.packages import as_package_dirs
 from ulna.description.xml import LONGEST, parse
 from ulna.errors import DescriptionError, InputError

@@ -8,9 +8,8 @@ from types import ModuleType
 import numpy as np
 from lxml import etree
 
-from ulna.description.meshes.files import Located, MeshFiles
 from ulna.description.meshes.hulls import mesh_reader
-from ulna.description.meshes.plain import CHECKED
+from ulna.description.meshes.mesh_files import CHECKED, Located, MeshFiles
 from ulna.description.packages import resolve_uri
 from ulna.errors import FileError, MissingExtraError
 from ulna.inspection.elements import listed, numbers, of_robot

@@ -43,5 +43,6 @@ SHAPE, HALF_EXTENTS, RADIUS, FIRST_VERTEX, N_VERTICES, REACH = 14, 15, 18, 19, 2
 BODY_WIDTH = 22
 SPHERE, CAPSULE, BOX, CYLINDER, HULL, HALF_SPACE = 0, 1, 2, 3, 4, 5  # a pair is computed with the lower number first
 CONTACT = 1e-12  # of the sizes of two bodies, added up: no farther apart than this they touch, and their distance is zero
+IN_BASE, IN_LINK, IN_SPATIAL = 0, 1, 2  # the frames in which a Jacobian may be expressed
 LARGEST_DEFECT = 1e-6  # of a pose that comes in from a rigid motion
 LARGEST = 1e6  # of a joint position or a coordinate: beyond it sincos' range reduction, and the caller's own number, lose digits

@@ -1,14 +1,15 @@
 """Computes the poses of links, NumPy in and out."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import forward
 from ulna.engine.bound import Called, bind, call_in_c
+from ulna.engine.entries import ready
 from ulna.engine.threads import LEAST_POSES, in_parts, refuse_unless_threads
-from ulna.kinematics.bound import Bound
-from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, for_kernel, refuse_out_of_range
+from ulna.kinematics.positions import FLOAT64, NO_Q, as_out, as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ class CompiledForward(Called):
     def __init__(self, tree: Tree, link: str) -> None:
         self._tree, self._link, self._n_dof = tree, link, tree.n_dof or NO_Q
         self._chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
-        self._one = entry("forward.forward_one")
+        self._one = ready(forward.forward_one)
         self.in_c = bind(self._one, "pose", (self._chain, tree.n_dof), tree.n_dof, _SHAPE, self._validated)
 
     def __call__(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
@@ -64,8 +65,7 @@ class CompiledForward(Called):
             good = self._one(self._chain, len(x), x, T)
         else:
             chain, rows, of_rows = self._tree.chain(self._link), flat(q), T.reshape(-1, 4, 4)
-            batch = entry("forward.forward_batch")
-            good = in_parts(lambda part: batch(chain, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
+            good = in_parts(lambda part: forward.forward_batch(chain, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
         if not good:
             refuse_out_of_range(q)
         return T
@@ -80,12 +80,29 @@ class CompiledForward(Called):
 call_in_c(CompiledForward)
 
 
-class ForwardByLink(Bound[str | None, CompiledForward]):
-    """Forward kinematics of one robot by link; None is the tip."""
+class ForwardByLink(dict[str | None, Callable[..., Array]]):
+    """Forward kinematics of one robot by link, in C where the extension is there; None is the tip.
 
-    def make(self, key: str | None) -> CompiledForward:
-        """Forward kinematics of a link."""
-        return CompiledForward(self._tree, self._tree.link_or_tip(key))
+    A dict, because a look-up in a dict is the fastest way from ``robot.forward_kinematics(q)`` to the function. ``of`` fills it.
+    """
+
+    def __init__(self, tree: Tree) -> None:
+        super().__init__()
+        self._tree = tree
+        self._made: dict[str, CompiledForward] = {}
+
+    def of(self, link: str | None) -> CompiledForward:
+        """Forward kinematics of a link as an object; if two threads make it at once, the first is kept.
+
+        Raises:
+            InputError: The robot has several tips, and no link is named.
+            UnknownNameError: There is no such link.
+        """
+        name = self._tree.link_or_tip(link)
+        self._tree.chain(name)  # refuses what is no link
+        function = self._made.get(name) or self._made.setdefault(name, CompiledForward(self._tree, name))
+        self.setdefault(link, function.in_c or function)
+        return function
 
 
 def forward_kinematics(tree: Tree, q: ArrayLike, link: str, threads: int | None = None) -> Array:
@@ -103,12 +120,16 @@ def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = Non
     if q.ndim == 1:
         refuse_unless_threads(threads)
         T = np.empty((n, 4, 4)) if out is None else as_out(out, (n, 4, 4), q)
-        good = entry("forward.frames_one")(tree.joints, frames, for_kernel(q), T)
+        good = forward.frames_one(tree.joints, frames, for_kernel(q), T)
     else:
         T = as_out(out, (*q.shape[:-1], n, 4, 4), q)
         rows = flat(q)
-        of_rows, batch = T.reshape(len(rows), n, 4, 4), entry("forward.frames_batch")
-        good = in_parts(lambda part: batch(tree.joints, frames, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
+        of_rows = T.reshape(len(rows), n, 4, 4)
+
+        def run(part: slice) -> bool:
+            return forward.frames_batch(tree.joints, frames, rows[part], of_rows[part])
+
+        good = in_parts(run, len(rows), LEAST_POSES, threads)
     if not good:
         refuse_out_of_range(q)
     return T

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.group_joints import joints_between, own_joints
 from ulna.description.pose import matrix_from_quaternion, rpy_from_matrix
+from ulna.description.references import joints_between, own_joints
 from ulna.description.robot_description import Description, Joint, frozen
 from ulna.description.semantic import Group, GroupState
 from ulna.errors import InputError, UnknownNameError

@@ -7,19 +7,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import rpy_from_matrix
-from ulna.drivers import entry
+from ulna.drivers import jacobian
 from ulna.engine.bound import Called, bind, call_in_c
+from ulna.engine.entries import ready
 from ulna.engine.threads import LEAST_POSES, in_parts, refuse_unless_threads
 from ulna.errors import InputError, SingularityError, did_you_mean
-from ulna.kernels.chain.jacobian_frames import BASE, LINK, SPATIAL
-from ulna.kinematics.bound import Bound
+from ulna.kernels.layout import IN_BASE, IN_LINK, IN_SPATIAL
 from ulna.kinematics.forward import forward_kinematics
-from ulna.kinematics.out import as_out
-from ulna.kinematics.positions import FLOAT64, NO_Q, as_positions, flat, refuse_out_of_range
+from ulna.kinematics.positions import FLOAT64, NO_Q, as_out, as_positions, flat, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-EXPRESSED_IN = {"base": BASE, "link": LINK, "spatial": SPATIAL}
+EXPRESSED_IN = {"base": IN_BASE, "link": IN_LINK, "spatial": IN_SPATIAL}
 LEAST_COS_PITCH = 1e-6
 
 
@@ -36,7 +35,7 @@ class CompiledJacobian(Called):
         self._frame, self._expressed_in = as_frame(expressed_in), expressed_in
         self._tree, self._link, self._n_dof, self._shape = tree, link, tree.n_dof or NO_Q, (6, tree.n_dof)
         self._chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
-        self._one = entry("jacobian.jacobian_one")
+        self._one = ready(jacobian.jacobian_one)
         leading = self._chain, self._frame, tree.n_dof
         self.in_c = bind(self._one, "pose", leading, tree.n_dof, self._shape, self._validated)
 
@@ -73,8 +72,12 @@ class CompiledJacobian(Called):
             good = n_dof == 0 or self._one(self._chain, self._frame, n_dof, q, J)
         else:
             chain, frame, rows = self._tree.chain(self._link), self._frame, flat(q)
-            of_rows, batch = J.reshape(len(rows), 6, n_dof), entry("jacobian.jacobian_batch")
-            good = in_parts(lambda part: batch(chain, frame, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
+            of_rows = J.reshape(len(rows), 6, n_dof)
+
+            def run(part: slice) -> bool:
+                return jacobian.jacobian_batch(chain, frame, rows[part], of_rows[part])
+
+            good = in_parts(run, len(rows), LEAST_POSES, threads)
         if not good:
             refuse_out_of_range(q)
         return J
@@ -89,21 +92,31 @@ class CompiledJacobian(Called):
 call_in_c(CompiledJacobian)
 
 
-class JacobianByLink(Bound[Any, CompiledJacobian]):
-    """The geometric Jacobian of one robot by link and frame; the link None is the tip.
+class JacobianByLink(dict[Any, Callable[..., Array]]):
+    """The geometric Jacobian of one robot by link and frame, in C where the extension is there; the link None is the tip.
 
-    A link alone is the key of the Jacobian in the frame "base", once that is made: ``native/method.c`` finds it so.
+    A link alone is the key of the Jacobian in the frame "base": ``native/method.c`` looks it up so. ``of`` fills the dict.
     """
 
-    def make(self, key: tuple[str | None, str]) -> CompiledJacobian:
-        """The Jacobian of a link in a frame."""
-        link, expressed_in = key
-        return CompiledJacobian(self._tree, self._tree.link_or_tip(link), expressed_in)
+    def __init__(self, tree: Tree) -> None:
+        super().__init__()
+        self._tree = tree
+        self._made: dict[tuple[str, int], CompiledJacobian] = {}
 
-    def __missing__(self, key: tuple[str | None, str]) -> Callable[..., Any]:
-        function = super().__missing__(key)
-        if key[1] == "base":
-            dict.__setitem__(self, key[0], function)
+    def of(self, link: str | None, expressed_in: str) -> CompiledJacobian:
+        """The Jacobian of a link in a frame as an object; if two threads make it at once, the first is kept.
+
+        Raises:
+            InputError: ``expressed_in`` is not a frame, or the robot has several tips and no link is named.
+            UnknownNameError: There is no such link.
+        """
+        name, frame = self._tree.link_or_tip(link), as_frame(expressed_in)
+        self._tree.chain(name)  # refuses what is no link
+        made = self._made.get((name, frame))
+        function = made or self._made.setdefault((name, frame), CompiledJacobian(self._tree, name, expressed_in))
+        in_c = self.setdefault((link, expressed_in), function.in_c or function)
+        if frame == IN_BASE:
+            self.setdefault(link, in_c)
         return function
 
 

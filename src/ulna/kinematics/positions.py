@@ -1,7 +1,8 @@
-"""Checks q and shapes it for the kernels, and makes q of named joints."""
+"""Checks q and ``out=``, shapes them for the kernels, and makes q of named joints."""
 
 from collections.abc import Sequence
 from math import prod
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +29,19 @@ def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float6
     if q.shape[-1:] != tree.q_shape:
         raise InputError(name, f"shape {q.shape}, but shape (..., {tree.n_dof}) is expected: {_joints(tree)}")
     return q
+
+
+def as_configuration(q: ArrayLike, tree: Tree, name: str) -> NDArray[np.float64]:
+    """One configuration, shape (n_dof,), which may be beyond the limits.
+
+    Raises:
+        InputError: It has another shape, or an entry out of range.
+    """
+    one = as_positions(q, tree, name)
+    if one.ndim != 1:
+        raise InputError(name, f"shape {one.shape}; one configuration, shape ({tree.n_dof},), is expected")
+    refuse_out_of_range(one, name)
+    return one
 
 
 def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
@@ -113,3 +127,40 @@ def q_of_joints(names: Sequence[str], positions: ArrayLike, others: ArrayLike | 
             raise InputError("names", f"{name!r} has several positions; others=q says where it is")
         q[slices[name]] = given[name]
     return q
+
+
+def as_out(
+    out: NDArray[Any] | None, shape: tuple[int, ...], *inputs: NDArray[Any], dtype: type = np.float64, name: str = "out"
+) -> NDArray[Any]:
+    """The array to write a result to: ``out`` if it is given and fits, else a new one.
+
+    Args:
+        out: The caller's array, or None.
+        shape: The shape of the result.
+        inputs: The arrays from which the result is computed; they must not share memory with ``out``.
+        dtype: The type of the result.
+        name: The argument's name.
+
+    Raises:
+        InputError: It is not a writable, aligned, C-contiguous array of that shape and type, or shares memory with an input.
+
+    Example:
+        >>> as_out(None, (2, 3)).shape
+        (2, 3)
+    """
+    if out is None:
+        return np.empty(shape, dtype)
+    if type(out) is not np.ndarray:
+        raise InputError(name, f"{type(out).__name__}; a NumPy array is expected")
+    if out.shape != shape or out.dtype != dtype or not out.dtype.isnative:
+        raise InputError(name, f"{out.dtype} of shape {out.shape}; {np.dtype(dtype)} of shape {shape} is expected")
+    if not out.flags.carray:
+        raise InputError(name, "a writable, aligned, C-contiguous array is expected; numpy.empty(shape) makes one")
+    if any(_share(out, given) for given in inputs):
+        raise InputError(name, "shares memory with what the result is computed from; give another array")
+    return out
+
+
+def _share(a: NDArray[Any], b: NDArray[Any]) -> bool:
+    """Whether two arrays may share memory; two that own theirs do not, and that test is three times faster."""
+    return a is b or (not (a.flags.owndata and b.flags.owndata) and np.may_share_memory(a, b))

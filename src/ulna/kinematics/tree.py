@@ -2,7 +2,7 @@
 
 Every joint of a table turns about, or slides along, the z axis of its own frame. A joint about another axis gets a frame of its
 own, turned so that z lies along that axis, and the link behind it is turned back. A planar joint is three joints of the table
-(x, y, theta) and a floating one six (x, y, z, then yaw, pitch, roll): so the kernels know two kinds of motion only.
+(x, y, theta) and a floating one six (x, y, z, then yaw, pitch, roll): so the kernels have two kinds of motion only.
 """
 
 from dataclasses import dataclass, field, replace
@@ -247,3 +247,9 @@ def motion_along_z(kind: int, position: ArrayLike) -> NDArray[np.float64]:
     """The motion of a joint about or along z, shape (..., 4, 4), at positions (...)."""
     along = np.multiply.outer(position, Z)
     return pose(rpy=along) if kind == REVOLUTE else pose(along)
+
+
+def entry_names(tree: Tree) -> tuple[str, ...]:
+    """A name for every entry of q: the joint's, with a number behind it where a joint has several."""
+    parts = [(name, range(tree.n_dof)[cut]) for name, cut in zip(tree.joint_names, tree.joint_slices, strict=True)]
+    return tuple(f"{name}[{k}]" if len(cut) > 1 else name for name, cut in parts for k in range(len(cut)))

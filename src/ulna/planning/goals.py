@@ -14,6 +14,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError
 from ulna.ik.inverse_kinematics import InverseKinematics
+from ulna.ik.options import Options
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
@@ -197,7 +198,7 @@ def solutions_of(question: Question, T: Array, fixed: NDArray[np.bool_]) -> Arra
         result = solve(question, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
         return np.unique(result.q[result.success].reshape(-1, n), axis=0)
     found = question.inverse_kinematics.all_solutions(
-        T, question.start, None, link, None, SPREAD, _options(question, threads=1), whole_turns=False
+        T, question.start, None, link, Options(seed=question.seed, task=question.task, threads=1), n_samples=SPREAD
     )
     return found.q[found.valid]
 
@@ -205,12 +206,8 @@ def solutions_of(question: Question, T: Array, fixed: NDArray[np.bool_]) -> Arra
 def solve(question: Question, T: Array, seeds: Array) -> IKResult:
     """A search for each of several poses, or for one, from seeds in which the joints are held as the question says."""
     search = question.inverse_kinematics.inverse_kinematics
-    return search(T, seeds, None, question.held, question.world, question.link, _options(question))
-
-
-def _options(question: Question, threads: int | None = None) -> tuple:
-    """The fields of ``Options``, in their order."""
-    return "levenberg_marquardt", question.seed, question.task, None, None, 1e-5, 1e-5, None, None, threads, False
+    options = Options(seed=question.seed, task=question.task)
+    return search(T, seeds, None, question.held, question.world, question.link, options)
 
 
 def _why_none(question: Question, T: Array, none: Array) -> Goals:

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
-from ulna.ik.entry_names import entry_names
 from ulna.ik.reason import NO_REASON, Reason
+from ulna.kinematics.tree import entry_names
 from ulna.planning.blend import rounded_path
 from ulna.planning.improve import Best, Searched, improved
 from ulna.planning.motion import Motion

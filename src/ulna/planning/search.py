@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import planning
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
@@ -111,7 +111,7 @@ class Search:
 
     def _found(self, max_checks: int, time_limit: float | None, first_pass: int) -> Found | None:
         scene, settings, space, pace = self.edges
-        call, slices = entry("planning.plan_slice"), Slices(max_checks, time_limit, pace)
+        slices = Slices(max_checks, time_limit, pace)
         search, shortening = self.state
         search[layout.MOST] = max_checks
         if search[layout.JOINED]:  # the path is made ready again
@@ -122,9 +122,9 @@ class Search:
         path, known, none = np.empty((_POINTS, n_dof)), np.zeros((1, _POINTS), dtype=np.int64), _nothing(n_dof)
         while slices.another(shortening if search[layout.JOINED] else search):
             searching = not search[layout.JOINED]
-            code = call(
+            code = planning.plan_slice(
                 *scene, settings, space.table, self._samples(),
-                *self._rows, self._parents, self._radii, self._costs, none, path, known, self.state,
+                self._rows[0], self._rows[1], self._parents, self._radii, self._costs, none, path, known, self.state,
             )  # fmt: skip
             if code in {layout.SOLVED, layout.NOT_FREE}:
                 points = path[: shortening[layout.POINTS]].copy()
@@ -207,10 +207,10 @@ def _run(edges: Edges, path: Array, spreads: Array, first_pass: int) -> tuple[Ar
     n, state = len(path), np.zeros((2, layout.N_STATE), dtype=np.int64)
     points, shortening = np.empty((2 * n + layout.SPARE_POINTS, path.shape[1])), state[1]
     points[:n], shortening[layout.POINTS], shortening[layout.PASS], shortening[layout.ROWS] = path, n, first_pass, len(points)
-    call, slices = entry("planning.plan_slice"), Slices(2**62, None, edges.pace)
+    slices = Slices(2**62, None, edges.pace)
     none, known, radii = _nothing(path.shape[1]), np.zeros((1, len(points)), dtype=np.int64), _nothing(0)
     while slices.another(shortening):
-        code = call(
+        code = planning.plan_slice(
             *edges.scene, edges.settings, edges.space.table, none,
             none, none, known, radii, _nothing(WIDTH), spreads, points, known, state,
         )  # fmt: skip

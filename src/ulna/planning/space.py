@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import UnknownNameError
-from ulna.ik.turns import TURN, turning_columns
 from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST, PRISMATIC
 from ulna.kernels.planning.planning_layout import HIGH, LOW, N_SPACE, PERIOD, WEIGHT
 from ulna.kinematics.sample import length_of_robot, random_range
 from ulna.kinematics.tree import Tree
+from ulna.kinematics.turns import TURN, turning_columns
 
 Array = NDArray[np.float64]
 

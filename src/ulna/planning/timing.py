@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import entry
+from ulna.drivers import time_parameterisation
 from ulna.planning.blend import Pieces
 from ulna.planning.double_s import N_PHASES, double_s
 
@@ -69,9 +69,8 @@ def timed(grid: Grid, velocity: Array, acceleration: Array) -> tuple[Array, Arra
     ceilings[:-1] = np.minimum(ceilings[:-1], of_intervals)
     ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
     x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
-    time_sections = entry("time_parameterisation.time_sections")
     limits = np.ascontiguousarray(acceleration * _WITHIN)
-    time_sections(grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times)
+    time_parameterisation.time_sections(grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times)
     return times, x, u
 
 

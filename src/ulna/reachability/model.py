@@ -14,10 +14,9 @@ import numpy as np
 
 from ulna.collision.allowed import AllowedCollisions, LinkPair
 from ulna.collision.attached import Attached
-from ulna.description.convex_mesh import ConvexMesh
-from ulna.description.json_text import json_value
+from ulna.description.file_bytes import json_value
 from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
-from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
 from ulna.errors import DescriptionError
 from ulna.robot import Robot
 
@@ -32,9 +31,9 @@ def robot_to_json(robot: Robot, *, checked: bool) -> str:
     """The text of a robot; with the pairs of links that may touch if its collisions are ``checked``."""
     allowed = [[pair.link_a, pair.link_b] for pair in robot.allowed_collisions] if checked else None
     data = {
-        "description": _plain(robot.description),
+        "description": _json_ready(robot.description),
         "home": robot.home.tolist(),
-        "attached": [_plain(one) for one in robot.attached],
+        "attached": [_json_ready(one) for one in robot.attached],
         "allowed": allowed,
     }
     return json.dumps(data, sort_keys=True, separators=(",", ":"))
@@ -62,10 +61,10 @@ def fingerprint(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _plain(value: Any) -> Any:
+def _json_ready(value: Any) -> Any:
     """Dataclasses as dictionaries with the name of their class, arrays and tuples as lists."""
     if is_dataclass(value) and not isinstance(value, type):
-        kept = {f.name: _plain(getattr(value, f.name)) for f in fields(value) if f.name not in _LEFT_OUT}
+        kept = {f.name: _json_ready(getattr(value, f.name)) for f in fields(value) if f.name not in _LEFT_OUT}
         return {"kind": type(value).__name__, **kept}
     if isinstance(value, Enum):
         return value.value
@@ -73,7 +72,7 @@ def _plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, frozenset | set):
         return sorted(value)
-    return [_plain(item) for item in value] if isinstance(value, tuple | list) else value
+    return [_json_ready(item) for item in value] if isinstance(value, tuple | list) else value
 
 
 def _made(value: Any) -> Any:

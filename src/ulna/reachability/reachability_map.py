@@ -18,14 +18,13 @@ from ulna.engine.threads import as_threads, default_threads
 from ulna.errors import FileError, InputError
 from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.ik.options import as_count
-from ulna.ik.query import refuse_immovable
-from ulna.ik.reach import reach_of
+from ulna.ik.problem import refuse_immovable
 from ulna.ik.task import Task, as_task
+from ulna.kinematics.reach import reach_of
 from ulna.reachability.grid import Grid
-from ulna.reachability.lock import locked
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.model import robot_to_json
-from ulna.reachability.run import run
+from ulna.reachability.run import locked, run
 from ulna.reachability.specification import Specification
 from ulna.reachability.store import create, read_specification, sweep, zarr_package
 from ulna.reachability.workers import DaskWorkers, ThreadWorkers

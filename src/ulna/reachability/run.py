@@ -5,20 +5,82 @@
    the robot take longer than those beyond its reach, so the estimate follows the last tasks.
 3. At most ``UNDER_WAY`` tasks a thread are under way, so that neither the memory of the scheduler nor what is lost at its end
    grows with the map.
+
+Meanwhile no second process can write to the map: the operating system locks a file beside it, and frees it when the process
+ends, however it ends.
 """
 
 from __future__ import annotations
 
+import contextlib
+import os
 import statistics
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from ulna.errors import FileError
 from ulna.reachability.chunk import Outcome
 from ulna.reachability.grid import Grid
 from ulna.reachability.store import undone
 from ulna.reachability.workers import Workers
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
+
+
+@contextlib.contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Around what writes to the map at a path.
+
+    Raises:
+        FileError: Another process is writing to it, or the folder cannot be written to.
+    """
+    beside = path.with_name(f"{path.name}.lock")
+    file = _locked_file(beside, path)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            beside.unlink()  # while it is locked: whoever has opened it sees that it is another file
+        os.close(file)
+
+
+def _locked_file(beside: Path, path: Path) -> int:
+    while True:
+        try:
+            file = os.open(beside, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise FileError(str(path), f"the folder cannot be written to ({error.strerror})") from None
+        try:
+            _lock(file)
+        except OSError:
+            os.close(file)
+            raise FileError(str(path), "another process is writing to this map; wait for it, or end it") from None
+        if _same(file, beside):
+            return file
+        os.close(file)  # it was removed meanwhile by the process that had it
+
+
+def _same(file: int, beside: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(file), beside.stat())
+    except OSError:
+        return False
+
+
+def _lock(file: int) -> None:
+    """Lock it, or raise an OSError at once if another process has."""
+    if fcntl is not None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return
+    import msvcrt  # noqa: PLC0415 -- of Windows alone
+
+    msvcrt.locking(file, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+
 
 TASK_S = 0.7  # of work in a task: 0.5 to 1
 UNDER_WAY = 3  # tasks for each that runs

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ulna.description.json_text import json_value
+from ulna.description.file_bytes import json_value
 from ulna.errors import DescriptionError
 from ulna.ik.options import Options
 from ulna.ik.task import Task
@@ -69,7 +69,7 @@ class Specification:
             position_tolerance=self.position_tolerance,
             rotation_tolerance=self.rotation_tolerance,
             max_iterations=self.max_iterations,
-        )
+        ).checked()
 
     def attributes(self) -> dict[str, Any]:
         """As attributes of a Zarr group: numbers, texts, lists."""

@@ -1,4 +1,4 @@
-"""Lays a map out as a Zarr group, and knows which of its chunks are done.
+"""Lays a map out as a Zarr group, and finds which of its chunks are done.
 
     z, y, x          centres of the voxels [m]                          (z,), (y,), (x,)
     quaternion       the orientations, w first                          (orientation, wxyz)
@@ -22,8 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.description.file_bytes import regular_file_bytes
-from ulna.description.json_text import json_value
+from ulna.description.file_bytes import json_value, regular_file_bytes
 from ulna.errors import DescriptionError, FileError, needs_extra
 from ulna.reachability.grid import Grid
 from ulna.reachability.specification import Specification

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.world import World
-from ulna.ik.closed_form.result import Proof
 from ulna.ik.result import CODES, Status
+from ulna.ik.solutions import Proof
 from ulna.kernels.ik import search_layout as layout
 from ulna.reachability.specification import Specification
 from ulna.robot import Robot

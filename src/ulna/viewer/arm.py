@@ -1,4 +1,4 @@
-"""Draws a robot in the scene: visuals, collision shapes, held objects, frames and names of links."""
+"""Draws a robot in the scene, and shows or hides its visuals, collision shapes, frames and names of links."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -10,12 +10,13 @@ import viser
 from numpy.typing import NDArray
 from trimesh.exchange.gltf import export_glb
 
-from ulna.description.meshes.files import MeshFiles
+from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.pose import quaternion_from_matrix
 from ulna.description.robot_description import Body
 from ulna.description.shapes import Mesh
 from ulna.errors import FileError
 from ulna.robot import Robot
+from ulna.viewer.html import listed, small_text, tree_html
 from ulna.viewer.nodes import add_shape, add_triangles
 from ulna.viewer.palette import FREE, PALE, STRONG, TOUCHING
 from ulna.viewer.visuals import link_visuals, read_mesh
@@ -47,7 +48,7 @@ class Arm:
     Attributes:
         missing: The meshes that are not shown, each with the reason.
         solids: The collision shapes by their names in reports.
-        held: The nodes of the objects attached to its links, by name; shown with the visuals.
+        attached: The nodes of the objects attached to its links, by name; shown with the visuals.
         extent: Its AABB at home.
     """
 
@@ -72,7 +73,7 @@ class Arm:
             for (k, name), side in zip(_names_by_origin(robot), cycle(("right", "left")), strict=False)
         ]
         self.solids = self._add_solids(number)
-        self.held = {
+        self.attached = {
             held.name: add_shape(self._scene, f"{root}/{number[held.link]}/held{k}", held.shape, FREE, STRONG, held.T_link_object)
             for k, held in enumerate(robot.attached)
         }
@@ -89,15 +90,15 @@ class Arm:
 
     def mark_touching(self, names: Collection[str]) -> None:
         """Show the collision shapes of these names opaque and red, the others pale; attached objects are always opaque."""
-        for name, node in (self.solids | self.held).items():
+        for name, node in (self.solids | self.attached).items():
             if (name in self._touching) != (name in names):
                 node.color = TOUCHING if name in names else FREE
-                node.opacity = STRONG if name in names or name in self.held else PALE
+                node.opacity = STRONG if name in names or name in self.attached else PALE
         self._touching = tuple(names)
 
     def show_looks(self, *, visible: bool) -> None:
         """Show or hide the visuals, and the attached objects."""
-        for node in (*self.looks, *self.held.values()):
+        for node in (*self.looks, *self.attached.values()):
             node.visible = visible
 
     def show_solids(self, *, visible: bool) -> None:
@@ -157,3 +158,30 @@ def _extent(robot: Robot, scenes: dict[str, Any]) -> Extent:
         corners = scene.bounding_box.vertices
         points += list(corners @ places[name][:3, :3].T + places[name][:3, 3])
     return Extent(np.min(points, axis=0), np.max(points, axis=0))
+
+
+REAL_ARM = "Drawn as plain tubes. For the real arm: pip install example-robot-data (131 MB, 431 MB unpacked), and start again."
+
+
+class VisibilityPanel:
+    """Checkboxes, the tree, and the missing meshes."""
+
+    def __init__(self, gui: viser.GuiApi, arm: Arm, *, solids: bool) -> None:
+        self.looks = gui.add_checkbox("Visuals", initial_value=True, hint="What the robot looks like")
+        self.solids = gui.add_checkbox(
+            "Collision shapes", initial_value=solids, disabled=not arm.solids, hint="What it collides as"
+        )
+        self.frames = gui.add_checkbox("Link frames", initial_value=False, hint="x red, y green, z blue")
+        self.names = gui.add_checkbox("Link names", initial_value=False)
+        self.looks.on_update(lambda _: arm.show_looks(visible=self.looks.value))
+        self.solids.on_update(lambda _: arm.show_solids(visible=self.solids.value))
+        self.frames.on_update(lambda _: arm.show_frames(visible=self.frames.value))
+        self.names.on_update(lambda _: arm.show_names(visible=self.names.value))
+        arm.show_solids(visible=solids)
+        if arm.missing:
+            with gui.add_folder(f"Missing meshes ({len(arm.missing)})", expand_by_default=False):
+                if arm.robot.name == "panda":
+                    gui.add_html(small_text(REAL_ARM))
+                gui.add_html(listed(arm.missing))
+        with gui.add_folder(f"Tree ({len(arm.robot.link_names)} links)", expand_by_default=False):
+            gui.add_html(tree_html(arm.robot))

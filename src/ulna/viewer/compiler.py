@@ -3,11 +3,21 @@
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import ParamSpec, TypeVar
 
+import numpy as np
+
+from ulna.collision.world import World
+from ulna.description.pose import pose
+from ulna.description.shapes import Sphere
 from ulna.engine.decorators import NotCompiledError, compiling_if
+from ulna.robot import Robot
+from ulna.robot.hand_link import hand_link
+from ulna.viewer.session.clearance import clearance
+from ulna.viewer.session.ellipsoid import mobility
+from ulna.viewer.session.hand import Hand
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -128,3 +138,33 @@ class Compiler:
 
     def _may_go_on(self) -> bool:
         return not self._stopping and threading.main_thread().is_alive()
+
+
+_FAR = 1e3  # [m] out of reach: finding the reason for that has kernels of its own
+
+
+def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[], object]]]:
+    """The calls, each with a name that the page shows; those that are needed first come first.
+
+    Args:
+        robot: The robot of the page.
+        checked: Whether its shapes can be checked for collisions.
+    """
+    world = World()
+    world.add("ball", Sphere(1.0), pose((_FAR, 0.0, 0.0)))
+    if robot.n_dof:
+        yield "dragging the hand", lambda: _drag(robot, None)
+        yield "the singular values of the hand", lambda: mobility(robot, robot.home, hand_link(robot))
+    if checked:
+        yield "the distance of any shapes", lambda: clearance(robot, robot.home, world)
+    if checked and robot.n_dof:
+        yield "dragging the hand round obstacles", lambda: _drag(robot, world)
+
+
+def _drag(robot: Robot, world: World | None) -> None:
+    """Drag the hand to its own pose, to one nearby, and to one out of reach."""
+    hand = Hand(robot, hand_link(robot))
+    for step in (0.0, 0.01, _FAR):
+        T = robot.forward_kinematics(robot.home, link=hand.link).copy()
+        T[:3, 3] += np.array((step, 0.0, 0.0))
+        hand.follow(robot.home, T, world)

@@ -20,7 +20,7 @@ def marked(words: str, color: Color, *, filled: bool = True) -> str:
     return f'<div role="status" style="{STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
 
 
-def plain(words: str) -> str:
+def small_text(words: str) -> str:
     """Small text."""
     return f'<div style="{STYLE};font-size:0.85em">{html.escape(words)}</div>'
 

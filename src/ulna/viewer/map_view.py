@@ -11,7 +11,7 @@ from ulna.errors import UlnaError
 from ulna.ik.result import IKResult
 from ulna.reachability.map import ReachabilityMap
 from ulna.viewer.arm import Arm, Extent
-from ulna.viewer.html import marked, plain
+from ulna.viewer.html import marked, small_text
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.palette import GREEN, RED, UNKNOWN
 from ulna.viewer.session.voxels import AXES, Voxels
@@ -68,7 +68,7 @@ class MapView:
         words = f"{summary.reached:,} of {summary.computed:,} poses reached ({share:.1f} %)"
         gui.add_html(marked(words, GREEN if summary.reached else RED))
         if summary.computed < summary.poses:
-            gui.add_html(plain(f"{summary.poses - summary.computed:,} are not computed yet"))
+            gui.add_html(small_text(f"{summary.poses - summary.computed:,} are not computed yet"))
         self.axis = gui.add_dropdown("Clip across", AXES, initial_value="y", hint="The axis across which the plane lies")
         low, high = self.voxels.ends("y")
         self.plane = gui.add_slider(
@@ -87,7 +87,7 @@ class MapView:
             initial_value=0.0,
             hint="Voxels of which fewer orientations are reached are hidden",
         )
-        self.told = gui.add_html(plain("Click a voxel to see its solutions."))
+        self.told = gui.add_html(small_text("Click a voxel to see its solutions."))
         self.solution = gui.add_slider("Solution", min=1, max=2, step=1, initial_value=1, disabled=True)
         self.axis.on_update(lambda event: self._take_axis() if event.client is not None else None)
         self.plane.on_update(lambda event: self._take_plane() if event.client is not None else None)

@@ -1,5 +1,6 @@
-"""Adds shapes to the scene of a page, as nodes whose colour and opacity can be changed."""
+"""Adds shapes, and handles that a person drags in any tab, to the scene of a page."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,7 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.description.clouds import Obstacle
-from ulna.description.pose import quaternion_from_matrix
+from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
 from ulna.viewer.palette import Color
 from ulna.viewer.visuals import triangles
@@ -44,3 +45,60 @@ def add_shape(
 def add_triangles(scene: viser.SceneApi, name: str, mesh: Any, color: Color, **look: Any) -> viser.MeshHandle:
     """Add a mesh of trimesh in one colour."""
     return scene.add_mesh_simple(name, np.asarray(mesh.vertices), np.asarray(mesh.faces), color=color, flat_shading=True, **look)
+
+
+class Handles:
+    """A transform control. ``moved`` is called, in the server's thread, whenever a person moves or releases it.
+
+    Attributes:
+        moved_by_hand: Whether a person has moved it since ``take`` was called.
+    """
+
+    def __init__(self, scene: viser.SceneApi, name: str, size: float, moved: Callable[[], None], *, visible: bool = True) -> None:
+        self.control = scene.add_transform_controls(name, scale=size, line_width=3.0, depth_test=False, visible=visible)
+        self._holders: set[int | None] = set()
+        self.moved_by_hand = self._let_go = False
+        self._moved = moved
+        self.control.on_update(self._update)
+
+    @property
+    def dragged(self) -> bool:
+        """Whether it is being dragged in some tab."""
+        return bool(self._holders)
+
+    @property
+    def pose(self) -> NDArray[Any]:
+        """T_base_handles, shape (4, 4)."""
+        return pose(self.control.position, wxyz=self.control.wxyz)
+
+    def take(self) -> bool:
+        """Whether a person has moved it since the last call."""
+        moved, self.moved_by_hand = self.moved_by_hand, False
+        return moved
+
+    def take_release(self) -> bool:
+        """Whether it was released since the last call, and is dragged in no tab now."""
+        let_go, self._let_go = self._let_go, False
+        return let_go and not self.dragged
+
+    def put(self, T: NDArray[Any]) -> None:
+        """Move it to a pose, shape (4, 4), unless a person drags it or has just moved it."""
+        if not self._holders and not self.moved_by_hand:
+            self.control.position, self.control.wxyz = T[:3, 3], quaternion_from_matrix(T)
+
+    def show(self, *, visible: bool) -> None:
+        """Show or hide it. Hiding releases it, as the page does not send the end of such a drag."""
+        if not visible and self._holders:
+            self._holders.clear()
+            self._let_go = True
+        self.control.visible = visible
+
+    async def _update(self, event: viser.TransformControlsEvent) -> None:
+        if event.phase == "end":  # also sent when the tab is closed in which it is dragged
+            self._holders.discard(event.client_id)
+            self._let_go = True
+        elif event.phase == "start":
+            self._holders.add(event.client_id)
+        else:
+            self.moved_by_hand = True
+        self._moved()

@@ -12,7 +12,7 @@ from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.errors import UlnaError
-from ulna.viewer.retyped import retyped, rounded
+from ulna.viewer.pose_fields import retyped, rounded
 
 _NONE: str = "none"
 Known = dict[str, tuple[Obstacle, NDArray[Any]]]

@@ -15,8 +15,7 @@ from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
 from ulna.errors import InputError, UlnaError
-from ulna.viewer.handles import Handles
-from ulna.viewer.nodes import add_shape
+from ulna.viewer.nodes import Handles, add_shape
 from ulna.viewer.obstacle_form import ObstacleForm
 from ulna.viewer.palette import GROUND, MOVABLE, PALE, TOUCHING, obstacle_opacity
 

@@ -7,11 +7,11 @@ import numpy as np
 import viser
 
 from ulna.viewer.configuration import configurations_of
-from ulna.viewer.hand_pose import HandPose
-from ulna.viewer.handles import Handles
-from ulna.viewer.html import marked, plain
+from ulna.viewer.html import marked, small_text
+from ulna.viewer.nodes import Handles
 from ulna.viewer.palette import GREEN, INK, RED, UNKNOWN
-from ulna.viewer.session.planning import Planning
+from ulna.viewer.pose_fields import HandPose
+from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
 
 _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"
@@ -32,7 +32,7 @@ class PlanPanel:
         gui = server.gui
         refusal = session.unchecked
         self.on = gui.add_checkbox("Plan a motion", initial_value=False, disabled=bool(refusal), hint=refusal or _HINT)
-        self.sentence = gui.add_html(plain(refusal) if refusal else "")
+        self.sentence = gui.add_html(small_text(refusal) if refusal else "")
         self.known = gui.add_button_group("Plan to", tuple(self._known), visible=False)
         self.pose = HandPose(gui, self.planning, moved, "Goal", visible=False)
         self.play = gui.add_button(_PLAY, hint="Move the arm along the plan", visible=False)

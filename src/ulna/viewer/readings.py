@@ -1,11 +1,13 @@
-"""Shows in panel and scene the nearest pair, the manipulability ellipsoid and the singular values."""
+"""Shows the nearest pair, the manipulability ellipsoid and the singular values, what is compiled, and why a frame has failed."""
+
+import html
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from ulna.description.pose import quaternion_from_matrix
-from ulna.viewer.html import marked, mobility_html, plain
+from ulna.viewer.html import STYLE, marked, mobility_html, small_text
 from ulna.viewer.palette import GREEN, INK, RED, UNKNOWN
 from ulna.viewer.session.clearance import Clearance
 from ulna.viewer.session.ellipsoid import mobility
@@ -38,7 +40,7 @@ class ClearancePanel:
         words = clearance.refusal if pair is None else f"{clearance.distance}: {clearance.apart}"
         for element, content in (
             (self.state, marked(str(clearance), color, filled=clearance.state == "collision")),
-            (self.nearest, plain(words) if words else ""),
+            (self.nearest, small_text(words) if words else ""),
         ):
             element.content = content
         for node in (self.line, self.label, *self.ends):
@@ -91,3 +93,39 @@ class EllipsoidPanel:
         x, y, z = np.maximum(_SECONDS * found.radii, _THINNEST).tolist()
         self.node.scale = (x, y, z)
         self.numbers.content = mobility_html(found)
+
+
+class Notice:
+    """A line of the panel, hidden while it is empty."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._element = gui.add_html("", visible=False)
+        self._compiling: tuple[str, ...] = ()
+        self._failure = ""
+
+    @property
+    def text(self) -> str:
+        """Its text; empty if there is nothing to report."""
+        if self._failure:
+            return f"This picture is not up to date. {self._failure}"
+        if self._compiling:
+            first, *rest = self._compiling
+            more = f"; {len(rest)} more to come" if rest else ""
+            return f"Compiling for this machine (once): {first}{more}"
+        return ""
+
+    def show_compiling(self, names: tuple[str, ...]) -> None:
+        """Show the names of what is being compiled."""
+        if names != self._compiling:
+            self._compiling = names
+            self._write()
+
+    def show_failure(self, error: Exception | None) -> None:
+        """Show why the last frame failed; None if it did not."""
+        self._failure = "" if error is None else f"{type(error).__name__}: {error}"
+        self._write()
+
+    def _write(self) -> None:
+        role = "alert" if self._failure else "log"
+        self._element.content = f'<div role="{role}" style="{STYLE};font-size:0.85em">{html.escape(self.text)}</div>'
+        self._element.visible = bool(self.text)

@@ -10,23 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes
 from ulna.robot import Robot
-from ulna.viewer.arm import Arm
-from ulna.viewer.compiler import Compiler
+from ulna.viewer.arm import Arm, VisibilityPanel
+from ulna.viewer.compiler import Compiler, rehearsals
 from ulna.viewer.configuration import ConfigurationPanel
-from ulna.viewer.floor import Floor, floor_height
-from ulna.viewer.hand import HandPanel
-from ulna.viewer.html import plain
-from ulna.viewer.joints import JointSliders
+from ulna.viewer.hand_panel import HandPanel
+from ulna.viewer.html import small_text
+from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
-from ulna.viewer.notice import Notice
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.plan_panel import PlanPanel
-from ulna.viewer.readings import ClearancePanel, EllipsoidPanel
-from ulna.viewer.rehearsal import rehearsals
+from ulna.viewer.readings import ClearancePanel, EllipsoidPanel, Notice
 from ulna.viewer.session.session import Session
-from ulna.viewer.stage import add_stage
-from ulna.viewer.visibility import VisibilityPanel
+from ulna.viewer.stage import Floor, add_stage, floor_height
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between frames at rest: the program may have changed the world
@@ -74,7 +70,7 @@ class View:
         self.clearance = ClearancePanel(server, extent.radius)
         self.in_place_of_meshes = in_place_of_meshes(robot.description)
         if self.in_place_of_meshes:
-            server.gui.add_html(plain(self.in_place_of_meshes))
+            server.gui.add_html(small_text(self.in_place_of_meshes))
         self.notice = Notice(server.gui)
         tabs = server.gui.add_tab_group()
         with tabs.add_tab("Move"):

@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 from ulna.collision.expand import expand
 from ulna.description.clouds import HeightMap, PointCloud
-from ulna.description.convex_mesh import ConvexMesh
-from ulna.description.meshes.files import MeshFiles
+from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
 from ulna.description.robot_description import Body
-from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
 from ulna.errors import FileError
 from ulna.robot import Robot
 from ulna.viewer.plain_body import SHELL, joined, painted, plain_body

@@ -90,7 +90,7 @@ def test_the_light_is_red_while_the_box_is_dragged_into_the_arm(app, page, still
         page.mouse.move(tip[0], tip[1] - climb)
         page.wait_for_timeout(50)
     page.mouse.up()
-    wait_to_see(page, lambda: not app.scene.handles.held, "a box that is let go")
+    wait_to_see(page, lambda: not app.scene.handles.dragged, "a box that is let go")
     wait_to_see(page, lambda: light_is(page, still, "green"), "a green light again")
     wait_to_see(page, lambda: page.get_by_role("status").inner_text().strip() == "free", "the word free")
     assert app.scene.arm.solids["box 12"].color != (225, 45, 45)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.film.moving import record_moving
-from ulna.viewer.film.record import make_form
+from ulna.viewer.film.recording import make_form, record_moving
 from videos import decoded
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from ulna.errors import FileError, InputError
 from ulna.robot import load
-from ulna.viewer.film.record import make_form, record_robot
+from ulna.viewer.film.recording import make_form, record_robot
 from videos import decoded
 
 SIZE = (320, 180)
@@ -34,7 +34,7 @@ def test_a_turning_camera_keeps_the_robot_in_the_picture(tmp_path):
 def test_a_video_needs_no_display_and_no_graphics_library(tmp_path):
     """The environment is empty; on Linux, the list of loaded libraries is checked."""
     program = (
-        "import sys; from pathlib import Path; from ulna.viewer.film.record import *; from ulna.robot import load;"
+        "import sys; from pathlib import Path; from ulna.viewer.film.recording import *; from ulna.robot import load;"
         "panda = load('panda'); record_robot(make_form(Path(sys.argv[1]), 0.2, (160, 90), 10), panda, panda.home);"
         "print(Path('/proc/self/maps').read_text() if sys.platform == 'linux' else '')"
     )

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 import robots
 import ulna
 from ulna.robot.hand_link import hand_link
-from ulna.viewer.session.contacts import _rate
 from ulna.viewer.session.hand import MOST_A_FRAME, Hand, rotation_vector
+from ulna.viewer.session.sliding import _rate
 
 FRAMES = 200
 

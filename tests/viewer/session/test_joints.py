@@ -6,7 +6,7 @@ import pytest
 import robots
 import ulna
 from ulna.viewer.html import outline
-from ulna.viewer.session.joints import limbs, slide_groups
+from ulna.viewer.session.slides import limbs, slide_groups
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.session.planning import Planning
+from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
 
 TICK = 0.05  # s
@@ -43,7 +43,7 @@ def test_without_a_goal_there_is_nothing_to_show(planning, session, panda):
     assert np.array_equal(planning.hand_pose, session.hand_pose)
 
 
-def test_a_plan_is_made_once_and_again_when_the_goal_or_an_obstacle_is_moved(planning, world):
+def test_a_plan_is_made_once_and_again_when_the_goal_or_an_obstacle_is_moved(planning, session, world):
     beyond_the_post(planning)
     assert planning.frame(TICK)
     first = planning.shown
@@ -55,7 +55,7 @@ def test_a_plan_is_made_once_and_again_when_the_goal_or_an_obstacle_is_moved(pla
     assert planning.frame(TICK)
     assert planning.shown is not first
     second = planning.shown
-    planning.send_to(planning._session.robot.home + 0.1)
+    planning.send_to(session.robot.home + 0.1)
     assert planning.frame(TICK)
     assert planning.shown is not second
 

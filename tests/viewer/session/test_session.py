@@ -6,10 +6,9 @@ import pytest
 import robots
 import ulna
 from ulna.errors import InputError, UnknownNameError
-from ulna.viewer.session.clearance import clearance
+from ulna.viewer.session.clearance import ShapeNames, clearance
 from ulna.viewer.session.ellipsoid import mobility
 from ulna.viewer.session.session import Session
-from ulna.viewer.session.shape_names import ShapeNames
 
 
 @pytest.fixture

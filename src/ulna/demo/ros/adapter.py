@@ -1,4 +1,4 @@
-"""Imports ``ros1`` and ``ros2``, which need ROS; an error says what is missing."""
+"""Imports ``ros1`` and ``ros2``, which need ROS: an error says what is missing; notes signals until a node can end."""
 
 import os
 import signal
@@ -6,8 +6,35 @@ import sys
 from importlib import import_module
 from types import ModuleType
 
-from ulna.demo.ros.ending import exit_quietly
 from ulna.errors import MissingROSError, UlnaError
+
+
+def exit_quietly(number: int, _frame: object) -> None:
+    """Handle a signal by an exit without a traceback, which closes every context.
+
+    Raises:
+        SystemExit: With the status that shells report of the signal.
+    """
+    sys.exit(128 + number)
+
+
+def noted_signals() -> list[int]:
+    """Install handlers of SIGINT and SIGTERM, and return the list to which they append. A second signal raises SystemExit.
+
+    The handlers of rospy and rclpy end the node from another thread or in the middle of a step: rospy's waits forever for a lock
+    that this thread holds, as in ``publish()``; after rclpy's the next call raises. These need no lock: the node ends between
+    two steps.
+    """
+    come: list[int] = []
+
+    def note(number: int, _frame: object) -> None:
+        signal.signal(number, exit_quietly)
+        come.append(number)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, note)
+    return come
+
 
 # The variable that restricts ROS to this machine, and those by which a user may have chosen otherwise.
 _LOCAL = {1: ("ROS_IP", "127.0.0.1"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")}

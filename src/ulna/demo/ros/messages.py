@@ -19,8 +19,7 @@ from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder
 from ulna.errors import InputError
 from ulna.robot import Robot
-from ulna.viewer.palette import INK
-from ulna.viewer.solid import Solid, collision_boxes
+from ulna.viewer.palette import INK, Solid, collision_boxes
 
 SERVER = "basic_controls"  # the interactive-marker server's topics begin with it
 LIFETIME_S = 3  # of a marker, which is sent ten times a second

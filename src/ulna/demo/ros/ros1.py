@@ -19,13 +19,13 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerI
 from ulna.collision.report import Report
 from ulna.demo.player import Player
 from ulna.demo.ros import messages
-from ulna.demo.ros.ending import noted_signals
+from ulna.demo.ros.adapter import noted_signals
 from ulna.demo.ros.node_compiler import node_compiler
 from ulna.demo.scenario import BOX_NAME, BOX_START, RATE_HZ, Demo
 from ulna.description.pose import pose
 from ulna.errors import InputError
 from ulna.robot import Robot, load
-from ulna.viewer.solid import Solid
+from ulna.viewer.palette import Solid
 
 _QUEUE = 30  # messages: more than the markers of one picture
 _LOOK_FOR_MASTER_S = 1.0

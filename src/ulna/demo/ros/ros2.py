@@ -21,8 +21,8 @@ from visualization_msgs.srv import GetInteractiveMarkers
 from ulna.collision.report import Report
 from ulna.demo.player import Player
 from ulna.demo.ros import messages
+from ulna.demo.ros.adapter import noted_signals
 from ulna.demo.ros.description import robot_description
-from ulna.demo.ros.ending import noted_signals
 from ulna.demo.scenario import BOX_NAME, RATE_HZ, Demo
 from ulna.errors import InputError
 from ulna.robot import Robot, load

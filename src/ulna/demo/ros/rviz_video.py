@@ -24,8 +24,7 @@ from ulna.demo.ros.virtual_screen import virtual_screen
 from ulna.demo.scenario import RATE_HZ, Demo
 from ulna.errors import InputError, MissingROSError
 from ulna.viewer.compiler import Compiler
-from ulna.viewer.film.files import write_film
-from ulna.viewer.film.film import Film
+from ulna.viewer.film.film import Film, write_film
 
 # The programs, and Debian's packages that have them.
 _NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xdotool": "xdotool"}

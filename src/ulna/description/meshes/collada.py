@@ -13,14 +13,14 @@ from lxml import etree
 from numpy.typing import NDArray
 
 from ulna.description.meshes.collada_scene import Scene
-from ulna.description.meshes.plain import Plain
+from ulna.description.meshes.mesh_files import Rewritten
 
 Array = NDArray[np.float64]
 _TRIANGLES, _LINES = ("triangles", "polylist", "polygons"), ("lines", "linestrips")
 _MATERIALS = ("library_materials", "library_effects", "library_images")
 
 
-def plain_collada(data: bytes, *, materials: bool = True) -> Plain:
+def rewritten_collada(data: bytes, *, materials: bool = True) -> Rewritten:
     """Its geometries and a flat scene in metres.
 
     Args:
@@ -50,7 +50,7 @@ def plain_collada(data: bytes, *, materials: bool = True) -> Plain:
         for _, instance in nodes:
             del instance[:]
     _add_flat_scene(root, nodes)
-    return Plain(etree.tostring(root), n_triangles)
+    return Rewritten(etree.tostring(root), n_triangles)
 
 
 def _parsed(data: bytes) -> etree._Element:

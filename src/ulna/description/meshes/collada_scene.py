@@ -10,7 +10,7 @@ import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
 
-from ulna.description.meshes.plain import MOST_TRIANGLES
+from ulna.description.meshes.mesh_files import MOST_TRIANGLES
 from ulna.description.pose import matrix_from_quaternion
 
 Array = NDArray[np.float64]

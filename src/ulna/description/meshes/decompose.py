@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ulna.description.child_process import child_process, program_of
-from ulna.description.convex_mesh import ConvexMesh
+from ulna.description.child_process import child_process, last_words, program_of
 from ulna.description.meshes import kept_pieces
 from ulna.description.meshes.hulls import Scale, mesh_reader, refuse_unchecked, with_shapes
 from ulna.description.meshes.kept_pieces import Pieces
 from ulna.description.robot_description import Description
+from ulna.description.shapes import ConvexMesh
 from ulna.errors import FileError, MissingExtraError
 
 TIME_LIMIT_S = 900.0
@@ -81,14 +81,12 @@ def pieces_of_file(path: Path, announce: Callable[[str], object] = lambda _: Non
 def _decomposed(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Pieces:
     request = io.BytesIO()
     np.savez(request, vertices=vertices, faces=faces, parameters=json.dumps(PARAMETERS))
-    program = program_of("ulna.description.meshes.decompose_child")
+    program = program_of("ulna.description.meshes.pieces")
     with child_process(program, MEMORY_LIMIT_BYTES, TIME_LIMIT_S) as (child, late):
         output, errors = child.communicate(request.getvalue())
         try:
             return kept_pieces.from_bytes(output)
         except (OSError, ValueError, KeyError):
             limits = f"its limits are {TIME_LIMIT_S:g} s and {MEMORY_LIMIT_BYTES >> 30} GiB"
-            lines = errors.decode(errors="replace").strip().splitlines()
-            words = "no end" if late.is_set() else (lines[-1] if lines else f"exit status {child.returncode}")
-            words = "".join(letter for letter in words if letter.isprintable())[:200]
+            words = "no end" if late.is_set() else last_words(child, errors)[:200]
             raise FileError(str(path), f"cannot be decomposed into convex pieces ({words}); {limits}") from None

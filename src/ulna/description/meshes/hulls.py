@@ -7,11 +7,9 @@ from functools import cache
 from pathlib import Path
 from threading import Lock
 
-from ulna.description.convex_mesh import ConvexMesh
-from ulna.description.meshes.files import MeshFiles
-from ulna.description.meshes.plain import CHECKED
+from ulna.description.meshes.mesh_files import CHECKED, MeshFiles
 from ulna.description.robot_description import Body, Description, Link
-from ulna.description.shapes import Mesh
+from ulna.description.shapes import ConvexMesh, Mesh
 from ulna.errors import FileError, InputError, needs_extra
 
 Scale = tuple[float, float, float]

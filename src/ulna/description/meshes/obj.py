@@ -5,13 +5,13 @@ from io import StringIO
 from itertools import pairwise
 from math import isfinite
 
-from ulna.description.meshes.plain import MOST_TRIANGLES, Plain
+from ulna.description.meshes.mesh_files import MOST_TRIANGLES, Rewritten
 
 _SURFACES = ("surf", "bzp", "bsp", "cdc", "cdp")
 _MOST_WORDS = MOST_TRIANGLES + 4  # of a line: one more corner than a face of so many triangles has
 
 
-def plain_obj(data: bytes) -> Plain:
+def rewritten_obj(data: bytes) -> Rewritten:
     """Its vertices, texture coordinates, normals, faces and materials. Source: Wavefront, Advanced Visualizer, appendix B1.
 
     Lines end in LF, CR LF or CR, may be indented, and go on after a backslash. A negative index counts back from where it is
@@ -53,7 +53,7 @@ def plain_obj(data: bytes) -> Plain:
     vertices = lists["v"] if all_coloured else [" ".join(vertex.split()[:3]) for vertex in lists["v"]]
     text = [*libraries[:1], *(f"v {vertex}" for vertex in vertices)]
     text += [f"{kind} {row}" for kind in ("vt", "vn") for row in lists[kind]]
-    return Plain("\n".join([*text, faces.getvalue()]).encode(), n_triangles)
+    return Rewritten("\n".join([*text, faces.getvalue()]).encode(), n_triangles)
 
 
 def _lines(data: bytes) -> list[tuple[int, str]]:

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from trimesh.resolvers import Resolver
 
 from ulna.description.file_bytes import regular_file_bytes
-from ulna.description.meshes.collada import plain_collada
-from ulna.description.meshes.files import MeshFiles
-from ulna.description.meshes.obj import plain_obj
-from ulna.description.meshes.plain import MOST_TRIANGLES, Plain
-from ulna.description.meshes.stl import plain_stl
+from ulna.description.meshes.collada import rewritten_collada
+from ulna.description.meshes.mesh_files import MOST_TRIANGLES, MeshFiles, Rewritten
+from ulna.description.meshes.obj import rewritten_obj
+from ulna.description.meshes.stl import rewritten_stl
 from ulna.errors import FileError
 
 MOST_BYTES = 100_000_000
@@ -80,26 +79,26 @@ def merged(scene: trimesh.Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]
 
 
 def _checked(kind: str, data: bytes, beside: Resolver | None) -> trimesh.Scene:
-    plain = _plain(kind, data, materials=beside is not None)
-    if plain is not None and plain.n_triangles > MOST_TRIANGLES:
-        raise ValueError(f"it has {plain.n_triangles} triangles; up to {MOST_TRIANGLES} are read")
+    rewritten = _rewritten(kind, data, materials=beside is not None)
+    if rewritten is not None and rewritten.n_triangles > MOST_TRIANGLES:
+        raise ValueError(f"it has {rewritten.n_triangles} triangles; up to {MOST_TRIANGLES} are read")
     options: dict[str, Any] = {"skip_materials": True} if beside is None and kind == ".obj" else {}
-    stream = BytesIO(data if plain is None else plain.data)
+    stream = BytesIO(data if rewritten is None else rewritten.data)
     resolver = _Nothing() if beside is None else beside
     with np.errstate(all="ignore"):  # numbers that are not finite are refused below
         scene = trimesh.load_scene(stream, file_type=kind[1:], resolver=resolver, process=False, **options)
-    _check(scene, plain)
+    _check(scene, rewritten)
     return scene
 
 
-def _plain(kind: str, data: bytes, *, materials: bool) -> Plain | None:
+def _rewritten(kind: str, data: bytes, *, materials: bool) -> Rewritten | None:
     match kind:
         case ".stl":
-            return plain_stl(data)
+            return rewritten_stl(data)
         case ".obj":
-            return plain_obj(data)
+            return rewritten_obj(data)
         case ".dae":
-            return plain_collada(data, materials=materials)
+            return rewritten_collada(data, materials=materials)
     return None
 
 
@@ -113,13 +112,13 @@ def _parts(scene: trimesh.Scene) -> Iterable[tuple[NDArray[np.float64], NDArray[
                 yield np.asarray(mesh.vertices) @ T[:3, :3].T + T[:3, 3], np.asarray(mesh.faces)
 
 
-def _check(scene: trimesh.Scene, plain: Plain | None) -> None:
+def _check(scene: trimesh.Scene, rewritten: Rewritten | None) -> None:
     parts = list(_parts(scene))
     found = sum(len(faces) for _, faces in parts)
     if not found:
         raise ValueError("it has no triangles")
-    if plain is not None and found != plain.n_triangles:
-        raise ValueError(f"{found} of its {plain.n_triangles} triangles can be read")
+    if rewritten is not None and found != rewritten.n_triangles:
+        raise ValueError(f"{found} of its {rewritten.n_triangles} triangles can be read")
     if found > MOST_TRIANGLES:
         raise ValueError(f"it has {found} triangles; up to {MOST_TRIANGLES} are read")
     for vertices, faces in parts:

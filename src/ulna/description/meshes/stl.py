@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from ulna.description.meshes.plain import Plain
+from ulna.description.meshes.mesh_files import Rewritten
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 84  # bytes: 80 of any text, 4 that count the triangles
@@ -12,7 +12,7 @@ _FACET = b"facet normal x x x outer loop vertex x x x vertex x x x vertex x x x 
 _NUMBERS = np.array([word == b"x" for word in _FACET])
 
 
-def plain_stl(data: bytes) -> Plain:
+def rewritten_stl(data: bytes) -> Rewritten:
     """Binary STL unchanged; text converted to binary STL.
 
     It is binary where the length is that of the triangles it counts, as Assimp and trimesh decide too. A text must consist of
@@ -23,12 +23,12 @@ def plain_stl(data: bytes) -> Plain:
     """
     count = int.from_bytes(data[80:_HEADER], "little")
     if len(data) >= _HEADER and len(data) == _HEADER + _TRIANGLE.itemsize * count:
-        return Plain(data, count)
+        return Rewritten(data, count)
     numbers = _facets(data)
     triangles = np.zeros(len(numbers), _TRIANGLE)
     with np.errstate(over="ignore"):  # numbers that are too large become infinite, which the reader refuses
         triangles["normal"], triangles["corners"] = numbers[:, 0], numbers[:, 1:]
-    return Plain(bytes(80) + len(triangles).to_bytes(4, "little") + triangles.tobytes(), len(triangles))
+    return Rewritten(bytes(80) + len(triangles).to_bytes(4, "little") + triangles.tobytes(), len(triangles))
 
 
 def _facets(data: bytes) -> np.ndarray:

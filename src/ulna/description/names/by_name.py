@@ -1,16 +1,30 @@
-"""Finds robots of ``example-robot-data`` and ``robot_descriptions`` by name. Downloads nothing."""
+"""Finds robots by name: bundled, of ``example-robot-data``, of ``robot_descriptions``. Downloads nothing."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from ulna.description.names import cached_descriptions
-from ulna.description.names.bundled import BUNDLED
-from ulna.description.names.named import Named
+from ulna.description.names import cached_descriptions, panda
+from ulna.description.names.cached_descriptions import Named
 from ulna.description.packages import package_folders
 from ulna.errors import FileError, near_names
 
+
+@dataclass(frozen=True)
+class Bundled:
+    """A bundled description: its file beside this module, and the configuration to start from [rad or m]."""
+
+    file: str
+    home: tuple[float, ...]
+
+    def text(self) -> bytes:
+        """The URDF document."""
+        return Path(__file__).with_name(self.file).read_bytes()
+
+
+BUNDLED = {"panda": Bundled("panda.urdf", panda.HOME)}
+
+
 _MOST_NEAR = 4
-_PACKAGES = ("example-robot-data", "robot_descriptions")  # as pip calls them
 
 
 def find_by_name(name: str) -> Named:
@@ -19,7 +33,7 @@ def find_by_name(name: str) -> Named:
     Raises:
         FileError: There is no robot of that name, or its description is not downloaded; the message says how to get it.
     """
-    examples, cached = example_robots(), cached_descriptions.names()
+    examples, cached = _files_by_package().values()
     if name in examples:
         return Named(examples[name])
     if name in cached:
@@ -29,7 +43,7 @@ def find_by_name(name: str) -> Named:
         **dict.fromkeys(examples, "example-robot-data"),
         **dict.fromkeys(BUNDLED, "bundled"),
     }
-    raise FileError(name, f"no such file; nor is it a robot's name{_near(name, known)}{_more(known)}")
+    raise FileError(name, f"no such file; nor is it a robot's name{_near(name, known)}{_more()}")
 
 
 @dataclass(frozen=True)
@@ -52,12 +66,14 @@ class KnownRobot:
 
 
 def known_robots() -> list[KnownRobot]:
-    """Every robot that can be loaded by name, sorted by package and name."""
+    """Every robot that can be loaded by name, sorted by package and name; of a name that several packages have, the first's."""
     found = [KnownRobot(name, (), "bundled", None, installed=True) for name in BUNDLED]
-    for package, files in (("example-robot-data", example_robots()), ("robot_descriptions", cached_descriptions.names())):
+    taken = set(BUNDLED)
+    for package, files in _files_by_package().items():
         by_file: dict[Path, list[str]] = {}
-        for name in sorted(files, key=lambda name: (len(name), name)):
+        for name in sorted(files.keys() - taken, key=lambda name: (len(name), name)):
             by_file.setdefault(files[name], []).append(name)
+        taken |= files.keys()
         for file, (name, *also) in sorted(by_file.items(), key=lambda item: item[1]):
             path = file if package == "example-robot-data" else _cached(name, file)
             found.append(KnownRobot(name, tuple(also), package, None if path is None else str(path), path is not None))
@@ -66,8 +82,12 @@ def known_robots() -> list[KnownRobot]:
 
 def packages_to_install() -> list[str]:
     """The packages, by their names for pip, that would add more robots."""
-    found = {robot.package for robot in known_robots()}
-    return [package for package in _PACKAGES if package not in found]
+    return [package for package, files in _files_by_package().items() if not files]
+
+
+def _files_by_package() -> dict[str, dict[str, Path]]:
+    """The files by name of each package, as pip calls it: the first comes first where both have a name."""
+    return {"example-robot-data": example_robots(), "robot_descriptions": cached_descriptions.names()}
 
 
 def _cached(name: str, module: Path) -> Path | None:
@@ -98,6 +118,6 @@ def _near(name: str, known: dict[str, str]) -> str:
     return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"
 
 
-def _more(known: dict[str, str]) -> str:
-    missing = [package for package in _PACKAGES if package not in known.values()]
+def _more() -> str:
+    missing = packages_to_install()
     return f"; more robots come by name with: pip install {' '.join(missing)}" if missing else ""

@@ -9,12 +9,23 @@ import builtins
 import importlib.util
 import os
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from ulna.description.names.named import Named
 from ulna.errors import FileError
+
+
+@dataclass(frozen=True)
+class Named:
+    """The file of a robot that goes by a name, with the arguments and the folders of packages that its package gives it."""
+
+    path: Path
+    xacro_args: Mapping[str, object] = field(default_factory=dict)
+    package_dirs: tuple[Path, ...] = ()
+
 
 _READS_URDF = re.compile(r"^(URDF_PATH|XACRO_PATH)\b", re.MULTILINE)
 

@@ -4,7 +4,7 @@ import json
 import subprocess
 from typing import IO, Any
 
-from ulna.description.child_process import child_process, program_of
+from ulna.description.child_process import child_process, last_words, printable, program_of
 from ulna.description.readable import OutsideError, Readable
 from ulna.description.xml import LONGEST
 from ulna.errors import DescriptionError
@@ -18,7 +18,7 @@ class _DiedError(Exception):
 
 
 def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, seconds: float, source: str) -> dict[str, Any]:
-    """The reply of the child to a request: ``urdf``, and the names of arguments that were ``asked`` for.
+    """The reply of the child to a request: ``urdf``, and as ``asked`` the names of arguments that it looked up.
 
     Raises:
         DescriptionError: The document fails, runs too long or reaches outside.
@@ -30,18 +30,18 @@ def expanded_by_child(request: dict[str, Any], readable: Readable, memory: int, 
             done = _served(child, {**request, "longest": LONGEST}, readable)
         except (_DiedError, OSError, ValueError, KeyError, TypeError):
             child.kill()
-            words = _last_words(child)
+            words = last_words(child, child.communicate()[1])
             if late.is_set():
                 raise DescriptionError(f"xacro: no end within {seconds:g} s; expansion stopped", source) from None
             limits = _limits(memory, seconds, left_out)
             raise DescriptionError(f"xacro: the expansion died ({words}); {limits}", source) from None
     if "error" in done:
-        raise DescriptionError(f"xacro: {_printable(str(done['error']))}", source)
+        raise DescriptionError(f"xacro: {printable(str(done['error']))}", source)
     return done
 
 
 def _served(child: subprocess.Popen, request: dict[str, Any], readable: Readable) -> dict[str, Any]:
-    """The child's last message, after the request and all that it asks for."""
+    """The child's last message, after the request and all files that it needs."""
     _send(child, request)
     while True:
         message = _received(child)
@@ -101,18 +101,7 @@ def _received(child: subprocess.Popen) -> dict[str, Any]:
     return message
 
 
-def _last_words(child: subprocess.Popen) -> str:
-    _, errors = child.communicate()
-    lines = errors.decode(errors="replace").strip().splitlines()
-    return _printable(lines[-1]) if lines else f"exit status {child.returncode}"
-
-
 def _limits(memory: int, seconds: float, left_out: dict[str, str]) -> str:
     said = f"its limits are {seconds:g} s" + ("" if "RLIMIT_AS" in left_out else f" and {memory >> 30} GiB")
     could_not = ", ".join(f"{name} ({why})" for name, why in left_out.items())
     return said + (f"; this system has not granted {could_not}" if could_not else "")
-
-
-def _printable(text: str) -> str:
-    """Text without control characters, safe to print on a terminal."""
-    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)

@@ -1,7 +1,7 @@
 """Adds joints to an arm of fewer than six, so that it is one of six.
 
 An added joint is *free* where the task leaves its turn open: three about the link's origin for a position, one about the axis of
-a pointing. Otherwise it is *at rest*: a solution of the six joints is one of the arm where the added joint does not turn. They
+a pointing. Otherwise it is *at rest*: a solution of the six joints is a solution of the arm if the added joint is at 0. They
 are behind the arm's own joints, where they complete a family:
 
 1. One at rest intersects the last axis where that intersects the one before it (a wrist), or at the link's height on it.
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
-from ulna.ik.closed_form.axes import N_AXES, Axes, table_of_rows
+from ulna.ik.closed_form.axes import N_AXES, Axes, frame_along, normal_to, table_of_rows
 from ulna.ik.task import Task
 from ulna.kernels.ik.search_layout import POINTING, WHOLE_POSE
 from ulna.kernels.layout import FIXED, PRISMATIC, REVOLUTE
@@ -62,7 +62,7 @@ def _completed(axes: Axes, n_free: int) -> list[Axes]:
     if n_free == 1:
         return [_with(axes, [(origin, axes.end[:3, 2])])]
     if n + 3 == N_AXES:
-        across = _normal(last)
+        across = normal_to(last)
         third: Array = np.cross(across, last).astype(np.float64)
         at = origin + across * (axes.unit if not n_free and _is_on(axes, -1, origin) else 0.0)
         return [_with(axes, [(at, across), (at, last), (at, third)])]
@@ -75,7 +75,7 @@ def _with_one_or_two(axes: Axes) -> list[Axes]:
     at = axes.points[-1] + last * ((origin - axes.points[-1]) @ last)
     if len(axes.directions) + 2 == N_AXES:
         at = at + last * (axes.unit if _is_on(axes, -2, at) else 0.0)
-        fifth = _normal(last)
+        fifth = normal_to(last)
         return [_with(axes, [(at, fifth), (at, (fifth + np.cross(last, fifth)) / np.sqrt(2.0))])]
     meeting = _nearest_to_before(axes)
     is_wrist = not axes.slides.any() and _is_on(axes, -2, meeting) and _is_on(axes, -3, meeting)
@@ -86,7 +86,7 @@ def _with_one_or_two(axes: Axes) -> list[Axes]:
 def _before(axes: Axes) -> Line:
     """An axis before the first, across it: it intersects it, or passes it where that is parallel to the second."""
     h = axes.directions[0]
-    across = _normal(h)
+    across = normal_to(h)
     is_parallel = np.linalg.norm(np.cross(h, axes.directions[1])) < _PARALLEL
     way = np.cross(across, h) if is_parallel else h
     return axes.points[0] - _FAR * axes.unit * way, across
@@ -102,7 +102,7 @@ def _is_planar(axes: Axes) -> bool:
 def _planar(axes: Axes, n_free: int) -> Axes:
     """A planar arm of two or three joints with one before it, and a wrist of those that are missing at the link's origin."""
     origin, h, first = axes.end[:3, 3], axes.directions[-1], _before(axes)
-    across = _normal(h)
+    across = normal_to(h)
     third: Array = np.cross(across, h).astype(np.float64)
     wrist = [(origin, across), (origin, third)]
     if len(axes.directions) + 3 < N_AXES:
@@ -138,16 +138,11 @@ def _nearest_to_before(axes: Axes) -> Array:
     return axes.points[-1] + h * ((way @ h - across * (way @ k)) / square if square > 1e-12 else 0.0)
 
 
-def _normal(h: Array) -> Array:
-    n: Array = np.cross(h, np.eye(3)[np.argmin(np.abs(h))]).astype(np.float64)
-    return n / float(np.linalg.norm(n))
-
-
 def _leaning(h: Array, other: Array) -> Array:
     """A direction whose angle with h is far from that of another, and from that of its opposite."""
     angle = float(np.arctan2(np.linalg.norm(np.cross(h, other)), abs(h @ other)))
     lean = angle / 2.0 if angle > np.pi / 4 else angle / 2.0 + np.pi / 4
-    return np.cos(lean) * h + np.sin(lean) * _normal(h)
+    return np.cos(lean) * h + np.sin(lean) * normal_to(h)
 
 
 def _with(axes: Axes, behind: list[Line], before: Sequence[Line] = ()) -> Axes:
@@ -165,15 +160,9 @@ def _with(axes: Axes, behind: list[Line], before: Sequence[Line] = ()) -> Axes:
     entries = with_added(axes.entries, np.arange(n, n + len(added)))
     rows, frame = [], np.eye(4)
     for point, direction, slide, entry in zip(points, directions, slides, entries, strict=True):
-        own = _frame(point, direction)
+        own = np.eye(4)
+        own[:3, :3], own[:3, 3] = frame_along(direction), point
         rows.append([*(inverse(frame) @ own)[:3].ravel(), PRISMATIC if slide else REVOLUTE, entry, 1.0, 0.0])
         frame = own
     rows.append([*(inverse(frame) @ axes.end)[:3].ravel(), FIXED, 0, 1.0, 0.0])
     return replace(axes, directions=directions, points=points, slides=slides, entries=entries, chain=table_of_rows(rows))
-
-
-def _frame(point: Array, z: Array) -> Array:
-    T = np.eye(4)
-    x = _normal(z)
-    T[:3, :3], T[:3, 3] = np.column_stack([x, np.cross(z, x), z]), point
-    return T

@@ -70,6 +70,25 @@ def axes_of(chain: Array, columns: tuple[int, ...], q: Array) -> Axes | None:
     return Axes(np.array(directions), np.array(points), slides, np.arange(len(order)), T, table, reach)
 
 
+def normal_to(h: Array) -> Array:
+    """A unit vector across h."""
+    n: Array = np.cross(h, np.eye(3)[np.argmin(np.abs(h))]).astype(np.float64)
+    return n / float(np.linalg.norm(n))
+
+
+def frame_along(h: Array) -> Array:
+    """A rotation (3, 3) whose z axis is the unit vector h: its columns are a normal n, h x n and h."""
+    n = normal_to(h)
+    return np.column_stack([n, np.cross(h, n), h])
+
+
+def nearest_point(directions: Array, points: Array) -> tuple[Array, float]:
+    """The point nearest to lines that are not all parallel, and how far it is from them at most."""
+    across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
+    point = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, points))
+    return point, float(np.linalg.norm(np.einsum("nij,nj->ni", across, point - points), axis=1).max())
+
+
 def table_of_rows(rows: list) -> Array:
     """A chain of rows without PARENT, which is the row above."""
     table = np.empty((len(rows), TABLE_WIDTH))

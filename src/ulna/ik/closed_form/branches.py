@@ -1,24 +1,30 @@
 """Computes all branches of an arm by its closed form, turned into the limits."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.pose import inverse
+from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
-from ulna.ik.closed_form.fewer_joints import branches_of_fewer
-from ulna.ik.closed_form.held_joint import targets_with_held_at_zero
-from ulna.ik.closed_form.result import Proof
-from ulna.ik.closed_form.six_joints import Workers
-from ulna.ik.turns import nearest_turns, turning_columns
+from ulna.ik.closed_form.six_joints import SixJoints, Workers
+from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain import closed_form_layout as layout
-from ulna.kinematics.tree import Tree
+from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, RATIO
+from ulna.kinematics.tree import Tree, motion_along_z, row_pose
+from ulna.kinematics.turns import nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
-Found = tuple[Array, Truths, NDArray[np.int64]]
-PROOFS = tuple(Proof)
+_Raw = tuple[Array, Truths, NDArray[np.int64]]
+
+# rad: the most that an added joint at rest may turn; at the end of a branch.
+_NEARLY, _NEARLY_AT_END = 1e-3, 0.1
+_SAME = 1e-7  # rad, or share of the reach
+_STEPS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +60,9 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
 
 
 def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Branches:
-    """The branches of an arm whose joints are all of q: the kernel turns them within the limits, and knows the proof."""
+    """The branches of an arm whose joints are all of q: the kernel turns them within the limits, and finds what is proved."""
     six = joints_at(form, seeds[0])
-    by_entry = np.ascontiguousarray(seeds[:, six.columns])
-    angles, known, proof = six.branches(targets, by_entry, workers, six.plan(tree.lower, tree.upper))
+    angles, known, proof = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
     q, known = angles, known.astype(np.int8)
     if form.columns != tuple(range(N_AXES)):
         q = np.empty_like(angles)
@@ -66,20 +71,18 @@ def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, worke
     return Branches(q, (known & layout.IS_REAL) > 0, (known & layout.IS_WITHIN) > 0, proved)
 
 
-def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Found:
+def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Raw:
     """q, real and proof; joints that are at a limit as far as their angle is known are at it."""
     six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
     if form.n_joints < N_AXES:
         angles, known = branches_of_fewer(six, targets, seeds, workers, tree.lower, tree.upper)
     else:
-        own = np.ascontiguousarray(seeds[:, six.columns])
-        angles, known, _ = six.branches(targets, own, workers, six.plan(tree.lower, tree.upper))
+        angles, known, _ = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
     known = known.astype(np.int8)
     real = (known & layout.IS_REAL) > 0
     q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
     q[..., six.columns] = angles
-    proof = proofs_of(known, real, form.n_at_rest) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
-    return q, real, proof
+    return q, real, form.proofs(known, real)
 
 
 def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers) -> Branches:
@@ -127,7 +130,7 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
     return Branches(found.q.reshape(n, m, tree.n_dof), real, valid, proof)
 
 
-def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Found:
+def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Raw:
     """As ``_raw`` for seeds that hold the joint at different places: those of one place together."""
     places = seeds[:, form.held_column]
     q, real = np.empty((len(seeds), layout.N_BRANCHES, tree.n_dof)), np.empty((len(seeds), layout.N_BRANCHES), dtype=bool)
@@ -148,14 +151,84 @@ def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArr
     return Branches(q, real, valid, proof)
 
 
-def proofs_of(known: NDArray[np.int8], real: Truths, n_at_rest: int) -> NDArray[np.int64]:
-    """What is proved of targets by all that is known of their branches, shape (n,).
+def branches_of_fewer(
+    six: SixJoints, targets: Array, seeds: Array, workers: Workers, lower: Array, upper: Array
+) -> tuple[Array, NDArray[np.int64]]:
+    """All branches of an arm's own joints: q (n, 8, n_own), and what is known of them (n, 8); as ``SixJoints.branches``.
 
-    Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then; nor
-    where joints were added that have to be at rest, for another angle may bring them there.
+    1. Compute all branches of the six joints, some of them added.
+    2. Where joints were added that have to be at rest: a branch in which they nearly are is a start. Newton steps of the other
+       joints follow, for at the end of a branch a rounded target turns the added joints by the square root of its rounding, and
+       behind two ends by more: there a start that does not lead to a solution leaves in doubt whether there is one. A start
+       within the limits leads to a solution within them, if there is one as exact.
+    3. Leave out a branch that differs from one before it only in added joints.
     """
-    free = (known & layout.IS_HARDLY_DETERMINED) > 0
-    coinciding = ((known & layout.IS_COINCIDING) > 0) & real
-    rules = [(free & real).any(axis=1) & (n_at_rest == 0), free.any(axis=1), coinciding.any(axis=1)]
-    results = [PROOFS.index(proof) for proof in (Proof.CONTINUUM, Proof.SEARCHED, Proof.COINCIDING)]
-    return np.select(rules, results, PROOFS.index(Proof.COMPLETE))
+    n_own, share = len(six.columns), six.table[layout.FORM, layout.INVERSE_REACH]
+    q, known, _ = six.branches(targets, six.entries_of(seeds), workers, six.plan(lower, upper))
+    known = known.astype(np.int64)
+    real = (known & layout.IS_REAL) > 0
+    own, at_rest, free = np.split(q, [n_own, N_AXES - six.n_free], axis=-1)
+    own = np.ascontiguousarray(own)
+    if at_rest.shape[-1]:
+        at_end = (known & layout.IS_COINCIDING) > 0
+        real &= np.abs(_turned(at_rest)).max(axis=-1) <= np.where(at_end, _NEARLY_AT_END, _NEARLY)
+        order, branch = np.nonzero(real)
+        starts = np.hstack([own[order, branch], free[order, branch]])
+        angles, errors = _polished(six, targets[order], starts, np.empty(0))
+        some = np.flatnonzero(known[order, branch] & layout.IS_WITHIN)
+        inside, there = _polished(six, targets[order[some]], starts[some], np.r_[lower[six.columns], upper[six.columns]])
+        reached = there <= np.maximum(errors[some], layout.ENOUGH)
+        angles[some[reached]] = inside[reached]
+        own[order, branch], real[order, branch] = angles[:, :n_own], errors <= layout.REACHED
+        lost = order[errors > layout.REACHED], branch[errors > layout.REACHED]
+        known[lost] |= np.where(at_end[lost], layout.IS_HARDLY_DETERMINED, 0)
+    real &= ~_repeated(np.where(six.slides, own * share, own), six.slides, real)
+    return own, np.where(real, known | layout.IS_REAL, known & ~layout.IS_REAL)
+
+
+def _polished(six: SixJoints, targets: Array, starts: Array, bounds: Array) -> tuple[Array, Array]:
+    """Where Newton steps within bounds lead from starts (n, ...), joints at rest left there, and the errors (n,)."""
+    q, errors, share = starts.copy(), np.full(len(starts), _NEARLY), six.table[layout.FORM, layout.INVERSE_REACH]
+    closed_form.polish_all(six.without_rest, targets, q, bounds, share, _STEPS, errors)
+    return q, errors
+
+
+def _repeated(q: Array, slides: Truths, real: Truths) -> NDArray[Any]:
+    """Whether a solution is one of those before it, shape (n, 8)."""
+    difference = q[:, :, None] - q[:, None]
+    same = (np.abs(np.where(slides, difference, _turned(difference))) <= _SAME).all(axis=-1)
+    before = np.tri(layout.N_BRANCHES, k=-1, dtype=bool)
+    return np.any(same & before & real[:, None], axis=-1)
+
+
+def _turned(angle: Array) -> Array:
+    """Angles in [-pi, pi)."""
+    return np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
+
+
+def targets_with_held_at_zero(chain: Array, column: int, targets: Array, places: Array) -> Array | None:
+    """Targets (n, 4, 4) for the held joint at its places (n,), moved so that it is at 0; None where it is at neither end.
+
+    1. The last joint: T = A M(x) B, so A M(0) B = T B^-1 M(x)^-1 M(0) B.
+    2. The first joint: T = A M(x) B, so A M(0) B = A M(0) M(x)^-1 A^-1 T.
+    """
+    moving = [i for i, row in enumerate(chain) if int(row[KIND]) != FIXED and row[RATIO] != 0.0]
+    own = [i for i in moving if int(chain[i][COLUMN]) == column]
+    if len(own) != 1 or own[0] not in {moving[0], moving[-1]}:
+        return None
+    row = chain[own[0]]
+    zero, motion = (motion_along_z(int(row[KIND]), row[RATIO] * x + row[OFFSET]) for x in (0.0, places))
+    back = inverse(motion)
+    if own[0] == moving[-1]:
+        behind = _product(chain[own[0] + 1 :])
+        return targets @ inverse(behind) @ back @ (zero @ behind)
+    before = _product(chain[: own[0] + 1])
+    return (before @ zero) @ back @ inverse(before) @ targets
+
+
+def _product(rows: Array) -> Array:
+    """The pose of rows that do not move."""
+    T = np.eye(4)
+    for row in rows:
+        T = T @ row_pose(row)
+    return T

@@ -1,4 +1,26 @@
-"""Says whether an arm has a closed form, and of which family."""
+"""Says whether an arm has a closed form, and of which family; from here the rest of the house imports.
+
+The idea. The pose of the end is a product of turns, rot(h_1, q_1) ... rot(h_6, q_6), about six axes with directions h_i. With a
+*spherical wrist* the last three axes intersect in a point, which they do not move: its place p depends on three joints alone,
+
+    p = R_1 (P_1 + R_2 (P_2 + R_3 P_3)),    R_i = rot(h_i, q_i),  P_i the way from axis i to axis i + 1.
+
+Where two of the first axes are parallel or intersect, a length or a part of that equation does not depend on two of the angles:
+if axes 2 and 3 are parallel, h_2 . R_1' p = h_2 . (P_1 + P_2 + P_3). That is one equation in q_1, a circle cut by a plane: two
+angles. What is left is again of that kind, and R_4 R_5 R_6 = (R_1 R_2 R_3)' R gives the wrist: two each time, eight branches.
+(Where no axes are parallel or intersect, the equation in one angle is a quartic, with up to four.)
+
+1. ``axes``: where the axes are. ``families``: which are parallel or intersect, or nearly; then the axes are moved to be exactly
+   so, and ``miss`` says by how much. With a miss of at most 1e-12 a form is *exact*; up to 1e-3 its branches are starts of
+   Newton steps.
+2. ``added_joints``: an arm of fewer joints becomes one of six. Of an arm of seven one joint is held (``branches``).
+3. ``six_joints``: the table of the kernels (``kernels/chain``), which compute the branches; ``branches``: within the limits.
+
+The proof. The equations follow from the pose, so a pose has no solution but those found: it is ``complete`` unless rounding
+hides one. Each branch carries how well its worst angle is determined. Where a cos q + b sin q = c has an amplitude
+(a^2 + b^2)^(1/2) of nothing but rounding, any q will do, and a continuum or nothing is proved. Where its two roots are one to
+rounding, they are ``coinciding``; where it has none by no more than rounding, nothing is proved (``kernels/chain/accuracy``).
+"""
 
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -10,10 +32,10 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.ik.closed_form.added_joints import free_turns
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.families import EXACT, NAMES
-from ulna.ik.closed_form.six_joints import SixJoints, six_joints
-from ulna.ik.entry_names import entry_names
+from ulna.ik.closed_form.six_joints import SixJoints, proofs_of, six_joints
+from ulna.ik.solutions import PROOFS, Proof
 from ulna.ik.task import Task
-from ulna.kinematics.tree import Tree, lengthened
+from ulna.kinematics.tree import Tree, entry_names, lengthened
 
 Array = NDArray[np.float64]
 _POSE = Task.pose()
@@ -51,6 +73,10 @@ class ClosedForm:
         """How many of the added joints are at rest: so many conditions must a pose satisfy to be reached."""
         return N_AXES - self.n_joints - self.n_free
 
+    def proofs(self, known: NDArray[np.int8], real: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """The numbers in ``PROOFS`` of what is proved of targets, shape (n,); see ``proofs_of``."""
+        return proofs_of(known, real, self.n_at_rest) if self.is_exact else np.full(len(known), PROOFS.index(Proof.SEARCHED))
+
     @property
     def geometry(self) -> str:
         """The family, with the joint that is held, the end from which the axes are counted, and how many joints were added."""
@@ -80,7 +106,7 @@ def closed_form_of(tree: Tree, link: str, held: str | None = None, task: Task = 
         tree: The robot.
         link: The link that is brought to a pose.
         held: The joint to hold, for arms of seven joints; the best unless given.
-        task: What of the pose is asked for. The form is that of the task's frame.
+        task: Which part of the pose must be reached. The form is that of the task's frame.
 
     Raises:
         InputError: ``held`` is given, and is not one of seven joints that move the link.

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
-from ulna.drivers import entry
-from ulna.ik.closed_form.axes import Axes, axes_of, turning_order
+from ulna.drivers import closed_form
+from ulna.ik.closed_form.axes import Axes, axes_of, nearest_point, turning_order
 from ulna.kernels.chain.closed_form_layout import REACHED
 from ulna.kinematics.tree import Tree
 
@@ -76,7 +76,7 @@ class Elbow:
         order, branch = np.nonzero(good)
         starts, errors = np.ascontiguousarray(q[order, branch]), np.full(len(order), _NEARLY)
         scale = 1.0 / self.axes.unit
-        entry("closed_form.polish_all")(self.axes.chain, targets[order], starts, np.empty(0), scale, _STEPS, errors)
+        closed_form.polish_all(self.axes.chain, targets[order], starts, np.empty(0), scale, _STEPS, errors)
         q[order, branch], good[order, branch] = starts, errors <= REACHED
         return q, good
 
@@ -97,11 +97,9 @@ def elbow_of(tree: Tree, link: str) -> Elbow | None:
 def _common(axes: Axes, part: slice) -> tuple[Array, float]:
     """The point nearest to three axes, and how far it is from them."""
     h, c = axes.directions[part], axes.points[part]
-    across = np.eye(3) - h[:, :, None] * h[:, None, :]
-    if np.linalg.cond(across.sum(axis=0)) > 1e9:
+    if np.linalg.cond(len(h) * np.eye(3) - h.T @ h) > 1e9:
         return c[0], np.inf
-    point = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, c))
-    return point, float(np.linalg.norm(np.einsum("nij,nj->ni", across, point - c), axis=1).max())
+    return nearest_point(h, c)
 
 
 def rotations(k: Array, angle: Array) -> Array:

@@ -4,33 +4,100 @@ Source of the families: Ostermeier, Kuelz and Althoff, Automatic geometric decom
 (EAIK, 2024), table 1; of the parallel and intersecting axes that they need: Elias and Wen, IK-Geo (2022).
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.ik.closed_form.axes import nearest_point
 from ulna.kernels.chain import closed_form_layout as layout
 
 Array = NDArray[np.float64]
-NAMES = {
-    layout.THREE_PARALLEL: "axes 2, 3 and 4 parallel, 5 and 6 intersecting",
-    layout.PARALLEL_23: "spherical wrist, axes 2 and 3 parallel",
-    layout.INTERSECTING_12: "spherical wrist, axes 1 and 2 intersecting",
-    layout.PARALLEL_12: "spherical wrist, axes 1 and 2 parallel",
-    layout.INTERSECTING_23: "spherical wrist, axes 2 and 3 intersecting",
-    layout.OFFSET_HAND: "axes 2, 3 and 4 parallel",
-    layout.ANY_THREE_AXES: "spherical wrist",
-    layout.SLIDE_PARALLEL_23: "spherical wrist, joint 1 sliding, axes 2 and 3 parallel",
-    layout.SLIDE_INTERSECTING_23: "spherical wrist, joint 1 sliding, axes 2 and 3 intersecting",
-    layout.INTERSECTING_12_SLIDE: "spherical wrist, axes 1 and 2 intersecting, joint 3 sliding",
-    layout.PARALLEL_12_SLIDE: "spherical wrist, axes 1 and 2 parallel, joint 3 sliding",
-    layout.TURN_SLIDES: "spherical wrist, joints 2 and 3 sliding",
-    layout.SLIDES_TURN: "spherical wrist, joints 1 and 2 sliding",
-    layout.THREE_SLIDES: "spherical wrist, joints 1, 2 and 3 sliding",
-}
+Pair = tuple[int, int]
 # rad: nearer to parallel than this, axes that have to intersect are not well enough determined; and axes of a quartic.
 _SKEW, _SKEW_OF_QUARTIC = 1e-3, 3e-3
+EXACT = 1e-12  # largest miss of a form whose branches are all there are
+NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
+_QUARTIC, _ALMOST = (layout.OFFSET_HAND, layout.ANY_THREE_AXES), 1e-6
+_LEAST_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill determined
+
+
+class _Rule(NamedTuple):
+    """What makes six axes one of a family. Axes are numbered from 0, in the name from 1.
+
+    Attributes:
+        number: Of the family (``closed_form_layout``).
+        name: The family in words.
+        parallel: Pairs that are parallel.
+        intersecting: The pair that intersects, besides the axes of a wrist.
+        near: The pair of skew axes whose points are those nearest to each other.
+        apart: Pairs that must not be nearly parallel.
+        size: What must not be nearly 0, of the directions (6, 3).
+        slides: Which of the first three joints slide; the others turn.
+        has_wrist: Whether the last three axes intersect in a point.
+    """
+
+    number: int
+    name: str
+    parallel: tuple[Pair, ...] = ()
+    intersecting: Pair | None = None
+    near: Pair | None = None
+    apart: tuple[Pair, ...] = ()
+    size: Callable[[Array], float] | None = None
+    slides: tuple[bool, bool, bool] = (False, False, False)
+    has_wrist: bool = True
+
+
+def _turn_across(turn: int, first: int, second: int) -> Callable[[Array], float]:
+    """How far the axis of a turn is from being normal to the plane in which two slides move."""
+    return lambda h: float(np.linalg.norm(np.cross(h[turn], np.cross(h[first], h[second]))))
+
+
+_WRIST = "spherical wrist"
+_HAND = ((0, 1), (3, 4), (4, 5))  # pairs that must be apart where axes 2, 3 and 4 are parallel
+_RULES = (
+    _Rule(
+        layout.THREE_PARALLEL, "axes 2, 3 and 4 parallel, 5 and 6 intersecting", ((1, 2), (1, 3)), (4, 5), None, _HAND,
+        has_wrist=False,
+    ),
+    _Rule(layout.PARALLEL_23, f"{_WRIST}, axes 2 and 3 parallel", ((1, 2),), apart=((0, 1),)),
+    _Rule(layout.INTERSECTING_12, f"{_WRIST}, axes 1 and 2 intersecting", intersecting=(0, 1), apart=((0, 1),)),
+    _Rule(layout.PARALLEL_12, f"{_WRIST}, axes 1 and 2 parallel", ((0, 1),), apart=((1, 2),)),
+    _Rule(layout.INTERSECTING_23, f"{_WRIST}, axes 2 and 3 intersecting", intersecting=(1, 2), apart=((1, 2),)),
+    _Rule(layout.OFFSET_HAND, "axes 2, 3 and 4 parallel", ((1, 2), (1, 3)), None, (4, 5), _HAND, has_wrist=False),
+    _Rule(layout.ANY_THREE_AXES, _WRIST, near=(1, 2), apart=((0, 1), (1, 2))),
+    _Rule(
+        layout.SLIDE_PARALLEL_23, f"{_WRIST}, joint 1 sliding, axes 2 and 3 parallel", ((1, 2),),
+        size=lambda h: abs(h[0] @ h[1]), slides=(True, False, False),
+    ),
+    _Rule(
+        layout.SLIDE_INTERSECTING_23, f"{_WRIST}, joint 1 sliding, axes 2 and 3 intersecting", intersecting=(1, 2),
+        slides=(True, False, False),
+    ),
+    _Rule(
+        layout.INTERSECTING_12_SLIDE, f"{_WRIST}, axes 1 and 2 intersecting, joint 3 sliding", intersecting=(0, 1),
+        slides=(False, False, True),
+    ),
+    _Rule(
+        layout.PARALLEL_12_SLIDE, f"{_WRIST}, axes 1 and 2 parallel, joint 3 sliding", ((0, 1),),
+        size=lambda h: abs(h[2] @ h[0]), slides=(False, False, True),
+    ),
+    _Rule(
+        layout.TURN_SLIDES, f"{_WRIST}, joints 2 and 3 sliding", apart=((1, 2),), size=_turn_across(0, 1, 2),
+        slides=(False, True, True),
+    ),
+    _Rule(
+        layout.SLIDES_TURN, f"{_WRIST}, joints 1 and 2 sliding", apart=((0, 1),), size=_turn_across(2, 0, 1),
+        slides=(True, True, False),
+    ),
+    _Rule(
+        layout.THREE_SLIDES, f"{_WRIST}, joints 1, 2 and 3 sliding", size=lambda h: abs(np.linalg.det(h[:3])),
+        slides=(True, True, True),
+    ),
+)  # fmt: skip
+NAMES = {rule.number: rule.name for rule in _RULES}
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,66 +139,36 @@ def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], unit:
     return next(family for family in found if family.miss <= max(10.0 * least, EXACT))
 
 
-EXACT = 1e-12  # largest miss of a form whose branches are all there are
-_QUARTIC, _ALMOST = (layout.OFFSET_HAND, layout.ANY_THREE_AXES), 1e-6
-_LEAST_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill determined
-NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
-
-
 def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, from_end: bool) -> Iterator[Family]:
-    for make in _MAKERS.get(tuple(slides.tolist()[:3]), ()) if not slides[3:].any() else ():
+    if slides[3:].any():
+        return
+    for rule in _RULES:
+        if rule.slides != tuple(slides.tolist()[:3]):
+            continue
         directions, points, signs = h.copy(), c.copy(), np.ones(6)
-        result = make(directions, points, signs)
-        if result is not None:
-            number, angle, length = result
-            miss = max(angle, length / scale)
-            if miss <= NEAR and (number not in _QUARTIC or _least_offset(number, directions, points) > _LEAST_OFFSET * scale):
-                yield Family(number, from_end, miss, directions, points, signs)
+        missed = _brought_into(rule, directions, points, signs)
+        if missed is not None:
+            miss = max(missed[0], missed[1] / scale)
+            is_offset = rule.number not in _QUARTIC or _least_offset(rule.number, directions, points) > _LEAST_OFFSET * scale
+            if miss <= NEAR and is_offset:
+                yield Family(rule.number, from_end, miss, directions, points, signs)
 
 
-Miss = tuple[int, float, float] | None  # the family, and by how much angles and lengths miss it
-
-
-def _three_parallel(h: Array, c: Array, signs: Array) -> Miss:
-    angle = max(_made_parallel(h, signs, 1, 2), _made_parallel(h, signs, 1, 3))
-    if min(_skewness(h, 0, 1), _skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW:
+def _brought_into(rule: _Rule, h: Array, c: Array, signs: Array) -> tuple[float, float] | None:
+    """Move axes into a family: by how much they miss it, an angle [rad] and a length [m]; None where it is ill determined."""
+    angle = max((_made_parallel(h, signs, i, j) for i, j in rule.parallel), default=0.0)
+    least = _SKEW_OF_QUARTIC if rule.number in _QUARTIC else _SKEW
+    if any(_skewness(h, i, j) < least for i, j in rule.apart) or (rule.size is not None and rule.size(h) < _SKEW):
         return None
-    return layout.THREE_PARALLEL, angle, _made_intersecting(h, c, 4, 5)
-
-
-def _parallel_23(h: Array, c: Array, signs: Array) -> Miss:
-    angle = _made_parallel(h, signs, 1, 2)
-    return None if _skewness(h, 0, 1) < _SKEW else _with_wrist(layout.PARALLEL_23, h, c, angle, 0.0)
-
-
-def _intersecting_12(h: Array, c: Array, _: Array) -> Miss:
-    if min(_skewness(h, 0, 1), _skewness(h, 1, 2)) < _SKEW and _skewness(h, 0, 1) < _SKEW:
-        return None
-    return _with_wrist(layout.INTERSECTING_12, h, c, 0.0, _made_intersecting(h, c, 0, 1))
-
-
-def _parallel_12(h: Array, c: Array, signs: Array) -> Miss:
-    angle = _made_parallel(h, signs, 0, 1)
-    return None if _skewness(h, 1, 2) < _SKEW else _with_wrist(layout.PARALLEL_12, h, c, angle, 0.0)
-
-
-def _intersecting_23(h: Array, c: Array, _: Array) -> Miss:
-    return None if _skewness(h, 1, 2) < _SKEW else _with_wrist(layout.INTERSECTING_23, h, c, 0.0, _made_intersecting(h, c, 1, 2))
-
-
-def _offset_hand(h: Array, c: Array, signs: Array) -> Miss:
-    angle = max(_made_parallel(h, signs, 1, 2), _made_parallel(h, signs, 1, 3))
-    if min(_skewness(h, 0, 1), _skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW_OF_QUARTIC:
-        return None
-    _made_near(h, c, 4, 5)
-    return layout.OFFSET_HAND, angle, 0.0
-
-
-def _any_three_axes(h: Array, c: Array, _: Array) -> Miss:
-    if min(_skewness(h, 0, 1), _skewness(h, 1, 2)) < _SKEW_OF_QUARTIC:
-        return None
-    _made_near(h, c, 1, 2)
-    return _with_wrist(layout.ANY_THREE_AXES, h, c, 0.0, 0.0)
+    length = _made_intersecting(h, c, *rule.intersecting) if rule.intersecting else 0.0
+    if rule.near:
+        _made_near(h, c, *rule.near)
+    if rule.has_wrist:
+        if min(_skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW:
+            return None
+        c[3:], away = nearest_point(h[3:], c[3:])
+        length = max(length, away)
+    return angle, length
 
 
 def _least_offset(number: int, h: Array, c: Array) -> float:
@@ -139,70 +176,6 @@ def _least_offset(number: int, h: Array, c: Array) -> float:
     if number == layout.OFFSET_HAND:
         return float(np.linalg.norm(c[5] - c[4]))
     return float(min(np.linalg.norm(c[2] - c[1]), np.linalg.norm(np.cross(h[2], c[3] - c[2]))))
-
-
-def _slide_parallel_23(h: Array, c: Array, signs: Array) -> Miss:
-    angle = _made_parallel(h, signs, 1, 2)
-    return None if abs(h[0] @ h[1]) < _SKEW else _with_wrist(layout.SLIDE_PARALLEL_23, h, c, angle, 0.0)
-
-
-def _slide_intersecting_23(h: Array, c: Array, _: Array) -> Miss:
-    return _with_wrist(layout.SLIDE_INTERSECTING_23, h, c, 0.0, _made_intersecting(h, c, 1, 2))
-
-
-def _intersecting_12_slide(h: Array, c: Array, _: Array) -> Miss:
-    return _with_wrist(layout.INTERSECTING_12_SLIDE, h, c, 0.0, _made_intersecting(h, c, 0, 1))
-
-
-def _parallel_12_slide(h: Array, c: Array, signs: Array) -> Miss:
-    angle = _made_parallel(h, signs, 0, 1)
-    return None if abs(h[2] @ h[0]) < _SKEW else _with_wrist(layout.PARALLEL_12_SLIDE, h, c, angle, 0.0)
-
-
-def _turn_slides(h: Array, c: Array, _: Array) -> Miss:
-    across = np.cross(h[1], h[2])
-    ill = min(_skewness(h, 1, 2), float(np.linalg.norm(np.cross(h[0], across)))) < _SKEW
-    return None if ill else _with_wrist(layout.TURN_SLIDES, h, c, 0.0, 0.0)
-
-
-def _slides_turn(h: Array, c: Array, _: Array) -> Miss:
-    across = np.cross(h[0], h[1])
-    ill = min(_skewness(h, 0, 1), float(np.linalg.norm(np.cross(h[2], across)))) < _SKEW
-    return None if ill else _with_wrist(layout.SLIDES_TURN, h, c, 0.0, 0.0)
-
-
-def _three_slides(h: Array, c: Array, _: Array) -> Miss:
-    return None if abs(np.linalg.det(h[:3])) < _SKEW else _with_wrist(layout.THREE_SLIDES, h, c, 0.0, 0.0)
-
-
-# By which of the first three joints slide.
-_MAKERS = {
-    (False, False, False): (
-        _three_parallel,
-        _parallel_23,
-        _intersecting_12,
-        _parallel_12,
-        _intersecting_23,
-        _offset_hand,
-        _any_three_axes,
-    ),
-    (True, False, False): (_slide_parallel_23, _slide_intersecting_23),
-    (False, False, True): (_intersecting_12_slide, _parallel_12_slide),
-    (False, True, True): (_turn_slides,),
-    (True, True, False): (_slides_turn,),
-    (True, True, True): (_three_slides,),
-}
-
-
-def _with_wrist(number: int, h: Array, c: Array, angle: float, length: float) -> Miss:
-    """The miss, together with that of the last three axes, which are made to intersect."""
-    if min(_skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW:
-        return None
-    across = np.eye(3) - h[3:, :, None] * h[3:, None, :]
-    point = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, c[3:]))
-    away = np.linalg.norm(np.einsum("nij,nj->ni", across, point - c[3:]), axis=1).max()
-    c[3:] = point
-    return number, angle, max(length, float(away))
 
 
 def _skewness(h: Array, i: int, j: int) -> float:
@@ -220,14 +193,12 @@ def _made_parallel(h: Array, signs: Array, i: int, j: int) -> float:
 
 def _made_intersecting(h: Array, c: Array, i: int, j: int) -> float:
     """Move the points of two axes to where they intersect; the distance between the axes."""
-    normal = np.cross(h[i], h[j])
+    normal, way = np.cross(h[i], h[j]), c[j] - c[i]
     square = normal @ normal
     if square < _SKEW**2:
         return np.inf
-    way = c[j] - c[i]
-    on_i = c[i] + h[i] * (np.cross(way, h[j]) @ normal / square)
-    on_j = c[j] + h[j] * (np.cross(way, h[i]) @ normal / square)
-    c[i] = c[j] = (on_i + on_j) / 2.0
+    _made_near(h, c, i, j)
+    c[i] = c[j] = (c[i] + c[j]) / 2.0
     return float(abs(way @ normal) / np.sqrt(square))
 
 

@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import entry
+from ulna.description.pose import inverse
+from ulna.drivers import closed_form
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.added_joints import of_six
-from ulna.ik.closed_form.axes import N_AXES, axes_of
+from ulna.ik.closed_form.axes import N_AXES, Axes, axes_of, frame_along
 from ulna.ik.closed_form.families import EXACT, Family, family_of
-from ulna.ik.closed_form.table import table_of
-from ulna.ik.turns import TURN
+from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC
+from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Found = tuple[Array, NDArray[Any], NDArray[Any]]
@@ -28,6 +29,9 @@ Workers = int | None | Callable[["SixJoints", Array, Array, Array], Found]
 _LEAST_TARGETS = 512  # of a part
 _NO_BOUNDS = np.zeros(2)
 _MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
+_NEAR_ERROR = 1e-9  # more than is allowed, so that every branch of a near form takes a step
+_PARALLEL = (layout.THREE_PARALLEL, layout.OFFSET_HAND)
+_NOTHING = 1e-28  # of a bend, which the rounding of right angles leaves
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +58,12 @@ class SixJoints:
     def slides(self) -> NDArray[np.bool_]:
         """Which of the arm's own joints slide, shape (n,)."""
         return self.own[:-1, KIND] == PRISMATIC
+
+    def entries_of(self, q: Array) -> Array:
+        """The six joints in configurations q (..., n_dof), shape (..., 6); those that were added are at 0."""
+        entries = np.zeros((*q.shape[:-1], N_AXES))
+        entries[..., : len(self.columns)] = q[..., self.columns]
+        return entries
 
     @property
     def is_exact(self) -> bool:
@@ -87,7 +97,7 @@ class SixJoints:
             return workers(self, targets, seeds, plan)
         n = len(targets)
         q, known, proof = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES)), np.empty(n)
-        all_branches = entry("closed_form.all_branches")
+        all_branches = closed_form.all_branches
 
         def run(part: slice) -> bool:
             own = seeds[part] if len(seeds) > 1 else seeds
@@ -111,3 +121,54 @@ def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int = 0
         if family is not None:
             found.append(SixJoints(table_of(axes, family, n_free), axes.chain, own.chain, np.array(columns), n_free, family))
     return next((six for six in found if six.is_exact), min(found, key=lambda six: six.family.miss, default=None))
+
+
+def table_of(axes: Axes, family: Family, n_free: int) -> Array:
+    """The table (``closed_form_layout``), shape (N_ROWS, 3), read-only; the last ``n_free`` joints are free."""
+    table = np.zeros((layout.N_ROWS, 3))
+    h, reach = family.directions, axes.unit
+    c, back = family.points / reach, inverse(axes.end)
+    table[layout.AXES : layout.AXES + 6] = h
+    table[layout.POINTS], table[layout.POINTS + 1 : layout.POINTS + 6], table[layout.LAST] = c[0], np.diff(c, axis=0), c[5]
+    table[layout.FRAME : layout.FRAME + 3], table[layout.FRAME + 3] = back[:3, :3].T, back[:3, 3] / reach
+    frames = {row: frame_along(h[j]) for row, j in ((layout.OF_2, 1), (layout.OF_4, 3), (layout.OF_6, 5))}
+    for row, frame in frames.items():
+        table[layout.NORMALS + row : layout.NORMALS + row + 2] = frame[:, :2].T
+    before = layout.OF_2 if family.number in _PARALLEL else layout.OF_4
+    table[layout.FIFTH : layout.FIFTH + 9] = _turns(frames[before], h[4], frames[layout.OF_6])
+    table[layout.BENDS, :2] = _bends(h[1] if family.number == layout.THREE_PARALLEL else h[3], h[4], h[5])
+    table[layout.BENDS, layout.FREE_WRIST] = n_free == 3 and not family.from_end
+    table[layout.FORM] = family.number, family.from_end, 1.0 / reach
+    order, slides = (axes.entries[::-1], axes.slides[::-1]) if family.from_end else (axes.entries, axes.slides)
+    table[layout.COLUMNS : layout.COLUMNS + 2] = order.reshape(2, 3)
+    table[layout.SIGNS : layout.SIGNS + 2] = np.where(slides, family.signs * reach, family.signs).reshape(2, 3)
+    table[layout.POLISH] = (0.0, 1e-3, 4) if family.miss <= EXACT else (_NEAR_ERROR, 0.3, 8)
+    table.setflags(write=False)
+    return table
+
+
+def _turns(before: Array, h: Array, behind: Array) -> Array:
+    """K, C and S of K + C cos + S sin = before' rot(h, angle) behind, by Rodrigues' formula: nine rows."""
+    still = np.outer(h, h)
+    across: Array = np.cross(h, behind, axisb=0, axisc=0).astype(np.float64)
+    return np.vstack([before.T @ still @ behind, before.T @ (np.eye(3) - still) @ behind, before.T @ across])
+
+
+def _bends(h: Array, k: Array, p: Array) -> tuple[float, float]:
+    """1 - cos(a - b) and 1 + cos(a + b), a and b the angles of k with h and with p, with no digits lost near 0."""
+    a, b = (float(np.arctan2(np.linalg.norm(np.cross(k, v)), k @ v)) for v in (h, p))
+    less, more = 2.0 * np.sin((a - b) / 2.0) ** 2, 2.0 * np.cos((a + b) / 2.0) ** 2
+    return 0.0 if less < _NOTHING else float(less), 0.0 if more < _NOTHING else float(more)
+
+
+def proofs_of(known: NDArray[np.int8], real: NDArray[np.bool_], n_at_rest: int = 0) -> NDArray[np.int64]:
+    """The numbers in ``PROOFS`` of what is proved of targets by all that is known of their branches (n, 8), shape (n,).
+
+    If an unsolved branch has an undetermined angle, another value may solve it: no proof. Nor is there one where joints were
+    added that have to be at rest, for another value may bring them there.
+    """
+    free = (known & layout.IS_HARDLY_DETERMINED) > 0
+    coinciding = ((known & layout.IS_COINCIDING) > 0) & real
+    rules = [(free & real).any(axis=1) & (n_at_rest == 0), free.any(axis=1), coinciding.any(axis=1)]
+    results = [PROOFS.index(proof) for proof in (Proof.CONTINUUM, Proof.SEARCHED, Proof.COINCIDING)]
+    return np.select(rules, results, PROOFS.index(Proof.COMPLETE))

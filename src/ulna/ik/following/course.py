@@ -1,29 +1,22 @@
 """Holds a path of poses and what a joint path through it must keep to."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.world import World
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
-from ulna.ik.collision_filter import CollisionFilter
 from ulna.ik.following.lifts import Lifts
-from ulna.ik.problem import Problem, make_problem
-from ulna.ik.query import SEEDED_STEPS, Query
-from ulna.ik.ranking import cost_of
-from ulna.ik.restarts import Restart, run_starts
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem
 from ulna.ik.result import IKResult
-from ulna.ik.turns import TURN, nearest_turns, turning_columns
+from ulna.ik.search.ranking import CollisionFilter, collisions_of, cost_of
+from ulna.ik.search.restarts import Restart, run_from_each, run_starts
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
+from ulna.kinematics.turns import TURN, nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
@@ -81,7 +74,7 @@ class Course:
     @cached_property
     def collisions(self) -> CollisionFilter | None:
         """What rejects configurations that collide."""
-        return None if self.world is None else CollisionFilter(self.query.checker, self.world, self.query.options.threads)
+        return collisions_of(self.query, self.world)
 
     @cached_property
     def is_redundant(self) -> bool:
@@ -133,16 +126,26 @@ class Course:
 
     def near(self, order: NDArray[np.int64], guesses: Array, *, beyond_limits: bool = False) -> tuple[Array, Truths]:
         """Solutions of some poses (m,) that a search from each guess (m, n_dof) converges to, and whether it does."""
-        lower, upper = self.query.tree.bounds
-        problem = replace(self.problem, targets=self.targets[order], seeds=np.ascontiguousarray(guesses), nearest_to=None)
+        problem = self.problem
         if beyond_limits:
             bounds = self.query.limits.copy()
             bounds[:, 0], bounds[:, 1] = -np.inf, np.inf
             problem = replace(problem, bounds=bounds)
         else:
-            problem = replace(problem, seeds=np.clip(guesses, lower, upper))
-        q, info = run_starts(problem, np.arange(len(order)), Restart(0, 1, SEEDED_STEPS, from_seed=True))
-        return q[:, 0], info[:, 0, layout.STATUS] == layout.SOLVED
+            guesses = np.clip(guesses, *self.query.tree.bounds)
+        q, info = run_from_each(problem, order, guesses, SEEDED_STEPS)
+        return q, info[:, layout.STATUS] == layout.SOLVED
+
+    def searched(self, order: NDArray[np.int64], n_starts: int) -> list[Array]:
+        """For each of some poses (m,) what a search finds from the start and from random starts, shape (k, n_dof)."""
+        problem = replace(self.problem, nearest_to=None)
+        q, info = run_starts(problem, order, Restart(0, n_starts, STEPS, from_seed=True))
+        return [row[good] for row, good in zip(q, info[..., layout.STATUS] == layout.SOLVED, strict=True)]
+
+    def clear(self, rows: list[Array]) -> list[Array]:
+        """For each list of configurations (m, n_dof) those that do not collide."""
+        hit = self.collide(np.concatenate(rows))
+        return [q[~bad] for q, bad in zip(rows, split_as(rows, hit), strict=True)]
 
     def collide(self, q: Array) -> Truths:
         """Whether configurations (m, n_dof) collide, shape (m,)."""
@@ -166,3 +169,8 @@ class Course:
             raise AssertionError("a rank gives a cost")
         near = self.lifts.nearest(q, self.start)
         return cost(np.zeros(len(q), dtype=np.int64), near)
+
+
+def split_as(rows: list[Array], values: NDArray) -> list[NDArray]:
+    """Values that belong to the rows of several lists, one list behind the other, by list."""
+    return np.split(values, np.cumsum([len(row) for row in rows])[:-1])

@@ -12,21 +12,19 @@ Before step 2: if a step leads on to a turn that was left out because there are 
 Steps are measured between the limits: to be a whole turn away is to be far away, if the joint has to make that turn.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
-from ulna.ik.entry_names import entry_names
+from ulna.ik.followed_path import Ending, PathStatus
 from ulna.ik.following.course import Course
-from ulna.ik.following.result import Ending, PathStatus
 from ulna.ik.reason import Reason
 from ulna.ik.result import Status
-from ulna.ik.turns import TURN
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kinematics.forward import frame_poses
 from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.kinematics.tree import entry_names
+from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 _MOST_ENDS = 64
@@ -131,7 +129,7 @@ def _unsolved(facts: _Facts) -> Reason | None:
         return None
     status = _SAME.get(Status(str(found.status)), PathStatus.UNREACHABLE)
     if status is not PathStatus.UNREACHABLE and facts.near_beyond.any():
-        return None  # the limits or the collision on the way are told with more detail
+        return None  # the limits or the collision on the way say more
     depths = _touching(course, found.q) if status is PathStatus.COLLISION else ()
     return facts.ending(status, str(found.reason) or "no solution was found", np.asarray(found.limit_excess), depths)
 

@@ -1,31 +1,45 @@
-"""Finds the joint path through a path of poses, or why there is none."""
+"""Finds the joint path through a path of poses, or why there is none: the face of this folder.
 
-from __future__ import annotations
+The idea. Every pose of the path is a *layer* of a graph. Its nodes are the solutions of inverse kinematics that are within the
+limits and clear of the world. An edge joins nodes of neighbouring layers if no joint moves by more than ``max_step`` and the
+straight line between them is clear. A joint path is a chain of edges through all layers. Of all chains that with the least
+
+    sum over k of  weight |q_k - q_(k-1)|^2 + cost of the rank at q_k
+
+is found by dynamic programming (Bellman 1957), layer by layer: the least sum to a node is that to a node before it, and the edge
+between them (``graph``). A jump to another branch is a step longer than ``max_step``, so it is no edge.
+
+1. ``course``: the poses, and what a joint path must keep to.
+2. ``lifts``: joints that can make whole turns have several positions for one angle. A node is kept once, and its turns are a
+   second index of the graph: otherwise six joints of three turns each make 729 of it.
+3. ``layers``: six joints or fewer. The closed form gives every node of a layer: the chain is the best there is, and where none
+   leads on, there is none (``complete``). Without a closed form nodes are searched for, and nothing is proved.
+4. ``self_motions``: more joints have infinitely many solutions for a pose. Layers are some of the poses, nodes are samples; edges
+   of the best chain are filled in by the search, and the path is smoothed.
+5. ``ending``: where no chain leads on, why.
+"""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.errors import InputError
-from ulna.ik.closed_form.result import Proof
-from ulna.ik.entry_names import entry_names
-from ulna.ik.following.branches import Found, along_branches
+from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.course import Course, Solve
 from ulna.ik.following.ending import why_it_ends
-from ulna.ik.following.redundant import along_self_motions
-from ulna.ik.following.result import FollowedPath
+from ulna.ik.following.layers import PathSoFar, along_branches
+from ulna.ik.following.self_motions import along_self_motions
 from ulna.ik.options import positive
-from ulna.ik.query import Query
-from ulna.ik.ranking import refuse_clearance_of_nothing
+from ulna.ik.problem import Query
 from ulna.ik.reason import NO_REASON
-from ulna.kinematics.positions import as_positions, refuse_out_of_range
-
-if TYPE_CHECKING:
-    from ulna.collision.world import World
+from ulna.ik.search.ranking import refuse_clearance_of_nothing
+from ulna.ik.solutions import Proof
+from ulna.kinematics.positions import as_configuration
+from ulna.kinematics.tree import entry_names
 
 Array = NDArray[np.float64]
 
@@ -49,12 +63,12 @@ def follow(
     return _result(course, found)
 
 
-def _found(course: Course) -> Found:
+def _found(course: Course) -> PathSoFar:
     """The path. It may be beyond a limit on one side unless ``one_sided``: then none within the limits has a lower cost."""
     return along_self_motions(course) if course.is_redundant else along_branches(course)
 
 
-def _result(course: Course, found: Found) -> FollowedPath:
+def _result(course: Course, found: PathSoFar) -> FollowedPath:
     n, k = len(course.targets), len(found.q)
     q = np.full((n, len(course.start)), np.nan)
     q[:k] = found.q
@@ -83,9 +97,6 @@ def _start(query: Query, q_start: ArrayLike | None) -> tuple[Array, Array]:
     """The start within the limits, and how far beyond them the one was that is given."""
     if q_start is None:
         return query.home.copy(), np.zeros(len(query.home))
-    start = as_positions(q_start, query.tree, "q_start")
-    if start.ndim != 1:
-        raise InputError("q_start", f"shape {start.shape}; one configuration, shape ({query.tree.n_dof},), is expected")
-    refuse_out_of_range(start, "q_start")
+    start = as_configuration(q_start, query.tree, "q_start")
     within = np.clip(start, query.tree.lower, query.tree.upper)
     return within, np.abs(start - within)

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.following.lifts import Lifts
-from ulna.ik.turns import TURN
+from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
+Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at both ends; whole turns make no difference
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,7 @@ def _short_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Coun
 
 
 def _all_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts, Counts, Array, Counts]:
-    """The same for steps of any length: two nodes are joined once for every shift of the lifts that is short enough."""
+    """Begin, end, joint steps and turns for steps of any length: nodes are joined once for every shift that is short enough."""
     steps, turns = lifts.steps(a[None, :], b[:, None])
     end, begin = np.nonzero(np.where(lifts.lifted, 0.0, np.abs(steps)).max(axis=-1, initial=0.0) <= longest)
     steps, turns = steps[end, begin], turns[end, begin]
@@ -101,7 +102,7 @@ class Sweep:
         return np.array([divmod(at, self.costs[-1].shape[1]) for at in reversed(places)])
 
     def first(self, n_layers: int) -> Sweep:
-        """The same of the first layers alone."""
+        """The sweep of the first layers alone."""
         return Sweep(self.costs[:n_layers], self.before[: n_layers - 1])
 
 
@@ -139,3 +140,39 @@ def _through(cost: Array, edges: Edges) -> tuple[Array, Counts]:
     come_from = edges.sources[edges.shift]
     come = cost[edges.begin[:, None], come_from] + edges.cost[:, None]
     return np.where(come_from >= 0, come, np.inf), edges.begin[:, None] * cost.shape[1] + come_from
+
+
+class LayerEdges:
+    """The edges between all layers of nodes: each layer's are made when they are first needed, less those found wrong.
+
+    Args:
+        lifts: The whole turns.
+        nodes: Of each layer, shape (m, n_dof).
+        longest: The largest joint step of an edge from each layer to the next.
+        weights: That of the squared joint steps.
+    """
+
+    def __init__(self, lifts: Lifts, nodes: list[Array], longest: Array, weights: Array) -> None:
+        self._lifts, self._nodes, self._longest, self._weights = lifts, nodes, longest, weights
+        self._known: dict[int, Edges] = {}
+        self.removed: set[Key] = set()
+
+    def of(self, k: int) -> Edges:
+        """Those from layer k to the next."""
+        if k not in self._known:
+            nodes, following = self._nodes[k], self._nodes[k + 1]
+            edges = edges_between(self._lifts, nodes, following, self._longest[k], self._weights[k])
+            for _, begin, end in filter(lambda key: key[0] == k, self.removed):
+                edges = edges.without(begin, end)
+            self._known[k] = edges
+        return self._known[k]
+
+    def renew(self, k: int) -> None:
+        """Make the edges to and from layer k again: nodes were added behind its others."""
+        self._known.pop(k - 1, None)
+        self._known.pop(k, None)
+
+    def remove(self, k: int, begin: int, end: int) -> None:
+        """Leave out an edge from layer k."""
+        self.removed.add((k, begin, end))
+        self._known[k] = self.of(k).without(begin, end)

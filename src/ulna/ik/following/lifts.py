@@ -14,8 +14,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.ik.turns import TURN
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
+from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]

@@ -24,7 +24,7 @@ from ulna.kernels.chain.closed_form_layout import (
     THREE_PARALLEL,
 )
 from ulna.kernels.chain.closed_form_rows import tabled
-from ulna.kernels.chain.parallel_wrist import parallel_wrist
+from ulna.kernels.chain.parallel_links import parallel_wrist
 from ulna.kernels.chain.quartic_arm import any_three_axes, offset_hand
 from ulna.kernels.chain.sliding_arm import sliding_arm
 from ulna.kernels.chain.spherical_wrist import spherical_wrist

@@ -12,7 +12,7 @@ NORMALS   six rows: of h_2, h_4 and h_6 in turn a unit vector n normal to it, an
 FIFTH     nine rows: the matrix F' rot(h_5, q_5) F_6 is K + C cos q_5 + S sin q_5, and F is F_2 for three parallel axes, else F_4;
           three rows each of K, C and S
 BENDS     1 - cos(a - b) and 1 + cos(a + b): a and b are the angles of h_5 with h_2 or h_4, and with h_6; and FREE_WRIST (1: the
-          last three angles are not asked for, so nothing is said of how well they are determined, or how far apart)
+          last three angles are free, so it does not matter how well they are determined, or how far apart)
 FORM      FAMILY, REVERSED (1: the chain is seen from its end, so G is inverted), INVERSE_REACH [1/m]
 COLUMNS   two rows: which entry of q each axis turns
 SIGNS     two rows: 1 or -1: q = sign times the angle; for a joint that slides 1 or -1 times the reach [m]
@@ -48,8 +48,8 @@ ENOUGH = 1e-12  # of RESIDUAL: below it a step of ``polish`` is not worth its ti
 # No further beyond a limit than the first a joint is at it [rad or m]; further than the second it is not, however little is
 # known of its angle (``put_at_limits``).
 AT_LIMIT, HARDLY_BEYOND = 1e-9, 1e-3
-# Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle is taken for any, and
-# below the second it is said that it may be: the rounding of other angles may have made it that large.
+# Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle counts as
+# undetermined, below the second as possibly so: the rounding of other angles may have made it that large.
 UNDETERMINED, HARDLY_DETERMINED = 1e-44, 1e-36
 # Of APART, which is the fourth power of the sine of half an angle: of one solution, and of a pair that is complex for certain.
 COINCIDING, COMPLEX = 1e-24, -1e-16

@@ -69,7 +69,7 @@ def is_in_doubt(known_rows, row):
 
 @kernel
 def doubts(known_rows, row):
-    """Of a branch: whether an angle may be any and it is real; whether an angle may be any; whether it is one with another."""
+    """Whether a branch is real with an angle undetermined, whether an angle is, and whether it coincides with another."""
     real, hardly = load(known_rows, row + RESIDUAL) <= REACHED, is_in_doubt(known_rows, row)
     return real & hardly, hardly, real & (load(known_rows, row + APART) <= COINCIDING)
 
@@ -89,7 +89,7 @@ def proof_of_lanes(known_rows):
 def proof_of(known_rows):
     """What the branches of a target prove (``closed_form_layout``).
 
-    Where a branch without solution has an angle that may be any, another angle may lead to one: nothing is proved then.
+    If an unsolved branch has an undetermined angle, another value may solve it: no proof.
     """
     like = load(known_rows, RESIDUAL)
     free_real, free, coincide = 0.0 * like, 0.0 * like, 0.0 * like

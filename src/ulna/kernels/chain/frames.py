@@ -4,9 +4,9 @@ The frame F of an axis h has the columns n, h x n and h (NORMALS and AXES of the
 """
 
 from ulna.engine.decorators import kernel
-from ulna.kernels.chain.closed_form_layout import AXES, FIFTH, NORMALS
+from ulna.kernels.chain.closed_form_layout import AXES, FIFTH, NORMALS, OF_6
 from ulna.kernels.chain.closed_form_rows import tabled
-from ulna.kernels.spatial.vectors import dot
+from ulna.kernels.spatial.vectors import dot, rotate
 
 
 @kernel
@@ -24,7 +24,7 @@ def turned(angle, v):
 
 @kernel
 def turned_back(angle, v):
-    """The same by the opposite angle."""
+    """A vector in the frame of an axis, turned about that by the opposite angle."""
     s, c = angle
     return c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]
 
@@ -67,7 +67,14 @@ def fifth_turn(table, angle):
 
 @kernel
 def fifth_row(table, i, angle):
-    """Row i of it."""
+    """Row i of ``fifth_turn``."""
     s, c = angle
     k, a, b = tabled(table, FIFTH + i), tabled(table, FIFTH + 3 + i), tabled(table, FIFTH + 6 + i)
     return k[0] + a[0] * c + b[0] * s, k[1] + a[1] * c + b[1] * s, k[2] + a[2] * c + b[2] * s
+
+
+@kernel
+def end_frame(table, motion):
+    """R F_6: three columns."""
+    x, y = rotate(motion, tabled(table, NORMALS + OF_6)), rotate(motion, tabled(table, NORMALS + OF_6 + 1))
+    return x, y, rotate(motion, tabled(table, AXES + 5))

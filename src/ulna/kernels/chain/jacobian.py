@@ -7,9 +7,8 @@ Source: Lynch and Park, Modern Robotics (2017), chapter 5; Siciliano et al., Rob
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, store
-from ulna.kernels.chain.jacobian_frames import LINK, SPATIAL
 from ulna.kernels.chain.poses import joint_pose, turned_joint_pose
-from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC, RATIO
+from ulna.kernels.layout import COLUMN, FIXED, IN_LINK, IN_SPATIAL, KIND, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import compose
 from ulna.kernels.spatial.vectors import cross, origin, plus, rotate_inverse, scaled, z_axis
 
@@ -18,9 +17,9 @@ from ulna.kernels.spatial.vectors import cross, origin, plus, rotate_inverse, sc
 def chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, across, down):
     """Write J, entry (k, j) to row across * j + down * k, and return the end's pose. Rows are v_x, v_y, v_z, w_x, w_y, w_z.
 
-    1. Walk the chain and add the twist of each joint. That is J for SPATIAL.
-    2. The end's origin o moves with v + w x o. That is J for BASE.
-    3. For LINK, turn both into the end's axes.
+    1. Walk the chain and add the twist of each joint. That is J for IN_SPATIAL.
+    2. The end's origin o moves with v + w x o. That is J for IN_BASE.
+    3. For IN_LINK, turn both into the end's axes.
     """
     clear(jacobian_rows, load(q_rows, 0))
     end = joint_pose(chain, 0, q_rows)
@@ -76,7 +75,7 @@ def add_joint(chain, i, end, jacobian_rows, across, down):
 
 @kernel
 def write_joint(chain, i, is_first, end, jacobian_rows, across, down):
-    """The same, or write it as the first."""
+    """Write the twist of joint i to the column of its entry of q if it is the first there (``is_first``), else add it."""
     if int(chain[i, KIND]) != FIXED:
         v, w = joint_twist(chain, i, end)
         row = across * int(chain[i, COLUMN])
@@ -105,7 +104,7 @@ def joint_twist(chain, i, end):
 @kernel
 def express(end, expressed_in, jacobian_rows, across, down):
     """Steps 2 and 3."""
-    if expressed_in != SPATIAL:
+    if expressed_in != IN_SPATIAL:
         for j in range(jacobian_rows.shape[0] // 6):
             move_column(jacobian_rows, across * j, down, end, expressed_in)
 
@@ -144,7 +143,7 @@ def move_column(jacobian_rows, row, down, end, expressed_in):
     """Steps 2 and 3 for one column."""
     v, w = column(jacobian_rows, row, down)
     v = plus(v, cross(w, origin(end)))
-    if expressed_in != LINK:
+    if expressed_in != IN_LINK:
         store_part(jacobian_rows, row, down, v)
         return
     store_column(jacobian_rows, row, down, rotate_inverse(end, v), rotate_inverse(end, w))

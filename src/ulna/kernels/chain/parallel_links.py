@@ -1,26 +1,23 @@
-"""Solves two links about parallel axes 2 and 3, in the frame of these.
+"""Solves two links about parallel axes 2 and 3, in the frame of these; and with a spherical wrist the whole arm.
 
 In the frame F of axis 2 (``frames``) v = F' R_1' p - F' P_1 is a plane vector, but for its part along the axis, which is known.
 Two is P_2 and three is P_3 there: v = R_2 (two + R_3 three).
+
+With a wrist (``parallel_wrist``), as industrial arms have, it is the first family of ``spherical_wrist``, with its
+steps and sources.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, sure_behind, worse
-from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, OF_2, OF_6, POINTS
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind, worse
+from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, OF_2, OF_4, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, put, put_known, tabled
-from ulna.kernels.chain.frames import by_columns, in_frame, turned
+from ulna.kernels.chain.frames import by_columns, end_frame, in_frame, turned
+from ulna.kernels.chain.spherical_wrist import outer_angles, wrist
 from ulna.kernels.chain.subproblems import angle_onto_in_frame, angles_to_sphere_in_frame, one_of_two, turn, wrapped
 from ulna.kernels.spatial.arc_tangent import full_circle_angle
 from ulna.kernels.spatial.elementary import minimum
-from ulna.kernels.spatial.vectors import dot, minus, rotate
-
-
-@kernel
-def end_frame(table, motion):
-    """R F_6: three columns."""
-    x, y = rotate(motion, tabled(table, NORMALS + OF_6)), rotate(motion, tabled(table, NORMALS + OF_6 + 1))
-    return x, y, rotate(motion, tabled(table, AXES + 5))
+from ulna.kernels.spatial.vectors import dot, minus, plus
 
 
 @kernel
@@ -79,3 +76,55 @@ def links(table, two, three, v, angles, row, sign_rows, n, free_rows, q_rows, kn
         put(table, q_rows, row + k, 4, angles[1])
         put(table, q_rows, row + k, 5, angles[2])
         put_known(known_rows, row + k, missed + off, minimum(least, sure_behind(near_3, sure_2)), nearest)
+
+
+@kernel
+def parallel_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
+    """Write all branches; the arguments are those of ``spherical_wrist``."""
+    last, (two, three), onward = end_frame(table, motion), two_links(table), to_wrist(table)
+    behind = dot(tabled(table, AXES + 1), plus(tabled(table, POINTS + 2), tabled(table, POINTS + 3)))
+    firsts, sure_1, apart_1 = outer_angles(table, p, free_rows)
+    near_1, sure_1, apart_1 = accuracy(near_base(table), sure_1, apart_1, DOUBLE)
+    for i in range(n):
+        first = one_of_two(firsts, load(sign_rows, i))
+        v, turned_to = behind_first(table, first, p, last)
+        off = v[2] - behind
+        thirds, sure_3, apart_3 = elbow_angles(two, three, v, free_angle(free_rows, 2))
+        near_3, sure_3, apart_3 = accuracy(near_1, sure_3, apart_3, DOUBLE)
+        sure_3, apart_3 = minimum(sure_1, sure_3), minimum(apart_1, apart_3)
+        q_first = full_circle_angle(first[0], first[1])
+        for j in range(n):
+            third = one_of_two(thirds, load(sign_rows, n + j))
+            second, sure_2, missed = shoulder_angle(two, three, third, v, free_angle(free_rows, 1))
+            angles = q_first, full_circle_angle(second[0], second[1]), full_circle_angle(third[0], third[1])
+            both = second[0] * third[1] + second[1] * third[0], second[1] * third[1] - second[0] * third[0]
+            whole = in_wrist(onward, both, turned_to)
+            near, sure = near_behind(near_3, sure_2), minimum(sure_3, sure_behind(near_3, sure_2))
+            row, missed = (i * n + j) * n, missed + off * off
+            wrist(table, whole, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed, near, sure, apart_3)
+
+
+@kernel
+def to_wrist(table):
+    """F_4' F_2: three columns."""
+    x, y = tabled(table, NORMALS + OF_2), tabled(table, NORMALS + OF_2 + 1)
+    return in_frame(table, OF_4, 3, x), in_frame(table, OF_4, 3, y), in_frame(table, OF_4, 3, tabled(table, AXES + 1))
+
+
+@kernel
+def in_wrist(columns, angle, r):
+    """F_4' F_2 times a matrix r of the frame of axis 2, turned back about that: three rows."""
+    s, c = angle
+    x, y, z = r
+    x, y = (
+        (c * x[0] + s * y[0], c * x[1] + s * y[1], c * x[2] + s * y[2]),
+        (c * y[0] - s * x[0], c * y[1] - s * x[1], c * y[2] - s * x[2]),
+    )
+    return row_of(columns, 0, x, y, z), row_of(columns, 1, x, y, z), row_of(columns, 2, x, y, z)
+
+
+@kernel
+def row_of(columns, i, x, y, z):
+    """Row i of a matrix given by its columns times one given by its rows."""
+    a, b, c = columns[0][i], columns[1][i], columns[2][i]
+    return a * x[0] + b * y[0] + c * z[0], a * x[1] + b * y[1] + c * z[1], a * x[2] + b * y[2] + c * z[2]

@@ -14,8 +14,8 @@ from ulna.engine.lanes import load, sqrt, where
 from ulna.kernels.chain.accuracy import DOUBLE_OF_QUARTIC, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import AXES, HARDLY_DETERMINED, OF_2, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, tabled
-from ulna.kernels.chain.frames import in_frame, turned
-from ulna.kernels.chain.parallel_links import behind_first, end_frame, four_angles, links, two_links
+from ulna.kernels.chain.frames import end_frame, in_frame, turned
+from ulna.kernels.chain.parallel_links import behind_first, four_angles, links, two_links
 from ulna.kernels.chain.spherical_wrist import behind_arm, position_square, wrist
 from ulna.kernels.chain.subproblems import angle_onto, reversed_vector, turn, turn_back
 from ulna.kernels.chain.three_parallel import hand
@@ -38,7 +38,7 @@ def parts(h, k, v):
 
 @kernel
 def circles(first, second, left_1, left_2):
-    """u, the columns of B, and |L^-1|^2 for first + (a_1, a_2) . x_1 = left . y in two rows L; its parts are plain or lanes."""
+    """u, the columns of B, and |L^-1|^2 for first + (a_1, a_2) . x_1 = left . y in two rows L; parts are numbers or lanes."""
     det = left_1[1] * left_2[2] - left_1[2] * left_2[1]
     r = 1.0 / det
     i_11, i_12, i_21, i_22 = left_2[2] * r, -left_1[2] * r, -left_2[1] * r, left_1[1] * r

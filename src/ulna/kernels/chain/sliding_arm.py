@@ -32,7 +32,7 @@ from ulna.kernels.chain.closed_form_layout import (
     TURN_SLIDES,
 )
 from ulna.kernels.chain.closed_form_rows import free_angle, tabled
-from ulna.kernels.chain.parallel_links import end_frame
+from ulna.kernels.chain.frames import end_frame
 from ulna.kernels.chain.spherical_wrist import behind_arm, inner_angles, other_angle, wrist
 from ulna.kernels.chain.subproblems import angles_to_plane, one_of_two, reversed_vector, turn, turn_back
 from ulna.kernels.spatial.arc_tangent import full_circle_angle

@@ -30,8 +30,7 @@ from ulna.kernels.chain.closed_form_layout import (
     POINTS,
 )
 from ulna.kernels.chain.closed_form_rows import free_angle, put, put_known, tabled
-from ulna.kernels.chain.frames import by_columns, column, fifth_turn, transposed_times, turned, turned_back
-from ulna.kernels.chain.parallel_links import end_frame
+from ulna.kernels.chain.frames import by_columns, column, end_frame, fifth_turn, transposed_times, turned, turned_back
 from ulna.kernels.chain.subproblems import (
     angle_onto,
     angle_onto_in_frame,

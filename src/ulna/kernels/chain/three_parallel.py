@@ -18,8 +18,18 @@ from ulna.engine.lanes import any_lane, load, sqrt
 from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import AXES, BENDS, OF_2, POINTS
 from ulna.kernels.chain.closed_form_rows import free_angle, tabled
-from ulna.kernels.chain.frames import column, fifth_row, fifth_turn, in_frame, times, transposed_times, turned, turned_back
-from ulna.kernels.chain.parallel_links import behind_first, end_frame, four_angles, links, two_links
+from ulna.kernels.chain.frames import (
+    column,
+    end_frame,
+    fifth_row,
+    fifth_turn,
+    in_frame,
+    times,
+    transposed_times,
+    turned,
+    turned_back,
+)
+from ulna.kernels.chain.parallel_links import behind_first, four_angles, links, two_links
 from ulna.kernels.chain.subproblems import (
     angle_onto_in_frame,
     angles_to_direction,

@@ -1,4 +1,4 @@
-"""Solves damped least squares with bounds on each unknown.
+"""Solves damped least squares with bounds on each unknown, and sets the bounds of joint velocities.
 
 It minimises |J x - v|^2 + lambda |x|^2 with a lower and an upper bound on every x_j.
 
@@ -17,6 +17,7 @@ from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, load, splat, store, where
 from ulna.kernels.ik.damped_system import add_column, back_to_joints, gradient, solve_damped, within_bounds
 from ulna.kernels.ik.singular_values import damped_by_singular_values, sum_of_rows
+from ulna.kernels.spatial.elementary import maximum, minimum
 
 _ROUNDS = 4  # times the number of entries is the limit: each may enter and leave the active set more than once
 _FLAT = 1e-12  # a smaller derivative counts as zero; with singular values, relative to the sum of its absolute terms
@@ -25,7 +26,7 @@ _LOST = 1e-8  # relative to the sum of squares of J: a smaller damping would los
 
 @routine
 def bounded_least_squares(jacobian_rows, v_rows, damping, bound_rows, x_rows, scratch):
-    """Write the minimum to x_rows. v_rows: six; bound_rows: lower, then upper bounds; damping: lambda, a plain number."""
+    """Write the minimum to x_rows. v_rows: six; bound_rows: lower, then upper bounds; damping: lambda, one number."""
     active_rows, goal_rows, free_rows, system_rows, rotated_rows = scratch
     n_dof = x_rows.shape[0]
     v = load(v_rows, 0), load(v_rows, 1), load(v_rows, 2), load(v_rows, 3), load(v_rows, 4), load(v_rows, 5)
@@ -141,3 +142,18 @@ def sizes_of_gradient(jacobian_rows, j, e):
     for k in range(1, 6):
         total = total + abs(load(jacobian_rows, 6 * j + k) * e[k])
     return total
+
+
+@kernel
+def velocity_bounds(limits, velocity_limits, dt, q_rows, bound_rows):
+    """Write the lower and then the upper bounds of the joint velocities of one control step.
+
+    They are the velocity limits, and what reaches the position limit at the end of the step: (limit - q) / dt. An entry beyond a
+    limit returns at no more than its velocity limit.
+    """
+    n_dof = velocity_limits.shape[0]
+    for j in range(n_dof):
+        q = load(q_rows, j)
+        fast = splat(velocity_limits[j], q)
+        store(bound_rows, j, minimum(maximum((limits[0, j] - q) / dt, -fast), fast))
+        store(bound_rows, n_dof + j, minimum(maximum((limits[1, j] - q) / dt, -fast), fast))

@@ -21,7 +21,6 @@ import numpy as np
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, logical_not, splat, sqrt, store, where
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.ik.damped_system import (
     add_column,
     back_to_joints,
@@ -32,7 +31,8 @@ from ulna.kernels.ik.damped_system import (
     within_bounds,
 )
 from ulna.kernels.ik.search_layout import CALM, FAR, POSITION_TOLERANCE, ROTATION_TOLERANCE, TASK, WHOLE_POSE, WITH_POSTURE
-from ulna.kernels.ik.task import task_error
+from ulna.kernels.ik.task_error import task_error
+from ulna.kernels.layout import IN_BASE
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
 
@@ -57,7 +57,7 @@ def advance(chain, posture, settings, rows, scratch):
     q_rows, last_rows, target_rows, bound_rows, state_rows = rows
     jacobian_rows, system_rows = scratch
     target = load_pose(target_rows, 0)
-    pose = chain_jacobian(chain, q_rows, BASE, jacobian_rows, 6, 1)
+    pose = chain_jacobian(chain, q_rows, IN_BASE, jacobian_rows, 6, 1)
     e = whole = pose_error(pose, target)
     if int(settings[TASK]) != WHOLE_POSE:
         e = task_error(settings, pose, target, e, jacobian_rows)

@@ -10,7 +10,6 @@ from ulna.engine.decorators import shared_routine
 from ulna.engine.lanes import any_lane, load, sqrt, store, where
 from ulna.kernels.chain.closed_form_layout import ENOUGH
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.chain.jacobian_frames import BASE
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import (
     back_to_joints,
@@ -20,6 +19,7 @@ from ulna.kernels.ik.damped_system import (
     solve_damped,
     within_bounds,
 )
+from ulna.kernels.layout import IN_BASE
 from ulna.kernels.spatial.se3 import load_pose
 
 _LEAST_DAMPING = 1e-13
@@ -39,7 +39,7 @@ def polish(chain, target_rows, q_rows, error_rows, bound_rows, inverse_reach, mo
         moving = (error > ENOUGH) & (error <= most)
         if not any_lane(moving):
             return
-        e = pose_error(chain_jacobian(chain, q_rows, BASE, jacobian_rows, 6, 1), target)
+        e = pose_error(chain_jacobian(chain, q_rows, IN_BASE, jacobian_rows, 6, 1), target)
         p2, r2 = error_squares(e)
         before = sqrt(p2 * inverse_reach**2 + r2)
         block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)

@@ -1,20 +1,23 @@
 """Solves damped least squares by singular values, for very small damping.
 
-Source: Nakamura and Hanafusa (J. Dyn. Sys., Meas., Control 1986) for sigma / (sigma^2 + lambda);
-the singular values are those of ``pseudo_inverse``. lambda is added to each sigma^2 separately, so it is not lost to rounding
-as it would be in J J' + lambda I.
+lambda is added to each sigma^2 separately, so it is not lost to rounding as it would be in J J' + lambda I.
 
-1. Rotate pairs of rows of [J | e | I] until all rows of J are orthogonal: U' J = S V', U' e, U'.
+1. Rotate pairs of rows of [J | e | I] until all rows of J are orthogonal: U' J = S V', U' e, U'. A row's length is then a
+   singular value sigma, its direction the v that belongs to it.
 2. x = sum of v sigma / (sigma^2 + lambda) (U' e), and e - J x = sum of u lambda / (sigma^2 + lambda) (U' e), which has a small
    relative error, while the difference e - J x would be nothing but rounding.
 3. A sigma within the rounding of J counts as 0: rounding hides whether the arm can move in its direction.
+
+Source: Nakamura and Hanafusa (J. Dyn. Sys., Meas., Control 1986) for sigma / (sigma^2 + lambda); singular values by one-sided
+rotations: Hestenes (J. SIAM 1958), with the angle of Rutishauser as in Golub and Van Loan, Matrix Computations (4th ed.), 8.6.3.
 """
 
 from ulna.engine.decorators import kernel, routine
-from ulna.engine.lanes import load, splat, store, where
-from ulna.kernels.ik.pseudo_inverse import SWEEPS, dot_rows, jacobi_rotation, rotate_rows
+from ulna.engine.lanes import load, splat, sqrt, store, where
 
+SWEEPS = 8  # of all fifteen pairs; six are usual
 _NOISE = 1e-14  # of the root of all squares
+_SQUARE = 1e-30  # of the product of two rows' squares: below it they count as orthogonal
 
 
 @routine
@@ -85,4 +88,33 @@ def sum_of_rows(jacobian_rows, j, rotated_rows):
     total = load(jacobian_rows, 6 * j) * load(rotated_rows, 0)
     for k in range(1, 6):
         total = total + load(jacobian_rows, 6 * j + k) * load(rotated_rows, k)
+    return total
+
+
+@kernel
+def jacobi_rotation(jacobian_rows, n_dof, p, r):
+    """Cosine and sine of the angle that makes rows p and r of J orthogonal."""
+    a, b, c = dot_rows(jacobian_rows, n_dof, p, p), dot_rows(jacobian_rows, n_dof, r, r), dot_rows(jacobian_rows, n_dof, p, r)
+    needed = c * c > _SQUARE * a * b
+    zeta = (b - a) / (2.0 * where(needed, c, 1.0))
+    t = where(zeta >= 0.0, 1.0, -1.0) / (abs(zeta) + sqrt(1.0 + zeta * zeta))
+    t = where(needed, t, 0.0)
+    cosine = 1.0 / sqrt(1.0 + t * t)
+    return cosine, cosine * t
+
+
+@kernel
+def rotate_rows(rows, p, r, cosine, sine):
+    """Rows p and r turned by an angle."""
+    x, y = load(rows, p), load(rows, r)
+    store(rows, p, cosine * x - sine * y)
+    store(rows, r, sine * x + cosine * y)
+
+
+@kernel
+def dot_rows(jacobian_rows, n_dof, p, r):
+    """The product of rows p and r of J."""
+    total = load(jacobian_rows, p) * load(jacobian_rows, r)
+    for j in range(1, n_dof):
+        total = total + load(jacobian_rows, 6 * j + p) * load(jacobian_rows, 6 * j + r)
     return total

@@ -1,16 +1,22 @@
-"""Paints the pictures of a film in threads, as the kernels release the interpreter's lock."""
+"""Paints the pictures of a film in threads, and writes them into a file: .mp4, .gif or .png by the ending of its name."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from errno import EISDIR
+from pathlib import Path
 from queue import SimpleQueue
 
+import av
 import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
 from numpy.typing import NDArray
+from PIL import Image
 
 from ulna.engine.threads import default_threads
-from ulna.viewer.film.model import Model
+from ulna.errors import FileError
 from ulna.viewer.film.painter import Ground, Painter, Picture
+from ulna.viewer.film.skin import Model
 
 Pixels = NDArray[np.uint8]
 _MOST_THREADS = 8  # each has a raster of its own, 60 MB for 1280x720
@@ -73,3 +79,71 @@ class Film:
             return painter.paint(picture)
         finally:
             self._painters.put(painter)
+
+
+_STEADY = "mbtree=0"  # with macroblock trees the output of x264 varies from run to run on some processors
+_QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
+_THREADS = 4  # of the encoder: its output depends on their number, so the number is fixed
+_COLORS = 255  # of a .gif: the last of its 256 is reserved for unchanged pixels
+_LOOKED_AT = 30  # frames, to choose the colours
+
+
+def write_film(path: Path, film: Film) -> None:
+    """Write a film in the format of its path's ending: into a temporary file that is then renamed, so none is left incomplete.
+
+    Raises:
+        FileError: It cannot be written there.
+    """
+    unfinished = path.with_name(f".{path.name}.part")
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(EISDIR, "it is a folder")
+        unfinished.touch()
+        try:
+            WRITERS[path.suffix.lower()](unfinished, film)
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+    except OSError as error:
+        raise FileError(str(path), f"cannot be written: {error.strerror or error}") from None
+
+
+def _write_mp4(path: Path, film: Film) -> None:
+    """A video that every browser plays: H.264 in the colours of HD television."""
+    with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
+        stream = container.add_stream("libx264", rate=film.rate, options={"crf": _QUALITY, "x264-params": _STEADY})
+        stream.width, stream.height = film.size
+        stream.pix_fmt, stream.thread_count = "yuv420p", _THREADS
+        stream.colorspace, stream.color_range = Colorspace.ITU709, ColorRange.MPEG
+        for pixels in film.frames():
+            frame = av.VideoFrame.from_ndarray(pixels, format="rgb24")
+            frame = frame.reformat(format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+
+
+def _write_gif(path: Path, film: Film) -> None:
+    """A .gif that repeats for ever. Its colours are chosen once, so that still parts are the same in every frame."""
+    palette = _palette(np.concatenate(film.some(_LOOKED_AT)))
+    frames = (Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE) for pixels in film.frames())
+    ticks = np.diff(np.round(np.arange(len(film) + 1) * 100 / film.rate)) * 10  # the format counts hundredths of a second
+    next(frames).save(path, "GIF", save_all=True, append_images=frames, duration=ticks.astype(int).tolist(), loop=0)
+
+
+def _palette(pixels: NDArray[np.uint8]) -> Image.Image:
+    """A palette near the colours of pictures; rare colours count too, since a small red light matters."""
+    six_bits = (pixels.reshape(-1, 3) >> 2).astype(np.int32)
+    counts = np.bincount(six_bits @ np.array([1 << 12, 1 << 6, 1], np.int32), minlength=1 << 18)
+    codes = np.flatnonzero(counts)
+    votes = np.clip(np.sqrt(counts[codes]) / 8, 1, 64).astype(int)
+    colors = np.stack([codes >> 12, codes >> 6 & 63, codes & 63], axis=-1) * 4 + 2
+    voters = colors.repeat(votes, axis=0)[None].astype(np.uint8)
+    return Image.fromarray(voters).quantize(_COLORS, Image.Quantize.MEDIANCUT, kmeans=1)
+
+
+def _write_png(path: Path, film: Film) -> None:
+    """The first picture."""
+    Image.fromarray(next(film.frames())).save(path, "PNG", optimize=True)
+
+
+WRITERS: dict[str, Callable[[Path, Film], None]] = {".mp4": _write_mp4, ".gif": _write_gif, ".png": _write_png}

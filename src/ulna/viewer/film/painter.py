@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.shapes import Box
-from ulna.drivers import entry
+from ulna.drivers import rendering
 from ulna.kernels.render.render_layout import NOTHING
 from ulna.viewer.film.camera import Camera, sun_view
 from ulna.viewer.film.caption import Caption, write_text
-from ulna.viewer.film.model import Model, is_opaque
-from ulna.viewer.film.skin import linear
-from ulna.viewer.solid import Solid
+from ulna.viewer.film.skin import Model, is_opaque, linear
+from ulna.viewer.palette import Solid
 
 # The sides of a cube of edge 2, each as four corners in order around it.
 _SIDES = np.array(
@@ -126,7 +125,7 @@ class Painter:
         self._shade(picture, poses, colors, glow)
         self._lay_panes(picture, poses, view)
         pixels = np.empty((self.height, self.width, 3), np.uint8)
-        entry("rendering.encode")(self._light, pixels)
+        rendering.encode(self._light, pixels)
         if picture.caption is not None:
             place = picture.camera.place(picture.caption.position, self.width, self.height)
             write_text(pixels, picture.caption.text, place)
@@ -135,18 +134,17 @@ class Painter:
     def _draw(self, poses: NDArray, view: NDArray, glow: NDArray) -> None:
         """Draw the shadow map of the sun, and the triangles that the camera sees."""
         skin, frames = self.model.skin, _twelves(poses)
-        place_points, draw_triangles = entry("rendering.place_points"), entry("rendering.draw_triangles")
-        place_points(skin.points, skin.frames, frames, _map(self._sun, 0.0), self._lit)
-        place_points(skin.points, skin.frames, frames, _map(view, 1.0), self._seen)
+        rendering.place_points(skin.points, skin.frames, frames, _map(self._sun, 0.0), self._lit)
+        rendering.place_points(skin.points, skin.frames, frames, _map(view, 1.0), self._seen)
         self._shadows.fill(0.0)
         self._nearness.fill(0.0)
         self._numbers.fill(NOTHING)
-        draw_triangles(self._lit, skin.triangles[glow == 0.0], self._shadows, None)
-        draw_triangles(self._seen, skin.triangles, self._nearness, self._numbers)
+        rendering.draw_triangles(self._lit, skin.triangles[glow == 0.0], self._shadows, None)
+        rendering.draw_triangles(self._seen, skin.triangles, self._nearness, self._numbers)
 
     def _shade(self, picture: Picture, poses: NDArray, colors: NDArray, glow: NDArray) -> None:
         skin, rows = self.model.skin, self._numbers.shape
-        entry("rendering.shade_pixels")(
+        rendering.shade_pixels(
             self._numbers,
             self._nearness,
             self._seen,
@@ -172,9 +170,9 @@ class Painter:
         boxes = [(solid, poses[self.model.links[solid.link]] @ solid.pose) for solid in picture.solids if not is_opaque(solid)]
         panes = make_panes(boxes, np.array(picture.camera.position))
         placed = np.empty_like(panes.points)
-        still, place_points = np.zeros(len(placed), np.int64), entry("rendering.place_points")
-        place_points(panes.points, still, _twelves(np.eye(4)[None]), _map(view, 1.0), placed)
-        entry("rendering.lay_panes")(placed, panes.paints, self._nearness, self._light)
+        still = np.zeros(len(placed), np.int64)
+        rendering.place_points(panes.points, still, _twelves(np.eye(4)[None]), _map(view, 1.0), placed)
+        rendering.lay_panes(placed, panes.paints, self._nearness, self._light)
 
 
 def _twelves(poses: NDArray[np.float64]) -> NDArray[np.float64]:

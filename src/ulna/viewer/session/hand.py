@@ -12,8 +12,8 @@ from ulna.description.pose import quaternion_from_matrix
 from ulna.description.robot_description import Joint, JointType, Limits
 from ulna.ik.result import IKResult
 from ulna.robot import Robot
-from ulna.viewer.session.contacts import along_contacts
-from ulna.viewer.session.shape_names import ShapeNames
+from ulna.viewer.session.clearance import ShapeNames
+from ulna.viewer.session.sliding import along_contacts
 
 MOST_A_FRAME = 0.25  # [rad or m] the largest change of a joint: faster than real arms, but too small for another IK branch
 _GLIDES, _DAMPING = 10, 0.03  # steps of differential inverse kinematics in a frame, and their damping

@@ -14,9 +14,8 @@ from ulna.errors import GeometryError, InputError, UnknownNameError
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.robot import Robot
 from ulna.robot.hand_link import hand_link
-from ulna.viewer.session.clearance import Clearance, clearance
+from ulna.viewer.session.clearance import Clearance, ShapeNames, clearance
 from ulna.viewer.session.hand import Hand
-from ulna.viewer.session.shape_names import ShapeNames
 
 Array = NDArray[np.float64]
 HAND, COLLISIONS = "the motion of the hand", "collisions and distances"  # names of the calls of a frame

@@ -1,4 +1,4 @@
-"""Takes files, processes, sockets and much memory from the process, by the operating system.
+"""Takes files, processes, sockets and much memory from the process, by the operating system and an audit hook.
 
 =============  =====================================  ========================================
 system         what holds                             what is left out
@@ -8,13 +8,134 @@ Linux          limits; on x86-64 and ARM seccomp      nothing on those two
 macOS          limits but that of memory              seccomp, the limit of memory
 Windows        nothing; the parent ends it in time    all
 =============  =====================================  ========================================
+
+Sources: seccomp(2); linux/filter.h and linux/seccomp.h for the numbers of the filter, <asm/unistd.h> for those of the calls;
+PEP 578 for the audit hook.
 """
 
-from ulna.description.xacro.child.limits import set_limits
-from ulna.description.xacro.child.seccomp import give_up_calls
+import ctypes
+import os
+import platform
+import sys
+
+from ulna.description.xacro.child.parent import RefusedError
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
+LIMITS = ("RLIMIT_AS", "RLIMIT_CPU", "RLIMIT_CORE", "RLIMIT_FSIZE", "RLIMIT_NPROC", "RLIMIT_NOFILE")
+_REFUSED = ("open", "import", "os.", "subprocess.", "socket.", "shutil.", "glob.", "ctypes.", "pty.", "tempfile.", "sys._", "gc.")
 
 
 def confine(memory: int, seconds: float) -> dict[str, str]:
     """Give up, for good, what this system can take away; return the rest by name, with the reason."""
     left_out = {**set_limits(memory, seconds), "seccomp": give_up_calls()}
     return {name: why for name, why in left_out.items() if why}
+
+
+def set_limits(memory: int, seconds: float, known=resource) -> dict[str, str]:
+    """Set the limits, and return those that could not be set, with the reason.
+
+    No file, socket or pipe can be opened under ``RLIMIT_NOFILE`` = 0; those that are open stay so. Where a limit is lower
+    already (``ulimit -v``), it stays as low.
+
+    Args:
+        memory: Bytes of address space.
+        seconds: Of the processor's time.
+        known: The module ``resource``, or what a test gives in its place.
+    """
+    if known is None:
+        return dict.fromkeys(LIMITS, "this system has none")
+    wanted = dict(zip(LIMITS, (memory, int(seconds) + 1, 0, 0, 0, 0), strict=True))
+    failed = {name: _set(known, name, value) for name, value in wanted.items()}
+    return {name: why for name, why in failed.items() if why}
+
+
+def _set(known, name: str, wanted: int) -> str:
+    """Why a limit could not be set; nothing if it was."""
+    try:
+        kind = getattr(known, name)
+        most = known.getrlimit(kind)[1]
+        value = wanted if most == known.RLIM_INFINITY else min(wanted, most)
+        known.setrlimit(kind, (value, value))
+    except (AttributeError, ValueError, OSError) as error:  # macOS has RLIMIT_AS, and refuses it
+        return str(error) or type(error).__name__
+    return ""
+
+
+_NO_NEW_PRIVILEGES = 38  # an option of prctl
+_SET_FILTER, _ALL_THREADS = 1, 1
+_LOAD_WORD, _JUMP_IF_EQUAL, _RETURN = 0x20, 0x15, 0x06  # BPF_LD|BPF_W|BPF_ABS, BPF_JMP|BPF_JEQ|BPF_K, BPF_RET|BPF_K
+_NUMBER_AT, _MACHINE_AT = 0, 4  # in struct seccomp_data
+_ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000 | 1, 0x80000000  # the second with EPERM
+_CALLS = {
+    "x86_64": (0xC000003E, 317),  # AUDIT_ARCH_X86_64, the number of seccomp itself
+    "aarch64": (0xC00000B7, 277),
+}
+ALLOWED = {  # name: (on x86_64, on aarch64). Pipes that are open, memory, time, the end
+    "read": (0, 63), "write": (1, 64), "close": (3, 57), "fstat": (5, 80), "lseek": (8, 62),
+    "mmap": (9, 222), "mprotect": (10, 226), "munmap": (11, 215), "brk": (12, 214), "mremap": (25, 216), "madvise": (28, 233),
+    "rt_sigaction": (13, 134), "rt_sigprocmask": (14, 135), "rt_sigreturn": (15, 139), "sigaltstack": (131, 132),
+    "restart_syscall": (219, 128), "sched_yield": (24, 124), "futex": (202, 98), "set_robust_list": (273, 99),
+    "rseq": (334, 293), "membarrier": (324, 283), "getpid": (39, 172), "gettid": (186, 178),
+    "getrandom": (318, 278), "getrusage": (98, 165), "gettimeofday": (96, 169), "clock_gettime": (228, 113),
+    "nanosleep": (35, 101), "clock_nanosleep": (230, 115), "exit": (60, 93), "exit_group": (231, 94),
+}  # fmt: skip
+
+
+class _Step(ctypes.Structure):
+    """``struct sock_filter``."""
+
+    _fields_ = (("code", ctypes.c_uint16), ("if_so", ctypes.c_uint8), ("if_not", ctypes.c_uint8), ("value", ctypes.c_uint32))
+
+
+class _Program(ctypes.Structure):
+    """``struct sock_fprog``."""
+
+    _fields_ = (("length", ctypes.c_uint16), ("steps", ctypes.POINTER(_Step)))
+
+
+def has_seccomp() -> bool:
+    """Whether this is Linux on a machine whose numbers are known here."""
+    return sys.platform.startswith("linux") and platform.machine() in _CALLS
+
+
+def give_up_calls() -> str:
+    """Give up all system calls but those ``ALLOWED``, in all threads; return why that failed, nothing if it did not."""
+    if not has_seccomp():
+        return "this system has no seccomp, or its numbers are not known here"
+    kernel = ctypes.CDLL(None, use_errno=True)
+    machine = platform.machine()
+    program = _filter(machine)
+    if kernel.prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0):
+        return os.strerror(ctypes.get_errno())
+    failed = kernel.syscall(_CALLS[machine][1], _SET_FILTER, _ALL_THREADS, ctypes.byref(program))
+    return os.strerror(ctypes.get_errno() or 1) if failed else ""
+
+
+def _filter(machine: str) -> _Program:
+    """Another machine's calls (32 bit) kill; a call of the list is allowed; all others are refused with EPERM."""
+    audit, column = _CALLS[machine][0], list(_CALLS).index(machine)
+    steps = [_Step(_LOAD_WORD, 0, 0, _MACHINE_AT), _Step(_JUMP_IF_EQUAL, 1, 0, audit), _Step(_RETURN, 0, 0, _KILL)]
+    steps.append(_Step(_LOAD_WORD, 0, 0, _NUMBER_AT))
+    for numbers in ALLOWED.values():
+        steps += [_Step(_JUMP_IF_EQUAL, 0, 1, numbers[column]), _Step(_RETURN, 0, 0, _ALLOW)]
+    steps.append(_Step(_RETURN, 0, 0, _REFUSE))
+    return _Program(len(steps), (_Step * len(steps))(*steps))
+
+
+def audit_hook(event: str, arguments: tuple) -> None:
+    """Refuse an event that evaluating expressions does not need.
+
+    Raises:
+        RefusedError: It opens or lists files, imports, starts a process, or the like.
+    """
+    if event.startswith(_REFUSED):
+        words = " ".join(argument for argument in arguments if isinstance(argument, str))[:80]
+        raise RefusedError(f"a description may not do this: {event} {words}".rstrip())
+
+
+def add_audit_hook() -> None:
+    """Install the hook, for as long as the process runs."""
+    sys.addaudithook(audit_hook)

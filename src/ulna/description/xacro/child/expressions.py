@@ -12,9 +12,8 @@ from typing import Any
 
 import xacro
 
-from ulna.description.xacro.child.functions import method_of, offered
-from ulna.description.xacro.child.refused import RefusedError
-from ulna.description.xacro.child.syntax import checked
+from ulna.description.xacro.child.parent import RefusedError
+from ulna.description.xacro.child.permitted import checked, method_of, offered
 
 Lookup = Callable[[str], Any]
 """From a name to its value; a ``KeyError`` if it has none."""
@@ -100,7 +99,7 @@ def _list_of(node: ast.ListComp, lookup: Lookup) -> list:
 
 
 def _lookups(generators: list[ast.comprehension], lookup: Lookup) -> Iterator[Lookup]:
-    """For each item that passes the conditions, the lookup that also knows its names."""
+    """For each item that passes the conditions, the lookup that finds its names too."""
     if not generators:
         yield lookup
         return

@@ -13,9 +13,8 @@ from xacro import substitution_args
 
 from ulna.description.xacro.child.addresses import path_of_address
 from ulna.description.xacro.child.expressions import evaluate
-from ulna.description.xacro.child.functions import offer, offer_those_of_xacro
-from ulna.description.xacro.child.parent import Parent
-from ulna.description.xacro.child.refused import RefusedError
+from ulna.description.xacro.child.parent import Parent, RefusedError
+from ulna.description.xacro.child.permitted import offer, offer_those_of_xacro
 
 _REPLACED = {
     xacro: ("safe_eval", "abs_filename_spec", "glob"),
@@ -24,7 +23,7 @@ _REPLACED = {
 
 
 class Arguments(dict):
-    """The arguments given, which notes the names that a document asks for."""
+    """The arguments given, and the names that a document looks up."""
 
     def __init__(self, given: dict[str, str]) -> None:
         super().__init__(given)

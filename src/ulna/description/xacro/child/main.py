@@ -12,11 +12,9 @@ from typing import Any
 import xacro
 import yaml
 
-from ulna.description.xacro.child.audit_hook import add_audit_hook
-from ulna.description.xacro.child.confinement import confine
+from ulna.description.xacro.child.confinement import add_audit_hook, confine
 from ulna.description.xacro.child.hooks import Arguments, teach_xacro
-from ulna.description.xacro.child.parent import Parent
-from ulna.description.xacro.child.refused import RefusedError
+from ulna.description.xacro.child.parent import Parent, RefusedError
 
 
 def main() -> None:

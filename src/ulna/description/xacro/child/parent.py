@@ -1,11 +1,13 @@
-"""Asks the parent process, the only one that opens files, by lines of JSON."""
+"""Requests files from the parent process, the only one that opens any, by lines of JSON."""
 
 import io
 import json
 import os
 from typing import Any, BinaryIO
 
-from ulna.description.xacro.child.refused import RefusedError
+
+class RefusedError(Exception):
+    """A document asked for what it may not have."""
 
 
 class Parent:

@@ -1,0 +1,162 @@
+"""Draws the pictures at the top of the pages about planning, following, collisions and inverse kinematics.
+
+    .venv/bin/python docs/pictures/draw.py            # all; or the names of some
+
+It needs the extras ``viewer`` and ``meshes``. The scenes are those of the pages' first examples.
+"""
+
+import sys
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+import ulna
+from ulna.viewer.film.camera import Camera
+from ulna.viewer.film.painter import Ground, Painter, Picture
+from ulna.viewer.film.skin import Model
+from ulna.viewer.palette import GREEN, INK, MOVABLE, RED, Solid, collision_boxes
+
+Pixels = NDArray[np.uint8]
+SIZE = (960, 540)
+NOTHING = """<robot name="nothing"><link name="{}">
+  <visual><origin xyz="0 0 -1"/><geometry><box size="0.001 0.001 0.001"/></geometry></visual></link></robot>"""
+LEAST = 6  # of 255, by which a pixel differs from the background
+FAINT = 0.35  # the part of an earlier configuration in a picture of several
+AXES = ((210, 40, 40), (40, 150, 60), (50, 90, 220))  # x red, y green, z blue
+
+
+class Scene:
+    """A robot, what is drawn around it, and a camera."""
+
+    def __init__(
+        self, robot: ulna.Robot, eye: tuple[float, float, float], middle: tuple[float, float, float], size: tuple[int, int]
+    ) -> None:
+        self.robot, self.size, self.middle = robot, size, middle
+        self.camera = Camera(eye, middle, fov=0.6)
+        self.solids: list[Solid] = []
+
+    def put(self, shape: ulna.Box | ulna.Cylinder, T: NDArray, color: tuple[int, int, int], opacity: float = 1.0) -> None:
+        """Add a shape at T_base_shape."""
+        self.solids.append(Solid(f"solid {len(self.solids)}", self.robot.base, T, shape, color, opacity))
+
+    def put_world(self, world: ulna.World, touching: Sequence[str] = (), opacity: float = 1.0) -> None:
+        """Add the obstacles of a world."""
+        for name, shape, T in world.items():
+            self.put(shape, T, RED if name in touching else MOVABLE, opacity)
+
+    def put_line(self, a: NDArray, b: NDArray, color: tuple[int, int, int], radius: float = 0.004) -> None:
+        """Add a straight line from a point to another [m]."""
+        along = (b - a) / np.linalg.norm(b - a)
+        across = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+        across /= np.linalg.norm(across)
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = np.column_stack([across, np.cross(along, across), along]), (a + b) / 2
+        self.put(ulna.Cylinder(radius=radius, length=float(np.linalg.norm(b - a))), T, color)
+
+    def put_frame(self, T: NDArray, length: float = 0.12) -> None:
+        """Add the axes of a pose."""
+        for axis, color in enumerate(AXES):
+            self.put_line(T[:3, 3], T[:3, 3] + length * T[:3, axis], color, 0.005)
+
+    def put_way(self, q: NDArray, color: tuple[int, int, int]) -> None:
+        """Add the way of the hand through rows of q."""
+        places = self.robot.forward_kinematics(q)[:, :3, 3]
+        for a, b in pairwise(places):
+            if np.linalg.norm(b - a) > 0.0:
+                self.put_line(a, b, color)
+
+    def paint(self, q: NDArray) -> Pixels:
+        """The robot at q, shape (n_dof,)."""
+        return self._pictures(self.robot, q[None])[0]
+
+    def paint_several(self, q: NDArray) -> Pixels:
+        """The robot at the last row of q, and faintly at the others."""
+        nothing = ulna.load(NOTHING.format(self.robot.base))
+        background = self._pictures(nothing, np.empty((1, 0)))[0].astype(float)
+        result = background
+        for share, picture in zip([FAINT] * (len(q) - 1) + [1.0], self._pictures(self.robot, q), strict=True):
+            differs = np.abs(picture - background).max(axis=2, keepdims=True) > LEAST
+            result = np.where(differs, share * picture + (1 - share) * result, result)
+        return result.round().astype(np.uint8)
+
+    def _pictures(self, robot: ulna.Robot, q: NDArray) -> list[Pixels]:
+        """A robot with the base of this one, at each row of q."""
+        solids = tuple(self.solids)
+        painter = Painter(Model(robot, solids), self.size, Ground(self.middle, 1.6), samples=4)
+        return [painter.paint(Picture(row, self.camera, solids)) for row in q]
+
+
+def planning(size: tuple[int, int]) -> Pixels:
+    """The Panda goes round a post and under a shelf."""
+    robot, world = ulna.load("panda"), ulna.World()
+    world.add("post", ulna.Box((0.1, 0.1, 1.6)), ulna.pose((0.35, 0, 0.6)))
+    world.add("shelf", ulna.Box((0.5, 2, 0.05)), ulna.pose((0.6, 0, 0.95)))
+    left, right = robot.home.copy(), robot.home.copy()
+    left[0], right[0] = 1, -1
+    plan = robot.plan(left, right, world).improve(3000)
+    scene = Scene(robot, (-1.7, -1.1, 1.5), (0.25, 0.0, 0.55), size)
+    scene.put_world(world, opacity=0.45)
+    scene.put_way(plan.at(np.linspace(0, 1, 80)), GREEN)
+    return scene.paint_several(plan.at(np.linspace(0, 1, 7)))
+
+
+def following(size: tuple[int, int]) -> Pixels:
+    """The Panda's hand goes along a straight line."""
+    robot = ulna.load("panda")
+    T_path = np.repeat(robot.forward_kinematics(robot.home)[None], 60, axis=0)
+    T_path[:, :3, 3] = [0.45, 0.0, 0.5]
+    T_path[:, 1, 3] = np.linspace(-0.3, 0.4, 60)
+    path = robot.follow(T_path)
+    scene = Scene(robot, (1.8, -0.9, 0.8), (0.2, 0.05, 0.42), size)
+    scene.put_way(path.q, GREEN)
+    for T in T_path[::10]:
+        scene.put_frame(T, 0.06)
+    return scene.paint_several(path.q[[0, 10, 20, 30, 40, 50, 59]])
+
+
+def collision(size: tuple[int, int]) -> Pixels:
+    """The Panda at a distance from a crate, and touching it."""
+    robot = ulna.load("panda")
+    halves = []
+    for place in ((0.5, 0.0, 0.21), (0.4, 0.0, 0.45)):
+        world = ulna.World()
+        world.add("crate", ulna.Box(extents=(0.15, 0.09, 0.126)), ulna.pose(xyz=place))
+        report = robot.check_collision(robot.home, world, max_distance=0.5)
+        touching = [pair for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0]
+        scene = Scene(robot, (1.55, -1.05, 0.8), (0.15, 0.0, 0.4), (size[0] // 2, size[1]))
+        scene.put_world(world, [pair.name_b for pair in touching])
+        scene.solids += collision_boxes(robot, [pair.name_a for pair in touching])
+        nearest = next(pair for pair in report.pairs if pair.link_b is None)
+        if not touching:
+            scene.put_line(nearest.witness_a, nearest.witness_b, INK)
+        halves.append(scene.paint(robot.home))
+    return np.concatenate(halves, axis=1)
+
+
+def inverse_kinematics(size: tuple[int, int]) -> Pixels:
+    """The eight configurations in which a UR5 reaches one pose."""
+    robot = ulna.load("ur5", tip="tool0")
+    T = robot.forward_kinematics([0.3, -1.2, 1.5, -0.7, 1.1, 0.4])
+    found = robot.all_solutions(T)
+    tiles = []
+    for q in found.q[found.valid][:8]:
+        scene = Scene(robot, (1.2, -1.35, 0.9), (0.22, 0.1, 0.28), (size[0] // 4, size[1] // 2))
+        scene.put_frame(T, 0.15)
+        tiles.append(scene.paint(q))
+    return np.concatenate([np.concatenate(tiles[:4], axis=1), np.concatenate(tiles[4:8], axis=1)])
+
+
+PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
+    "planning": planning,
+    "following": following,
+    "collision": collision,
+    "inverse_kinematics": inverse_kinematics,
+}
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or PICTURES:
+        Image.fromarray(PICTURES[name](SIZE)).save(Path(__file__).with_name(f"{name}.png"), optimize=True)

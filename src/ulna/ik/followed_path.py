@@ -1,0 +1,121 @@
+"""Holds a joint path through poses, or why there is none."""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.reason import Reason
+from ulna.ik.solutions import Proof
+
+Array = NDArray[np.float64]
+
+
+class PathStatus(StrEnum):
+    """How a search for a joint path ended."""
+
+    FOLLOWED = "followed"
+    UNREACHABLE = "unreachable"
+    LIMITS = "joint limits"
+    COLLISION = "in collision"
+    SINGULAR = "singular"
+    NO_BRANCH = "no continuous branch"
+
+
+@dataclass(frozen=True)
+class Ending:
+    """Where no joint path leads on to a pose: the data of its ``Reason``.
+
+    Attributes:
+        status: The reason in a word.
+        alive: How many configurations are known in which a path to the pose before ends.
+        smallest_step: The smallest joint step from these to a solution of the pose within the limits and clear of the world
+            [rad or m], with the whole turns that the limits allow; infinite if none is known.
+        manipulability: At the end of the path, where a pose before the first is meant by the start.
+        least_singular_value: Of the Jacobian there, the smallest, as a share of the largest.
+        limit_excess: How far beyond its limit each joint would go [rad or m], shape (n_dof,); 0 unless limits are the reason.
+        collisions: The pairs that touch, with how deep [m]: (name_a, name_b, depth).
+    """
+
+    status: PathStatus
+    alive: int
+    smallest_step: float
+    manipulability: float
+    least_singular_value: float
+    limit_excess: Array
+    collisions: tuple[tuple[str, str, float], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedPath:
+    """The joint path through poses (n, 4, 4), or as far as there is one. ``if path:`` is whether every pose is reached.
+
+    ======================== =========================================================================================
+    ``followed``             Every pose is reached, and no joint takes a longer step than ``max_step``, from ``q_start`` on.
+    ``unreachable``          The pose has no solution.
+    ``joint limits``         A path leads on, beyond the limits; ``reason.data.limit_excess`` holds by how much. Or the pose
+                             has solutions, all beyond the limits. Or ``q_start`` is beyond them, and the first pose is not
+                             near the configuration within them.
+    ``in collision``         A path leads on, in collision; ``reason.data.collisions`` names the pairs.
+    ``singular``             The arm is nearly singular, and only the part of the step along its weakest direction makes it
+                             too long.
+    ``no continuous branch`` None of these: solutions of the pose are all more than a step away, or in turns that were not
+                             searched; ``reason`` says so.
+    ======================== =========================================================================================
+
+    Attributes:
+        q: Joint positions [rad or m], shape (n, n_dof), always within the limits; NaN from the pose that is not reached.
+        q_start: Where the arm is before the first pose, within the limits, shape (n_dof,); None if it was not given.
+        max_step: The largest step that was allowed [rad or m].
+        ends_at: The number of the first pose to which no path leads; None if all are reached.
+        reason: Why none does, with an ``Ending`` as its data; no reason if all are reached.
+        proof: ``complete``: every solution of every pose was compared, by the closed form: no path with steps up to
+            ``max_step`` has a lower cost, and if none is found, none exists. ``searched``: it is the best that was found.
+    """
+
+    q: Array
+    q_start: Array | None
+    max_step: float
+    ends_at: int | None
+    reason: Reason
+    proof: Proof
+    joint_names: tuple[str, ...] = field(repr=False, default=())
+
+    def __post_init__(self) -> None:
+        self.q.setflags(write=False)
+        if self.q_start is not None:
+            self.q_start.setflags(write=False)
+
+    def __bool__(self) -> bool:
+        return self.success
+
+    @property
+    def success(self) -> bool:
+        """Whether every pose is reached."""
+        return self.ends_at is None
+
+    @property
+    def status(self) -> PathStatus:
+        """How the search ended; see above."""
+        return self.reason.data.status if self.reason else PathStatus.FOLLOWED
+
+    @property
+    def steps(self) -> Array:
+        """The largest step of any joint to each pose [rad or m]; NaN where there is none.
+
+        From ``q_start`` to the first, and so on, shape (n,); if it was not given, from the first to the second, shape (n - 1,).
+        """
+        every = self.q if self.q_start is None else np.vstack([self.q_start, self.q])
+        return np.abs(np.diff(every, axis=0)).max(axis=1, initial=0.0) if self.q.shape[1] else np.zeros(len(every) - 1)
+
+    def __str__(self) -> str:
+        if not self.reason:
+            longest = float(self.steps.max(initial=0.0))
+            return f"followed: {len(self.q)} pose{'s' * (len(self.q) != 1)}, largest joint step {longest:.3g} ({self._proved()})"
+        return f"{self.status} at pose {self.ends_at} of {len(self.q)}: {self.reason} ({self._proved()})"
+
+    def _proved(self) -> str:
+        if not self.reason:
+            return "the best there is" if self.proof is Proof.COMPLETE else "the best found"
+        return "proved" if self.proof is Proof.COMPLETE else "as far as was searched"

@@ -1,0 +1,293 @@
+"""Finds the joint path of an arm whose solutions are isolated: every pose a layer, with all of its branches.
+
+With an exact closed form the layers hold every solution, so that the graph holds every path with steps up to the largest allowed:
+the best chain is the best of all, and where none leads on, there is none.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers import closed_form
+from ulna.ik.closed_form.axes import N_AXES
+from ulna.ik.closed_form.branches import all_branches
+from ulna.ik.following.course import Course, split_as
+from ulna.ik.following.graph import Key, LayerEdges, Sweep, sweep
+from ulna.ik.solutions import PROOFS, Proof
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT, ENOUGH, HARDLY_BEYOND
+from ulna.kinematics.turns import TURN
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+_PROVED = tuple(PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING))
+_MOST_KNOTS, _STARTS, _MOST_BRANCHES = 64, 256, 16
+_SAME = 1e-6  # rad or m
+_MOST_ROUNDS = 200
+_MOST_ADDED = 50  # times that solutions of the search are added where no path leads on
+_STEPS = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """The solutions of every pose within the limits.
+
+    Attributes:
+        nodes: Of each pose those that are clear of the world, in their first turn, shape (m, n_dof).
+        proved: Whether these are all solutions of a pose, shape (n,).
+    """
+
+    nodes: list[Array]
+    proved: Truths
+
+
+@dataclass(frozen=True, eq=False)
+class PathSoFar:
+    """The joint path as far as it goes, and what else is known there.
+
+    Attributes:
+        q: Shape (k, n_dof).
+        ends: Other configurations in which chains end, shape (m, n_dof).
+        next_nodes: The solutions of the pose where none continues, as far as they are known, shape (m, n_dof).
+        proved: Whether it is proved that none goes further.
+    """
+
+    q: Array
+    ends: Array
+    next_nodes: Array
+    proved: bool
+
+
+def along_branches(course: Course) -> PathSoFar:
+    """The best chain of solutions, or the longest."""
+    layers = make_layers(course)
+    nodes = at_both_limits(course, [with_start(course, layers.nodes[0]), *layers.nodes[1:]])
+    each = np.ones(len(nodes))
+    edges = LayerEdges(course.lifts, nodes, course.max_step * each, course.weight * each)
+    costs = _costs(course, nodes)
+    done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
+    q, done = _best(course, nodes, costs, edges, done)
+    for _ in range(_MOST_ADDED):
+        k = len(q)
+        added = _leading_on(course, k, _ends(course, done, nodes), nodes)
+        if not len(added) or done.n_layers > k:
+            break
+        nodes[k], costs[k] = np.vstack([nodes[k], added]), np.r_[costs[k], course.costs(added)]
+        layers.proved[k], done = False, done.first(k)
+        edges.renew(k)
+        q, done = _best(course, nodes, costs, edges, done)
+    following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
+    has_all_edges = not edges.removed and not course.lifts.cut.any() and not course.lifts.leaves_out(course.max_step)
+    proved = bool(layers.proved[: len(q) + 1].all()) and has_all_edges
+    return PathSoFar(q, _ends(course, done, nodes), following, proved=proved)
+
+
+def _leading_on(course: Course, k: int, ends: Array, nodes: list[Array]) -> Array:
+    """What the search continues the ends to within a step, in its first turn, where pose k has no such node, shape (m, n_dof).
+
+    At the end of the arm's reach a pose may have a solution within the tolerance of the search, and no exact one.
+    """
+    if not 0 < k < len(nodes) or not len(ends):
+        return ends[:0]
+    ends = ends[:: max(1, len(ends) // _MOST_BRANCHES)]
+    q, found = course.near(np.full(len(ends), k), ends)
+    steps = course.steps_within(ends, q)
+    found &= np.abs(steps).max(axis=1, initial=0.0) <= course.max_step
+    found &= ~course.collide(q) & ~course.edges_collide(ends, ends + steps)
+    q = _distinct(course, course.lifts.first_turn(q[found]))
+    is_new = np.abs(course.lifts.steps(nodes[k], q[:, None])[0]).max(axis=2).min(axis=1, initial=np.inf) > _SAME
+    return at_both_limits(course, [q[is_new]])[0]
+
+
+def _best(course: Course, nodes: list[Array], costs: list[Array], edges: LayerEdges, done: Sweep) -> tuple[Array, Sweep]:
+    """The cheapest path none of whose edges collides, after those that do have been left out."""
+
+    def colliding(q: Array, chain: NDArray[np.int64]) -> list[Key]:
+        hit = np.flatnonzero(course.edges_collide(q[:-1], q[1:]))
+        return [(int(k), int(chain[k, 0]), int(chain[k + 1, 0])) for k in hit]
+
+    q, _, done, wrong = best_chain(course, nodes, costs, edges, done, colliding, _MOST_ROUNDS)
+    return q[: wrong[0][0] + 1] if wrong else q, done
+
+
+def best_chain(
+    course: Course,
+    nodes: list[Array],
+    costs: list[Array],
+    edges: LayerEdges,
+    done: Sweep,
+    wrong_edges: Callable[[Array, NDArray[np.int64]], list[Key]],
+    most_rounds: int,
+) -> tuple[Array, NDArray[np.int64], Sweep, list[Key]]:
+    """The cheapest chain none of whose edges is wrong: its path, its nodes and lifts, and the sweep that led to it.
+
+    Edges are tested on the cheapest chain alone. Those that are wrong are left out, and the layers behind the first of them are
+    swept again. Last are the wrong edges that are left after the last round.
+    """
+    for left in reversed(range(most_rounds)):
+        done = sweep(course.lifts, nodes, costs, edges.of, done)
+        q, chain = path_of(course, done, nodes)
+        wrong = wrong_edges(q, chain)
+        if not wrong or not left:
+            return q, chain, done, wrong
+        for edge in wrong:
+            edges.remove(*edge)
+        done = done.first(min(wrong)[0] + 1)
+    raise AssertionError("the last round returns")
+
+
+def make_layers(course: Course) -> Layers:
+    """All solutions of every pose, by the closed form or by search.
+
+    Fewer than six joints reach few poses exactly: where they miss one, the search may still reach it within the tolerance.
+    """
+    form = course.form
+    if form is not None and form.is_exact and form.held_column is None:
+        rows, proved = _of_closed_form(course)
+        if form.n_joints == N_AXES or all(map(len, rows)):
+            return _layers_of(course, rows, proved)
+    return _layers_of(course, _searched(course), np.zeros(len(course.targets), dtype=bool))
+
+
+def _layers_of(course: Course, rows: list[Array], proved: Truths) -> Layers:
+    in_first_turn = course.lifts.first_turn(np.concatenate(rows))
+    return Layers(course.clear(split_as(rows, in_first_turn)), proved)
+
+
+def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
+    form = course.form
+    if form is None:
+        raise AssertionError("only arms with a closed form")
+    tree, threads = course.query.tree, course.query.options.threads
+    found = all_branches(form, tree, course.targets, course.start[None].copy(), threads)
+    rows, proved = [q[valid] for q, valid in zip(found.q, found.valid, strict=True)], np.isin(found.proof, _PROVED)
+    rows = with_solutions_at_limits(course, rows)
+    lines = [_lines(course, rows, proved, towards) for towards in (1, -1)]
+    for k in np.flatnonzero(~proved).tolist():
+        rows[k] = _distinct(course, np.vstack([rows[k], *(line[k] for line in lines)]))
+    return rows, proved
+
+
+def _lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> dict[int, Array]:
+    """For each pose that is not proved what the solutions of the pose beside it continue to: others may not fit these.
+
+    Where a joint may have any angle at many poses in a row, the same lines are continued through all of them. A pose's own
+    solutions begin new ones as long as there are fewer than _MOST_BRANCHES.
+    """
+    lines: dict[int, Array] = {}
+    for k in np.flatnonzero(~proved).tolist()[::towards]:
+        ends = lines.get(k - towards, rows[k - towards] if 0 <= k - towards < len(rows) else rows[k][:0])
+        q, found = course.near(np.full(len(ends), k), ends)
+        lines[k] = _distinct(course, np.vstack([q[found], rows[k]]))[:_MOST_BRANCHES]
+    return lines
+
+
+def _searched(course: Course) -> list[Array]:
+    """Solutions of some poses from many starts, continued to all others."""
+    n, n_dof = len(course.targets), course.query.tree.n_dof
+    knots = np.unique(np.linspace(0, n - 1, min(n, _MOST_KNOTS)).round().astype(np.int64))
+    found = course.searched(knots, _STARTS)
+    at = {int(k): _distinct(course, q)[:_MOST_BRANCHES] for k, q in zip(knots, found, strict=True)}
+    rows = [[at.get(k, np.empty((0, n_dof)))] for k in range(n)]
+    for towards in (1, -1):
+        _continue_all(course, knots, at, rows, towards)
+    return [_distinct(course, np.vstack(parts)) for parts in rows]
+
+
+def _continue_all(course: Course, knots: NDArray[np.int64], at: dict[int, Array], rows: list[list[Array]], towards: int) -> None:
+    """Continue the solutions of every knot pose by pose, until one pose before the next knot, all knots at once."""
+    ends = np.r_[knots[1:], len(rows)] if towards > 0 else np.r_[-1, knots[:-1]]
+    pose = np.concatenate([np.full(len(at[int(k)]), k) for k in knots])
+    last = np.concatenate([np.full(len(at[int(k)]), end) for k, end in zip(knots, ends, strict=True)])
+    q = np.concatenate([at[int(k)] for k in knots])
+    while len(pose):
+        pose = pose + towards
+        going = pose != last
+        pose, last, q = pose[going], last[going], q[going]
+        if not len(pose):
+            break
+        q, found = course.near(pose, q)
+        pose, last, q = pose[found], last[found], q[found]
+        for k in np.unique(pose):
+            rows[int(k)].append(q[pose == k])
+
+
+def _distinct(course: Course, q: Array) -> Array:
+    """Rows of q, each once, whole turns aside."""
+    kept: list[Array] = []
+    for row in q:
+        if not kept or np.abs(course.lifts.steps(np.array(kept), row)[0]).max(axis=1).min() > _SAME:
+            kept.append(row)
+    return np.array(kept).reshape(-1, q.shape[1])
+
+
+def with_start(course: Course, q: Array) -> Array:
+    """The first pose's solutions, with that which the search finds from where the arm is."""
+    own, found = course.near(np.zeros(1, dtype=np.int64), course.start[None])
+    own = course.lifts.first_turn(own[found & ~course.collide(own)])
+    return _distinct(course, np.vstack([own, q]))
+
+
+def at_both_limits(course: Course, nodes: list[Array]) -> list[Array]:
+    """Nodes of layers, those with a joint at one of two limits that are whole turns apart once more for the other."""
+    if not course.lifts.closed.any():
+        return nodes
+    every = np.concatenate(nodes)
+    at_limit = np.any(course.lifts.closed & (every <= course.lifts.lower + AT_LIMIT), axis=1)
+    return [course.lifts.at_both_limits(q) if some.any() else q for q, some in zip(nodes, split_as(nodes, at_limit), strict=True)]
+
+
+def _costs(course: Course, nodes: list[Array]) -> list[Array]:
+    return split_as(nodes, course.costs(np.concatenate(nodes)))
+
+
+def path_of(course: Course, done: Sweep, nodes: list[Array]) -> tuple[Array, NDArray[np.int64]]:
+    """The joint path of the cheapest chain, shape (n_layers, n_dof), and its nodes and lifts."""
+    if not done.n_layers:
+        return np.empty((0, len(course.start))), np.empty((0, 2), dtype=np.int64)
+    chain = done.chain()
+    q = np.array([course.lifts.raised(nodes[k][node], lift) for k, (node, lift) in enumerate(chain.tolist())])
+    return course.on_from_start(q), chain
+
+
+def _ends(course: Course, done: Sweep, nodes: list[Array]) -> Array:
+    """Every configuration in which a chain ends, shape (m, n_dof)."""
+    if not done.n_layers:
+        return np.empty((0, len(course.start)))
+    node, lift = np.nonzero(np.isfinite(done.costs[-1]))
+    last = nodes[done.n_layers - 1]
+    q = np.array([course.lifts.raised(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
+    _, first = np.unique(np.rint(q / _SAME), axis=0, return_index=True)
+    return q[np.sort(first)]
+
+
+def with_solutions_at_limits(course: Course, rows: list[Array]) -> list[Array]:
+    """The solutions of each pose (m, n_dof) within the limits, and behind them those that whole turns bring to a limit.
+
+    The closed form puts a branch at a limit that it is hardly beyond in the turn nearest to a seed. In another turn it may be
+    hardly beyond a limit as well: there it is a solution of its own, the joint at the limit, the others moved to reach the pose.
+    """
+    tree, q = course.query.tree, np.concatenate(rows)
+    pose = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
+    for j in np.flatnonzero(course.lifts.lifted).tolist():
+        for limit, outwards in ((tree.lower[j], -1.0), (tree.upper[j], 1.0)):
+            if not np.isfinite(limit):
+                continue
+            beyond = outwards * (q[:, j] - limit)
+            beyond -= TURN * np.rint(beyond / TURN)
+            some = np.flatnonzero((beyond > AT_LIMIT) & (beyond <= HARDLY_BEYOND))
+            put, reached = _solved_at(course, pose[some], q[some], j, limit)
+            q, pose = np.vstack([q, put[reached]]), np.r_[pose, pose[some[reached]]]
+    order = np.argsort(pose, kind="stable")
+    return np.split(q[order], np.searchsorted(pose[order], np.arange(1, len(rows))))
+
+
+def _solved_at(course: Course, pose: NDArray[np.int64], q: Array, j: int, limit: float) -> tuple[Array, NDArray[np.bool_]]:
+    """Configurations (m, n_dof) with joint j at a limit, the others by Newton steps, and whether they are solutions."""
+    tree, errors = course.query.tree, np.ones(len(pose))
+    q = q.copy()
+    q[:, j] = limit
+    bounds, share = np.r_[tree.lower, tree.upper], 1.0 / course.query.unit
+    closed_form.polish_all(tree.chain(course.query.link), course.targets[pose], q, bounds, share, _STEPS, errors)
+    return q, (errors <= ENOUGH) & (q[:, j] == limit)

@@ -1,0 +1,264 @@
+"""Finds the joint path of an arm with more joints than a pose needs: a graph of some poses, filled in.
+
+1. *Knots* are poses spread evenly over the path's length. The nodes of a knot are its solutions at samples of the redundancy:
+   what the search finds from random starts, and all branches at places of the joint that the closed form holds, if there is one.
+2. An edge joins nodes of neighbouring knots that are near each other. The best chain is found over all of them (``graph``).
+3. Each edge of that chain is filled: guesses on the straight line between its nodes are brought to the poses by the search,
+   within the limits. Where a pose is not reached, a step is too long or something collides, the edge is left out, and step 2 is
+   repeated.
+4. If no chain is left, the longest is continued pose by pose (``_continued``). If that ends too, more samples and more knots
+   are taken. What is still not found may exist between the samples.
+5. The path is smoothed (``_smoothed``).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.closed_form.branches import sampled_branches
+from ulna.ik.following.course import Course
+from ulna.ik.following.graph import Key, LayerEdges, Sweep
+from ulna.ik.following.layers import PathSoFar, at_both_limits, best_chain, with_start
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+
+class _Density(NamedTuple):
+    """How closely an attempt covers path and redundancy.
+
+    Attributes:
+        samples: Places of the joint that is held.
+        starts: Random starts of the search.
+        apart: Nodes of a knot nearer than about this are one [rad or m].
+        length: The path's length between knots [units of the arm and rad].
+        knots: The most knots.
+    """
+
+    samples: int
+    starts: int
+    apart: float
+    length: float
+    knots: int
+
+
+_ATTEMPTS = (_Density(16, 512, 0.12, 0.15, 300), _Density(48, 1536, 0.06, 0.1, 450), _Density(128, 4096, 0.04, 0.05, 900))
+_LEAST_KNOTS = 8
+_NEAR = 0.6  # rad or m: a straight line between solutions that are further apart leaves the branch
+_MOST_ROUNDS, _MOST_BESIDE = 400, 3000
+_MOST, _GUESSES = 64, 6  # configurations in which a path ends, and guesses from each
+_ROUNDS = 12  # of smoothing
+
+
+def along_self_motions(course: Course) -> PathSoFar:
+    """A path, or the longest of all attempts."""
+    best = np.empty((0, len(course.start)))
+    ends = best
+    for density in _ATTEMPTS:
+        knots = _knots(course, density)
+        q, last = _continued(course, _path(course, knots, _nodes(course, knots, density)))
+        if len(q) == len(course.targets):
+            return PathSoFar(_smoothed(course, q, int(np.diff(knots).max(initial=1))), last, best[:0], proved=False)
+        if len(q) > len(best):
+            best, ends = q, last
+    return PathSoFar(best, ends, best[:0], proved=False)
+
+
+def _knots(course: Course, density: _Density) -> Counts:
+    """Poses that are spread evenly over the path's length [units of the arm and rad], its ends among them."""
+    T = course.targets
+    moved = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1) / course.query.unit
+    turned = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2.0)  # 2 sin(angle / 2)
+    way = np.cumsum(np.r_[0.0, moved + turned])
+    count = int(np.clip(np.ceil(way[-1] / density.length), _LEAST_KNOTS, density.knots)) + 1
+    return np.unique(np.r_[np.searchsorted(way, np.linspace(0.0, way[-1], count)), 0, len(T) - 1])
+
+
+def _nodes(course: Course, knots: Counts, density: _Density) -> list[Array]:
+    """Solutions of every knot that are clear of the world, in their first turn, none near another."""
+    sources = [course.searched(knots, density.starts)]
+    if course.form is not None:
+        sources.append(_sampled(course, knots, density.samples))
+    rows = [_thinned(course.lifts.first_turn(np.concatenate(parts)), density.apart) for parts in zip(*sources, strict=True)]
+    rows[0] = with_start(course, rows[0])
+    return at_both_limits(course, course.clear(rows))
+
+
+def _sampled(course: Course, knots: Counts, n_samples: int) -> list[Array]:
+    form, tree = course.form, course.query.tree
+    if form is None or form.held_column is None:
+        raise AssertionError("a joint is held where there are seven")
+    seeds = course.start[None].copy()
+    found = sampled_branches(form, tree, course.targets[knots], seeds, n_samples, course.query.options.threads)
+    return [q[valid] for q, valid in zip(found.q, found.valid, strict=True)]
+
+
+def _thinned(q: Array, apart: float) -> Array:
+    """The first row of q (m, n_dof) in each cell of a grid."""
+    _, first = np.unique(np.rint(q / apart), axis=0, return_index=True)
+    return q[np.sort(first)]
+
+
+def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
+    """The path along the best chain whose edges can all be filled, or the longest of such, shape (k, n_dof)."""
+    gaps = np.diff(knots).astype(np.float64)
+    longest = np.minimum(course.max_step * gaps, _NEAR)
+    edges = LayerEdges(course.lifts, nodes, longest, course.weight / gaps)
+    costs = [course.costs(q) * gap for q, gap in zip(nodes, np.r_[gaps, 1.0], strict=True)]
+    filled, done = _Filled(course, knots, nodes, edges), Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
+    q, chain, *_ = best_chain(course, nodes, costs, edges, done, filled.wrong_edges, _MOST_ROUNDS)
+    return filled.whole(q, chain)
+
+
+class _Filled:
+    """The poses between knots, on edges that have been tried; each edge is tried once."""
+
+    def __init__(self, course: Course, knots: Counts, nodes: list[Array], edges: LayerEdges) -> None:
+        self._course, self._knots, self._nodes, self._edges = course, knots, nodes, edges
+        self._known: dict[Key, Array | None] = {}
+
+    def wrong_edges(self, q: Array, chain: Counts) -> list[Key]:
+        """The edges of a chain that cannot be filled, and others of these layers; q: its nodes, shape (m, n_dof)."""
+        keys = self._keys(chain)
+        self._try([(key, q[k], q[k + 1]) for k, key in enumerate(keys)])
+        wrong = [k for k, key in enumerate(keys) if self._known[key] is None]
+        beside = [edge for k in wrong for edge in self._beside(k, q[k])]
+        self._try(beside)
+        return [keys[k] for k in wrong] + [key for key, *_ in beside if self._known[key] is None]
+
+    def _beside(self, k: int, q: Array) -> list[tuple[Key, Array, Array]]:
+        """The cheapest edges from layer k that are within the limits with the turns nearest to a configuration q (n_dof,)."""
+        edges, lifts, tree = self._edges.of(k), self._course.lifts, self._course.query.tree
+        cheapest = np.argsort(edges.cost, kind="stable")[:_MOST_BESIDE]
+        begin, end = edges.begin[cheapest], edges.end[cheapest]
+        a = lifts.nearest(self._nodes[k][begin], q)
+        b = a + lifts.steps(self._nodes[k][begin], self._nodes[k + 1][end])[0]
+        good = np.flatnonzero(((b >= tree.lower) & (b <= tree.upper)).all(axis=1))
+        return [((k, int(begin[i]), int(end[i])), a[i], b[i]) for i in good]
+
+    def whole(self, q: Array, chain: Counts) -> Array:
+        """The path along a chain, with what lies between its knots, up to its last knot or the first edge that is wrong."""
+        rows = [q[:1]]
+        for k, key in enumerate(self._keys(chain)):
+            steps = self._known[key]
+            if steps is None:
+                break
+            rows.append(q[k] + steps)
+        return np.concatenate(rows)
+
+    def _keys(self, chain: Counts) -> list[Key]:
+        return [(k, int(chain[k, 0]), int(chain[k + 1, 0])) for k in range(len(chain) - 1)]
+
+    def _try(self, edges: list[tuple[Key, Array, Array]]) -> None:
+        """Fill edges from a to b that are not known, all at once. What is kept is the way from the node at their beginning."""
+        new = list({key: (key, a, b) for key, a, b in edges if key not in self._known}.values())
+        if not new:
+            return
+        course, knots = self._course, self._knots
+        order = np.concatenate([np.arange(knots[k] + 1, knots[k + 1]) for (k, *_), _, _ in new])
+        guesses = np.concatenate([_straight(a, b, int(knots[k + 1] - knots[k])) for (k, *_), a, b in new])
+        between, found = course.near(order, guesses)
+        found &= ~course.collide(between)
+        ends = np.cumsum([knots[k + 1] - knots[k] - 1 for (k, *_), _, _ in new])[:-1]
+        for (key, a, b), rows, good in zip(new, np.split(between, ends), np.split(found, ends), strict=True):
+            line = np.vstack([a, rows, b])
+            is_right = (
+                good.all()
+                and np.abs(np.diff(line, axis=0)).max() <= course.max_step
+                and not course.edges_collide(line[:-1], line[1:]).any()
+            )
+            self._known[key] = line[1:] - a if is_right else None
+
+
+def _straight(a: Array, b: Array, n: int) -> Array:
+    """The points between a and b that cut the line in n equal parts, shape (n - 1, n_dof)."""
+    share = np.arange(1, n)[:, None] / n
+    return a + share * (b - a)
+
+
+def _continued(course: Course, q: Array) -> tuple[Array, Array]:
+    """The path (k, n_dof) as far as it can be continued pose by pose, and all ends known, shape (m, n_dof).
+
+    Each pose has a set of configurations in which a path ends. Guesses are these and some at random distances from them, brought
+    to the next pose by the search. Those within the limits, no more than a step away and clear of the world are kept, none near
+    another.
+    """
+    if not len(q):
+        return q, q
+    sets, parents = [q[-1:]], [np.zeros(1, dtype=np.int64)]
+    rng = np.random.default_rng(course.query.options.seed)
+    for k in range(len(q), len(course.targets)):
+        following, come_from = _next(course, k, sets[-1], rng)
+        if not len(following):
+            break
+        sets.append(following)
+        parents.append(come_from)
+    return np.vstack([q, _back(sets, parents)]), sets[-1]
+
+
+def _next(course: Course, k: int, ends: Array, rng: np.random.Generator) -> tuple[Array, Counts]:
+    """Configurations of pose k, shape (m, n_dof), and which of the ends each comes from, shape (m,)."""
+    parent = np.tile(np.arange(len(ends)), _GUESSES)
+    away = rng.normal(size=(len(parent), ends.shape[1])) * course.max_step * rng.random((len(parent), 1))
+    away[: len(ends)] = 0.0
+    q, good = course.near(np.full(len(parent), k), ends[parent] + away)
+    good &= np.abs(q - ends[parent]).max(axis=1) <= course.max_step
+    good &= ~course.collide(q)
+    q, parent = q[good], parent[good]
+    _, first = np.unique(np.rint(q / (course.max_step / 2)), axis=0, return_index=True)
+    first = np.sort(first)
+    first = first[~course.edges_collide(ends[parent[first]], q[first])]
+    if len(first) > _MOST:
+        first = np.sort(rng.permutation(first)[:_MOST])
+    return q[first], parent[first]
+
+
+def _back(sets: list[Array], parents: list[Counts]) -> Array:
+    """The path through the sets, the first left out, to the first configuration of the last."""
+    at, rows = 0, []
+    for q, parent in zip(sets[:0:-1], parents[:0:-1], strict=True):
+        rows.append(q[at])
+        at = int(parent[at])
+    return np.array(rows[::-1]).reshape(-1, sets[0].shape[1])
+
+
+def _smoothed(course: Course, q: Array, width: int) -> Array:
+    """A path (n, n_dof) of the same poses whose squared steps are fewer, or the same; begun near the start as before.
+
+    Guesses are the means over up to 2 ``width`` + 1 poses, brought to the poses by the search. A round that makes the path
+    longer, or lets it jump, leave the limits or collide, is undone, and the width halved.
+    """
+    for _ in range(_ROUNDS):
+        better = _once(course, q, width)
+        if better is not None:
+            q = better
+        elif width > 1:
+            width = max(1, width // 2)
+        else:
+            break
+    return q
+
+
+def _once(course: Course, q: Array, width: int) -> Array | None:
+    guesses = _means(q, width)
+    if course.started:
+        guesses[0] = q[0]
+    moved, found = course.near(np.arange(len(q)), guesses)
+    if not found.all() or _length(course, moved) >= _length(course, q) or np.abs(np.diff(moved, axis=0)).max() > course.max_step:
+        return None
+    return None if course.collide(moved).any() or course.edges_collide(moved[:-1], moved[1:]).any() else moved
+
+
+def _length(course: Course, q: Array) -> float:
+    """What is minimised: the costs of the rank and the squared steps."""
+    return float(course.costs(q).sum() + course.weight * (np.diff(q, axis=0) ** 2).sum())
+
+
+def _means(q: Array, width: int) -> Array:
+    """The means of each row and up to ``width`` rows on either side, as many on one as on the other."""
+    n = len(q)
+    sums = np.vstack([np.zeros(q.shape[1]), np.cumsum(q, axis=0)])
+    k = np.arange(n)
+    half = np.minimum(np.minimum(k, n - 1 - k), width)
+    return (sums[k + half + 1] - sums[k - half]) / (2 * half + 1)[:, None]

@@ -1,0 +1,158 @@
+"""Searches for all solutions for one pose: every branch, or a spread set of a continuum.
+
+1. Search from random starts, half of them with the joints that can turn all the way round let free (and then turned back
+   into their limits by whole turns), which no limit stops on the way to a branch.
+2. Keep what lies within the limits and differs from all that is kept, whole turns aside, by more than DISTINCT in some joint.
+3. Where the Jacobian has as many independent rows as the arm has joints, a solution is isolated. Double the starts until that
+   many more have found nothing new.
+4. Elsewhere take ``n_spread`` of what was found, each as far as can be from those taken before (Gonzalez 1985).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.problem import STEPS, Problem, Query, make_problem
+from ulna.ik.search.restarts import Restart, run_starts
+from ulna.ik.search.starts import limit_starts
+from ulna.ik.search.units import jacobian_in_unit
+from ulna.kernels.ik import search_layout as layout
+from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.kinematics.turns import nearest_turns, turning_columns
+
+Array = NDArray[np.float64]
+DISTINCT = 1e-3  # rad or m
+EXACT = 1e-9  # rad, and of the unit of the search
+_FIRST, _MOST, _MOST_AT_LIMITS = 256, 16_384, 2048  # starts
+_MOST_BRANCHES = 256  # more than any arm of six joints has (16): what is found beyond is a continuum
+_ISOLATED = 1e-6  # of the largest singular value
+
+
+def searched_solutions(query: Query, T: Array, seed: Array, n_spread: int) -> Array:
+    """Distinct solutions for one target (4, 4) within the limits, nearest to the seed first: shape (n, n_dof).
+
+    Their error is at most EXACT: near a singularity the caller's tolerance would turn each into a whole family. The caller's
+    tolerance counts only if no solution is that exact, as at the border of the reach.
+    """
+    problem = make_problem(query, T, seed)
+    settings = problem.settings.copy()
+    for tolerance, exact in ((layout.POSITION_TOLERANCE, EXACT * query.unit), (layout.ROTATION_TOLERANCE, EXACT)):
+        settings[tolerance] = min(settings[tolerance], exact)
+    found = _branches(replace(problem, settings=settings), n_spread)
+    if not len(found):
+        found = _branches(problem, n_spread)
+    return found if len(found) else _at_limits(problem, n_spread)
+
+
+def _branches(problem: Problem, n_spread: int) -> Array:
+    found = np.empty((0, problem.query.tree.n_dof))
+    free, clamped = _let_free(problem), problem
+    first, count = 0, _FIRST
+    while first < _MOST:
+        before = len(found)
+        for part, start in ((free, first), (clamped, first + count // 2)):
+            found = _merge(problem, found, _solutions(part, Restart(start, count // 2, 3 * STEPS)))
+        if _is_continuum(problem, found):
+            found = _spread(problem, found, n_spread)
+            break
+        if first and len(found) == before:
+            break
+        first, count = first + count, first + count
+    return _nearest_first(problem, found)
+
+
+def _nearest_first(problem: Problem, found: Array) -> Array:
+    return found[np.argsort(_distances(problem, found, problem.seeds[0]), kind="stable")]
+
+
+def _at_limits(problem: Problem, n_spread: int) -> Array:
+    """What is found from configurations with joints at their limits only."""
+    starts = limit_starts(problem, np.zeros(1, dtype=np.int64), _MOST_AT_LIMITS)[0]
+    each = replace(problem, seeds=starts, targets=np.repeat(problem.targets, len(starts), axis=0))
+    q, info = run_starts(each, np.arange(len(starts)), Restart(0, 1, 3 * STEPS, from_seed=True))
+    found = _merge(problem, np.empty((0, q.shape[-1])), q[info[:, :, layout.STATUS] == layout.SOLVED])
+    found = _spread(problem, found, n_spread) if _is_continuum(problem, found) else found
+    return _nearest_first(problem, found)
+
+
+def _solutions(problem: Problem, part: Restart) -> Array:
+    """What the starts of a round find, within the limits."""
+    q, info = run_starts(problem, np.zeros(1, dtype=np.int64), part)
+    q = _turned_within_limits(problem, q[0, info[0, :, layout.STATUS] == layout.SOLVED])
+    tree = problem.query.tree
+    return q[((q >= tree.lower) & (q <= tree.upper)).all(axis=1)]
+
+
+def _whole_turns(problem: Problem) -> NDArray[np.bool_]:
+    """The entries of q that may turn all the way round."""
+    tree = problem.query.tree
+    return turning_columns(problem.chain, tree.n_dof) & (tree.upper - tree.lower >= 2 * np.pi)
+
+
+def _let_free(problem: Problem) -> Problem:
+    turning = _whole_turns(problem)
+    bounds = problem.query.limits.copy()
+    middle = (bounds[0, 2] + bounds[0, 3]) / 2
+    bounds[0, 0, turning], bounds[0, 1, turning] = -np.inf, np.inf
+    bounds[0, 2, turning], bounds[0, 3, turning] = middle[turning] - np.pi, middle[turning] + np.pi
+    return replace(problem, bounds=bounds)
+
+
+def _turned_within_limits(problem: Problem, q: Array) -> Array:
+    """q with whole turns added where a joint can make them: within the limits, as near to the seed as that allows."""
+    tree = problem.query.tree
+    return nearest_turns(q, problem.seeds[0], tree.lower, tree.upper, _whole_turns(problem))
+
+
+def _differences(problem: Problem, a: Array, b: Array) -> Array:
+    """|a - b| by entry, whole turns aside for joints that can make them."""
+    difference = np.abs(a - b)
+    turned = np.abs(difference - 2 * np.pi * np.rint(difference / (2 * np.pi)))
+    return np.where(_whole_turns(problem), turned, difference)
+
+
+def _distances(problem: Problem, found: Array, q: Array) -> Array:
+    return _differences(problem, found, q).max(axis=-1, initial=0.0)
+
+
+def _merge(problem: Problem, found: Array, more: Array) -> Array:
+    for q in more:
+        if len(found) < _MOST_BRANCHES and (_distances(problem, found, q) > DISTINCT).all():
+            found = np.vstack([found, q])
+    return found
+
+
+def _is_continuum(problem: Problem, found: Array) -> bool:
+    """Whether the solutions are not isolated: more joints than rows, or far more solutions than any arm has branches."""
+    query = problem.query
+    moving = query.tree.moving_columns(query.link)
+    n_required = int((np.asarray(query.options.task.slack) == 0.0).sum())
+    if len(moving) > n_required or len(found) >= _MOST_BRANCHES:
+        return True
+    if not len(found) or not len(moving):
+        return False
+    J = _task_jacobian(problem, found)[..., moving]
+    values = np.linalg.svd(J, compute_uv=False)
+    return bool((values[:, len(moving) - 1] < _ISOLATED * values[:, 0]).all())
+
+
+def _task_jacobian(problem: Problem, q: Array) -> Array:
+    """The rows of the Jacobian that the task requires, in its axes, shape (..., n_rows, n_dof)."""
+    query = problem.query
+    J = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "link"), query.unit)
+    if query.task_axes is not None:
+        J = np.concatenate([query.task_axes.T @ J[..., :3, :], query.task_axes.T @ J[..., 3:, :]], axis=-2)
+    return J[..., np.asarray(query.options.task.slack) == 0.0, :]
+
+
+def _spread(problem: Problem, found: Array, n: int) -> Array:
+    """n of the configurations, the first nearest to the seed, each next as far as can be from all before."""
+    if not len(found):
+        return found
+    chosen = [int(_distances(problem, found, problem.seeds[0]).argmin())]
+    nearest = _distances(problem, found, found[chosen[0]])
+    while len(chosen) < min(n, len(found)):
+        chosen.append(int(nearest.argmax()))
+        nearest = np.minimum(nearest, _distances(problem, found, found[chosen[-1]]))
+    return found[chosen]

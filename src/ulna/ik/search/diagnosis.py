@@ -1,0 +1,167 @@
+"""Finds why a target was not reached: out of reach, limits in the way, collision, or a singularity."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.options import DEFAULT_BUDGET
+from ulna.ik.problem import STEPS, Problem, rows_for
+from ulna.ik.result import CODES, Status
+from ulna.ik.search.restarts import Restart, Search, run_starts
+from ulna.ik.search.starts import limit_starts
+from ulna.ik.search.units import jacobian_in_unit
+from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
+from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.kinematics.turns import turned_towards, turning_columns
+
+Array = NDArray[np.float64]
+_STARTS = 64  # tried without limits, before limits are ruled out as the reason
+_AT_LIMITS, _AT_ONCE = 512, 64  # starts with joints at their limits, before limits are the reason; targets at once
+_SETTLED, _SETTLING_STEPS = 16, 100  # starts that converge to the nearest pose of an unsolved target, and their steps
+_SINGULAR = 1e-3  # of the largest singular value times the error's size
+
+
+def close_unreachable(search: Search) -> None:
+    """Mark the targets that are provably out of reach."""
+    problem, options, reach = search.problem, search.problem.query.options, search.problem.query.reach
+    slack = np.linalg.norm(options.task.slack[:3])
+    if reach is None or not np.isfinite(slack):
+        return
+    order, whole_pose = np.flatnonzero(search.open), options.task.kind == layout.WHOLE_POSE
+    excess = reach.excess(_link_targets(problem, order), position_only=not whole_pose)
+    turned = options.rotation_tolerance + LARGEST_DEFECT if whole_pose else 0.0
+    beyond = excess > slack + options.position_tolerance + turned * np.linalg.norm(reach.end_point)
+    for i, value in zip(order[beyond], excess[beyond], strict=True):
+        search.reach_excess[int(i)] = float(value - slack)
+    search.info[order[beyond], layout.STATUS] = CODES[Status.UNREACHABLE]
+    search.open[order[beyond]] = False
+
+
+def reach_in_words(problem: Problem, i: int) -> str:
+    """The certificate of unreachable target i, in words."""
+    reach, whole_pose = problem.query.reach, problem.query.options.task.kind == layout.WHOLE_POSE
+    if reach is None:
+        return ""
+    distance, least, most = reach.distance(_link_targets(problem, [i]), position_only=not whole_pose)
+    what = "the last axis" if whole_pose else "the link"
+    return f"{what} would be {distance[0]:.4g} m from the first axis, and the arm spans {least:.4g} to {most:.4g} m"
+
+
+def _link_targets(problem: Problem, order: NDArray[np.int64] | list[int]) -> Array:
+    """The targets of the link itself, not of the task's frame."""
+    targets, R = problem.targets[order].copy(), problem.query.task_axes
+    if R is not None:
+        targets[:, :3, :3] = targets[:, :3, :3] @ R.T
+    return targets
+
+
+def explain_open(search: Search, *, out_of_time: bool) -> None:
+    """Set the status of every unsolved target, or the solution that the search for a reason finds."""
+    problem, options = search.problem, search.problem.query.options
+    close_unreachable(search)
+    open_ = _close_collided(search)
+    if out_of_time or options.budget < DEFAULT_BUDGET:
+        _set(search, open_, Status.BUDGET_SPENT)
+        return
+    if len(open_) and problem.is_narrowed:
+        narrowed = Status.HELD_JOINTS if options.max_step is None else Status.BEYOND_MAX_STEP
+        open_ = _search_beyond(search, open_, problem.query.limits, narrowed)
+    if len(open_):
+        open_ = _search_beyond(search, open_, _without_limits(problem), Status.JOINT_LIMITS)
+    for i in open_:
+        if _is_singular(problem, i, search.q[i], search.info[i]):
+            _set(search, np.array([i]), Status.SINGULAR)
+
+
+def _close_collided(search: Search) -> NDArray[np.int64]:
+    """Close the targets whose solutions all collide. Returns the indices of the others."""
+    open_ = np.flatnonzero(search.open)
+    collided = np.isin(open_, list(search.rejected))
+    for i in open_[collided]:
+        search.q[i], search.info[i] = search.rejected[int(i)]
+    _set(search, open_[collided], Status.IN_COLLISION)
+    search.open[open_[collided]] = False
+    return open_[~collided]
+
+
+def _set(search: Search, targets: NDArray[np.int64], status: Status) -> None:
+    search.info[targets, layout.STATUS] = CODES[status]
+
+
+def _search_beyond(search: Search, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.int64]:
+    """Search within wider bounds; if that solves, record the least excess over the problem's own bounds.
+
+    A result may be within the problem's own bounds, or close to a solution that is, so the search first continues within them
+    from there. Returns the indices of the targets that remain unexplained.
+    """
+    problem = replace(search.problem, bounds=bounds)
+    q, info = run_starts(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
+    own = rows_for(search.problem.bounds, order)[:, None]
+    if status == Status.JOINT_LIMITS:
+        q = turned_towards(q, own[:, :, 0], own[:, :, 1], turning_columns(problem.chain, problem.query.tree.n_dof))
+    excess = np.maximum(np.maximum(own[:, :, 0] - q, q - own[:, :, 1]), 0.0)
+    cost = np.where(info[:, :, layout.STATUS] == layout.SOLVED, excess.max(axis=-1), np.inf)
+    solved = np.isfinite(cost.min(axis=1))
+    if solved.any():
+        search.run_from(order[solved], q[solved], STEPS)
+        _close_collided(search)
+    beyond = solved & (cost.min(axis=1) > 0.0)
+    if status == Status.JOINT_LIMITS:
+        _search_at_limits(search, order[beyond & search.open[order]])
+    for row in np.flatnonzero(search.open[order] & beyond):
+        search.limit_excess[int(order[row])] = excess[row, cost[row].argmin()]
+        _set(search, order[row : row + 1], status)
+        search.open[order[row]] = False
+    return order[search.open[order]]
+
+
+def _search_at_limits(search: Search, order: NDArray[np.int64]) -> None:
+    """Search on from configurations with joints at their limits: solutions with such joints are the ones most often missed."""
+    for part in (order[begin : begin + _AT_ONCE] for begin in range(0, len(order), _AT_ONCE)):
+        search.run_from(part, limit_starts(search.problem, part, _AT_LIMITS), STEPS)
+    _close_collided(search)
+
+
+def _without_limits(problem: Problem) -> Array:
+    """Bounds that leave every joint of the chain free; starts of slides are within one length of their range."""
+    bounds = problem.query.limits.copy()
+    width = np.maximum(bounds[0, 3] - bounds[0, 2], 1e-3)
+    for row in problem.chain:
+        if int(row[KIND]) != FIXED:
+            j = int(row[COLUMN])
+            bounds[0, :2, j] = -np.inf, np.inf
+            is_slide = int(row[KIND]) != REVOLUTE
+            bounds[0, 2:, j] = (bounds[0, 2, j] - width[j], bounds[0, 3, j] + width[j]) if is_slide else (-np.pi, np.pi)
+    return bounds
+
+
+def settle_open(search: Search, *, out_of_time: bool) -> None:
+    """Let the best configurations of unsolved targets converge to the nearest pose that can be reached from there."""
+    problem = search.problem
+    rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
+    if out_of_time or problem.query.options.budget < DEFAULT_BUDGET or not len(rest):
+        return
+    part = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True)
+    before, with_posture = search.info[rest], search.with_posture[rest]
+    q, info = run_starts(replace(problem, seeds=search.q), rest, part)
+    for column in (layout.START, layout.ITERATIONS):  # of the search: the steps that follow do not count
+        info[:, :, column] = before[:, None, column]
+    search.keep(rest, q, info, part)
+    search.with_posture[rest] = with_posture
+    unsolved = search.info[rest, layout.STATUS] != layout.SOLVED
+    search.info[rest[unsolved], layout.STATUS] = before[unsolved, layout.STATUS]
+
+
+def _is_singular(problem: Problem, i: int, q: Array, info: Array) -> bool:
+    """Whether, limits aside, no joint reduces the error to first order: J' e = 0, for an arm of six joints or more."""
+    query = problem.query
+    if query.options.task.kind != layout.WHOLE_POSE:
+        return False
+    J = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "base"), query.unit)
+    R = problem.targets[i, :3, :3]
+    e = np.concatenate([R @ info[layout.RESIDUAL : layout.RESIDUAL + 3], R @ info[layout.RESIDUAL + 3 : layout.RESIDUAL + 6]])
+    e[:3] /= query.unit
+    moves = (np.abs(J).max(axis=0) > 0).sum() >= 6
+    return bool(moves and np.linalg.norm(J.T @ e) < _SINGULAR * np.linalg.norm(e) * np.linalg.norm(J, 2))

@@ -1,0 +1,88 @@
+"""Computes the cost by which one of several solutions is taken, and rejects those that collide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.checker import Checker
+from ulna.collision.world import World
+from ulna.errors import InputError
+from ulna.ik.problem import Problem, Query, mid_range, rows_for
+from ulna.kinematics.jacobian import manipulability
+from ulna.kinematics.tree import Tree
+
+Array = NDArray[np.float64]
+Cost = Callable[[NDArray[np.int64], Array], Array]
+"""The costs (k,) of configurations (k, n_dof) that solve the targets of the numbers (k,); infinite: not acceptable."""
+
+
+def refuse_clearance_of_nothing(rank: str | None, world: World | None) -> None:
+    """Refuse a rank that needs a world where there is none.
+
+    Raises:
+        InputError: The rank is the clearance from a world, and there is none.
+    """
+    if rank == "clearance" and world is None:
+        raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
+
+
+def collisions_of(query: Query, world: World | None) -> CollisionFilter | None:
+    """What rejects configurations that collide; None without a world."""
+    return None if world is None else CollisionFilter(query.checker, world, query.options.threads)
+
+
+def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None:
+    """The cost function of a search; None if the first solution is as good as any."""
+    query, rank = problem.query, problem.query.options.rank
+    if rank is None and not problem.seeded and collisions is None:
+        return None
+
+    def cost_of_solutions(order: NDArray[np.int64], q: Array) -> Array:
+        if rank == "manipulability":
+            cost = -manipulability(query.tree, q, query.link, threads=query.options.threads)
+        elif rank == "mid_range":
+            cost = _from_mid_range(query.tree, q)
+        elif rank == "clearance" and collisions is not None:
+            cost = -collisions.clearance(q)
+        elif rank == "nearest" or problem.seeded:
+            seeds = rows_for(problem.seeds, order)
+            cost = np.abs(q - seeds).max(axis=-1)
+        else:
+            cost = np.zeros(len(q))
+        return cost if collisions is None else np.where(collisions.collides(q), np.inf, cost)
+
+    return cost_of_solutions
+
+
+def _from_mid_range(tree: Tree, q: Array) -> Array:
+    """The mean square of the way from the middle of each range to its ends (Liegeois 1977); no limits do not count."""
+    half = (tree.upper - tree.lower) / 2
+    bounded = np.isfinite(half) & (half > 0)
+    share = (q - mid_range(tree))[..., bounded] / half[bounded]
+    return np.mean(share**2, axis=-1) if bounded.any() else np.zeros(len(q))
+
+
+@dataclass(frozen=True, eq=False)
+class CollisionFilter:
+    """A robot's collision checker, and the world that the robot must stay clear of."""
+
+    checker: Checker
+    world: World
+    threads: int | None = None
+
+    def collides(self, q: Array) -> NDArray[np.bool_]:
+        """Whether configurations (n, n_dof) collide, shape (n,)."""
+        return np.asarray(self.checker.in_collision(q, self.world, self_collision=True, threads=self.threads))
+
+    def clearance(self, q: Array) -> Array:
+        """How far configurations (n, n_dof) are from the world [m], shape (n,), the distances within the robot left out."""
+        return self.checker.signed_distance(q, self.world, self_collision=False, threads=self.threads)
+
+    def pairs(self, q: Array) -> tuple[tuple[str, str], ...]:
+        """The names of the pairs that collide at one configuration."""
+        report = self.checker.check_collision(q, self.world, self_collision=True, max_distance=0.0)
+        return tuple((pair.name_a, pair.name_b) for pair in report.pairs)

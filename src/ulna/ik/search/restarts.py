@@ -1,0 +1,239 @@
+"""Searches from the seed and from random starts until every target is solved or the budget is spent.
+
+Every target gets one start; those that are left get more and more. The result for a target depends on nothing but the target, its
+seed, its bounds and the random seed: not on what else is in the batch, nor on how the batch is cut for the threads.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers import multi_start
+from ulna.engine.threads import in_parts
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, rows_for
+from ulna.ik.search.ranking import Cost
+from ulna.ik.search.starts import closed_form_starts, unit_samples
+from ulna.ik.search.units import solved_in_unit
+from ulna.kernels.ik import search_layout as layout
+from ulna.kinematics.turns import nearest_turns, turning_columns
+
+Array = NDArray[np.float64]
+_JOBS_PER_THREAD = 1024
+_JOBS_AT_ONCE = 1 << 16
+_MOST_STARTS = 128  # of a target in one round
+
+
+@dataclass(frozen=True)
+class Restart:
+    """``count`` starts for every target: random ones from number ``first`` on, after the seed itself if ``from_seed``."""
+
+    first: int
+    count: int
+    steps: int
+    from_seed: bool = False
+    with_posture: bool = False
+    calm: bool = False
+
+
+def restarts_of(problem: Problem, n_first: int, *, seed_alone: bool) -> Iterator[Restart]:
+    """The seed first, then ``n_first`` random starts a target, twice as many, and so on; the steps of all are within the budget.
+
+    Unless the seed goes alone, it is one of ``n_first`` in the first round.
+    """
+    budget = problem.query.options.budget
+    left, first = budget, 0
+    if problem.settings[layout.WITH_POSTURE]:
+        yield Restart(0, 1, min(SEEDED_STEPS, left), from_seed=True, with_posture=True)
+        left -= SEEDED_STEPS
+    steps = SEEDED_STEPS if problem.seeded else STEPS
+    if left > 0 or left == budget:
+        count = 1 if seed_alone else max(1, min(n_first, left // steps))
+        yield Restart(0, count, min(steps, left), from_seed=True)
+        left, first = left - count * steps, count - 1
+    while left > 0:
+        count = min(n_first, max(1, left // STEPS))
+        yield Restart(first, count, min(STEPS, left))
+        left, first, n_first = left - count * STEPS, first + count, min(2 * n_first, _MOST_STARTS)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The best results so far, and what is known about the targets without one; a target's number is its row.
+
+    Attributes:
+        problem: The targets.
+        cost: Which of several solutions is taken; None if the first is as good as any.
+        q: Shape (n, n_dof).
+        info: Shape (n, N_INFO).
+        open: Whether a target is still searched for, shape (n,).
+        rejected: For each target one configuration that solves it and collides, with its information.
+        origins: The configurations from which other results were searched.
+        reach_excess: By how much targets lie beyond the reach [m].
+        limit_excess: How far joints would have to go beyond their bounds [rad or m].
+        with_posture: Whether a result comes from a start with a posture, shape (n,).
+    """
+
+    problem: Problem
+    cost: Cost | None
+    q: Array
+    info: Array
+    open: NDArray[np.bool_]
+    with_posture: NDArray[np.bool_]
+    rejected: dict[int, tuple[Array, Array]] = field(default_factory=dict)
+    origins: dict[int, Array] = field(default_factory=dict)
+    reach_excess: dict[int, float] = field(default_factory=dict)
+    limit_excess: dict[int, Array] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, problem: Problem, cost: Cost | None) -> "Search":
+        """A search that has not begun."""
+        n, n_dof = len(problem.targets), problem.query.tree.n_dof
+        info = np.zeros((n, layout.N_INFO))
+        info[:, layout.STATUS], info[:, layout.MISSED] = layout.NOT_FOUND, np.inf
+        return cls(problem, cost, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), np.zeros(n, dtype=bool))
+
+    def run(self, part: Restart) -> None:
+        """Give every open target the starts of a round, and keep better results."""
+        order = np.flatnonzero(self.open)
+        size = max(1, _JOBS_AT_ONCE // part.count)  # the results of all would fill the memory otherwise
+        for piece in (order[begin : begin + size] for begin in range(0, len(order), size)):
+            self.keep(piece, *run_starts(self.problem, piece, part), part)
+
+    def run_from(self, order: NDArray[np.int64], origins: Array, steps: int) -> None:
+        """Search on for some targets (m,) from configurations of their own (m, k, n_dof), and keep what solves them.
+
+        They are brought within the bounds first. A result has the number of its origin as that of its start. One of a target
+        that is solved already is kept if its cost is less.
+        """
+        m, k, n_dof = origins.shape
+        each = np.repeat(order, k)
+        own, goal = rows_for(self.problem.bounds, each), self.problem.nearest_to
+        seeds = np.clip(origins.reshape(-1, n_dof), own[:, 0], own[:, 1])
+        goal = None if goal is None else rows_for(goal, each)
+        problem = replace(self.problem, targets=self.problem.targets[each], seeds=seeds, bounds=own, nearest_to=goal)
+        part = Restart(0, 1, steps, from_seed=True)
+        q, info = (rows.reshape(m, k, -1) for rows in run_starts(problem, np.arange(m * k), part))
+        info[:, :, layout.START] = np.arange(k)
+        info[info[:, :, layout.STATUS] != layout.SOLVED, layout.MISSED] = np.inf
+        for row in np.flatnonzero(self.keep(order, q, info, part)):
+            self.origins[int(order[row])] = seeds[row * k + int(self.info[order[row], layout.START])]
+
+    def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart) -> NDArray[np.bool_]:
+        """Keep better results for some targets, and close those that are solved. Whether a target has a new solution."""
+        solved = info[:, :, layout.STATUS] == layout.SOLVED
+        costs = np.full(solved.shape, np.inf)
+        costs[solved] = 0.0 if self.cost is None else self.cost(order[solved.nonzero()[0]], q[solved])
+        self._note_rejected(order, q, info, solved & np.isinf(costs))
+        chosen = np.where(np.isfinite(costs).any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
+        row = np.arange(len(order))
+        q, info, accepted = q[row, chosen], info[row, chosen], costs[row, chosen] < self._costs_now(order)
+        info[~accepted & (info[:, layout.STATUS] == layout.SOLVED), layout.STATUS] = layout.NOT_FOUND
+        info[:, layout.START] += part.first + (not part.from_seed)
+        was_solved = self.info[order, layout.STATUS] == layout.SOLVED
+        better = accepted | (~was_solved & ~(info[:, layout.MISSED] >= self.info[order, layout.MISSED]))
+        self.q[order[better]], self.info[order[better]] = q[better], info[better]
+        self.with_posture[order[better]] = part.with_posture
+        self.open[order[accepted | (info[:, layout.STATUS] == layout.NOT_A_POSE)]] = False
+        return accepted
+
+    def _costs_now(self, order: NDArray[np.int64]) -> Array:
+        """The costs of the solutions that some targets have, infinite where there is none yet."""
+        costs, solved = np.full(len(order), np.inf), self.info[order, layout.STATUS] == layout.SOLVED
+        if solved.any():
+            costs[solved] = 0.0 if self.cost is None else self.cost(order[solved], self.q[order[solved]])
+        return costs
+
+    def _note_rejected(self, order: NDArray[np.int64], q: Array, info: Array, refused: NDArray[np.bool_]) -> None:
+        for row in np.flatnonzero(refused.any(axis=1)):
+            k = refused[row].argmax()
+            self.rejected.setdefault(int(order[row]), (q[row, k].copy(), info[row, k].copy()))
+
+
+def run_from_branches(search: Search) -> None:
+    """Start from branches of a closed form: for open targets, and for all where the best is wanted."""
+    ranked = search.problem.query.options.rank is not None
+    wanted = search.info[:, layout.STATUS] != layout.NOT_A_POSE if ranked else search.open
+    if not wanted.any():
+        return
+    order, starts = closed_form_starts(search.problem, np.flatnonzero(wanted), search.cost if ranked else None)
+    if len(order):
+        search.run_from(order, starts, steps=0)
+
+
+def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search], None], *, seed_alone: bool) -> bool:
+    """All rounds until no target is open, the budget is spent or time is up; True if time was up.
+
+    The first random round has ``n_first`` starts for every target; after it ``give_up`` closes targets that are out of reach. A
+    closed form closes the targets for which it has solutions, while there is a budget left: after the first round if there is a
+    seed or a rank, whose best it has to find; else after two random rounds, which take less time.
+    """
+    options = search.problem.query.options
+    of_branches = 0 if search.problem.seeded or options.rank is not None else 2
+    end, used = np.inf if options.time_limit is None else time.monotonic() + options.time_limit, 0
+    for number, part in enumerate(restarts_of(search.problem, n_first, seed_alone=seed_alone)):
+        if number and time.monotonic() >= end:
+            return bool(search.open.any())
+        search.run(part)
+        used += part.count * part.steps
+        if number == 1 and search.open.any():
+            give_up(search)
+        if number == of_branches and used < options.budget:
+            run_from_branches(search)
+        if not search.open.any():
+            break
+    return False
+
+
+def run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
+    """The results of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
+    q, info = solved_in_unit(problem, order, lambda problem, order: _run_starts(problem, order, part))
+    return _as_near_as_turns(problem, order, q), info
+
+
+def run_from_each(
+    problem: Problem, order: NDArray[np.int64], q: Array, steps: int, *, with_posture: bool = False
+) -> tuple[Array, Array]:
+    """The results for some targets (m,), each from a configuration q (m, n_dof) of its own: q (m, n_dof), info (m, N_INFO).
+
+    With no step the information is that of q itself.
+    """
+    each = replace(
+        problem,
+        targets=problem.targets[order],
+        seeds=np.ascontiguousarray(q),
+        bounds=problem.bounds if len(problem.bounds) == 1 else problem.bounds[order],
+        nearest_to=None,
+    )
+    part = Restart(0, 1, steps, from_seed=True, with_posture=with_posture)
+    q, info = run_starts(each, np.arange(len(order)), part)
+    return q[:, 0], info[:, 0]
+
+
+def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
+    query, options = problem.query, problem.query.options
+    n_dof = query.tree.n_dof
+    starts = unit_samples(query.tree, query.link, options.seed, part.first, part.count, from_seed=part.from_seed)
+    settings = problem.settings.copy()
+    settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
+    q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
+
+    def piece(rows: slice) -> bool:
+        multi_start.search_jobs(
+            problem.chain, problem.targets, order[rows], problem.seeds, problem.bounds, starts, problem.posture, settings,
+            q[rows].reshape(-1, n_dof), info[rows].reshape(-1, layout.N_INFO),
+        )  # fmt: skip
+        return True
+
+    in_parts(piece, len(order), max(1, _JOBS_PER_THREAD // len(starts)), options.threads)
+    return q, info
+
+
+def _as_near_as_turns(problem: Problem, order: NDArray[np.int64], q: Array) -> Array:
+    """q (m, n_starts, n_dof), moved by whole turns as near as possible to ``nearest_to``, if that is given."""
+    if problem.nearest_to is None:
+        return q
+    goal, bounds = (rows_for(rows, order)[:, None] for rows in (problem.nearest_to, problem.bounds))
+    return nearest_turns(q, goal, bounds[:, :, 0], bounds[:, :, 1], turning_columns(problem.chain, q.shape[-1]))

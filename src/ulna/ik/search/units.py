@@ -1,0 +1,81 @@
+"""Brings a search for a robot that is far from a metre long into a unit of its own.
+
+The errors of a pose are lengths and angles in one sum, and so are dampings and thresholds: right for arms of a metre or so. The
+units are powers of two, so that nothing is rounded on the way there and back.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.ik.problem import Problem, rows_for
+from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.layout import COLUMN, KIND, LARGEST, OFFSET, PRISMATIC, RATIO, REVOLUTE
+
+Array = NDArray[np.float64]
+
+
+Solve = Callable[[Problem, NDArray[np.int64]], tuple[Array, Array]]
+"""Gives q (m, ..., n_dof) and info (m, ..., N_INFO) for some targets (m,) of a problem."""
+
+
+def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> tuple[Array, Array]:
+    """The results of a solver for some targets (m,), computed in the unit of the robot and returned in metres."""
+    unit = problem.query.unit
+    if unit == 1.0:
+        return solve(problem, order)
+    far = too_far(problem, order, unit)
+    near_q, near_info = solve(in_unit(problem, unit), order[~far])
+    in_metres(problem, unit, near_q, near_info)
+    if not far.any():
+        return near_q, near_info
+    q, info = np.empty((len(order), *near_q.shape[1:])), np.empty((len(order), *near_info.shape[1:]))
+    q[~far], info[~far] = near_q, near_info
+    q[far], info[far] = solve(problem, order[far])
+    return q, info
+
+
+def too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
+    """Which targets (m,) exceed the range of the kernels when measured in a unit: they are out of reach."""
+    seeds = rows_for(problem.seeds, order) / _slide_units(problem, unit)
+    far = (np.abs(problem.targets[order, :3, 3]) > LARGEST * unit).any(axis=1)
+    return np.logical_or(far, (np.abs(seeds) > LARGEST).any(axis=1))
+
+
+def in_unit(problem: Problem, unit: float) -> Problem:
+    """A problem with all lengths in a unit."""
+    slides, chain, targets, settings = (
+        _slide_units(problem, unit),
+        problem.chain.copy(),
+        problem.targets.copy(),
+        problem.settings.copy(),
+    )
+    for row in chain:
+        row[[3, 7, 11]] /= unit
+        if int(row[KIND]) == PRISMATIC:
+            row[RATIO], row[OFFSET] = row[RATIO] * (slides[int(row[COLUMN])] / unit), row[OFFSET] / unit
+    targets[:, :3, 3] /= unit
+    settings[[layout.POSITION_TOLERANCE, *range(layout.SLACK, layout.SLACK + 3)]] /= unit
+    settings[layout.FAR] /= unit * unit
+    with np.errstate(over="ignore"):  # a limit of 1e308 is none
+        changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
+    return replace(problem, chain=chain, targets=targets, settings=settings, **changed)
+
+
+def in_metres(problem: Problem, unit: float, q: Array, info: Array) -> None:
+    """Convert the result of a search in a unit back to metres, in place: q (..., n_dof), info (..., N_INFO) but for MISSED."""
+    q *= _slide_units(problem, unit)
+    info[..., [layout.POSITION_ERROR, *range(layout.RESIDUAL, layout.RESIDUAL + 3)]] *= unit
+
+
+def jacobian_in_unit(problem: Problem, J: Array, unit: float) -> Array:
+    """A Jacobian (..., 6, n_dof) with all lengths in a unit."""
+    return J * _slide_units(problem, unit) / np.array([unit, unit, unit, 1.0, 1.0, 1.0])[:, None]
+
+
+def _slide_units(problem: Problem, unit: float) -> Array:
+    """The unit of each entry of q: those that drive slides alone are lengths."""
+    kinds = [{int(row[KIND]) for row in problem.chain if int(row[COLUMN]) == j} for j in range(problem.query.tree.n_dof)]
+    return np.array([unit if PRISMATIC in of and REVOLUTE not in of else 1.0 for of in kinds])

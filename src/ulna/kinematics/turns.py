@@ -1,0 +1,64 @@
+"""Adds whole turns to entries of q where no pose changes: to come near another q, or all that the limits allow."""
+
+from collections.abc import Iterator
+from itertools import product
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.errors import InputError
+from ulna.kernels.layout import COLUMN, FIXED, KIND, RATIO, REVOLUTE
+
+Array = NDArray[np.float64]
+TURN = 2 * np.pi
+_MOST = 1_000_000  # configurations of one solution: 50 MB
+
+
+def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
+    """The entries of q that drive revolute joints at ratio 1 or -1 alone: a whole turn of one changes nothing."""
+    turning = np.ones(n_dof, dtype=bool)
+    for row in chain:
+        if int(row[KIND]) != FIXED and (int(row[KIND]) != REVOLUTE or abs(row[RATIO]) != 1.0):
+            turning[int(row[COLUMN])] = False
+    return turning
+
+
+def nearest_turns(q: Array, goal: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
+    """q (..., n_dof) with each of the turning entries as near to ``goal`` as whole turns bring it between the bounds."""
+    with np.errstate(invalid="ignore"):
+        near = q - TURN * np.rint((q - goal) / TURN)
+        near = near + TURN * np.ceil(np.maximum(lower - near, 0.0) / TURN)
+        near = near - TURN * np.ceil(np.maximum(near - upper, 0.0) / TURN)
+    return np.where(turning & (near >= lower) & (near <= upper), near, q)
+
+
+def turned_towards(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
+    """q (..., n_dof) with whole turns of the turning entries that bring each as near to the middle of its range as it can be."""
+    with np.errstate(invalid="ignore"):  # of joints without limits
+        middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
+    return np.where(turning, q - TURN * np.rint((q - middle) / TURN), q)
+
+
+def every_turn(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
+    """One configuration (n_dof,) within the limits with all whole turns that stay within them, itself first, (k, n_dof).
+
+    Joints without limits on both sides make no turns.
+
+    Raises:
+        InputError: There are more than a million of them.
+    """
+    places = [list(_turns_of(*joint)) for joint in zip(q, lower, upper, turning, strict=True)]
+    n = prod(map(len, places))
+    if n > _MOST:
+        raise InputError("whole_turns", f"the limits allow {n:,} turns of one solution; {_MOST:,} are listed at most")
+    return np.array(list(product(*places)))
+
+
+def _turns_of(x: float, lower: float, upper: float, turns: bool) -> Iterator[float]:  # noqa: FBT001 - one of a row of arrays
+    yield x
+    if not turns or not np.isfinite(lower) or not np.isfinite(upper):
+        return
+    for k in range(int(np.ceil((lower - x) / TURN)), int(np.floor((upper - x) / TURN)) + 1):
+        if k:
+            yield x + k * TURN

@@ -1,0 +1,206 @@
+"""Records a robot into a file: while the camera goes round it, or while it moves among obstacles."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import inf, pi
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.report import Report
+from ulna.collision.world import World
+from ulna.description.shapes import Box, HalfSpace
+from ulna.errors import GeometryError, InputError, did_you_mean
+from ulna.robot import Robot
+from ulna.viewer.film.camera import Camera
+from ulna.viewer.film.film import WRITERS, Film, write_film
+from ulna.viewer.film.painter import Ground, Picture
+from ulna.viewer.film.skin import BoundingBall, Model
+from ulna.viewer.palette import GROUND, MOVABLE, TOUCHING, Solid, collision_boxes
+from ulna.viewer.visuals import triangles
+
+TURN_FROM = 0.75  # [rad] about z from x: where the camera starts to go round a robot
+LARGEST_SIZE, MOST_FRAMES = 4096, 20_000
+FINE_PIXELS = 1920 * 1080  # a single picture of at most so many pixels has more samples a pixel
+Tell = Callable[[int], object]
+
+
+def report_nothing(done: int) -> None:
+    """Ignore the progress."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """The format of a video or picture file.
+
+    Attributes:
+        path: Its path, which ends in .mp4, .gif or .png.
+        seconds: Its length [s].
+        size: Width and height [pixels]; those of a video are even.
+        rate: Pictures a second.
+    """
+
+    path: Path
+    seconds: float
+    size: tuple[int, int]
+    rate: int
+
+    @property
+    def is_still(self) -> bool:
+        """True for a single picture."""
+        return self.path.suffix.lower() == ".png"
+
+    @property
+    def n_frames(self) -> int:
+        """The number of its pictures."""
+        return 1 if self.is_still else max(round(self.seconds * self.rate), 1)
+
+
+def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, rate: int | None = None) -> Form:
+    """A form with defaults by its file's ending: 1280x720 at 30 pictures a second, or 640x360 at 10 for a .gif.
+
+    Raises:
+        InputError: The ending is unknown, or the length, the size or the rate is out of range.
+    """
+    ending = path.suffix.lower()
+    if ending not in WRITERS:
+        raise InputError("path", f"{path.name!r} ends in none of {', '.join(WRITERS)}{did_you_mean(ending, WRITERS)}")
+    is_gif = ending == ".gif"
+    width, height = size or ((640, 360) if is_gif else (1280, 720))
+    rate = (10 if is_gif else 30) if rate is None else rate
+    if not (16 <= width <= LARGEST_SIZE and 16 <= height <= LARGEST_SIZE):
+        raise InputError("size", f"{width}x{height}; each side has 16 to {LARGEST_SIZE} pixels")
+    if not 1 <= rate <= (50 if is_gif else 120):
+        raise InputError("rate", f"{rate}; 1 to {50 if is_gif else 120} pictures a second are expected")
+    if not (0.0 < seconds < inf and (ending == ".png" or seconds * rate <= MOST_FRAMES)):
+        raise InputError("seconds", f"{seconds:g}; a length above 0 s with at most {MOST_FRAMES} pictures is expected")
+    if ending == ".mp4":
+        width, height = width + width % 2, height + height % 2  # H.264 halves the colours' raster
+    return Form(path, seconds, (width, height), rate)
+
+
+def record_robot(
+    form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = report_nothing
+) -> tuple[str, ...]:
+    """Record a robot at one q, while the camera goes round it once.
+
+    Args:
+        form: The format of the file.
+        robot: The robot.
+        q: Its joint positions [rad or m], shape (n_dof,).
+        boxes: Show its collision boxes.
+        tell: Called with the number of pictures done so far.
+
+    Returns:
+        The meshes that could not be shown, each with the reason.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    solids = tuple(collision_boxes(robot)) if boxes else ()
+    model = Model(robot, solids)
+    ball = model.bounding_ball(q)
+    aspect = form.size[0] / form.size[1]
+    turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
+    pictures = [Picture(q, Camera.around(ball.centre, ball.radius, turn, aspect), solids) for turn in turns]
+    write_pictures(form, model, pictures, ground_of(ball), tell)
+    return model.missing
+
+
+def write_pictures(form: Form, model: Model, pictures: Sequence[Picture], ground: Ground, tell: Tell = report_nothing) -> None:
+    """Paint pictures of a model, and write them into the file that a form describes.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    samples = 4 if form.is_still and form.size[0] * form.size[1] <= FINE_PIXELS else 2
+    film = Film(model, pictures, form.size, form.rate, ground, samples, tell)
+    write_film(form.path, film)
+
+
+def ground_of(ball: BoundingBall) -> Ground:
+    """A floor under the lowest point, or at the base if that is lower; its cells are about a tenth of the robot's size."""
+    cell = 10.0 ** np.round(np.log10(max(ball.radius, 1e-3) / 6.0))
+    return Ground(tuple(ball.centre.tolist()), 1.5 * ball.radius, min(ball.lowest, 0.0), float(cell))
+
+
+Array = NDArray[np.float64]
+_FAR = 4.0  # in radii of the robot: the picture does not include obstacles farther away
+_SLAB = Box((4.0, 4.0, 0.004))  # drawn for a half-space [m]
+
+
+def record_moving(
+    form: Form, robot: Robot, path: Array, world: World, *, boxes: bool = True, tell: Tell = report_nothing
+) -> tuple[str, ...]:
+    """Record a robot along rows of q, evenly spaced in time; shapes that touch are red.
+
+    Args:
+        form: The format of the file. A single picture shows the first row.
+        robot: The robot.
+        path: Joint positions [rad or m], shape (n, n_dof).
+        world: The obstacles.
+        boxes: Show its collision boxes.
+        tell: Called with the number of pictures done so far.
+
+    Returns:
+        The meshes that could not be shown, each with the reason.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    shots = [(q, _solids(robot, q, world, boxes=boxes)) for q in _along(path, form.n_frames)]
+    model = Model(robot, shots[0][1])
+    balls = [model.bounding_ball(q) for q in _along(path, min(len(path), 16))]
+    ball = _around(balls, world)
+    camera = Camera.around(ball.centre, ball.radius, TURN_FROM, form.size[0] / form.size[1])
+    write_pictures(form, model, [Picture(q, camera, solids) for q, solids in shots], ground_of(ball), tell)
+    return model.missing
+
+
+def _along(path: Array, n: int) -> Iterator[Array]:
+    """n configurations at even times from the first row to the last, linear between rows."""
+    for place in np.linspace(0.0, len(path) - 1, n) if n > 1 else [0.0]:
+        k = min(int(place), max(len(path) - 2, 0))
+        yield path[k] + (place - k) * (path[min(k + 1, len(path) - 1)] - path[k])
+
+
+def _solids(robot: Robot, q: Array, world: World, *, boxes: bool) -> tuple[Solid, ...]:
+    """The robot's boxes and the obstacles; red if they touch."""
+    report = _report(robot, q, world)
+    hit = {pair.name_b for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0.0}
+    panes = collision_boxes(robot, report.touching) if boxes else ()
+    return (*panes, *(_obstacle(robot, name, shape, T, touching=name in hit) for name, shape, T in world.items()))
+
+
+def _report(robot: Robot, q: Array, world: World) -> Report:
+    """The collision report; an empty one if the robot's shapes cannot be checked."""
+    try:
+        return robot.check_collision(q, world)
+    except GeometryError:
+        return Report(())
+
+
+def _obstacle(robot: Robot, name: str, shape: object, T: Array, *, touching: bool) -> Solid:
+    """An obstacle as it is drawn; a half-space is drawn as a slab under its surface."""
+    color = TOUCHING if touching else MOVABLE
+    if isinstance(shape, HalfSpace):
+        T = T.copy()
+        T[:3, 3] -= T[:3, 2] * _SLAB.extents[2] / 2
+        shape, color = _SLAB, color if touching else GROUND
+    return Solid(f"obstacle {name}", robot.base, T, shape, color)  # type: ignore[type-var]
+
+
+def _around(balls: list[BoundingBall], world: World) -> BoundingBall:
+    """A ball around the robot in all its configurations, and the obstacles near it."""
+    low = np.min([ball.centre - ball.radius for ball in balls], axis=0)
+    high = np.max([ball.centre + ball.radius for ball in balls], axis=0)
+    solids = [
+        triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for _, shape, T in world.items() if not isinstance(shape, HalfSpace)
+    ]
+    near = [points for points in solids if np.abs(points - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]
+    corners = np.vstack([low, high, *near])
+    centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    reach = [np.linalg.norm(ball.centre - centre) + ball.radius for ball in balls]
+    reach += [np.linalg.norm(points - centre, axis=1).max() for points in near]
+    return BoundingBall(centre, float(max(reach)), min(ball.lowest for ball in balls))

@@ -1,0 +1,20 @@
+"""The program that draws the pictures of the pages."""
+
+import runpy
+
+import numpy as np
+import pytest
+
+from doc_pages import ROOT
+
+PROGRAM = ROOT / "docs" / "pictures" / "draw.py"
+PICTURES = runpy.run_path(str(PROGRAM))["PICTURES"]
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_picture_is_drawn_and_is_on_its_page(name):
+    pixels = PICTURES[name]((160, 90))
+    assert pixels.shape == (90, 160, 3)
+    assert np.ptp(pixels.reshape(-1, 3), axis=0).min() > 100  # from the sky to what is dark
+    assert PROGRAM.with_name(f"{name}.png").is_file()
+    assert f"(pictures/{name}.png)" in (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
