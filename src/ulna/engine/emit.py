@@ -5,7 +5,8 @@
 
 1. Numba compiles an entry for one signature, for the CPU that ``NUMBA_CPU_NAME`` names, as it does when a program runs.
 2. A second function is added to its optimised module: one with a plain C interface, which takes slots of 8 bytes (``native``).
-3. All else in the module becomes private, and what nothing uses any more is removed: Numba's own wrapper, which needs Python.
+3. All else in the module becomes private, and what nothing uses any more is removed: Numba's own wrapper, which needs Python. The
+   texts of Numba's errors are cleared: nothing reads them, and they have paths of the machine that builds.
 4. LLVM writes the module as an object file, position-independent. It does not optimise again: the arithmetic is that of step 1.
 5. So it does with the routines that entries share (``shared``), each once.
 
@@ -17,6 +18,7 @@ import hashlib
 import importlib
 import json
 import os
+import re
 import sys
 import tempfile
 from functools import cache
@@ -140,8 +142,13 @@ def _own_hash() -> str:
     return f"{hashlib.sha256(own).hexdigest()[:16]}-{compiler_hash()}"
 
 
+_PICKLED = re.compile(r'^(@\.const\.pickledata\.\w+(?:\.sha1)? = [^"\n]*\] )c"[^"\n]*"', re.MULTILINE)
+"""The initial value of an error's text, and of its hash."""
+
+
 def _object_code(module: llvm.ModuleRef, symbol: str) -> bytes:
     """The object code of a module; all but one of its functions become private, and those that are not used are removed."""
+    module = llvm.parse_assembly(_PICKLED.sub(r"\1zeroinitializer", str(module)))
     for function in module.functions:
         if not function.is_declaration and function.name != symbol:
             function.linkage = llvm.Linkage.internal
