@@ -54,6 +54,7 @@ def main() -> None:
         "collision": [],
         "scaling_with_pairs": [],
         "edges": [],
+        "moving": [],
         "bounds": [],
         "first_use": [],
         "first_use_ever": [],

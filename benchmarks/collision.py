@@ -16,7 +16,7 @@ from benchmarks.processors import one_processor
 from benchmarks.ratio import ratio
 from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.collision.objects import MOST_UNINDEXED
+from ulna.collision.object_tables import MOST_UNINDEXED
 from ulna.engine.lanes import WIDTH
 from ulna.robot import Robot
 
@@ -130,10 +130,33 @@ def edge_rows(robot: Robot) -> list[dict]:
     return [{"edges": len(a), "in_collision": int(np.count_nonzero(found.in_collision)), "edge_ns": median}]
 
 
+def moving_rows(robot: Robot) -> list[dict]:
+    """A box moves, and one configuration is checked: among boxes, beside a cloud, and of an arm of hulls."""
+    rng, rows, arms = np.random.default_rng(3), [], {"panda": robot}
+    try:
+        arms["ur5, hulls"] = ulna.load("ur5").with_convex_hulls()
+    except ulna.UlnaError as error:
+        rows.append({"arm": f"ur5, hulls: {error}", "boxes": 0, "points": 0, "moved_ns": np.nan, "asked_ns": np.nan})
+    poses = ulna.pose(rng.uniform((1.5, -0.5, 0), (2, 0.5, 0.5), (CALLS, 3)))
+    for arm, one in arms.items():
+        for n, points in ((20, 0), (1000, 0), (20, 10_000), (20, 100_000)):
+            world = scattered(n, 0.05, max(1.0, (n / 100) ** (1 / 3)))
+            if points:
+                way = rng.normal(size=(points, 3))
+                world.add("cloud", ulna.PointCloud(way / np.linalg.norm(way, axis=1)[:, None], 0.003), ulna.pose((2.5, 0, 0)))
+            works = {
+                "moved": Workload(lambda T, one=one, world=world: (world.move("3", T), one.in_collision(one.home, world)), poses),
+                "asked": Workload(lambda q, one=one, world=world: one.in_collision(q, world), [one.home] * CALLS),
+            }
+            times = {f"{name}_ns": timing.median for name, timing in time_interleaved(works, passes=15).items()}
+            rows.append({"arm": arm, "boxes": n, "points": points, **times})
+    return rows
+
+
 def collision_data(robot: Robot, peak: float) -> tuple[dict[str, list[dict]], str]:
     """All tables, and why the peer is not among them, or ""."""
     with one_processor():
-        data = {"scaling_with_pairs": growth_rows(robot, peak), "edges": edge_rows(robot)}
+        data = {"scaling_with_pairs": growth_rows(robot, peak), "edges": edge_rows(robot), "moving": moving_rows(robot)}
         try:
             return {"collision": query_rows(robot), **data}, ""
         except NotForThisArm as reason:

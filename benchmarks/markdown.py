@@ -14,6 +14,7 @@ _TITLES = {
     "collision": "Collision, on one processor",
     "scaling_with_pairs": "Cost against pairs of boxes",
     "edges": "Edges, certified",
+    "moving": "One object moved, then one configuration checked",
     "bounds": "Distance from the bound",
     "first_use": "First use, machine code cached",
     "first_use_ever": "First use ever, with compilation",

@@ -21,6 +21,7 @@ GROWTH = {
     "collision": "Collision, on one processor",
     "scaling_with_pairs": "Cost against pairs of boxes",
     "edges": "Edges, certified",
+    "moving": "One object moved, then one configuration checked",
     "first_use": "First use, machine code cached",
     "first_use_ever": "First use ever, with compilation",
     "memory": "Memory of a batch",

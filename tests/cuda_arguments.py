@@ -27,8 +27,10 @@ DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points a
 CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
 POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
 CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
-SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, TRUTH_TABLE), Scene)
-SCENE_OF_BOXES = types.NamedTuple((TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE, TRUTH_TABLE), Scene)
+SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
+SCENE_OF_BOXES = types.NamedTuple(
+    (TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene
+)
 CARRIED = types.NamedTuple((
     MATRIX, INDICES, INDICES, INDEX_ROWS, INDEX_ROWS, INDICES, MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
     NUMBERS, NUMBERS, INDICES, INDICES,
@@ -45,7 +47,7 @@ TYPES = {
         **_each("x y z p2 r2 theta limit distance damping rate share like reach size rounding way noise of_world", NUMBER),
         **_each("radius_a radius_b half_a half_b height", NUMBER),
         **_each("i j k n_dof row lane number kind kind_a kind_b n_faces n_edges across down expressed_in", WHOLE),
-        **_each("n_unindexed", WHOLE),
+        **_each("root", WHOLE),
         **_each("v w p q c d h g n t u", VECTOR),
         **_each("a b pose target end", POSE),
         **_each("e whole rest residual", TWIST),

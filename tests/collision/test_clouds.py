@@ -7,7 +7,7 @@ import pytest
 
 import ulna
 from assertions import assert_close
-from ulna.collision.objects import MOST_UNINDEXED
+from ulna.collision.object_tables import MOST_UNINDEXED
 from ulna.errors import GeometryError, InputError
 
 PLACE = ulna.pose((0.1, -0.1, 0.2), (0.4, -0.3, 1.0))

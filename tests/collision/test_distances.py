@@ -5,7 +5,7 @@ import pytest
 
 import ulna
 from assertions import assert_close
-from ulna.collision.objects import MOST_UNINDEXED
+from ulna.collision.object_tables import MOST_UNINDEXED
 from ulna.errors import InputError
 
 

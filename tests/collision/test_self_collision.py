@@ -7,7 +7,9 @@ import pytest
 
 import formulas
 import ulna
+from ulna.collision import sampled_pairs
 from ulna.collision.allowed import AllowedCollisions, LinkPair
+from ulna.drivers import entry
 from ulna.errors import InputError, UnknownNameError
 
 # Three cubes in a row on a rail of pegs: the hand slides over the middle one into the base.
@@ -239,3 +241,22 @@ def test_robots_that_differ_in_what_is_attached_find_the_pairs_once(panda):
     with_cup = panda.with_attached("cup", ulna.Box((0.05, 0.05, 0.1)), np.eye(4))
     assert with_cup.without_attached("cup").allowed_collisions is with_cup.allowed_collisions is panda.allowed_collisions
     assert panda.with_tool(np.eye(4)).allowed_collisions is not panda.allowed_collisions
+
+
+FIRST_CALLS = {
+    "one": lambda robot, world: robot.in_collision(robot.home, world),
+    "batch": lambda robot, world: robot.in_collision(robot.random(9, seed=1), world),
+    "distance": lambda robot, world: robot.signed_distance(robot.home, world),
+    "edge": lambda robot, world: robot.edge_in_collision(robot.home, robot.home + 0.1, world),
+    "report": lambda robot, world: robot.check_collision(robot.home, world),
+}
+
+
+@pytest.mark.parametrize("first", FIRST_CALLS)
+def test_the_pairs_are_found_by_one_entry_whatever_is_called_first(panda, first, monkeypatch):
+    robot, world, taken = ulna.load("panda"), ulna.World(), []
+    world.add("ball", ulna.Sphere(0.1), ulna.pose((1, 0, 0)))
+    monkeypatch.setattr(sampled_pairs, "entry", lambda name: taken.append(name) or entry(name))
+    FIRST_CALLS[first](robot, world)
+    assert taken == ["overlap.overlap_one"]
+    assert np.array_equal(robot._checker.pairs, panda.with_allowed_collisions(panda.allowed_collisions)._checker.pairs)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.collision.objects import MOST_UNINDEXED
+from ulna.collision.object_tables import MOST_UNINDEXED
 from ulna.errors import GeometryError
 
 MIXED = """<robot name="mixed">

@@ -4,21 +4,41 @@ import numpy as np
 import pytest
 
 from kernel_modes import compiled
-from ulna.collision.objects import bounds, compact_order, make_objects, tree_of_bounds
+from ulna.collision.arena import Arena
+from ulna.collision.object_tables import make_objects
+from ulna.collision.object_tree import bounds, compact_order, most_nodes, rows_below, without, write_tree
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
-from ulna.kernels.collision.bvh import STACK, first_leaf, objects_within
+from ulna.kernels.collision.bvh import FOUND, STACK, rows_within
 from ulna.kernels.layout import CONTACT
 
 
-def search(nodes, n, low, high, stack, found):
-    return objects_within(nodes, n, ((low[0], low[1], low[2]), (high[0], high[1], high[2])), stack, found)
+def search(nodes, root, low, high, stack, some, found):
+    """In slices, as many as it takes: those that are found, one after the other."""
+    stack[0], top, count = root, 1, 0
+    while top > 0:
+        n, top = rows_within(nodes, ((low[0], low[1], low[2]), (high[0], high[1], high[2])), stack, top, some)
+        for i in range(n):
+            found[count] = some[i]
+            count += 1
+    return count
+
+
+def tree_of(low, high):
+    n = len(low)
+    arena = Arena(0, 0, 2 * most_nodes(n))
+    return arena, write_tree(arena, low, high, -1.0 - np.arange(n))
+
+
+def found_by(arena, tree, at_low, at_high, n):
+    found = np.empty(n, dtype=np.int64)
+    stack, some = np.empty(STACK, dtype=np.int64), np.empty(FOUND, dtype=np.int64)
+    count = compiled(search)(arena.nodes, tree.root, at_low, at_high, stack, some, found)
+    return sorted(found[:count].tolist())
 
 
 def found_in(low, high, at_low, at_high):
-    nodes, found = tree_of_bounds(low, high), np.empty(len(low), dtype=np.int64)
-    count = compiled(search)(nodes, len(low), at_low, at_high, np.empty(STACK, dtype=np.int64), found)
-    return sorted(found[:count].tolist())
+    return found_by(*tree_of(low, high), at_low, at_high, len(low))
 
 
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 63, 64, 65, 512, 513, 700])
@@ -46,9 +66,15 @@ def test_objects_of_no_extent_in_one_place_are_all_found():
     assert found_in(low, low, low[0], low[0]) == list(range(30))
 
 
-@pytest.mark.parametrize(("n", "first"), [(1, 0), (8, 0), (9, 1), (64, 1), (65, 9), (512, 9), (513, 73), (4097, 585)])
-def test_the_last_level_begins_behind_all_nodes_above(n, first):
-    assert first_leaf(n) == first
+@pytest.mark.parametrize("n", [1, 8, 9, 64, 65, 513])
+def test_a_tree_without_one_has_all_others_and_the_tree_before_is_as_it_was(rng, n):
+    low = rng.uniform(-1, 1, (n, 3))
+    (arena, before), everywhere = tree_of(low, low), (np.full(3, -9.0), np.full(3, 9.0))
+    for place in (0, n // 2, n - 1):
+        tree = without(arena, before, place)
+        assert found_by(arena, tree, *everywhere, n) == [k for k in range(n) if k != place]
+        assert sorted(rows_below(arena.nodes, tree.root).tolist()) == [k for k in range(n) if k != place]
+    assert found_by(arena, before, *everywhere, n) == list(range(n))
 
 
 def test_the_bounds_of_a_turned_box_hold_its_corners_and_touch_them(rng):
@@ -56,7 +82,7 @@ def test_the_bounds_of_a_turned_box_hold_its_corners_and_touch_them(rng):
         extents, T = rng.uniform(0.1, 1, 3), pose(rng.normal(size=3), rng.uniform(-3, 3, 3))
         world = make_objects({"box": Box(extents)}, {"box": T}, {})
         corners = (np.indices((2, 2, 2)).reshape(3, 8).T - 0.5) * extents @ T[:3, :3].T + T[:3, 3]
-        low, high = bounds(world.table)
+        low, high = bounds(world.table[world.rows])
         margin = CONTACT * extents.sum() / 2  # for what touches the box
         np.testing.assert_allclose(low[0] + margin, corners.min(axis=0), rtol=0, atol=1e-14)
         np.testing.assert_allclose(high[0] - margin, corners.max(axis=0), rtol=0, atol=1e-14)

@@ -5,7 +5,7 @@ import pytest
 
 import formulas
 from assertions import assert_close
-from ulna.collision.objects import MOST_UNINDEXED, make_objects
+from ulna.collision.object_tables import MOST_UNINDEXED, make_objects
 from ulna.description.shapes import Box
 from ulna.drivers import contacts, overlap
 from ulna.kernels.collision.collision_layout import (
@@ -52,7 +52,9 @@ def table_of(objects):
 
 def scene(panda, bodies, world, pairs=NO_PAIRS):
     no_touch = np.zeros((len(bodies.table), 1), dtype=bool)
-    return Scene(panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.n_unindexed, no_touch)
+    return Scene(
+        panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.root, world.first, world.end, no_touch
+    )
 
 
 def placed(panda, q):
@@ -90,7 +92,7 @@ def test_a_bvh_of_objects_overlaps_where_any_object_does(panda, bodies, rng):
     for n in (MOST_UNINDEXED, MOST_UNINDEXED + 1, 3 * MOST_UNINDEXED):
         objects, q = scattered(rng, n, 0.02, reach=1.5), configurations(panda, rng, 24)
         world = table_of(objects)
-        assert (len(world.nodes) > 0) == (n > MOST_UNINDEXED)
+        assert (world.root >= 0) == (n > MOST_UNINDEXED)
         expected = np.zeros(24, dtype=bool)
         for k in range(0, n, MOST_UNINDEXED):
             expected |= overlaps(panda, bodies, table_of(objects[k : k + MOST_UNINDEXED]), q)
@@ -108,9 +110,9 @@ def test_pairs_of_the_robot_are_met_too(panda, bodies, rng):
     assert overlaps(panda, bodies, table_of([]), q, pairs).tolist() == expected
 
 
-def against(n_objects):
+def against(world):
     """Every one of the twelve boxes with every object."""
-    return np.array([(k, 12 + w) for k in range(12) for w in range(n_objects)])
+    return np.array([(k, 12 + w) for k in range(12) for w in world.rows])
 
 
 def contacts(panda, bodies, world, q):
@@ -121,7 +123,7 @@ def contacts(panda, bodies, world, q):
 
 def measure(panda, bodies, world, q, found):
     rows = np.zeros(len(found), dtype=np.int64)
-    return contacts_each(*scene(panda, bodies, world), q[None], rows, against(len(world.names)), found, np.empty((0, 7)))
+    return contacts_each(*scene(panda, bodies, world), q[None], rows, against(world), found, np.empty((0, 7)))
 
 
 def test_every_depth_is_that_of_the_twin_and_its_witnesses_stand_that_far_apart(panda, bodies, objects, rng):

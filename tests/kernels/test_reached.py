@@ -5,9 +5,10 @@ import pytest
 
 import formulas
 from kernel_modes import compiled
-from ulna.collision.objects import compact_order, tree_of_bounds
+from ulna.collision.arena import Arena
+from ulna.collision.object_tree import compact_order, most_nodes, write_tree
 from ulna.engine.lanes import WIDTH, empty_rows, load, store
-from ulna.kernels.collision.bvh import STACK, first_leaf
+from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.reached import NEVER, ball_bounds, push_reached, tree_is_reached
 from ulna.kernels.layout import BODY_WIDTH, BOX, CAPSULE, HALF_EXTENTS, RADIUS, REACH, SHAPE, SPHERE
 from ulna.kernels.spatial.se3 import load_pose
@@ -15,20 +16,25 @@ from ulna.kernels.spatial.se3 import load_pose
 HALF = np.array([0.05, 0.2, 0.1])
 
 
-def search(nodes, n, bodies, poses, within_rows, stack, found):
+def search(nodes, root, bodies, poses, within_rows, stack, found):
     """The objects at which a search ends, as the certificate of an edge does it; and whether the ball alone reaches any."""
     a, within, count, top = load_pose(poses, 0), load(within_rows, 0), 0, 1
     p = a[3], a[7], a[11]
-    bounds, first_object = ball_bounds(p, within + bodies[0, REACH]), WIDTH * first_leaf(n) + 1
-    stack[0] = 0
+    bounds = ball_bounds(p, within + bodies[0, REACH])
+    stack[0] = root
     while top > 0:
         top -= 1
-        if stack[top] < first_object:
+        if stack[top] >= 0:
             top = push_reached(nodes, stack[top], bounds, bodies, 0, a, p, within, stack, top)
         else:
-            found[count] = stack[top] - first_object
+            found[count] = -1 - stack[top]
             count += 1
-    return count, tree_is_reached(nodes, n, p, within, bodies[0, REACH], stack)
+    return count, tree_is_reached(nodes, root, p, within, bodies[0, REACH], stack)
+
+
+def tree_of(points):
+    arena = Arena(0, 0, most_nodes(len(points)))
+    return arena.nodes, write_tree(arena, points, points, -1.0 - np.arange(len(points))).root
 
 
 def body(kind):
@@ -50,7 +56,7 @@ def gap(row, T, point):
 def test_every_point_within_reach_in_any_lane_is_found_and_few_others(rng, kind, n):
     points = rng.uniform(-1, 1, (n, 3))
     points = points[compact_order(points)]
-    nodes, row = tree_of_bounds(points, points), body(kind)
+    (nodes, root), row = tree_of(points), body(kind)
     stack, found, seen, surplus = np.empty(STACK, dtype=np.int64), np.empty(n, dtype=np.int64), 0, 0
     for _ in range(20):
         poses, within_rows = empty_rows(12), empty_rows(1)
@@ -61,7 +67,7 @@ def test_every_point_within_reach_in_any_lane_is_found_and_few_others(rng, kind,
             store(poses, i, np.array([T[:3].ravel()[i] for T in Ts]))
         store(within_rows, 0, within)
         near = {k for k, p in enumerate(points) if any(w >= 0 and gap(row, T, p) <= w for T, w in zip(Ts, within, strict=True))}
-        count, reached = compiled(search)(nodes, n, row, poses, within_rows, stack, found)
+        count, reached = compiled(search)(nodes, root, row, poses, within_rows, stack, found)
         assert len(set(found[:count].tolist())) == count
         assert near <= set(found[:count].tolist())
         assert reached or not near
@@ -71,9 +77,9 @@ def test_every_point_within_reach_in_any_lane_is_found_and_few_others(rng, kind,
 
 def test_a_lane_in_which_nothing_is_looked_for_reaches_nothing(rng):
     points = rng.uniform(-0.1, 0.1, (100, 3))
-    nodes, poses, within_rows = tree_of_bounds(points, points), empty_rows(12), empty_rows(1)
+    (nodes, root), poses, within_rows = tree_of(points), empty_rows(12), empty_rows(1)
     for i, x in enumerate(np.eye(4)[:3].ravel()):
         store(poses, i, np.full(WIDTH, x))
     store(within_rows, 0, np.full(WIDTH, NEVER))
     stack, found = np.empty(STACK, dtype=np.int64), np.empty(100, dtype=np.int64)
-    assert compiled(search)(nodes, 100, body(BOX), poses, within_rows, stack, found) == (0, False)
+    assert compiled(search)(nodes, root, body(BOX), poses, within_rows, stack, found) == (0, False)

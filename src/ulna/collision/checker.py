@@ -1,7 +1,6 @@
 """Checks the robot at q against itself and against the objects of a world."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import cached_property, partial
 from numbers import Real
 from typing import Any
@@ -14,14 +13,14 @@ from ulna.collision.attached import Attached
 from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
 from ulna.collision.edge_report import EdgeReport
 from ulna.collision.near_pairs import report_at
+from ulna.collision.object_tables import NO_OBJECTS
 from ulna.collision.objects import Objects
 from ulna.collision.sampled_pairs import FoundPairs
-from ulna.collision.scene_tables import NO_PAIRS, scene_of
+from ulna.collision.scene_tables import NO_PAIRS, may_touch_of, scene_of
 from ulna.collision.world import World
 from ulna.description.robot_description import Description
 from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import bind
-from ulna.engine.lanes import WIDTH
 from ulna.engine.threads import as_threads, in_parts
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
@@ -40,36 +39,39 @@ from ulna.kinematics.positions import as_out, as_positions, flat, for_kernel, re
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-AllTouch = Callable[[Scene, Array], bool]
-NO_OBJECTS = World().objects()
-CERTAIN = 1e-6  # [m]: where bodies are so far apart, or so deep in each other, every entry agrees whether they touch
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 _NO_SCENE = False, None, None, None
+_NO_LAST: tuple[Any, ...] = None, None, None
 _TOUCHES, _NEAREST = 2, 3  # places in Checker.last_scene[0]
 REPORTS = 256  # a thread gets at least so many: most of the time of a report is spent in Python
 
 
-@dataclass(frozen=True, eq=False)
 class Checker:
-    """The collision queries of one robot.
+    """The collision queries of one robot."""
 
-    Attributes:
-        description: The robot.
-        tree: The same as arrays.
-        attached: The objects attached to it.
-        given: The pairs of links that may touch, if the user has given them.
-        found: Those that are found otherwise, when first needed.
-        last_scene: One tuple, of the last question (``engine.bound.Prebound.scene``).
-    """
+    def __init__(
+        self,
+        description: Description,
+        tree: Tree,
+        attached: tuple[Attached, ...],
+        given: AllowedCollisions | None,
+        found: FoundPairs,
+    ) -> None:
+        """Of a robot.
 
-    description: Description
-    tree: Tree
-    attached: tuple[Attached, ...]
-    given: AllowedCollisions | None
-    found: FoundPairs
-    _last_scene: tuple = field(default=(None, None, None), init=False, repr=False)
-    last_scene: list[tuple[Any, ...]] = field(default_factory=[_NO_SCENE].copy, init=False, repr=False)
+        Args:
+            description: The robot.
+            tree: The same as arrays.
+            attached: The objects attached to it.
+            given: The pairs of links that may touch, if the user has given them.
+            found: Those that are found otherwise, when first needed.
+        """
+        self.description, self.tree, self.attached, self.given, self.found = description, tree, attached, given, found
+        self._last_scene = _NO_LAST
+        self._may_touch: tuple[tuple[frozenset[str], ...], NDArray[np.bool_]] | None = None
+        self.last_scene: list[tuple[Any, ...]] = [_NO_SCENE]
+        """One tuple, of the last question (``engine.bound.Prebound.scene``)."""
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -88,7 +90,8 @@ class Checker:
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
         """The pairs of bodies that are checked, shape (n, 2): those not allowed to touch."""
-        return self._pairs_by(scene_of(self.tree.joints, self.bodies, NO_PAIRS, NO_OBJECTS), self._all_touch)
+        allowed = self.found.without_counts(self.bodies) if self.given is None else self.given
+        return checked_pairs(self.bodies, self.tree, allowed, self.attached)
 
     def in_collision(
         self,
@@ -116,7 +119,7 @@ class Checker:
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision, q)
+        scene = self._scene(objects, self_collision)
         if out is None and threads is None:
             return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
         return self._any_touch(scene, q, out, threads)
@@ -149,7 +152,7 @@ class Checker:
             GeometryError: As ``in_collision``.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision, by_distance=True)
+        scene = self._scene(objects, self_collision)
         if out is None and threads is None:
             return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
         return self._least_distance(scene, q, out, threads)
@@ -178,7 +181,7 @@ class Checker:
             GeometryError: As ``in_collision``.
         """
         objects = self._objects(world)
-        scene = self._scene(objects, self_collision, by_distance=True)
+        scene = self._scene(objects, self_collision)
         q = as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
         found = self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
@@ -269,7 +272,7 @@ class Checker:
 
     def __getstate__(self) -> dict[str, Any]:
         """What is kept of the last questions is not copied, nor pickled."""
-        return {**self.__dict__, "last_scene": [_NO_SCENE]}
+        return {**self.__dict__, "_last_scene": _NO_LAST, "last_scene": [_NO_SCENE]}
 
     def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
         """Write to out, shape (...,), whether anything touches."""
@@ -343,51 +346,16 @@ class Checker:
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         return NO_OBJECTS if world is None else world.objects()
 
-    def _scene(self, objects: Objects, self_collision: bool, q: ArrayLike | None = None, by_distance: bool = False) -> Scene:
-        """The arguments of the kernels: the robot and the objects. The last ones are kept.
-
-        Where the pairs that may touch have to be found, it is with the entry for contact at ``q``, if given, or for distances.
-        """
+    def _scene(self, objects: Objects, self_collision: bool) -> Scene:
+        """The arguments of the kernels: the robot and the objects. The last ones are kept."""
         last = self._last_scene
         if last[0] is objects and last[1] is self_collision:
             return last[2]
         if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
-        scene = scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects)
-        if self_collision:
-            if "pairs" not in self.__dict__:
-                in_contact = self._all_touch if q is None else partial(self._all_touch_as, q)
-                all_touch = self._all_touch_by_distance if by_distance else in_contact
-                self.__dict__["pairs"] = self._pairs_by(scene, all_touch)
-            scene = scene._replace(pairs=self.pairs)
-        self.__dict__["_last_scene"] = objects, self_collision, scene
+        known = self._may_touch
+        if known is None or known[0] != objects.touch_sets:
+            known = self._may_touch = objects.touch_sets, may_touch_of(self.bodies, objects.touch_sets)
+        scene = scene_of(self.tree.joints, self.bodies, self.pairs if self_collision else NO_PAIRS, objects, known[1])
+        self._last_scene = objects, self_collision, scene
         return scene
-
-    def _pairs_by(self, scene: Scene, all_touch: AllTouch) -> NDArray[np.int64]:
-        """The pairs that are checked. If they have to be found, it is in a scene of the same types as the one to be checked."""
-        allowed = self.given
-        if allowed is None:
-            points = None if scene.points is None else NO_OBJECTS.vertices
-            itself = scene._replace(objects=NO_OBJECTS.table, points=points, nodes=NO_OBJECTS.nodes, n_unindexed=0)
-            allowed = self.found.without_counts(self.bodies, lambda pairs, q: all_touch(itself._replace(pairs=pairs), q))
-        return checked_pairs(self.bodies, self.tree, allowed, self.attached)
-
-    def _all_touch(self, scene: Scene, q: Array) -> bool:
-        """Whether anything of a robot touches at each q."""
-        hits, groups = np.empty((1, len(q)), dtype=np.bool_), np.zeros(len(scene.pairs), dtype=np.int64)
-        overlap.overlap_groups(scene.joints, scene.bodies, scene.vertices, scene.pairs, groups, q, hits)
-        return bool(hits.all())
-
-    def _all_touch_as(self, asked: ArrayLike, scene: Scene, q: Array) -> bool:
-        """The same, by the entry for one q if one is asked for."""
-        if as_positions(asked, self.tree).ndim == 1:
-            return all(overlap.overlap_one(*scene, row) == OVERLAPS for row in q)
-        return self._all_touch(scene, q)
-
-    def _all_touch_by_distance(self, scene: Scene, q: Array) -> bool:
-        """The same, by the entry for distances where it is certain and quick: how deep hulls are in each other takes long."""
-        if self.bodies.only_boxes or len(q) <= WIDTH:
-            farthest = self._nearest(q, scene)[:, NEAREST].max()
-            if abs(farthest) > CERTAIN:
-                return bool(farthest < 0.0)
-        return self._all_touch(scene, q)

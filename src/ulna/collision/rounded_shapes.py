@@ -1,6 +1,6 @@
 """Converts shapes to columns of a table: a core, and the radius that rounds it."""
 
-from math import inf
+from math import hypot, inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[floa
         GeometryError: It is a mesh as a file gives it, which need not be convex.
     """
     columns = _core_columns(shape, first_vertex)
-    reach = inf if isinstance(shape, HalfSpace) else float(np.linalg.norm(columns[1:4])) + columns[4]
+    reach = inf if isinstance(shape, HalfSpace) else hypot(*columns[1:4]) + columns[4]
     return *columns, reach
 
 

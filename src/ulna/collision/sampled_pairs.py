@@ -5,7 +5,6 @@ barrier to entry of complex robotic software, J. Software Engineering for Roboti
 pairs are checked: samples without contact do not prove that there is none, and a pair costs a few nanoseconds.
 """
 
-from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
@@ -13,15 +12,16 @@ from numpy.typing import NDArray
 
 from ulna.collision.allowed import ADJACENT, ALWAYS, FIXED, NEVER, SOMETIMES, AllowedCollisions, LinkPair, as_link_pairs
 from ulna.collision.bodies import Bodies
+from ulna.collision.object_tables import NO_OBJECTS
+from ulna.collision.scene_tables import NO_PAIRS, may_touch_of, scene_of
 from ulna.description.robot_description import Description
 from ulna.drivers import overlap
+from ulna.kernels.collision.collision_layout import OVERLAPS
 from ulna.kinematics.positions import for_kernel
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
 
-PairsTouch = Callable[[NDArray[np.int64], NDArray[np.float64]], bool]
 SAMPLES, SEED = 2000, 0
-_FIRST = 8  # configurations: nearly every pair that moves is free in one of so many
 
 
 class FoundPairs:
@@ -46,22 +46,20 @@ class FoundPairs:
             self._counted = self._with_srdf(allowed, tuple(pair for pair in seen if pair.reason != ALWAYS))
         return self._counted
 
-    def without_counts(self, bodies: Bodies, all_touch: PairsTouch) -> AllowedCollisions:
+    def without_counts(self, bodies: Bodies) -> AllowedCollisions:
         """The pairs alone. Nearly every other pair is free in one of the first samples, so this takes less time.
 
-        Args:
-            bodies: The collision bodies.
-            all_touch: Whether one of some pairs of bodies, shape (n, 2), touches at each of some q, shape (k, n_dof): by an entry
-                that the caller needs anyway, so that none is compiled for this alone.
+        It takes the entry for one q, which is compiled in a second or two, whatever is called first.
         """
         if self._counted is not None:
             return self._counted
         if self._not_counted is None:
             allowed, open_pairs = self._by_joints()
             q = for_kernel(random_positions(self._tree, SAMPLES, SEED))
+            itself = scene_of(self._tree.joints, bodies, NO_PAIRS, NO_OBJECTS, may_touch_of(bodies, NO_OBJECTS.touch_sets))
             for links in open_pairs:
-                pairs = bodies.table_of_pairs([links])
-                if all(all_touch(pairs, some) for some in (q[:_FIRST], q[_FIRST:])):
+                alone = itself._replace(pairs=bodies.table_of_pairs([links]))
+                if all(overlap.overlap_one(*alone, row) == OVERLAPS for row in q):
                     allowed.append(LinkPair(*links, ALWAYS))
             self._not_counted = self._with_srdf(allowed)
         return self._not_counted

@@ -1,16 +1,17 @@
 """Holds the world around a robot: named shapes with poses in its base frame."""
 
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.names import as_link_names
-from ulna.collision.objects import Objects, make_objects
+from ulna.collision.object_tables import ObjectTables
+from ulna.collision.objects import Objects
 from ulna.description.clouds import Obstacle
 from ulna.description.given_names import refuse_no_name
-from ulna.description.pose import as_one_pose
+from ulna.description.pose import as_one_pose, as_pose, orthonormal
 from ulna.errors import GeometryError, InputError, UnknownNameError
 
 _MOST_SHOWN = 6  # objects
@@ -33,6 +34,8 @@ class World:
         self._shapes: dict[str, Obstacle] = {}
         self._poses: dict[str, NDArray[np.float64]] = {}
         self._touch_links: dict[str, frozenset[str]] = {}
+        self._tables: ObjectTables | None = None  # None: all objects are to be laid out
+        self._changed: dict[str, bool] = {}  # since then, and whether more than the pose was
         self._objects: Objects | None = None
         self._kept: tuple[Objects | None, World | None] = (None, None)
 
@@ -69,9 +72,46 @@ class World:
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")
-            self._shapes[name], self._poses[name], self._objects = shape, T, None
+            self._shapes[name], self._poses[name] = shape, T
+            self._changed[name], self._objects = True, None
             if links:
                 self._touch_links[name] = links
+
+    def add_many(
+        self,
+        objects: Iterable[tuple[str, Obstacle] | tuple[str, Obstacle, ArrayLike]],
+        *,
+        touch_links: Iterable[str] = (),
+    ) -> None:
+        """Add several objects, all or none.
+
+        Args:
+            objects: A name, a shape, and T_base_object, shape (4, 4), of each, as ``items`` has them; the pose may be left out.
+            touch_links: As of ``add``, for all of them.
+
+        Raises:
+            GeometryError: A shape is not one that a world can hold.
+            InputError: A name is taken, given twice or not text, or a pose is not a rigid motion.
+
+        Example:
+            >>> import ulna
+            >>> world = World()
+            >>> world.add_many((f"post {k}", ulna.Box((0.1, 0.1, 1)), ulna.pose((1, 0.3 * k, 0))) for k in range(3))
+            >>> world.names
+            ('post 0', 'post 1', 'post 2')
+        """
+        new = World()
+        for name, shape, *pose in objects:
+            new.add(name, shape, *pose, touch_links=touch_links)
+        with self._lock:
+            for name in new._shapes:
+                if name in self._shapes:
+                    raise InputError("name", f"the world already has an object {name!r}; move() moves it")
+            self._shapes |= new._shapes
+            self._poses |= new._poses
+            self._touch_links |= new._touch_links
+            self._changed |= new._changed
+            self._objects = None
 
     def move(self, name: str, pose: ArrayLike) -> None:
         """Move an object to another pose T_base_object, shape (4, 4).
@@ -84,6 +124,37 @@ class World:
         with self._lock:
             self._known(name)
             self._poses[name], self._objects = T, None
+            self._changed.setdefault(name, False)
+
+    def move_many(self, names: Sequence[str], poses: ArrayLike) -> None:
+        """Move several objects, all or none; a query in another thread finds them all moved, or none.
+
+        Args:
+            names: The objects.
+            poses: T_base_object of each, shape (n, 4, 4).
+
+        Raises:
+            InputError: There are not as many poses as names, or a pose is not a rigid motion.
+            UnknownNameError: There is no such object.
+
+        Example:
+            >>> import ulna
+            >>> world = World()
+            >>> world.add_many([("a", ulna.Sphere(0.1)), ("b", ulna.Sphere(0.2))])
+            >>> world.move_many(["a", "b"], ulna.pose([(1, 0, 0), (0, 1, 0)]))
+            >>> world.pose("b")[:3, 3]
+            array([0., 1., 0.])
+        """
+        placed = as_pose(poses, "poses")
+        if isinstance(names, str) or placed.ndim != 3 or len(placed) != len(names):
+            raise InputError("poses", f"shape {placed.shape}; one pose for each of the {len(names)} names is expected")
+        with self._lock:
+            for name in names:
+                self._known(name)
+            for name, T in zip(names, placed, strict=True):
+                self._poses[name] = orthonormal(T)
+                self._changed.setdefault(name, False)
+            self._objects = None
 
     def reshape(self, name: str, shape: Obstacle) -> None:
         """Give an object another shape; its pose is unchanged.
@@ -95,7 +166,8 @@ class World:
         _refuse_unsolid(name, shape)
         with self._lock:
             self._known(name)
-            self._shapes[name], self._objects = shape, None
+            self._shapes[name] = shape
+            self._changed[name], self._objects = True, None
 
     def remove(self, name: str) -> None:
         """Remove an object.
@@ -107,7 +179,7 @@ class World:
             self._known(name)
             del self._shapes[name], self._poses[name]
             self._touch_links.pop(name, None)
-            self._objects = None
+            self._changed[name], self._objects = True, None
 
     def shape(self, name: str) -> Obstacle:
         """The shape of an object.
@@ -144,7 +216,8 @@ class World:
         other = World()
         with self._lock:
             other.__setstate__(self._contents())
-            other._objects = self._objects
+            other._objects, other._changed = self._objects, dict(self._changed)
+            other._tables = self._tables.copy() if self._tables else None
         return other
 
     def snapshot(self) -> "World":
@@ -171,10 +244,14 @@ class World:
             return tuple((name, shape, self._poses[name].copy()) for name, shape in self._shapes.items())
 
     def objects(self) -> Objects:
-        """A snapshot of the objects as tables for the kernels; it is made again only after a change."""
+        """A snapshot of the objects as tables for the kernels; only what has changed is laid out again."""
         with self._lock:
             if self._objects is None:
-                self._objects = make_objects(self._shapes, self._poses, self._touch_links)
+                tables, self._tables = self._tables, None  # if this is interrupted, all of it is laid out the next time
+                changed = dict.fromkeys(self._shapes, True) if tables is None else self._changed
+                tables = tables or ObjectTables()
+                self._objects = tables.updated(changed, self._shapes, self._poses, self._touch_links)
+                self._tables, self._changed = tables, {}
             return self._objects
 
     def _known(self, name: str) -> None:

@@ -39,7 +39,7 @@ def carried_by(scene):
         balls, order, first, groups, runs, others, steps_of(scene.joints),
         np.empty((n_balls, n_joints + 1)), np.empty((n_balls, n_joints + 1)), np.empty(n_balls),
         empty_rows(12 * n_joints), empty_rows(6 * n_joints), empty_rows(7 * n_balls),
-        empty_rows(3 * scene.bodies.shape[0]), np.zeros(n_balls, np.int64), np.empty(scene.n_unindexed, np.int64),
+        empty_rows(3 * scene.bodies.shape[0]), np.zeros(n_balls, np.int64), np.empty(scene.end - scene.first, np.int64),
     )  # fmt: skip
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, SCENES, TABLE, WHOLE
-from ulna.kernels.collision.bvh import STACK, bounds_of, objects_within
+from ulna.kernels.collision.bvh import FOUND, STACK, bounds_of, rows_within
 from ulna.kernels.collision.contacts import write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Scene
@@ -16,7 +16,7 @@ from ulna.kernels.spatial.se3 import load_pose
 
 @entry(*((*scene, MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
 def contacts_each(
-    joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch, q, rows, candidates, out, gradients
+    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, rows, candidates, out, gradients
 ):
     """Write the contact of candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH). False if q is out of range.
 
@@ -24,7 +24,7 @@ def contacts_each(
     n . (v_b - v_a), where v are the velocities of the witness points as points of their bodies; to first order the witness points
     themselves move along the surfaces only, across n. A candidate of -1 is no pair: its gradient is zero.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
     scratch, good, placed = (np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])), True, -1
     for c in range(candidates.shape[0]):
@@ -41,21 +41,24 @@ def contacts_each(
 
 
 @entry((TABLE, TABLE, MATRIX, WHOLE, NUMBER, NUMBERS, INDEX_ROWS))
-def indexed_candidates(joints, bodies, nodes, n_indexed, margin, q, out):
-    """Write to out, shape (n, 2), the bodies and the indexed objects whose bounds are within a margin [m]; return how many.
+def indexed_candidates(joints, bodies, nodes, root, margin, q, out):
+    """Write to out, shape (n, 2), bodies and the rows of indexed solids whose bounds are within a margin [m]; return how many.
 
-    The objects are numbered from 0. There may be more than out has room for: then the rest is counted only.
+    There may be more than out has room for: then the rest is counted only.
     """
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
-    stack, found, count = np.empty(STACK, np.int64), np.empty(n_indexed, np.int64), 0
+    stack, found, count = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), 0
     margin = min(margin, 1e3 * LARGEST)  # with an infinite one absent children would overlap too
     place_bodies(joints, bodies, q, joint_rows, body_rows)
     for k in range(bodies.shape[0]):
         low, high = bounds_of(bodies, k, load_pose(body_rows, k))
         low = low[0] - margin, low[1] - margin, low[2] - margin
         high = high[0] + margin, high[1] + margin, high[2] + margin
-        for i in range(objects_within(nodes, n_indexed, (low, high), stack, found)):
-            if count < out.shape[0]:
-                out[count, 0], out[count, 1] = k, found[i]
-            count += 1
+        stack[0], top = root, 1
+        while top > 0:
+            n_found, top = rows_within(nodes, (low, high), stack, top, found)
+            for i in range(n_found):
+                if count < out.shape[0]:
+                    out[count, 0], out[count, 1] = k, found[i]
+                count += 1
     return count

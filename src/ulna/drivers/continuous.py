@@ -14,13 +14,13 @@ from ulna.kernels.spatial.elementary import all_in_range
 
 @entry(*((*scene, MATRIX, MATRIX, NUMBER, INDICES, NUMBERS) for scene in SCENES))
 def edges_each(
-    joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch, q_a, q_b, resolution, status, contact
+    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q_a, q_b, resolution, status, contact
 ):
     """Write to status, shape (n,), what the edge from each row of q_a to that of q_b is, and to contact how far it is free.
 
     EDGE_FREE and 1.0; or EDGE_CONTACT and the fraction of the edge that is free; or EDGE_OUT_OF_RANGE and 0.0.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     carried, work, of_world = carried_by(scene), interval_work(q_a.shape[1]), world_rounding(scene)
     no_spread = np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):

@@ -16,13 +16,13 @@ from ulna.kernels.spatial.elementary import all_in_range
 
 
 @entry(*((*scene, MATRIX, MATRIX) for scene in SCENES))
-def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch, q, out):
+def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out):
     """Write the result for each q of shape (n, n_dof) to a row of out, shape (n, NEAREST_WIDTH). False if q is out of range.
 
     Eight configurations at a time, but for the BVH, which is searched for one after the other.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
-    n, n_indexed = q.shape[0], objects.shape[0] - n_unindexed
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
+    n, has_tree = q.shape[0], root >= 0
     q_rows, best_rows = zero_rows(max(1, q.shape[1])), empty_rows(NEAREST_WIDTH)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
     stack, heights, bound_rows = np.empty(STACK, np.int64), np.empty(STACK), empty_rows(6 * bodies.shape[0])
@@ -36,10 +36,10 @@ def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_uni
         store(best_rows, 0, best[0])
         store(best_rows, 1, best[1])
         store(best_rows, 2, best[2])
-        if n_indexed > 0:
+        if has_tree:
             place_bounds(bodies, body_rows, bound_rows)
         for lane in range(min(WIDTH, n - start)):
-            if n_indexed > 0:
+            if has_tree:
                 one = splat_result(best_rows, lane, load(q_rows, 0))
                 one = nearest_indexed(one, scene, body_rows, bound_rows, lane, stack, heights, scratch)
                 best_rows[0, lane], best_rows[1, lane] = lane_of(one[0], 0), lane_of(one[1], 0)

@@ -6,7 +6,7 @@ from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, load, splat, store, where, zero_rows
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
-from ulna.kernels.collision.bvh import STACK, place_bounds
+from ulna.kernels.collision.bvh import FOUND, STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
 from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed, pair_overlaps
 from ulna.kernels.collision.posed_pair import place_bodies
@@ -15,18 +15,17 @@ from ulna.kernels.spatial.elementary import all_in_range
 
 
 @entry(*((*scene, NUMBERS) for scene in SCENES))
-def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch, q):
+def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q):
     """FREE or OVERLAPS for one q; OUT_OF_RANGE if an entry of q is."""
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     if not all_in_range(q):
         return OUT_OF_RANGE
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
     place_bodies(joints, bodies, q, joint_rows, body_rows)
     if overlaps_unindexed(scene, body_rows, load(q, 0)) > 0.0:
         return OVERLAPS
-    n_indexed = objects.shape[0] - n_unindexed
-    if n_indexed > 0:
-        stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(n_indexed, np.int64), np.empty(6 * bodies.shape[0])
+    if root >= 0:
+        stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), np.empty(6 * bodies.shape[0])
         place_bounds(bodies, body_rows, bound_rows)
         at, within = body_rows.reshape(-1, 1), bound_rows.reshape(-1, 1)
         if overlaps_indexed(scene, at, within, 0, stack, found):
@@ -35,28 +34,28 @@ def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, n_unind
 
 
 @entry(*((*scene, MATRIX, TRUTHS) for scene in SCENES))
-def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch, q, out):
+def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out):
     """Write to the bools of out, shape (n,), whether the robot touches anything. False if an entry of q is out of range.
 
     Pairs and unindexed objects are tested for eight configurations at once; the BVH is searched for one after the other, since
     each takes its own path.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
-    n, n_indexed = q.shape[0], objects.shape[0] - n_unindexed
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
+    n, has_tree = q.shape[0], root >= 0
     q_rows, hit_rows = zero_rows(max(1, q.shape[1])), empty_rows(1)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
-    stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(n_indexed, np.int64), empty_rows(6 * bodies.shape[0])
+    stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), empty_rows(6 * bodies.shape[0])
     good = True
     for start in range(0, n, WIDTH):
         gather(q, start, q_rows)
         good &= all_in_range(q_rows)
         place_bodies(joints, bodies, q_rows, joint_rows, body_rows)
         store(hit_rows, 0, overlaps_unindexed(scene, body_rows, load(q_rows, 0)))
-        if n_indexed > 0:
+        if has_tree:
             place_bounds(bodies, body_rows, bound_rows)
         for lane in range(WIDTH):
             out[min(start + lane, n - 1)] = hit_rows[0, lane] > 0.0 or (
-                n_indexed > 0 and overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found)
+                has_tree and overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found)
             )
     return good
 

@@ -38,7 +38,7 @@ _MORE = (NUMBERS, MATRIX, *_TREES, MATRIX, MATRIX, INDEX_ROWS, INDEX_ROWS)
 
 @entry(*((*scene, *_MORE) for scene in SCENES))
 def plan_slice(
-    joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch,
+    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
     settings, space, samples, start_rows, goal_rows, parents, radii, costs, spreads, path, known, state,
 ):  # fmt: skip
     """Go on with a search, and then with the shortening of the path, until state[0, UNTIL] or state[1, UNTIL] edges were checked.
@@ -53,7 +53,7 @@ def plan_slice(
     numbers, of the search and of the shortening. If there are points already, there is no search. Returns what ``grow_trees`` or
     ``shorten_path`` does; NO_ROOM if there is not room for the path.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     edges, steps = edges_of(scene, settings, space), np.empty((4, max(1, space.shape[1])))
     search, shortening = state[0], state[1]
     if shortening[layout.POINTS] == 0:

@@ -12,9 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.checker import Checker
+from ulna.collision.object_tree import rows_below
 from ulna.collision.world import World
+from ulna.engine.lanes import WIDTH
 from ulna.gpu import device
 from ulna.gpu.device import cuda
+from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.collision.nearest import nearest_unindexed
 from ulna.kernels.collision.overlap import overlaps_unindexed
 from ulna.kernels.collision.posed_pair import place_bodies
@@ -63,16 +66,16 @@ class DeviceScenes:
 
 def _on_device(scene: Scene, number: Any) -> DeviceScene:
     """The scene, as one whose objects are all tested one by one."""
-    of_boxes = scene.vertices is None
-    number, every = number if of_boxes else np.float64, scene._replace(n_unindexed=len(scene.objects))
+    of_boxes, rows = scene.vertices is None, np.r_[scene.first : scene.end, rows_below(scene.nodes, scene.root)]
+    number = number if of_boxes else np.float64
+    every = scene._replace(objects=scene.objects[rows], nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(rows))
     parts = tuple(device.on_device(_over(number, part)) if isinstance(part, np.ndarray) else part for part in every)
     return DeviceScene(parts, (len(scene.joints), len(scene.bodies)), of_boxes, number)
 
 
 def _over(number: Any, part: NDArray[Any]) -> NDArray[Any]:
     """A table over a number; one of whole numbers or of bools as it is."""
-    with np.errstate(over="ignore"):  # an empty child of the BVH has a box at 1e300
-        return part.astype(number) if part.dtype == np.float64 else part
+    return part.astype(number) if part.dtype == np.float64 else part
 
 
 def distance_scratch(scene: DeviceScene, n: int) -> list[Any]:
@@ -89,12 +92,12 @@ def overlaps_of(n_joints: int, n_bodies: int):
     """The driver for robots of these sizes: whether each q touches anything, to the bools of out, shape (n,)."""
     of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
 
-    def overlaps(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch, q, out, out_of_range):
+    def overlaps(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out, out_of_range):
         i = cuda.grid(1)
         if i < q.shape[0]:
             if not all_in_range(q[i]):
                 out_of_range[0] = 1
-            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
+            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
             place_bodies(joints, bodies, q[i], joint_rows, body_rows)
             out[i] = overlaps_unindexed(scene, body_rows, q[i, 0]) > 0.0
@@ -111,12 +114,12 @@ def distances_of(n_joints: int, n_bodies: int):
     of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
 
     def distances(
-        joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch,
+        joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
         corners, faces, edges, q, out, out_of_range,
     ):  # fmt: skip
         thread = cuda.grid(1)
         if thread < corners.shape[0]:
-            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, n_unindexed, may_touch)
+            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
             scratch = corners[thread], faces[thread], edges[thread]
             for i in range(thread, q.shape[0], corners.shape[0]):

@@ -16,9 +16,9 @@ PARENT the row of the joint before it, BASE for the first; in a chain always the
 A row of a table of frames (links, or collision shapes) is a frame fixed to a joint: 0..11 its pose in the
 joint's frame, JOINT the joint's row or BASE, AT_JOINT 1 if that pose is the identity.
 
-A row of a table of bodies is a frame with a shape. A body of the world is fixed to the BASE; for AT_JOINT it has TOUCH_SET, the
-set of links that may touch it (``collision.scene.Scene``). A shape is a core and a ball of RADIUS that sweeps it: a sphere is a
-point, and a capsule a segment, with a radius.
+A row of a table of bodies is a frame with a shape. A solid of the world is fixed to the base; for JOINT it has OBJECT, the number
+of the object that it is part of, and for AT_JOINT it has TOUCH_SET, the set of links that may touch it (``kernels.collision``).
+A shape is a core and a ball of RADIUS that sweeps it: a sphere is a point, and a capsule a segment, with a radius.
 
 ============ ===================================================================================================
 SHAPE        SPHERE, CAPSULE, BOX, CYLINDER, HULL or HALF_SPACE
@@ -37,7 +37,7 @@ TABLE_WIDTH = 17
 REVOLUTE, PRISMATIC, FIXED = 0, 1, 2
 BASE = -1
 JOINT, AT_JOINT = 12, 13
-TOUCH_SET = 13
+OBJECT, TOUCH_SET = 12, 13
 FRAME_WIDTH = 14
 SHAPE, HALF_EXTENTS, RADIUS, FIRST_VERTEX, N_VERTICES, REACH = 14, 15, 18, 19, 20, 21
 BODY_WIDTH = 22

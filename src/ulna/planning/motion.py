@@ -7,7 +7,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.checker import NO_OBJECTS, Checker
+from ulna.collision.checker import Checker
+from ulna.collision.object_tables import NO_OBJECTS
 from ulna.collision.objects import Objects
 from ulna.collision.world import World
 from ulna.kernels.collision.scene import Scene

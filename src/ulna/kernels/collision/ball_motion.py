@@ -34,6 +34,7 @@ from ulna.kernels.collision.collision_layout import (
     BALL_JOINT,
     BALL_LENGTH,
     BALL_RADIUS,
+    NODE_ROWS,
     RATE,
     SLIDE,
     SLIDES,
@@ -291,12 +292,13 @@ def offset_length(table, i):
 def world_rounding(scene):
     """A bound on the rounding error of any object's points [m], from the unindexed objects and the AABBs at the BVH's root."""
     largest, objects, nodes = 0.0, scene.objects, scene.nodes
-    for w in range(scene.n_unindexed):
+    for w in range(scene.first, scene.end):
         length = offset_length(objects, w)
         largest = max(largest, length if int(objects[w, SHAPE]) == HALF_SPACE else length + objects[w, REACH])
-    if objects.shape[0] > scene.n_unindexed:
+    if scene.root >= 0:
+        low, high = NODE_ROWS * scene.root, NODE_ROWS * scene.root + 3
         for child in range(WIDTH):
-            if nodes[0, child] <= nodes[3, child]:  # else there is none
+            if nodes[low, child] <= nodes[high, child]:  # else there is none
                 for axis in range(3):
-                    largest = max(largest, 4.0 * max(abs(nodes[axis, child]), abs(nodes[3 + axis, child])))
+                    largest = max(largest, 4.0 * max(abs(nodes[low + axis, child]), abs(nodes[high + axis, child])))
     return ROUNDING * largest

@@ -1,23 +1,26 @@
-"""Computes the AABB of a body and searches a BVH of a world's objects.
+"""Computes the AABB of a body and searches a BVH of a world's solids.
 
-The tree is complete: eight children a node, node 0 the root, node i above nodes 8 i + 1 to 8 i + 8, and under the nodes of the
-last level the objects, eight a node, in the order of their table. So it needs no pointers: a node is six rows of eight numbers,
-the least x, y, z of each child and the greatest, and one node is tested in one go, a child a lane. A missing
-child has an empty AABB: its least values are above all others, its greatest below.
+A node is seven rows of eight numbers, a child a lane: the least x, y, z of each child, the greatest, and what it is: the number
+of a node, or -1 - r for row r of the table of solids. So one node is tested in one go. Nodes are written once; a change
+of the tree writes new ones from the changed leaf up to a new root, and a search from the old root goes on in the old tree. A
+missing child has an empty AABB, whose least values are above all others and whose greatest are below, and is not a number.
 
-Source: Omohundro, Five balltree construction algorithms (1989), for the idea of a static tree over bounds; the order of the
-objects is that of ``collision.objects``.
+Source: Omohundro, Five balltree construction algorithms (1989), for the idea of a static tree over bounds; Driscoll, Sarnak,
+Sleator and Tarjan, Making data structures persistent (1989), for copying a path. ``collision.object_tree`` writes the nodes.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import WIDTH, lane_bits, lane_of, load, lowest_bit, sqrt, store, where
+from ulna.kernels.collision.collision_layout import CHILD, NODE_ROWS
 from ulna.kernels.collision.posed_pair import half_extents
 from ulna.kernels.layout import CONTACT, RADIUS
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 
-DEPTH = 11  # levels of a tree over 8^11 objects, more than memory holds
+DEPTH = 24  # levels: of a tree of 8^11 clouds, each of 8^11 points, more than memory holds
 STACK = 8 * (DEPTH + 1)
+FOUND = 64  # rows
+_FULL = FOUND - WIDTH  # with more rows there may be no room for those of one more node
 
 
 @kernel
@@ -49,19 +52,9 @@ def lane_bounds(rows, k, lane):
 
 
 @kernel
-def first_leaf(n):
-    """The number of the first node of the last level of a tree over n objects."""
-    first, width, n_leaves = 0, 1, (n + WIDTH - 1) // WIDTH
-    while width < n_leaves:
-        first += width
-        width *= WIDTH
-    return first
-
-
-@kernel
 def child_gap(nodes, node, bounds):
     """The gap between the AABB of each child and the given one, axis by axis: negative where they overlap."""
-    i, (low, high) = 6 * node, bounds
+    i, (low, high) = NODE_ROWS * node, bounds
     return (
         maximum(load(nodes, i) - high[0], low[0] - load(nodes, i + 3)),
         maximum(load(nodes, i + 1) - high[1], low[1] - load(nodes, i + 4)),
@@ -89,8 +82,7 @@ def gap_bound(gap):
 def push_children(nodes, node, bounds, within, stack, heights, top):
     """Push those children of a node that are nearer than ``within`` [m] onto a stack, the nearest on top; return the new top.
 
-    ``heights`` is a second stack, of the lower bounds of their distances. The objects below the last level are numbered as if
-    they were the nodes of one more level.
+    ``heights`` is a second stack, of the lower bounds of their distances.
     """
     height = gap_bound(child_gap(nodes, node, bounds))
     bits, bottom = lane_bits(height < within), top
@@ -100,28 +92,37 @@ def push_children(nodes, node, bounds, within, stack, heights, top):
         while i > bottom and heights[i - 1] < x:
             stack[i], heights[i] = stack[i - 1], heights[i - 1]
             i -= 1
-        stack[i], heights[i] = WIDTH * node + 1 + lane, x
+        stack[i], heights[i] = child_of(nodes, node, lane), x
         top += 1
         bits &= bits - 1
     return top
 
 
 @kernel
-def objects_within(nodes, n, bounds, stack, found):
-    """Write to found the indices of the objects, of n in a tree, whose AABBs overlap the given one; return how many."""
-    leaf, top, count = first_leaf(n), 1, 0
-    stack[0] = 0
-    while top > 0:
+def rows_within(nodes, bounds, stack, top, found):
+    """Go on with a search of a tree for the solids whose AABBs overlap the given one, until it ends or ``found`` is full.
+
+    stack: the nodes that are to be searched, ``top`` of them. Writes rows to found, shape (FOUND,); returns how many, and the new
+    top: the search has ended if it is 0.
+    """
+    count = 0
+    while top > 0 and count <= _FULL:
         top -= 1
         node = stack[top]
         bits = children_in(nodes, node, bounds)
         while bits != 0:
-            child = WIDTH * node + lowest_bit(bits)
-            if node >= leaf:
-                found[count] = child - WIDTH * leaf
+            child = child_of(nodes, node, lowest_bit(bits))
+            if child < 0:
+                found[count] = -1 - child
                 count += 1
             else:
-                stack[top] = child + 1
+                stack[top] = child
                 top += 1
             bits &= bits - 1
-    return count
+    return count, top
+
+
+@kernel
+def child_of(nodes, node, lane):
+    """What a child of a node is: the number of a node, or -1 - r for row r of the table of solids."""
+    return int(nodes[NODE_ROWS * node + CHILD, lane])

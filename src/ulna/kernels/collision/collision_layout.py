@@ -26,3 +26,5 @@ GROUP_WIDTH = 5
 # A run, the pairs of one body of the first ball: the body, the first pair and the one after the last.
 RUN_BODY, RUN_FIRST, RUN_END = 0, 1, 2
 RUN_WIDTH = 3
+# A node of a tree: its rows, the one that says what the children are, and the number of a node where there is none.
+NODE_ROWS, CHILD, NO_NODE = 7, 6, -1

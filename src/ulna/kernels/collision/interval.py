@@ -15,7 +15,7 @@ once more, as far as it takes for that. So "clear" is certain; "touches" is cert
 """
 
 from ulna.engine.decorators import kernel, routine
-from ulna.engine.lanes import WIDTH, any_lane, load, splat, sqrt, where
+from ulna.engine.lanes import any_lane, load, splat, sqrt, where
 from ulna.kernels.chain.poses import frame_pose
 from ulna.kernels.collision.ball_motion import (
     approach_way,
@@ -28,7 +28,6 @@ from ulna.kernels.collision.ball_motion import (
     place_bodies_of,
     turning_at,
 )
-from ulna.kernels.collision.bvh import first_leaf
 from ulna.kernels.collision.collision_layout import (
     BALL_JOINT,
     BALL_RADIUS,
@@ -58,15 +57,14 @@ def world_outcome(scene, carried, half, still, margin, of_world, stop, stack, li
     object [m]; stop: whether a contact ends the search. Then contacts are looked for in lanes that are not clear too. The last
     balls first: a hand touches something more often than a base.
     """
-    clear, bodies, balls, objects = splat(1.0, like), scene.bodies, carried.balls, scene.objects
-    n_indexed = objects.shape[0] - scene.n_unindexed
+    clear, bodies, balls = splat(1.0, like), scene.bodies, carried.balls
     for back in range(balls.shape[0]):
         g = balls.shape[0] - 1 - back
         joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin
         p, reach = load_vector(carried.ball_rows, 7 * g), load(carried.ball_rows, 7 * g + 6) + slack
         within = where(clear > 0.0, reach, slack if stop else NEVER)
         n_near = objects_near(scene, carried, g, p, within, half, still, slack)
-        in_tree = n_indexed > 0 and tree_is_reached(scene.nodes, n_indexed, p, within, BALLS * balls[g, BALL_RADIUS], stack)
+        in_tree = scene.root >= 0 and tree_is_reached(scene.nodes, scene.root, p, within, BALLS * balls[g, BALL_RADIUS], stack)
         if n_near == 0 and not in_tree:
             continue
         place_bodies_of(bodies, carried, g, like)
@@ -88,7 +86,7 @@ def objects_near(scene, carried, g, p, within, half, still, slack):
     within: how far a point of it gets, and ``slack``, which is what rounding and the margin add to it.
     """
     objects, n, n_joints, ball = scene.objects, 0, scene.joints.shape[0], BALLS * carried.balls[g, BALL_RADIUS]
-    for o in range(scene.n_unindexed):
+    for o in range(scene.first, scene.end):
         d, most = minus(p, (objects[o, 3], objects[o, 7], objects[o, 11])), within + (ball + BALLS * objects[o, REACH])
         if not any_lane((dot(d, d) <= most * most) & (within >= 0.0)):
             continue
@@ -112,14 +110,14 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
     turning: how fast its joint turns; found: how many objects are in ``near``, whether those of the tree are to be searched, and
     the stack for that.
     """
-    bodies, (n_near, in_tree, stack), n_indexed = scene.bodies, found, scene.objects.shape[0] - scene.n_unindexed
+    bodies, (n_near, in_tree, stack) = scene.bodies, found
     p, v = load_vector(carried.centre_rows, 3 * k), body_velocity(carried, g, k, still, half)
     way = body_way(carried, g, scene.joints.shape[0], v, turning * bodies[k, REACH], half, still) + slack
     a, radius, otherwise = pose_of(bodies, k, carried, p, half), BALLS * bodies[k, REACH], slack if stop else NEVER
     within = where(clear > 0.0, way, otherwise)
-    bounds, first_object, at, top = ball_bounds(p, within + radius), WIDTH * first_leaf(n_indexed) + 1, 0, 0
+    bounds, at, top = ball_bounds(p, within + radius), 0, 0
     if in_tree:
-        stack[0], top = 0, 1
+        stack[0], top = scene.root, 1
     while at < n_near or top > 0:
         if at < n_near:
             o = carried.near[at]
@@ -127,10 +125,10 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
         else:
             top -= 1
             node = stack[top]
-            if node < first_object:
+            if node >= 0:
                 top = push_reached(scene.nodes, node, bounds, bodies, k, a, p, within, stack, top)
                 continue
-            o = scene.n_unindexed + node - first_object
+            o = -1 - node
         if may_touch(scene, k, o):
             continue
         touches, now = object_outcome(scene, carried, g, k, o, (a, p, v), way, within, slack, half, still, margin, clear)

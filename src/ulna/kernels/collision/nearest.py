@@ -7,8 +7,8 @@ the robot; the other body of the robot, or the object, numbered from the last bo
 import numpy as np
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import WIDTH, any_lane, lane_of, splat, where
-from ulna.kernels.collision.bvh import first_leaf, lane_bounds, push_children
+from ulna.engine.lanes import any_lane, lane_of, splat, where
+from ulna.kernels.collision.bvh import lane_bounds, push_children
 from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, may_touch, rows_contact
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
@@ -30,11 +30,11 @@ def nearest_unindexed(scene, body_rows, like, scratch):
     One loop does both, since the code that measures a distance is compiled for each place that calls it, which takes long.
     """
     best, bodies, vertices = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), scene.bodies, scene.vertices
-    n, n_unindexed = bodies.shape[0], scene.n_unindexed
+    n, n_unindexed = bodies.shape[0], scene.end - scene.first
     n_of_world = n * n_unindexed
     for m in range(n_of_world + scene.pairs.shape[0]):
         if m < n_of_world:
-            i, w = m // n_unindexed, m % n_unindexed
+            i, w = m // n_unindexed, scene.first + m % n_unindexed
             if may_touch(scene, i, w):
                 continue
             b, others, points, row, number = constant_pose(scene.objects, w, like), scene.objects, scene.points, w, n + w
@@ -53,19 +53,18 @@ def nearest_indexed(best, scene, body_rows, bound_rows, lane, stack, heights, sc
     same, so that the distance of two bodies is compiled for lanes only.
     """
     bodies, objects, like = scene.bodies, scene.objects, best[0]
-    n, n_indexed = bodies.shape[0], objects.shape[0] - scene.n_unindexed
-    first_object = WIDTH * first_leaf(n_indexed) + 1
+    n = bodies.shape[0]
     for k in range(n):
         bounds, a = lane_bounds(bound_rows, k, lane), splat_pose(lane_pose(body_rows, k, lane), like)
-        stack[0], heights[0], top = 0, -np.inf, 1
+        stack[0], heights[0], top = scene.root, -np.inf, 1
         while top > 0:
             top -= 1
             node, nearest = stack[top], lane_of(best[0], 0)
             if heights[top] < nearest:
-                if node < first_object:
+                if node >= 0:
                     top = push_children(scene.nodes, node, bounds, nearest, stack, heights, top)
                 else:
-                    w = scene.n_unindexed + node - first_object
+                    w = -1 - node
                     if may_touch(scene, k, w):
                         continue
                     b = constant_pose(objects, w, like)

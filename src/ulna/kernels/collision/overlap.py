@@ -5,7 +5,7 @@ Pairs and unindexed objects are tested one by one, the other objects where the B
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, splat, where
-from ulna.kernels.collision.bvh import lane_bounds, objects_within
+from ulna.kernels.collision.bvh import lane_bounds, rows_within
 from ulna.kernels.collision.posed_pair import balls_overlap, lane_pose, may_touch, rows_overlap
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
@@ -15,7 +15,7 @@ def overlaps_unindexed(scene, body_rows, like):
     """1.0 where any of the pairs overlaps, or any body of the robot and any unindexed object; 0.0 elsewhere."""
     hits, bodies, objects = splat(0.0, like), scene.bodies, scene.objects
     for k in range(bodies.shape[0]):
-        for w in range(scene.n_unindexed):
+        for w in range(scene.first, scene.end):
             a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
             if any_lane(balls_overlap(bodies, k, a, objects, w, b)) and not may_touch(scene, k, w):
                 hits = where(rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b), 1.0, hits)
@@ -38,14 +38,17 @@ def pair_overlaps(bodies, vertices, pairs, p, body_rows):
 @kernel
 def overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found):
     """Whether any body of the robot, in one lane, overlaps any indexed object."""
-    bodies, objects, n_indexed = scene.bodies, scene.objects, scene.objects.shape[0] - scene.n_unindexed
+    bodies, objects = scene.bodies, scene.objects
     for k in range(bodies.shape[0]):
-        n_found = objects_within(scene.nodes, n_indexed, lane_bounds(bound_rows, k, lane), stack, found)
-        for i in range(n_found):
-            w = scene.n_unindexed + found[i]
-            if may_touch(scene, k, w):
-                continue
-            a, b = lane_pose(body_rows, k, lane), constant_pose(objects, w, 0.0)
-            if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b):
-                return True
+        bounds, top = lane_bounds(bound_rows, k, lane), 1
+        stack[0] = scene.root
+        while top > 0:
+            n_found, top = rows_within(scene.nodes, bounds, stack, top, found)
+            for i in range(n_found):
+                w = found[i]
+                if may_touch(scene, k, w):
+                    continue
+                a, b = lane_pose(body_rows, k, lane), constant_pose(objects, w, 0.0)
+                if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b):
+                    return True
     return False

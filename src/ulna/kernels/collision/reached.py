@@ -10,8 +10,9 @@ half extents h, lies within a box of half extents |R|^T h about the same middle.
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import WIDTH, any_lane, lane_count, lane_of, lowest_bit
-from ulna.kernels.collision.bvh import children_in, first_leaf
+from ulna.engine.lanes import any_lane, lane_count, lane_of, lowest_bit
+from ulna.kernels.collision.bvh import child_of, children_in
+from ulna.kernels.collision.collision_layout import NODE_ROWS
 from ulna.kernels.collision.posed_pair import BALLS
 from ulna.kernels.collision.rounded_core import beyond, core_radius
 from ulna.kernels.layout import HALF_EXTENTS, REACH, SHAPE, SPHERE
@@ -22,20 +23,20 @@ NEVER = -1.0  # as ``within`` of a lane: nothing in it is looked for
 
 
 @kernel
-def tree_is_reached(nodes, n, p, within, radius, stack):
-    """Whether a ball with its centre p and a radius reaches the AABB of any of n objects in a tree."""
-    bounds, first_object, top = ball_bounds(p, within + radius), WIDTH * first_leaf(n) + 1, 1
-    stack[0] = 0
+def tree_is_reached(nodes, root, p, within, radius, stack):
+    """Whether a ball with its centre p and a radius reaches the AABB of any solid in a tree."""
+    bounds, top = ball_bounds(p, within + radius), 1
+    stack[0] = root
     while top > 0:
         top -= 1
         node = stack[top]
-        if node >= first_object:
+        if node < 0:
             return True
         bits = children_in(nodes, node, bounds)
         while bits != 0:
             lane = lowest_bit(bits)
             if any_lane(ball_reaches(*child_box(nodes, node, lane), p, within, radius)):
-                stack[top] = WIDTH * node + 1 + lane
+                stack[top] = child_of(nodes, node, lane)
                 top += 1
             bits &= bits - 1
     return False
@@ -45,7 +46,7 @@ def tree_is_reached(nodes, n, p, within, radius, stack):
 def push_reached(nodes, node, bounds, bodies, k, a, p, within, stack, top):
     """Push those children of a node that body k, at pose a with its centre p, reaches onto a stack; return the new top.
 
-    bounds: ``ball_bounds`` of the body. The objects are numbered as if they were the nodes of one more level.
+    bounds: ``ball_bounds`` of the body.
     """
     bits = children_in(nodes, node, bounds)
     while bits != 0:
@@ -55,7 +56,7 @@ def push_reached(nodes, node, bounds, bodies, k, a, p, within, stack, top):
         if any_lane(reaches) and int(bodies[k, SHAPE]) != SPHERE:
             reaches = reaches & core_reaches(centre, half, bodies, k, a, within)
         if any_lane(reaches):
-            stack[top] = WIDTH * node + 1 + lane
+            stack[top] = child_of(nodes, node, lane)
             top += 1
         bits &= bits - 1
     return top
@@ -64,7 +65,7 @@ def push_reached(nodes, node, bounds, bodies, k, a, p, within, stack, top):
 @kernel
 def child_box(nodes, node, lane):
     """The middle and the half extents of a child's AABB, in plain numbers."""
-    i = 6 * node
+    i = NODE_ROWS * node
     low = nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane]
     high = nodes[i + 3, lane], nodes[i + 4, lane], nodes[i + 5, lane]
     centre = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])

@@ -25,13 +25,17 @@ class Scene(NamedTuple):
     pairs: NDArray
     """The bodies that are tested against each other, shape (n_pairs, 2)."""
     objects: NDArray
-    """The solids of the world, shape (n_objects, BODY_WIDTH); the first ``n_unindexed`` are tested one by one."""
+    """Solids, shape (n_rows, BODY_WIDTH): of the world the rows from ``first`` to before ``end``, and those below ``root``."""
     points: NDArray | None
-    """The vertices of the world's hulls, shape (m, 3), or None."""
+    """The vertices of their hulls, shape (m, 3), or None."""
     nodes: NDArray
-    """The BVH of the other solids (``bvh``), shape (6 n_nodes, 8)."""
-    n_unindexed: int
-    """How many solids are not in the BVH."""
+    """Nodes of trees of solids (``bvh``), shape (7 n_nodes, 8)."""
+    root: int
+    """The root of the world's BVH; NO_NODE if there is none."""
+    first: int
+    """The first row of the solids that are not in the BVH: these, the unindexed ones, are tested one by one."""
+    end: int
+    """The row after the last of them."""
     may_touch: NDArray
     """Whether a body may touch the objects of a set, shape (n_bodies, n_sets); set 0 is of those that none may touch."""
 

@@ -1,0 +1,219 @@
+"""Keeps the tables of a world's objects, and changes of them only what an object's change needs.
+
+What is written to an arena stays as it is, so that a query goes on in the world as it was. A cloud and a height map have rows and
+a tree of their own, which are written again only when they themselves move. Of the other objects, those that were added or moved
+last are tested one by one, up to MOST_UNINDEXED: their rows are written again after each change, which takes a microsecond. If
+there are more, a tree is written over all. An object that moves leaves that tree, of which the nodes above it are copied, and is
+tested alone from then on. One more tree is written over these trees. When the arena is full, what is in use goes into a new one.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.arena import Arena
+from ulna.collision.expand import Solids, expand
+from ulna.collision.object_tree import MOST_LEVELS, ObjectTree, bounds, compact_order, most_nodes, without, write_tree
+from ulna.collision.objects import Objects
+from ulna.collision.rounded_shapes import shape_columns, shape_vertices
+from ulna.description.clouds import HeightMap, Obstacle, PointCloud
+from ulna.description.shapes import Box, HalfSpace
+from ulna.engine.lanes import WIDTH
+from ulna.kernels.collision.collision_layout import NO_NODE
+from ulna.kernels.layout import BODY_WIDTH, FIRST_VERTEX, HULL, N_VERTICES, OBJECT, SHAPE, TOUCH_SET
+
+Array = NDArray[np.float64]
+MOST_UNINDEXED = 64  # so many objects need no BVH: testing each for eight configurations at once is as fast
+_SPARE = 4096  # rows of an arena, and nodes: so many moves among a few objects
+_NO_LINKS = frozenset[str]()
+
+
+class _Cloud(NamedTuple):
+    """An object of many solids, in the order of its tree."""
+
+    solids: Solids
+    first: int
+    tree: ObjectTree
+
+
+class ObjectTables:
+    """The tables of the objects of one world."""
+
+    def __init__(self) -> None:
+        """Of an empty world."""
+        self._arena = Arena()
+        self._rows = np.empty((WIDTH, BODY_WIDTH))  # of those tested one by one, as they are to be in the arena
+        self._alone: dict[str, int] = {}  # which row each of them has
+        self._indexed: dict[str, tuple[int, int]] = {}  # the row, and the place in the tree, of each that is in it
+        self._tree = ObjectTree(NO_NODE, 0, np.empty(0), np.empty(0))  # of these
+        self._clouds: dict[str, _Cloud] = {}
+        self._endless: set[str] = set()
+        self._round: set[str] = set()  # those that are no boxes
+        self._sets = {_NO_LINKS: 0}
+        self._root: int | None = NO_NODE  # None: the trees have changed
+
+    def copy(self) -> "ObjectTables":
+        """An independent copy; both write to the same arena."""
+        other = ObjectTables()
+        other.__dict__.update({name: value.copy() if hasattr(value, "copy") else value for name, value in self.__dict__.items()})
+        return other
+
+    def updated(
+        self,
+        changed: Mapping[str, bool],
+        shapes: Mapping[str, Obstacle],
+        poses: Mapping[str, Array],
+        touch_links: Mapping[str, frozenset[str]],
+    ) -> Objects:
+        """The objects after a change: shapes at poses T_base_object, and the links that may touch each of some.
+
+        changed: the names of those that are others than at the last call, and whether more of them than the pose is.
+        """
+        with self._arena.lock:
+            for name, remade in changed.items():
+                if not remade:
+                    self._move(name, poses[name])
+                    continue
+                self._remove(name)
+                if name in shapes:
+                    self._add(name, shapes[name], poses[name], touch_links.get(name, _NO_LINKS))
+            if len(self._alone) - len(self._endless) > MOST_UNINDEXED:
+                self._index()
+            self._need(len(self._alone), 0, most_nodes(len(self._clouds) + 1))
+            if self._root is None:
+                self._root = self._joined()
+            arena, boxes, sets = self._arena, not self._round, tuple(self._sets)
+            first = arena.add_rows(self._rows[: len(self._alone)])
+            return Objects(*arena.read_only, arena.nodes, self._root, first, arena.n_rows, boxes, sets, arena.names)
+
+    def _add(self, name: str, shape: Obstacle, T: Array, links: frozenset[str]) -> None:
+        touch_set = self._sets.setdefault(links, len(self._sets))
+        if not isinstance(shape, Box | HeightMap):
+            self._round.add(name)
+        if isinstance(shape, PointCloud | HeightMap):
+            solids = expand(shape)
+            order = compact_order(solids.places)
+            solids = Solids(solids.places[order], solids.columns[order], solids.vertices)
+            self._add_cloud(name, touch_set, T, solids)
+            return
+        vertices = shape_vertices(shape)
+        self._need(0, len(vertices))
+        arena = self._arena
+        first = arena.add_vertices(vertices) if len(vertices) else 0
+        row = (*T[:3].ravel().tolist(), arena.add_name(name), touch_set, *shape_columns(shape, first))
+        self._put(name, row)
+        if isinstance(shape, HalfSpace):
+            self._endless.add(name)
+
+    def _put(self, name: str, row: ArrayLike) -> None:
+        """Let an object be tested alone, with a row of its own."""
+        n = len(self._alone)
+        if n == len(self._rows):
+            self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
+        self._rows[n], self._alone[name] = row, n
+
+    def _add_cloud(self, name: str, touch_set: int, T: Array, solids: Solids) -> None:
+        n = len(solids.places)
+        self._need(n, 0, most_nodes(n))
+        rows = np.empty((n, BODY_WIDTH))
+        rows[:, :12], rows[:, SHAPE:] = T[:3].ravel(), solids.columns
+        rows[:, OBJECT], rows[:, TOUCH_SET] = self._arena.add_name(name), touch_set
+        rows[:, 3:12:4] += solids.places @ T[:3, :3].T
+        self._clouds[name] = _written(self._arena, solids, rows)
+        self._root = None
+
+    def _move(self, name: str, T: Array) -> None:
+        if name in self._clouds:
+            solids, first, _ = self._clouds.pop(name)
+            self._add_cloud(name, int(self._arena.table[first, TOUCH_SET]), T, solids)
+            return
+        if name in self._indexed:
+            self._put(name, self._take_out(name))
+        self._rows[self._alone[name], :12] = T[:3].ravel()
+
+    def _remove(self, name: str) -> None:
+        if name in self._indexed:
+            self._take_out(name)
+        if self._clouds.pop(name, None):
+            self._root = None
+        if name in self._alone:
+            k, n = self._alone.pop(name), len(self._alone)
+            self._rows[k:n] = self._rows[k + 1 : n + 1]
+            self._alone = {name: k for k, name in enumerate(self._alone)}
+        self._endless.discard(name)
+        self._round.discard(name)
+
+    def _take_out(self, name: str) -> Array:
+        """Take an object out of the tree; its row."""
+        self._need(0, 0, MOST_LEVELS)
+        row, place = self._indexed.pop(name)
+        self._tree, self._root = without(self._arena, self._tree, place), None
+        return self._arena.table[row]
+
+    def _index(self) -> None:
+        """Write a tree over all objects of one solid that have an end."""
+        n = len(self._indexed) + len(self._alone)
+        self._need(n, 0, most_nodes(n))
+        ended = {name: k for name, k in self._alone.items() if name not in self._endless}
+        rows = np.concatenate([self._arena.table[[row for row, _ in self._indexed.values()]], self._rows[[*ended.values()]]])
+        names, (low, high) = [*self._indexed, *ended], bounds(rows)
+        order = compact_order((low + high) / 2)
+        first = self._arena.add_rows(rows[order])  # in the order of the tree, for fewer cache misses
+        self._tree = write_tree(self._arena, low[order], high[order], -1.0 - np.arange(float(first), first + len(rows)))
+        self._indexed = {names[k]: (first + place, place) for place, k in enumerate(order.tolist())}
+        endless = [name for name in self._alone if name in self._endless]
+        self._rows[: len(endless)] = self._rows[[self._alone[name] for name in endless]]
+        self._alone, self._root = {name: k for k, name in enumerate(endless)}, None
+
+    def _joined(self) -> int:
+        """The root of a tree over the trees, for which there is room; NO_NODE if there is none."""
+        trees = [cloud.tree for cloud in self._clouds.values()] + [self._tree] * bool(self._indexed)
+        if len(trees) < 2:
+            return trees[0].root if trees else NO_NODE
+        low, high = np.array([tree.low for tree in trees]), np.array([tree.high for tree in trees])
+        order = compact_order((low + high) / 2)
+        roots = np.array([float(tree.root) for tree in trees])
+        return write_tree(self._arena, low[order], high[order], roots[order]).root
+
+    def _need(self, n_rows: int, n_vertices: int = 0, n_nodes: int = 0) -> None:
+        """Put all that is in use into a new arena, unless there is room for so many more in this one."""
+        old = self._arena
+        if old.has_room(n_rows, n_vertices, n_nodes):
+            return
+        names = [*self._alone, *self._indexed]
+        rows = np.concatenate([self._rows[: len(self._alone)], old.table[[row for row, _ in self._indexed.values()]]])
+        hulls = np.flatnonzero(rows[:, SHAPE] == HULL)
+        n = len(rows) + sum(len(cloud.solids.places) for cloud in self._clouds.values())
+        in_use = most_nodes(n) + MOST_LEVELS * (len(self._clouds) + 2)
+        n_points = int(rows[hulls, N_VERTICES].sum())
+        new = self._arena = Arena(2 * (n + n_rows) + _SPARE, 2 * (n_points + n_vertices), 2 * (in_use + n_nodes) + _SPARE)
+        for k in hulls:
+            first = int(rows[k, FIRST_VERTEX])
+            rows[k, FIRST_VERTEX] = new.add_vertices(old.vertices[first : first + int(rows[k, N_VERTICES])])
+        rows[:, OBJECT] = [new.add_name(name) for name in names]
+        for name, (solids, first, _) in self._clouds.items():
+            of_cloud = old.table[first : first + len(solids.places)].copy()
+            of_cloud[:, OBJECT] = new.add_name(name)
+            self._clouds[name] = _written(new, solids, of_cloud)
+        is_indexed, self._indexed, self._root = bool(self._indexed), {}, None
+        self._rows, self._alone = np.concatenate([rows, np.empty((WIDTH, BODY_WIDTH))]), {name: k for k, name in enumerate(names)}
+        if is_indexed:
+            self._index()
+
+
+def make_objects(
+    shapes: Mapping[str, Obstacle], poses: Mapping[str, Array], touch_links: Mapping[str, frozenset[str]]
+) -> Objects:
+    """Named shapes at poses T_base_object, and the links that may touch each of some."""
+    return ObjectTables().updated(dict.fromkeys(shapes, True), shapes, poses, touch_links)
+
+
+def _written(arena: Arena, solids: Solids, rows: Array) -> _Cloud:
+    """Write the rows of a cloud, and its tree."""
+    first, (low, high) = arena.add_rows(rows), bounds(rows)
+    return _Cloud(solids, first, write_tree(arena, low, high, -1.0 - np.arange(float(first), first + len(rows))))
+
+
+NO_OBJECTS = make_objects({}, {}, {})
