@@ -9,6 +9,7 @@ BENCH_VENV ?= .venv-bench
 DOCS_VENV ?= .venv-docs
 CUDA_VENV ?= .venv-cuda
 WHEEL_VENV ?= .venv-wheel
+LOWEST_VENV ?= .venv-lowest
 AHEAD = 1
 WHEEL_DIR = dist
 LOWEST = tests
@@ -16,7 +17,7 @@ HIGHER = tests/kernels tests/wheel
 BUT =
 ARGS ?=
 
-.PHONY: demo video lint test test-all test-without-demo test-cuda test-gpu test-ros1 test-ros2 test-wheel test-wheel-brief
+.PHONY: demo video lint test test-all test-lowest test-without-demo test-cuda test-gpu test-ros1 test-ros2 test-wheel test-wheel-brief
 .PHONY: bench bench-gpu docs wheel hw2-zip clean
 
 demo: $(VENV)/.demo
@@ -76,6 +77,19 @@ $(CUDA_VENV)/.cuda: pyproject.toml
 	$(PYTHON) -m venv $(CUDA_VENV)
 	$(CUDA_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
 	$(CUDA_VENV)/bin/python -m pip install --quiet --editable . --group cuda
+	touch $@
+
+# The tests of the core, where every direct dependency has the lowest version that pyproject.toml allows. The highest are what any new
+# environment gets. pip cannot choose the lowest; uv can.
+test-lowest: $(LOWEST_VENV)/.lowest
+	$(LOWEST_VENV)/bin/python -m pytest -n auto -m "not slow" tests/engine tests/kinematics tests/collision tests/ik tests/cli $(ARGS)
+
+$(LOWEST_VENV)/.lowest: pyproject.toml
+	rm -rf $(LOWEST_VENV)
+	$(PYTHON) -m venv $(LOWEST_VENV)
+	$(LOWEST_VENV)/bin/python -m pip install --quiet uv
+	$(LOWEST_VENV)/bin/uv pip install --quiet --python $(LOWEST_VENV)/bin/python --resolution lowest-direct --editable '.[viewer]'
+	$(LOWEST_VENV)/bin/uv pip install --quiet --python $(LOWEST_VENV)/bin/python --editable '.[viewer]' --group tests
 	touch $@
 
 # All tests of the library in a copy without the demo, hw2 and their tests: the demo is a guest.
@@ -194,4 +208,4 @@ $(VENV)/.dev: pyproject.toml | $(RUN)/python
 	touch $(VENV)/.demo $(VENV)/.video $@
 
 clean:
-	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) $(CUDA_VENV) $(WHEEL_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache build
+	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) $(CUDA_VENV) $(WHEEL_VENV) $(LOWEST_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache build

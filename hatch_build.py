@@ -9,11 +9,15 @@ it is first called, and no C compiler is needed. docs/ahead.md explains the step
 import json
 import os
 import platform
+import shlex
 import shutil
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +29,8 @@ X86_LEVELS = {"x86-64-v2": 2, "x86-64-v3": 3, "x86-64-v4": 4}  # and the number 
 PACKAGE, ENTRIES = "ulna.drivers", "ulna.drivers:DRIVERS"
 PARTS = "together", "rest"  # of the entries of a level, each about half the work: ulna.engine.emit
 ABI, MACRO = "cp311-abi3", "0x030B0000"  # Python 3.11 and every later one
+# All addresses are found when a library is loaded, and their table is read-only then; no symbols, no random number in the file.
+LINKED = ["-Wl,-z,relro", "-Wl,-z,now", "-Wl,-z,noexecstack", "-Wl,--build-id=none", "-s"] if sys.platform == "linux" else []
 
 
 class Dependencies(MetadataHookInterface):
@@ -80,7 +86,12 @@ def _libraries(root: Path, build: Path, levels: dict[str, int]) -> list[Path]:
     index = {
         "package": PACKAGE,
         "levels": {
-            level: {"needs": needs, "file": file.name, "size": file.stat().st_size}
+            level: {
+                "needs": needs,
+                "file": file.name,
+                "size": file.stat().st_size,
+                "sha256": sha256(file.read_bytes()).hexdigest(),
+            }
             for (level, needs), file in zip(levels.items(), files, strict=True)
         },
         "entries": {entry["name"]: entry for entry in written[0]},
@@ -89,10 +100,16 @@ def _libraries(root: Path, build: Path, levels: dict[str, int]) -> list[Path]:
     return [*files, out / "index.json"]
 
 
+def _identity(file: Path) -> dict[str, Any]:
+    content = file.read_bytes()
+    return {"file": file.name, "size": len(content), "sha256": sha256(content).hexdigest()}
+
+
 def _write_objects(root: Path, build: Path, level: str, part: str) -> list[dict[str, Any]]:
     """The object files of a part of the entries for a level, as ``ulna.engine.emit`` writes them in a process of its own."""
     cpu = "generic" if level.endswith("-baseline") else level
     settings = {"NUMBA_CPU_NAME": cpu, "NUMBA_CPU_FEATURES": "", "NUMBA_DISABLE_JIT": "0", "ULNA_CPU": "native"}
+    settings["PYTHONHASHSEED"] = "0"  # the order of sets decides the order of code
     path = os.pathsep.join([str(root / "src"), *filter(None, [os.environ.get("PYTHONPATH")])])  # pip's own for the build as well
     environment = {**os.environ, **settings, "PYTHONPATH": path}
     folder = build / level
@@ -105,16 +122,30 @@ def _link(root: Path, build: Path, out: Path, level: str, entries: list[dict[str
     from setuptools._distutils.sysconfig import customize_compiler
 
     compiler = new_compiler()
-    customize_compiler(compiler)
+    with _no_path_of_the_builder():
+        customize_compiler(compiler)
     unix = compiler.compiler_type == "unix"
     names = {name for entry in entries for overload in entry["overloads"] for name in overload["objects"]}
     objects = [str(build / level / name) for name in sorted(names)]
     source = os.path.relpath(root / "native" / "runtime.c")
     objects += compiler.compile([source], str(build / level), extra_postargs=["-O2", "-fvisibility=hidden"] if unix else [])
     file = out / f"{level}{'.dll' if os.name == 'nt' else '.so'}"
-    arguments = ["-Wl,-z,defs", "-Wl,-z,noexecstack", "-s"] if sys.platform == "linux" else []
-    compiler.link_shared_object(objects, str(file), extra_postargs=arguments)
+    compiler.link_shared_object(objects, str(file), extra_postargs=["-Wl,-z,defs", *LINKED] if LINKED else [])
     return file
+
+
+@contextmanager
+def _no_path_of_the_builder() -> Iterator[None]:
+    """Within it a linker notes no folder of this Python's, in which users of a wheel would look for libraries (RUNPATH)."""
+    before = os.environ.get("LDSHARED")
+    if LINKED:
+        words = shlex.split(before or sysconfig.get_config_var("LDSHARED"))
+        os.environ["LDSHARED"] = shlex.join(word for word in words if not word.startswith("-Wl,-rpath"))
+    try:
+        yield
+    finally:
+        os.environ.pop("LDSHARED", None)
+        os.environ.update({} if before is None else {"LDSHARED": before})
 
 
 def _extension(root: Path, build: Path) -> Path:
@@ -128,11 +159,13 @@ def _extension(root: Path, build: Path) -> Path:
         sources,
         include_dirs=[np.get_include()],
         define_macros=[("Py_LIMITED_API", MACRO)],
-        extra_compile_args=["-O2", "-Wall", "-Wextra", "-fvisibility=hidden"] if os.name != "nt" else ["/O2"],
+        extra_compile_args=["-O2", "-g0", "-Wall", "-Wextra", "-fvisibility=hidden"] if os.name != "nt" else ["/O2"],
+        extra_link_args=LINKED,
         py_limited_api=True,
     )
     command: Any = Distribution({"name": "ulna", "ext_modules": [extension]}).get_command_obj("build_ext")
     command.build_lib, command.build_temp, command.force = str(build / "lib"), str(build / "temp"), True
     command.ensure_finalized()
-    command.run()
+    with _no_path_of_the_builder():
+        command.run()
     return Path(command.get_ext_fullpath("ulna.engine._calls"))

@@ -17,9 +17,8 @@ import numpy as np
 from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
 from ulna.engine.decorators import entry
-from ulna.engine.lanes import load, store
+from ulna.engine.lanes import WIDTH, load, store
 from ulna.engine.signatures import MATRIX, WHOLE
-from ulna.engine.width import WIDTH
 from ulna.robot import Robot
 
 IN_CACHE, IN_MEMORY = 4096, 500_000  # rows of a batch

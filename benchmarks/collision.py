@@ -17,7 +17,7 @@ from benchmarks.ratio import ratio
 from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
 from ulna.collision.object_tables import MOST_UNINDEXED
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.robot import Robot
 
 N, CALLS, LOOP = 2048, 64, 16  # configurations of a batch, of a pass that asks for one, and of a pass of the peer's loop

@@ -17,7 +17,7 @@ import ulna
 import ulna.planning.search as planning_search
 from benchmarks.plans import leave_out_touched
 from benchmarks.vamp_problems import PlanningProblem, read_problems, spheres
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.planning.motion import SAMPLES_APART, edges_of
 
 REPEATS = 5

@@ -10,7 +10,7 @@ from benchmarks.bounds import count_operations
 from benchmarks.processors import one_processor
 from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.robot import Robot
 
 JOINTS = (3, 6, 7, 12, 20, 40, 60)

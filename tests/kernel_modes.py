@@ -18,7 +18,7 @@ from functools import cache
 import numpy as np
 
 from ulna.engine.decorators import is_plain, routine
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 
 COMPILED = not is_plain()
 MODES = ("float64", "f64x8") if COMPILED else ("scalars", "arrays")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ulna.dh.table import DHTable
     from ulna.errors import (
         ClusterError,
+        CompilerWarning,
         DescriptionError,
         DescriptionWarning,
         DeviceError,
@@ -52,6 +53,7 @@ __all__ = [
     "Capsule",
     "ClusterError",
     "Comparison",
+    "CompilerWarning",
     "ConvexMesh",
     "Cylinder",
     "DHTable",
@@ -112,6 +114,7 @@ _HOMES = {
     "ulna.dh.table": ("DHTable",),
     "ulna.errors": (
         "ClusterError",
+        "CompilerWarning",
         "DescriptionError",
         "DescriptionWarning",
         "DeviceError",

@@ -31,6 +31,14 @@ class DescriptionWarning(UserWarning):
     """Parts of a description that mean nothing and are ignored, such as references of a semantic description to unknown links."""
 
 
+class CompilerWarning(UserWarning):
+    """Parts of Numba that the engine uses and this version lacks; entries are compiled without them. ``missing`` names them."""
+
+    def __init__(self, message: str, missing: Iterable[str] = ()) -> None:
+        super().__init__(message)
+        self.missing = tuple(missing)
+
+
 class InputError(UlnaError, ValueError):
     """A number, an array or an option that a function cannot take. ``argument`` names it."""
 

@@ -82,7 +82,7 @@ def test_the_description_of_the_machine_has_no_host_names():
 
 @pytest.mark.compiler
 def test_registers_are_those_that_the_code_was_compiled_for():
-    code = "from ulna.engine.register_width import register_bits; print(register_bits())"
+    code = "from ulna.engine.processors import register_bits; print(register_bits())"
     for variable, expected in ({"NUMBA_DISABLE_JIT": "1"}, "None"), ({"NUMBA_CPU_NAME": "generic"}, "128"):
         done = subprocess.run([sys.executable, "-c", code], env=os.environ | variable, capture_output=True, text=True, check=True)
         assert done.stdout.strip() == expected

@@ -10,14 +10,14 @@ from ulna.engine import ahead
 
 GOOD = {
     "package": "ulna.drivers",
-    "levels": {"x86-64-v2": {"needs": 2, "file": "v2.so", "size": 0}},
+    "levels": {"x86-64-v2": {"needs": 2, "file": "v2.so", "size": 0, "sha256": "0"}},
     "entries": {"a.b": {"overloads": [{"symbol": "s", "signature": "f"}], "result": "b", "releases_lock": True}},
 }
 PLACES = [
     [],
     *([name] for name in GOOD),
     ["levels", "x86-64-v2"],
-    *(["levels", "x86-64-v2", name] for name in ("needs", "file", "size")),
+    *(["levels", "x86-64-v2", name] for name in ("needs", "file", "size", "sha256")),
     ["entries", "a.b"],
     *(["entries", "a.b", name] for name in ("overloads", "result", "releases_lock")),
     ["entries", "a.b", "overloads", 0],

@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from ulna.engine.interrupts import interrupts_deferred
+from ulna.engine.compiler import interrupts_deferred
 
 pytestmark = [pytest.mark.compiler, pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send to oneself")]
 

@@ -7,8 +7,7 @@ import formulas
 from kernel_modes import compiled
 from ulna.collision.arena import Arena
 from ulna.collision.object_tree import compact_order, most_nodes, write_tree
-from ulna.engine.lanes import empty_rows, load, store
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, empty_rows, load, store
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.reached import NEVER, ball_bounds, push_reached, tree_is_reached
 from ulna.kernels.layout import BODY_WIDTH, BOX, CAPSULE, HALF_EXTENTS, RADIUS, REACH, SHAPE, SPHERE

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
 from ulna.kernels.planning.planning_layout import BOUND, HIGH, LOW
 from ulna.planning.motion import edges_of

@@ -6,6 +6,8 @@ import pkgutil
 import shutil
 import subprocess
 import sys
+from importlib.metadata import files
+from pathlib import Path
 
 import pytest
 
@@ -71,7 +73,16 @@ def overwrite(file):
     file.write_bytes(b"\0" * file.stat().st_size)
 
 
-@pytest.mark.parametrize("damage", [cut, overwrite, lambda file: file.unlink()], ids=["cut", "overwritten", "removed"])
+def clear_the_end(file):
+    """As a crash may leave it: loaded, it would end the process."""
+    content = file.read_bytes()
+    file.write_bytes(content[:100] + b"\0" * (len(content) - 100))
+
+
+DAMAGES = {"cut": cut, "overwritten": overwrite, "end cleared": clear_the_end, "removed": lambda file: file.unlink()}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 @pytest.mark.parametrize("what", ["library", "index"])
 def test_a_damaged_or_missing_file_is_an_error_that_says_what_to_do(folder, damage, what):
     damage(folder / (LEVELS["x86-64-v2"]["file"] if what == "library" else ahead.INDEX))
@@ -96,3 +107,32 @@ def test_no_memory_is_both_writable_and_executable():
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert not [flags for flags in said.split() if "w" in flags and "x" in flags]
+
+
+def test_the_hash_of_a_library_is_computed_once_on_a_machine(folder, monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    computed, whole = [], ahead._hash_is
+    monkeypatch.setattr(ahead, "_hash_is", lambda *given: computed.append(given) or whole(*given))
+    for _ in range(3):
+        ahead.load_library(folder, "x86-64-v2")
+    assert len(computed) == 1
+    clear_the_end(folder / LEVELS["x86-64-v2"]["file"])  # what was whole before is looked at again, since its time has changed
+    with pytest.raises(FileError, match="its hash differs"):
+        ahead.load_library(folder, "x86-64-v2")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="of ELF files")
+def test_a_library_has_no_path_of_the_machine_that_built_it_and_its_tables_are_read_only():
+    for file in (Path(_calls.__file__), *(ahead.FOLDER / level["file"] for level in LEVELS.values())):
+        content = file.read_bytes()
+        assert not any(part in content for part in (b"pip-build-env", b"site-packages", b".debug_info", b".symtab"))
+        dynamic = subprocess.run(["readelf", "-dlW", file], capture_output=True, text=True, check=True).stdout
+        assert "RUNPATH" not in dynamic
+        assert "RPATH" not in dynamic
+        assert "GNU_RELRO" in dynamic
+        assert "BIND_NOW" in dynamic
+
+
+def test_the_notice_of_what_is_compiled_in_comes_along():
+    (notice,) = (file for file in files("ulna") or () if file.name == "LICENSE-NUMBA")
+    assert "Anaconda" in notice.read_text()

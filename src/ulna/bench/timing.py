@@ -26,7 +26,7 @@ PACKAGES = ("numpy", "numba", "llvmlite")
 
 def machine_facts() -> dict[str, object]:
     """The processor, the cores that may be used, the kernels' widest register and where their code is from, and the versions."""
-    from ulna.engine.register_width import register_bits  # noqa: PLC0415 -- it loads the compiler, which other commands may not need
+    from ulna.engine.processors import register_bits  # noqa: PLC0415 -- it loads the compiler, which other commands may not need
 
     return {
         "processor": processor_name(),

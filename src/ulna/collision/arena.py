@@ -5,7 +5,7 @@ import threading
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.collision_layout import NODE_ROWS
 from ulna.kernels.layout import BODY_WIDTH
 

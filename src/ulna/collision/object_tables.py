@@ -20,7 +20,7 @@ from ulna.collision.objects import Objects
 from ulna.collision.rounded_shapes import shape_columns, shape_vertices
 from ulna.description.clouds import HeightMap, Obstacle, PointCloud
 from ulna.description.shapes import Box, HalfSpace
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.layout import BODY_WIDTH, FIRST_VERTEX, HULL, N_VERTICES, OBJECT, SHAPE, TOUCH_SET
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.arena import Arena
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS
 from ulna.kernels.layout import CONTACT, HALF_EXTENTS, RADIUS
 

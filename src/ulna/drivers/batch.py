@@ -7,8 +7,7 @@ path whatever the batch's length and its own place, so its result is the same bi
 """
 
 from ulna.engine.decorators import kernel, routine
-from ulna.engine.lanes import load, load_columns, splat, store, store_columns
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, load, load_columns, splat, store, store_columns
 from ulna.kernels.spatial.se3 import store_pose
 
 

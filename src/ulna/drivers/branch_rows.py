@@ -3,8 +3,7 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, workspace
-from ulna.engine.lanes import any_lane, load, splat, sqrt, store, where, zero_rows
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, any_lane, load, splat, sqrt, store, where, zero_rows
 from ulna.kernels.chain.closed_form_layout import (
     APART,
     COINCIDE,

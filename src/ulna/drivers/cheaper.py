@@ -15,8 +15,7 @@ its own tree and of the other. They are lower bounds of the cost to come and to 
 from ulna.drivers.planned_edge import is_free
 from ulna.drivers.tree_nodes import add_node, next_tree, pass_over, read_node, read_sample
 from ulna.engine.decorators import routine
-from ulna.engine.lanes import lane_of
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import distance, nearest_below_in_lanes, write_step
 

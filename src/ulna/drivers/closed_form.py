@@ -15,9 +15,8 @@ from ulna.drivers.branch_rows import (
 )
 from ulna.drivers.lane_state import write_result
 from ulna.engine.decorators import entry, kernel, workspace
-from ulna.engine.lanes import lane_of, load, splat, store, where, zero_rows
+from ulna.engine.lanes import WIDTH, lane_of, load, splat, store, where, zero_rows
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, TRUTH_ROWS, WHOLE
-from ulna.engine.width import WIDTH
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import (
     IS_REAL,

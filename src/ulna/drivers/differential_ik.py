@@ -2,9 +2,8 @@
 
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
-from ulna.engine.lanes import empty_rows, zero_rows
+from ulna.engine.lanes import WIDTH, empty_rows, zero_rows
 from ulna.engine.signatures import CONSTANTS, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
-from ulna.engine.width import WIDTH
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.ik.bounded_least_squares import bounded_least_squares, velocity_bounds
 from ulna.kernels.ik.search_layout import N_SYSTEM, N_TURNED

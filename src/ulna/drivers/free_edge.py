@@ -14,8 +14,7 @@ Impulse-based dynamic simulation of rigid body systems, 1996).
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine, shared_routine, workspace
-from ulna.engine.lanes import empty_rows, load, store, zero_rows
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, empty_rows, load, store, zero_rows
 from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_balls, write_motion
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.interval import self_outcome, world_outcome

@@ -9,9 +9,8 @@ import numpy as np
 
 from ulna.drivers.lane_state import reset_state, search_state, write_bounds, write_result, write_start, write_target
 from ulna.engine.decorators import entry, kernel, routine, workspace
-from ulna.engine.lanes import any_lane, load
+from ulna.engine.lanes import WIDTH, any_lane, load
 from ulna.engine.signatures import INDICES, MATRICES, MATRIX, NUMBERS, TABLE
-from ulna.engine.width import WIDTH
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
 from ulna.kernels.ik.search_layout import (
     FIRST_WINS,

@@ -4,9 +4,8 @@ import numpy as np
 
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
-from ulna.engine.lanes import empty_rows, lane_of, load, store, zero_rows
+from ulna.engine.lanes import WIDTH, empty_rows, lane_of, load, store, zero_rows
 from ulna.engine.signatures import MATRIX, SCENES
-from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import STACK, place_bounds
 from ulna.kernels.collision.collision_layout import NEAREST_WIDTH
 from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, splat_result

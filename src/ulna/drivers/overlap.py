@@ -4,9 +4,8 @@ import numpy as np
 
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
-from ulna.engine.lanes import empty_rows, load, splat, store, where, zero_rows
+from ulna.engine.lanes import WIDTH, empty_rows, load, splat, store, where, zero_rows
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
-from ulna.engine.width import WIDTH
 from ulna.kernels.collision.bvh import FOUND, STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
 from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed, pair_overlaps

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ulna.drivers.carried import carried_by
 from ulna.drivers.free_edge import edge_is_free, edge_is_free_at_samples, interval_work
 from ulna.engine.decorators import routine, workspace
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.ball_motion import world_rounding
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout

@@ -14,9 +14,8 @@ import numpy as np
 from ulna.drivers.batch import gather
 from ulna.drivers.lane_state import search_state, write_bounds, write_result, write_target
 from ulna.engine.decorators import entry, kernel
-from ulna.engine.lanes import any_lane, empty_rows, load, splat, store, where
+from ulna.engine.lanes import WIDTH, any_lane, empty_rows, load, splat, store, where
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
-from ulna.engine.width import WIDTH
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, error_squares, pose_error, within_bounds

@@ -3,8 +3,7 @@
 import numpy as np
 
 from ulna.engine.decorators import routine
-from ulna.engine.lanes import lane_of
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import nearest_in_lanes
 

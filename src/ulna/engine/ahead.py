@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from ulna.engine.private_folder import cache_base, private_folder
 from ulna.errors import FileError, InputError, UlnaError
 
 FOLDER = Path(__file__).with_name("machine_code")
@@ -60,12 +61,14 @@ class Library:
         self._entries, self._made = index["entries"], {}
         self._file = folder / index["levels"][name]["file"]
         try:
-            whole = self._file.stat().st_size == index["levels"][name]["size"]  # to load a part of it may end the process
+            whole = _is_whole(
+                self._file, index["levels"][name]["size"], index["levels"][name]["sha256"]
+            )  # to load one that is damaged may end the process
             self._library: Any = ctypes.CDLL(str(self._file)) if whole else None
         except OSError as error:
             raise _damaged(self._file, error) from None
         if self._library is None:
-            raise _damaged(self._file, "its size is not that of the wheel")
+            raise _damaged(self._file, "it is not the wheel's: its size or its hash differs")
 
     def find(self, name: str) -> Callable[..., Any] | None:
         """An entry of it, made once; or None."""
@@ -83,6 +86,29 @@ class Library:
             return ctypes.cast(self._library[symbol], ctypes.c_void_p).value or 0
         except AttributeError as error:
             raise _damaged(self._file, error) from None
+
+
+def _is_whole(file: Path, size: int, sha256: str) -> bool:
+    """Whether a library has the content that the wheel's index says. Its hash is computed once on a machine.
+
+    Then an empty file in the private folder of caches notes by its name which file it was: hash, device, inode, size and time of
+    change. Where there is no such folder, the hash is computed each time.
+    """
+    status = file.stat()
+    if status.st_size != size:
+        return False
+    mark = f"{sha256}-{status.st_dev:x}-{status.st_ino:x}-{status.st_mtime_ns:x}"
+    try:
+        with private_folder(cache_base()) as base, base.folder("libraries") as marks:
+            return marks.has(mark) or (_hash_is(file, sha256) and marks.note(mark))
+    except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
+        return _hash_is(file, sha256)
+
+
+def _hash_is(file: Path, sha256: str) -> bool:
+    import hashlib  # noqa: PLC0415 - needed once on a machine
+
+    return hashlib.sha256(file.read_bytes()).hexdigest() == sha256
 
 
 def load_library(folder: Path, wanted: str) -> Library:
@@ -114,7 +140,7 @@ def _checked(index: Any) -> dict[str, Any]:
     """
     _check_kinds(index, {"package": str, "levels": dict, "entries": dict})
     for level in index["levels"].values():
-        _check_kinds(level, {"needs": int, "file": str, "size": int})
+        _check_kinds(level, {"needs": int, "file": str, "size": int, "sha256": str})
     for entry in index["entries"].values():
         _check_kinds(entry, {"overloads": list, "result": str, "releases_lock": bool})
         for overload in entry["overloads"]:

@@ -1,10 +1,25 @@
 """Keeps the machine code of entries on disk, and never loads code of other sources.
 
-Numba's own cache depends only on the file of the entry, not on the kernels that it calls. Here file names depend on everything
-that determines the machine code. The folder's name has a hash of the compiler, its settings and this package's part in compiling;
-the file's name has a hash of the entry's sources (``sources``), and one of its signature and the processor. So clones and
-versions that share a cache do not overwrite each other's files, and a change to the rendering kernels does not invalidate the
-code of poses.
+**The idea.** A file's name is a hash of everything that its content depends on. So a file is never out of date: where anything
+changes, another name is looked for, which is not there yet. Nothing is compared when a file is loaded, no index is kept, and
+processes, clones and versions of Ulna that share a folder do not disturb each other. The names are made of three hashes:
+
+1. The folder, ``kernels-<hash>``: the versions of Python, Numba, llvmlite and NumPy, Numba's settings, what of Numba is missing
+   (``numba_private``), and the text of the engine's own part in compiling (``compiler_hash``).
+2. The file, ``<entry>-<hash>``: the text of the entry's file and of every file that it takes names from, directly or through
+   others (``sources``). Each is read when it is loaded, so an edit in a running program changes neither code nor name. A change
+   to the kernels of pictures is no change to a pose.
+3. The file's end: the types of the arguments, and the processor with its features, as Numba has them.
+
+Numba's own cache is keyed by the entry's file alone: by its size and its time of change. It would go on loading an entry's old
+code after a change in a kernel that the entry calls, or where an upgrade has set an older time.
+
+A call of an entry that has no machine code in this process goes to ``load_overload``, which reads the file of its name; if there
+is none, or it is damaged, Numba compiles, and ``save_overload`` writes the file, as a whole or not at all. A shared routine
+(``shared``) has a file of its own, which is loaded before those of its callers. Files that were not used for a month are removed.
+
+Whoever can write into the folder can have code executed. So it is opened once, checked as it is open, and its files are opened
+in it by that descriptor (``private_folder``).
 """
 
 import contextlib
@@ -19,10 +34,16 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-from numba.core import config
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
+from numba import config
 
 from ulna.engine.announcements import compilation_begins, compilation_ended
+from ulna.engine.numba_private import (
+    CacheLocator,
+    CompileResultCacheImpl,
+    FunctionCache,
+    IndexDataCacheFile,
+    turned_off,
+)
 from ulna.engine.private_folder import PrivateFolder, SharedFolderError, cache_base, private_folder
 from ulna.engine.sources import sources_hash
 
@@ -36,7 +57,7 @@ def compiler_hash() -> str:
     versions = platform.python_version(), numba.__version__, llvmlite.__version__, np.__version__
     settings = (str(getattr(config, name, None)) for name in _SETTINGS)
     ours = sources_hash(str(Path(__file__).with_name("decorators.py")))
-    return hashlib.sha256("\0".join((*versions, *settings, ours)).encode()).hexdigest()[:16]
+    return hashlib.sha256("\0".join((*versions, *settings, *turned_off(), ours)).encode()).hexdigest()[:16]
 
 
 @cache
@@ -63,7 +84,7 @@ def cache_folder() -> PrivateFolder | None:
     return folder
 
 
-class _Locator(_CacheLocator):
+class _Locator(CacheLocator):
     """Names an entry's files for Numba."""
 
     def __init__(self, function):
@@ -137,7 +158,7 @@ class RoutineCache(FunctionCache):
 
 
 class KernelCache(RoutineCache):
-    """The same of one entry, whose compilation is announced."""
+    """Numba's cache of one entry, in our folder. A compilation is announced."""
 
     def load_overload(self, sig, target_context):
         """The machine code of a signature from the cache, or None: then Numba compiles it, which is announced."""

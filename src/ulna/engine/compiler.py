@@ -1,26 +1,32 @@
 """Gives functions to Numba, with the lanes taught and our cache set.
 
-Nothing else need be imported to compile, and nothing that is compiled ahead imports it.
+Nothing else need be imported to compile, and nothing that is compiled ahead imports it. What of Numba is missing in the version
+that is installed (``numba_private``) is done without.
+
+Ctrl-C waits until the compiler is done. Python raises ``KeyboardInterrupt`` between any two of its instructions. Within LLVM's
+callbacks it is lost, and the program runs on. Between taking and releasing llvmlite's lock it leaves the lock taken, and the
+program waits for ever.
 """
 
 import gc
+import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
-from numba import njit, types
-from numba.core import config
+from numba import config, njit, types
 
 import ulna.engine.lane_lowering
-import ulna.engine.lane_operators
 import ulna.engine.lane_rows  # noqa: F401 - for their effect: Numba knows the number that is eight numbers
-from ulna.engine.cache import KernelCache, RoutineCache, cache_folder
-from ulna.engine.interrupts import interrupts_deferred
-from ulna.engine.pipelines import IRCompiler, WholeCompiler
+from ulna.engine.cache import KernelCache, RoutineCache, cache_folder, compiler_hash
+from ulna.engine.numba_private import CACHE, CODE, MEMORY, PASSES, PERMISSION, have, is_tested, turn_off, warn_of_missing
 from ulna.engine.shared import share
 from ulna.engine.signatures import Array, Group, Kind, Signature
 
 _njit: Any = njit  # its annotations leave out some of our flags
+_DOCUMENTED = {"fastmath", "error_model", "nogil", "forceinline"}
 _ELEMENTS = {"bool": "boolean"}  # as Numba calls them, where the name is another than NumPy's
 
 
@@ -39,23 +45,54 @@ def compiled(function: Callable, flags: dict[str, Any]) -> Any:
 
     Compiled code calls a twin of it, of which no machine code is made (``without_code``).
     """
-    dispatcher = _njit(pipeline_class=WholeCompiler, **flags)(function)
-    if not is_disabled():
-        _let_callers_use(_njit(pipeline_class=IRCompiler, no_cpython_wrapper=True, **flags)(function), dispatcher)
+    dispatcher = _dispatcher(function, flags)
+    if have(CODE) and not is_disabled():
+        _let_callers_use(_dispatcher(function, flags, whole=False, no_cpython_wrapper=True), dispatcher)
     return dispatcher
 
 
 def compiled_once(function: Callable, flags: dict[str, Any]) -> Any:
-    """The same, compiled once for all that call it (``shared``), and kept on disk."""
+    """As ``compiled``, but compiled once for all that call it (``shared``), and kept on disk."""
+    if not have(CODE):
+        return _dispatcher(function, flags)
     dispatcher = _njit(**flags)(function)
     if not is_disabled():
-        within = _njit(pipeline_class=WholeCompiler, no_cpython_wrapper=True, **flags)(function)
-        folder = cache_folder()
-        if folder is not None:
-            within._cache = RoutineCache(function, folder)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
+        within = _dispatcher(function, flags, no_cpython_wrapper=True)
+        _keep_on_disk(within, RoutineCache)
         share(within)
         _let_callers_use(within, dispatcher)
     return dispatcher
+
+
+def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Callable[[Any], None]) -> Any:
+    """As ``compiled``, but kept on disk; ``may_compile`` raises where it may not be compiled now."""
+    dispatcher = _dispatcher(function, flags)
+    if is_disabled():
+        return dispatcher
+    _keep_on_disk(dispatcher, KernelCache)
+    if have(PERMISSION):
+        _ask_before_compiling(dispatcher, may_compile)
+    # Ctrl-C waits while an entry is compiled or loaded from disk.
+    dispatcher.compile = _garbage_kept()(interrupts_deferred()(dispatcher.compile))
+    return dispatcher
+
+
+def _dispatcher(function: Callable, flags: dict[str, Any], *, whole: bool = True, **more: Any) -> Any:
+    """Numba's own, with our pipeline for what has machine code, or for what only compiled code calls.
+
+    Without our pipeline it has the documented flags alone.
+    """
+    if not have(CODE):
+        return _njit(**{name: flag for name, flag in flags.items() if name in _DOCUMENTED})(function)
+    from ulna.engine.pipelines import IRCompiler, WholeCompiler  # noqa: PLC0415 - their base classes are private names of Numba
+
+    return _njit(pipeline_class=WholeCompiler if whole else IRCompiler, **flags, **more)(function)
+
+
+def _keep_on_disk(dispatcher: Any, kind: type[RoutineCache]) -> None:
+    folder = cache_folder() if have(CACHE) else None
+    if folder is not None:
+        dispatcher._cache = kind(dispatcher.py_func, folder)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
 
 
 def _let_callers_use(within: Any, dispatcher: Any) -> None:
@@ -75,20 +112,6 @@ def _without_number(kind: Any) -> Any:
     return types.unliteral(kind) if isinstance(kind, types.IntegerLiteral) else kind
 
 
-def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Callable[[Any], None]) -> Any:
-    """The same, kept on disk; ``may_compile`` raises where it may not be compiled now."""
-    dispatcher = _njit(pipeline_class=WholeCompiler, **flags)(function)
-    if is_disabled():
-        return dispatcher
-    folder = cache_folder()
-    if folder is not None:
-        dispatcher._cache = KernelCache(function, folder)  # noqa: SLF001 - as njit(cache=True) sets Numba's own
-    _ask_before_compiling(dispatcher, may_compile)
-    # Ctrl-C waits while an entry is compiled or loaded from disk.
-    dispatcher.compile = _garbage_kept()(interrupts_deferred()(dispatcher.compile))
-    return dispatcher
-
-
 def _ask_before_compiling(dispatcher: Any, may_compile: Callable[[Any], None]) -> None:
     """Test whether this thread may compile, where Numba has found no machine code for a call and before it takes its lock."""
     compile_for = dispatcher._compile_for_args  # noqa: SLF001 - the only place before the lock
@@ -98,6 +121,31 @@ def _ask_before_compiling(dispatcher: Any, may_compile: Callable[[Any], None]) -
         return compile_for(*arguments, **named)
 
     dispatcher._compile_for_args = compile_if_permitted  # noqa: SLF001
+
+
+@contextmanager
+def interrupts_deferred() -> Iterator[None]:
+    """Within it Ctrl-C waits for the end. A second Ctrl-C ends the program at once, as programs without Python's handler end.
+
+    Only the main thread gets ``KeyboardInterrupt``, so in other threads nothing is changed.
+    """
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield
+        return
+    noted = []
+
+    def note(number, frame):
+        noted.append((number, frame))
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+        if noted:
+            handler(*noted[0])
 
 
 @contextmanager
@@ -120,3 +168,20 @@ def _numba_type(kind: Kind) -> types.Type:
         element = getattr(types, _ELEMENTS.get(kind.element, kind.element))
         return types.Array(element, kind.dimensions, "C", readonly=kind.constant)
     return getattr(types, kind.name)
+
+
+def _check_untested() -> None:
+    """Compile a small entry where Numba's version was not tested, and do without our pipeline, or our cache, if that fails."""
+    for groups in ((CODE, PASSES, MEMORY), (CACHE,)):
+        if is_tested() or is_disabled() or not have(*groups):
+            continue
+        try:
+            import_module("ulna.engine.trial")  # after a failure it is imported anew
+        except Exception as error:  # noqa: BLE001 - whatever another version raises
+            turn_off(groups, f"{type(error).__name__}: {error}")
+            compiler_hash.cache_clear()  # it depends on what is turned off
+            cache_folder.cache_clear()
+
+
+_check_untested()
+warn_of_missing()

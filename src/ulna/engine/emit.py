@@ -4,8 +4,9 @@
 (``Entries.compiled_together``), and the others.
 
 1. Numba compiles an entry for one signature, for the CPU that ``NUMBA_CPU_NAME`` names, as it does when a program runs.
-2. A second function is added to its optimised module: one with a plain C interface, which takes slots of 8 bytes (``plain``).
-3. All else in the module becomes private, and what nothing uses any more is removed: Numba's own wrapper, which needs Python.
+2. A second function is added to its optimised module: one with a plain C interface, which takes slots of 8 bytes (``native``).
+3. All else in the module becomes private, and what nothing uses any more is removed: Numba's own wrapper, which needs Python. The
+   texts of Numba's errors are cleared: nothing reads them, and they have paths of the machine that builds.
 4. LLVM writes the module as an object file, position-independent. It does not optimise again: the arithmetic is that of step 1.
 5. So it does with the routines that entries share (``shared``), each once.
 
@@ -16,32 +17,59 @@ interpreter's lock, and the symbol, the signature and the object files of each o
 import hashlib
 import importlib
 import json
+import os
+import re
 import sys
+import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
-from numba.core.caching import NullCache
-from numba.core.config import CPU_FEATURES, CPU_NAME  # pyright: ignore[reportAttributeAccessIssue] - made when it is loaded
+from numba import config
 
 from ulna.engine.cache import compiler_hash
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
 from ulna.engine.entries import Entries
-from ulna.engine.plain import plain_module, result_code
+from ulna.engine.native import plain_module, result_code
+from ulna.engine.numba_private import AHEAD, CODE, NullCache, have, missing_of
 from ulna.engine.shared import DISPATCHERS, SHARED, Shared
 from ulna.engine.signatures import Signature, text_of_signature
 from ulna.engine.sources import sources_hash, text_of
-from ulna.engine.whole_file import write_whole
+from ulna.errors import UlnaError
+
+_settings: Any = config  # its names are made when it is loaded
+_CPU, _FEATURES = _settings.CPU_NAME or "", _settings.CPU_FEATURES or ""
 
 
 def write_objects(entries: Entries, folder: Path, part: str) -> None:
-    """Write an object file for each signature of each entry of a part, and the index. Files that are there are kept."""
+    """Write an object file for each signature of each entry of a part, and the index. Files that are there are kept.
+
+    Raises:
+        UlnaError: This version of Numba lacks a name that this needs.
+    """
+    if not have(AHEAD, CODE):
+        raise UlnaError(f"no wheel can be built with this version of Numba, which lacks {', '.join(missing_of(AHEAD, CODE))}")
     folder.mkdir(parents=True, exist_ok=True)
     names = [name for name in sorted(entries.names()) if _part_of(entries, name) == part]
     index = [_write_entry(entries, name, folder) for name in names]
     write_whole(folder / f"{part}.json", json.dumps(index, indent=1).encode())
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file beside its place, then rename it to it: it is there as a whole or not at all.
+
+    What is left over where the process is killed ends in ``.part``.
+    """
+    handle, beside = tempfile.mkstemp(prefix=path.name, suffix=".part", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        Path(beside).replace(path)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise
 
 
 def _part_of(entries: Entries, name: str) -> str:
@@ -110,12 +138,17 @@ def _module_of(shared: Shared) -> llvm.ModuleRef:
 @cache
 def _own_hash() -> str:
     """Of what makes an object file of a compiled entry, for which CPU, with which compiler."""
-    own = text_of(__file__) + text_of(str(Path(__file__).with_name("plain.py"))) + str(CPU_NAME).encode()
+    own = text_of(__file__) + text_of(str(Path(__file__).with_name("native.py"))) + str(_CPU).encode()
     return f"{hashlib.sha256(own).hexdigest()[:16]}-{compiler_hash()}"
+
+
+_PICKLED = re.compile(r'^(@\.const\.pickledata\.\w+(?:\.sha1)? = [^"\n]*\] )c"[^"\n]*"', re.MULTILINE)
+"""The initial value of an error's text, and of its hash."""
 
 
 def _object_code(module: llvm.ModuleRef, symbol: str) -> bytes:
     """The object code of a module; all but one of its functions become private, and those that are not used are removed."""
+    module = llvm.parse_assembly(_PICKLED.sub(r"\1zeroinitializer", str(module)))
     for function in module.functions:
         if not function.is_declaration and function.name != symbol:
             function.linkage = llvm.Linkage.internal
@@ -124,9 +157,7 @@ def _object_code(module: llvm.ModuleRef, symbol: str) -> bytes:
             variable.linkage = llvm.Linkage.internal
     _remove_unused(module)
     target = llvm.Target.from_triple(module.triple)
-    machine = target.create_target_machine(
-        cpu=CPU_NAME or "", features=CPU_FEATURES or "", opt=3, reloc="pic", codemodel="default"
-    )
+    machine = target.create_target_machine(cpu=_CPU, features=_FEATURES, opt=3, reloc="pic", codemodel="default")
     return machine.emit_object(module)
 
 

@@ -3,14 +3,16 @@
 Operations on vectors have no fast-math flags of their own: Numba adds those of the function that contains them.
 """
 
+from functools import wraps
+
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import lower_builtin
+from numba.extending import lower_builtin, type_callable
 
 from ulna.engine.lane_types import F64, VECTOR, LaneMask, cast, lanes, number_type
 from ulna.engine.lanes import (
+    WIDTH,
     any_lane,
     lane_bits,
     lane_count,
@@ -25,7 +27,6 @@ from ulna.engine.lanes import (
     where,
     with_lane,
 )
-from ulna.engine.width import WIDTH
 
 _I8 = ir.IntType(8)
 
@@ -33,11 +34,13 @@ _I8 = ir.IntType(8)
 def primitive(function, typing, emit):
     """Register ``function`` with a typing rule over argument types and one lowering for every signature it allows."""
 
-    @infer_global(function)  # pyright: ignore[reportOptionalCall]
-    class _Typing(AbstractTemplate):
-        def generic(self, args, kws):
-            result = None if kws else typing(*args)
-            return None if result is None else signature(result, *args)
+    @type_callable(function)
+    def _typing(context):
+        @wraps(function)  # it has its signature too, by which Numba passes arguments
+        def typer(*args):
+            return typing(*args)
+
+        return typer
 
     lower_builtin(function, types.VarArg(types.Any))(emit)
 

@@ -8,15 +8,16 @@ three steps: an exchange of halves (four of the eight numbers), of quarters, and
 their own, since they are loaded and stored one by one: two steps of eight shuffles are left.
 """
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.np.arrayobj import populate_array
+from numba.extending import overload
 
 from ulna.engine.lane_lowering import primitive
 from ulna.engine.lane_types import F64, I32, lanes
-from ulna.engine.lanes import empty_rows, load_columns, store_columns, zero_rows
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, empty_rows, load_columns, store_columns, zero_rows
+from ulna.engine.numba_private import ROWS, have, populate_array
 
 _ROW_BYTES = 8 * WIDTH
 _ROWS = types.Array(types.float64, 2, "C")
@@ -53,8 +54,12 @@ def _made(context, builder, sig, args):
     return rows
 
 
-for _function, _emit in ((empty_rows, _emit_empty_rows), (zero_rows, _emit_zero_rows)):
-    primitive(_function, lambda n: _ROWS if isinstance(n, types.Integer) else None, _emit)
+if have(ROWS):
+    for _function, _emit in ((empty_rows, _emit_empty_rows), (zero_rows, _emit_zero_rows)):
+        primitive(_function, lambda n: _ROWS if isinstance(n, types.Integer) else None, _emit)
+else:
+    overload(empty_rows)(lambda n: lambda n: np.empty((n, WIDTH)))
+    overload(zero_rows)(lambda n: lambda n: np.zeros((n, WIDTH)))
 
 
 def _halves_of_rows(context, builder, array_type, array, index_types, indices, *, beyond_is_last):

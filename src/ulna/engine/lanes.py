@@ -7,7 +7,8 @@ which refuses arrays. Besides these a number has ``+ - * /``, ``abs`` and compar
 
 import numpy as np
 
-from ulna.engine.width import WIDTH
+WIDTH = 8
+"""How many problems a number of lanes holds."""
 
 
 def sqrt(x):

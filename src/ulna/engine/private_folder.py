@@ -9,7 +9,6 @@ import os
 import stat
 import sys
 import time
-import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -67,13 +66,30 @@ class PrivateFolder(contextlib.AbstractContextManager):
         with open(self._in(name), "rb", opener=self._open) as file:
             return file.read()
 
+    def has(self, name: str) -> bool:
+        """Whether there is a file, which is marked as used now."""
+        with contextlib.suppress(FileNotFoundError):
+            os.utime(self._in(name), dir_fd=self._descriptor)
+            return True
+        return False
+
+    def note(self, name: str, days: float = 400) -> bool:
+        """Write an empty file, and remove those that were not used for so many days. True.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        self.remove_unused(days)
+        self.write(name, b"")
+        return True
+
     def write(self, name: str, content: bytes) -> None:
         """Write a file, which is there as a whole or not at all. What is left of a process that was killed ends in ``.part``.
 
         Raises:
             OSError: It cannot be written.
         """
-        part, here = self._in(f"{name}.{uuid.uuid4().hex[:16]}.part"), self._descriptor
+        part, here = self._in(f"{name}.{os.urandom(8).hex()}.part"), self._descriptor
         try:
             with open(part, "xb", opener=self._open) as file:
                 file.write(content)

@@ -1,11 +1,17 @@
-"""How many processors this process may use: by its affinity, and by the CPU quota of its control groups."""
+"""Finds what this process may compute with: how many processors, and how many numbers one instruction takes."""
 
 import math
 import os
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
+from ulna.engine.ahead import is_ahead, level
+
 _ROOT = Path("/")
+# The names of wide registers in assembly, x86's and then ARM's, with their bits; the first that is found is the widest.
+_REGISTERS = (("%zmm", 512), ("%ymm", 256), ("%xmm", 128), (".2d", 128))
+_OF_LEVEL = {"x86-64-v3": 256, "x86-64-v4": 512}
 
 
 def n_processors() -> int:
@@ -15,6 +21,30 @@ def n_processors() -> int:
     """
     allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, math.ceil(min(allowed, cpu_quota(_ROOT))))
+
+
+@cache
+def register_bits() -> int | None:
+    """How wide the registers are that an addition of lanes uses [bits], by its machine code or its level; None without either.
+
+    Not what the processor could do, but what was compiled: ``NUMBA_CPU_NAME`` and the compiler's settings decide too.
+    """
+    if is_ahead():
+        return _OF_LEVEL.get(level(), 128)
+    import numpy as np  # noqa: PLC0415 - most who count processors need neither this nor the compiler
+
+    from ulna.engine.decorators import routine  # noqa: PLC0415
+    from ulna.engine.lanes import load, store  # noqa: PLC0415
+
+    def double(rows):
+        store(rows, 0, load(rows, 0) + load(rows, 0))
+
+    compiled = routine(double)
+    if not hasattr(compiled, "inspect_asm"):
+        return None
+    compiled(np.zeros((1, 8)))
+    code = next(iter(compiled.inspect_asm().values()))
+    return next((bits for name, bits in _REGISTERS if name in code), None)
 
 
 def cpu_quota(root: Path) -> float:

@@ -15,8 +15,8 @@ from functools import cache
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from ulna.engine.lanes import WIDTH
 from ulna.engine.processors import n_processors
-from ulna.engine.width import WIDTH
 from ulna.errors import InputError
 
 if TYPE_CHECKING:

@@ -12,9 +12,8 @@ happen to be: a call took up to a tenth longer in one process than in the next.
 
 from typing import Any
 
-from numba.core.codegen import JITCodeLibrary
-
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
+from ulna.engine.numba_private import JITCodeLibrary
 
 _VECTOR_BYTES = 8 * WIDTH
 

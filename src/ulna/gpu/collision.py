@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.object_tree import rows_below
 from ulna.collision.world import World
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.gpu import device
 from ulna.gpu.device import cuda
 from ulna.kernels.collision.collision_layout import NO_NODE

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import planning
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.planning.plan_status import Effort

@@ -26,8 +26,7 @@ bodies (Eurographics 2002); the bound is that of the product of exponentials (Mu
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import load, splat, sqrt, store
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, load, splat, sqrt, store
 from ulna.kernels.chain.poses import tree_poses
 from ulna.kernels.collision.collision_layout import (
     ASIDE,

@@ -10,8 +10,7 @@ Sleator and Tarjan, Making data structures persistent (1989), for copying a path
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import lane_bits, lane_of, load, lowest_bit, sqrt, store, where
-from ulna.engine.width import WIDTH
+from ulna.engine.lanes import WIDTH, lane_bits, lane_of, load, lowest_bit, sqrt, store, where
 from ulna.kernels.collision.collision_layout import CHILD, NODE_ROWS
 from ulna.kernels.collision.posed_pair import half_extents
 from ulna.kernels.layout import CONTACT, RADIUS

@@ -1,4 +1,4 @@
-"""A file that a process was writing when it failed is not there, or is as it was: neither by itself nor of a build of a wheel."""
+"""An object file that a process was writing when it failed is not there, or is as it was."""
 
 import sys
 from pathlib import Path
@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from fresh_process import run_fresh
-from ulna.engine.whole_file import write_whole
+from ulna.engine.emit import write_whole
+
+pytestmark = pytest.mark.compiler
 
 FULL_DISK = """
 import errno, resource, signal
@@ -44,7 +46,6 @@ def test_a_file_stays_as_it_was_where_writing_is_interrupted(tmp_path, monkeypat
     assert [file.name for file in tmp_path.iterdir()] == ["a.o"]
 
 
-@pytest.mark.compiler
 @pytest.mark.skipif(sys.platform == "win32", reason="a process cannot limit its files there")
 def test_a_build_on_a_full_disk_keeps_no_part_of_an_object_file(tmp_path):
     """What is there is kept by the next build, so a part of it would be linked."""

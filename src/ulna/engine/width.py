@@ -1,3 +1,0 @@
-"""How many problems a lane number holds."""
-
-WIDTH = 8
