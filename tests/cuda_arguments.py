@@ -75,7 +75,7 @@ TYPES = {
     },
     "chain.subproblems": {"k": VECTOR, **_each("b d s c", NUMBER)},
     "chain.frames": {"normals": WHOLE},
-    **{f"chain.{name}": {**_each("x y z", VECTOR)} for name in ("frames.by_columns", "parallel_wrist.row_of")},
+    **{f"chain.{name}": {**_each("x y z", VECTOR)} for name in ("frames.by_columns", "parallel_links.row_of")},
     "chain.spherical_wrist": {"family": WHOLE, **_each("outer inner", ANGLE)},
     "chain.three_parallel.hand": {"singular": NUMBER},
     "chain.three_parallel.within_reach": {"singular": TRUTH},
@@ -153,7 +153,7 @@ TYPES = {
     "ik.nearest_branch": {**_each("q seed", NUMBER), **_each("branch k", WHOLE)},
     "ik.polish": {**_each("most inverse_reach", NUMBER), "steps": WHOLE},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
-    "ik.pseudo_inverse.rotate_rows": {"rows": NUMBERS},
+    "ik.singular_values.rotate_rows": {"rows": NUMBERS},
 }  # fmt: skip
 
 

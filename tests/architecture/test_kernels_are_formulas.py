@@ -24,6 +24,7 @@ TABLES = {
     "bodies",
     "chain",
     "groups",
+    "jerk_limits",
     "joints",
     "objects",
     "out",

@@ -25,6 +25,8 @@ import numpy as np
 import ulna
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
+from ulna.planning.averaged import timed_path
+from ulna.planning.timing import Limits
 from ulna.viewer.film.recording import make_form, record_robot
 panda, world, mixed = ulna.load("panda"), ulna.World(), ulna.World()
 box = ulna.Box((0.1, 0.1, 0.1))
@@ -67,6 +69,9 @@ for n in (6, 5):
 for robot, scene in ((panda, world), (held, mixed)):
     plan = robot.plan(ready, ready + 0.2, scene)
     plan.trajectory(acceleration=1.0)
+corner = np.array([ready, ready + 0.2, ready + 0.2 * (-1.0) ** np.arange(7)])
+limits = Limits(np.full(7, 1.0), np.full(7, 1.0), np.full(7, 10.0))
+timed_path(corner, np.linalg.norm(np.diff(corner, axis=0), axis=1), 0.1, limits, lambda *_: True)
 record_robot(make_form(Path(sys.argv[1]), 0.1, (64, 36)), panda, panda.home)
 declared = {entry.py_func.__name__: set(map(numba_types, calls.signatures)) for entry, calls in ENTRIES.items()}
 used = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}

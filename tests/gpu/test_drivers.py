@@ -28,8 +28,9 @@ A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
 FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C"), types.Array(types.int64, 2, "C")
 BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
 COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 2, "C")
-SCENE = (A2, A2, A2, INDICES, A2, A2, A2, types.int64, BOOLS_2)
-BOXES = (A2, A2, types.none, INDICES, A2, types.none, A2, types.int64, BOOLS_2)
+WHOLES = (types.int64,) * 3  # root, first and end
+SCENE = (A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2)
+BOXES = (A2, A2, types.none, INDICES, A2, types.none, A2, *WHOLES, BOOLS_2)
 # The driver, its arguments' types, and the most registers and bytes spilled (stores).
 DRIVERS = {
     "poses": (poses, (A2, A2, A3, FLAG), 76, 0),

@@ -20,6 +20,7 @@ from ulna.drivers.single_start import follow_each
 from ulna.engine import decorators as compiling
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, N_KNOWN, N_ROWS
+from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL
@@ -43,7 +44,7 @@ ENTRIES = {
     "jacobian_batch": (jacobian_batch, (CHAIN, 0, Q, np.zeros((N, 6, DOF)))),
     "overlap_batch": (
         overlap_batch,
-        (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, 12, NO_TOUCH, Q, np.zeros(N, dtype=np.bool_)),
+        (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, NO_NODE, 0, 12, NO_TOUCH, Q, np.zeros(N, dtype=np.bool_)),
     ),
     "search_jobs": (search_jobs, (CHAIN, TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0], SETTINGS, Q, INFO)),
     "follow_each": (follow_each, (0, CHAIN, TARGETS, Q, BOUNDS, SETTINGS, Q, INFO, TRACE)),

@@ -89,7 +89,7 @@ def test_the_joints_are_those_asked_for_in_their_order(motion, names):
         motion.to_ros(period=0)
 
 
-@pytest.mark.parametrize("options", [{"blend": 0.0}, {"jerk": 30.0}])
+@pytest.mark.parametrize("options", [{"blend": 0.0}, {"blend": 0.0, "jerk": 30.0}])
 @pytest.mark.parametrize("period", [0.013, 60.0])
 def test_each_stop_on_the_way_is_a_point_at_rest(panda, names, options, period):
     world, left, right = ulna.World(), panda.home.copy(), panda.home.copy()

@@ -2,15 +2,18 @@
 
 import csv
 import pickle
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
 import ulna
+from ulna.drivers import time_parameterisation
 from ulna.errors import FileError, InputError
-from ulna.planning.blend import Pieces, rounded_path
-from ulna.planning.timing import grid_of, timed
+from ulna.planning.averaged import bounds_of_acceleration, timed_path
+from ulna.planning.blend import CHORDS, free_cuts, rounded
+from ulna.planning.timing import Limits, fastest, grid_of
 from ulna.planning.trajectory import make_trajectory
 
 NAMES = tuple("abcdefg")
@@ -25,24 +28,36 @@ def plan(panda, world):
     return plan
 
 
-def random_pieces(rng, n=5, blend=0.2):
+def random_path(rng, n=5):
     path = np.cumsum(rng.normal(size=(n, 7)), axis=0)
-    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    return rounded_path(path, lengths, blend, lambda *_: True)
+    return path, np.linalg.norm(np.diff(path, axis=0), axis=1)
+
+
+def random_pieces(rng, n=5, blend=0.2):
+    path, lengths = random_path(rng, n)
+    return rounded(path, lengths, free_cuts(path, lengths, blend, anything))
+
+
+def anything(*_):
+    return True
+
+
+def timed(path, lengths, blend, *limits, is_free=anything):
+    return make_trajectory(timed_path(path, lengths, blend, Limits(*limits), is_free), NAMES[: path.shape[1]], certified=True)
 
 
 @pytest.mark.parametrize("blend", [0.0, 0.03, 0.2, 5.0])
 def test_no_limit_is_passed_at_any_time(rng, blend):
     for _ in range(5):
         velocity, acceleration = rng.uniform(0.5, 3, 7), rng.uniform(1, 20, 7)
-        path = make_trajectory(random_pieces(rng, blend=blend), velocity, acceleration, NAMES, certified=True)
+        path = timed(*random_path(rng), blend, velocity, acceleration)
         moment = path.at(np.linspace(0, path.duration, 50_001))
         assert (np.abs(moment.qd) <= velocity * (1 + 1e-12)).all()
         assert (np.abs(moment.qdd) <= acceleration * (1 + 1e-12)).all()
 
 
 def test_velocity_is_the_derivative_of_position_and_acceleration_that_of_velocity(rng):
-    path = make_trajectory(random_pieces(rng), np.full(7, 2.0), np.full(7, 5.0), NAMES, certified=True)
+    path = timed(*random_path(rng), 0.2, np.full(7, 2.0), np.full(7, 5.0))
     t, h = np.linspace(0.01, path.duration - 0.01, 2000), 1e-6
     t = t[np.abs(t[:, None] - path.times).min(axis=1) > 2 * h]  # the acceleration jumps at grid points
     before, at, behind = path.at(t - h), path.at(t), path.at(t + h)
@@ -89,40 +104,101 @@ def test_it_is_as_fast_as_a_linear_program(rng, blend):
     for _ in range(4):
         velocity, acceleration = rng.uniform(0.5, 3, 7), rng.uniform(1, 20, 7)
         grid = grid_of(random_pieces(rng, n=4, blend=blend))
-        _, x, _ = timed(grid, velocity, acceleration)
-        assert np.allclose(x, slow_twin(grid, velocity, acceleration), rtol=1e-6, atol=1e-7)
+        x = fastest(grid, velocity, acceleration).profile.speeds ** 2
+        assert np.allclose(x, slow_twin(grid, velocity, acceleration)[:-1], rtol=1e-6, atol=1e-7)
 
 
 def test_a_single_line_takes_the_time_of_a_trapezoid():
-    direction, length, velocity, acceleration = np.array([0.6, -0.8]), 3.0, 1.0, 2.0
-    pieces = Pieces(np.zeros((1, 2)), direction[None], np.zeros((1, 2)), np.array([length]), np.array([True]))
-    path = make_trajectory(pieces, np.full(2, velocity), np.full(2, acceleration), ("a", "b"), certified=True)
+    length, velocity, acceleration = 3.0, 1.0, 2.0
+    line = np.array([[0.0, 0.0], [0.6 * length, -0.8 * length]])
+    path = timed(line, np.array([length]), 0.0, np.full(2, velocity), np.full(2, acceleration))
     v, a = velocity / 0.8, acceleration / 0.8
     assert path.duration == pytest.approx(length / v + v / a, rel=2e-3)
     assert path.duration >= length / v + v / a - 1e-9
 
 
-def test_with_a_limit_of_jerk_no_limit_is_passed_and_the_motion_stops_at_each_corner(rng, plan):
-    for _ in range(20):
-        velocity, acceleration, jerk = rng.uniform(0.2, 3, 7), rng.uniform(1, 20, 7), 10 ** rng.uniform(0, 4, 7)
-        pieces = random_pieces(rng, blend=0.0)
-        path = make_trajectory(pieces, velocity, acceleration, NAMES, certified=True, jerk=jerk)
+@pytest.mark.parametrize("blend", [0.0, 0.05, 0.5])
+def test_with_a_limit_of_jerk_no_limit_is_passed_at_any_time(rng, blend):
+    for _ in range(10):
+        velocity, acceleration, jerk = rng.uniform(0.2, 3, 7), rng.uniform(1, 20, 7), 10 ** rng.uniform(1, 4, 7)
+        points, lengths = random_path(rng)
+        path = timed(points, lengths, blend, velocity, acceleration, jerk)
         t = np.linspace(0, path.duration, 20_001)
         moment = path.at(t)
-        assert (np.abs(moment.qd) <= velocity * (1 + 1e-9)).all()
-        assert (np.abs(moment.qdd) <= acceleration * (1 + 1e-9)).all()
-        assert (np.abs(np.diff(moment.qdd, axis=0) / np.diff(t)[:, None]) <= jerk * (1 + 1e-6)).all()
+        for (values, rates), most in zip(pairwise(moment), (velocity, acceleration, jerk), strict=True):
+            assert (np.abs(rates) <= most * (1 + 1e-9)).all()
+            assert (np.abs(np.diff(values, axis=0)) <= most * np.diff(t)[:, None] * (1 + 1e-6) + 1e-12).all()
+        assert np.allclose(np.diff(moment.qd, axis=0) / np.diff(t)[:, None], (moment.qdd[1:] + moment.qdd[:-1]) / 2, atol=1e-1)
         assert np.allclose(np.diff(moment.q, axis=0) / np.diff(t)[:, None], (moment.qd[1:] + moment.qd[:-1]) / 2, atol=1e-4)
-        assert np.allclose(path.q[-1], (pieces.starts + pieces.lengths[:, None] * pieces.slopes)[-1], atol=1e-9)
-        assert path.duration >= make_trajectory(pieces, velocity, acceleration, NAMES, certified=True).duration * 0.98
-    assert plan.trajectory(acceleration=5.0, jerk=50.0).stops == len(plan.path) - 2
+        assert np.allclose(path.q[[0, -1]], points[[0, -1]], atol=1e-9)
+        assert np.abs(path.qd[[0, -1]]).max() < 1e-9
+        assert path.stops == (len(points) - 2 if blend == 0.0 else 0)
+        assert path.duration >= timed(points, lengths, blend, velocity, acceleration).duration * 0.98
+
+
+def test_a_limit_of_jerk_that_hardly_matters_takes_hardly_more_time(rng):
+    velocity, acceleration = np.full(7, 2.0), np.full(7, 10.0)
+    points, lengths = random_path(rng)
+    without, within = (timed(points, lengths, 0.2, velocity, acceleration, jerk) for jerk in (None, np.full(7, 5000.0)))
+    assert without.duration < within.duration < without.duration + 2 * 10 / 5000 + 1e-3
+    t = np.linspace(0, without.duration, 1001)
+    window = within.duration - without.duration
+    assert np.allclose(within.at(t + window / 2).q, without.at(t).q, atol=10 * window**2 / 24 + 1e-3)
+
+
+def test_the_window_is_the_least_that_keeps_the_limits_of_jerk(rng):
+    for _ in range(10):
+        jerk = 10 ** rng.uniform(1, 3, 7)
+        motion = fastest(grid_of(random_pieces(rng)), np.full(7, 2.0), np.full(7, 5.0))
+        lows, highs = bounds_of_acceleration(motion)
+        least = np.array([1e-4])
+        time_parameterisation.least_window(motion.times, lows, highs, jerk, motion.grid.borders, least)
+        window = float(least[0])
+        t = np.linspace(-window, motion.times[-1], 20_001)
+
+        def acceleration(t, motion=motion):
+            rests = (t < 0) | (t > motion.times[-1])
+            return np.where(rests[:, None], 0.0, motion.at(np.clip(t, 0, motion.times[-1])).qdd)
+
+        change = np.abs(acceleration(t + window) - acceleration(t)).max(axis=0)
+        assert (change <= jerk * window * (1 + 1e-9)).all()
+        for shorter in (0.5 * window, 0.9 * window):  # within it the acceleration changes by more than it may
+            last = np.searchsorted(motion.times, motion.times[1:] + shorter)
+            most = [
+                max(np.ptp(np.vstack([lows[i:k], highs[i:k]]), axis=0) / jerk) for i, k in enumerate(np.minimum(last, len(lows)))
+            ]
+            ends = [*(np.abs(lows[[0, -1]]) / jerk).ravel(), *(np.abs(highs[[0, -1]]) / jerk).ravel()]
+            assert max(*most, *ends) > shorter or window == 1e-4
+
+
+def test_a_corner_about_which_the_mean_is_not_free_is_cut_less_and_then_a_stop(rng):
+    points, lengths = random_path(rng, 4)
+    limits = np.full(7, 2.0), np.full(7, 5.0), np.full(7, 20.0)
+    assert timed(points, lengths, 0.3, *limits).stops == 0
+
+    def free_but_for_the_mean_about_the_first_corner(edges, _spreads):
+        return len(edges) == CHORDS + 1 or np.linalg.norm(edges - points[1], axis=1).min() > 0.2
+
+    stopping = timed(points, lengths, 0.3, *limits, is_free=free_but_for_the_mean_about_the_first_corner)
+    assert stopping.stops == 1
+    assert np.linalg.norm(stopping.at(stopping.rests[1]).q - points[1]) < 1e-9
+    assert timed(points, lengths, 0.3, *limits, is_free=lambda *_: False).stops == 2
+
+
+def test_a_plan_within_limits_of_jerk_flows_through_its_corners_and_touches_nothing(panda, plan):
+    for acceleration, jerk in ((15.0, 5000.0), (15.0, 500.0), (5.0, 50.0)):
+        path = plan.trajectory(acceleration=acceleration, jerk=jerk)
+        assert path.certified
+        assert path.stops < len(plan.path) - 2
+        assert path.is_free(plan._motion.world)
+        assert not panda.in_collision(path.at(np.linspace(0, path.duration, 20_001)).q, plan._motion.world).any()
 
 
 def test_stops_take_longer_than_rounded_corners(plan):
-    stopping, rounded = (plan.trajectory(acceleration=5.0, blend=blend) for blend in (0.0, 0.2))
+    stopping, flowing = (plan.trajectory(acceleration=5.0, blend=blend) for blend in (0.0, 0.2))
     assert stopping.stops == len(plan.path) - 2
-    assert rounded.stops < stopping.stops
-    assert rounded.duration < stopping.duration
+    assert flowing.stops < stopping.stops
+    assert flowing.duration < stopping.duration
     assert f"{stopping.stops} stop" in str(stopping)
 
 
@@ -143,7 +219,8 @@ def test_a_corner_that_cannot_be_rounded_is_a_stop(panda):
         asked.append((points, spreads))
         return False
 
-    assert rounded_path(path, lengths, 0.1, never).stops.tolist() == [True, True]
+    assert not free_cuts(path, lengths, 0.1, never).any()
+    assert rounded(path, lengths, np.zeros(3)).stops.tolist() == [True, True]
     assert len(asked) == 4  # halved three times
     for points, spreads in asked:  # the parabola lies within the spread of its chords
         t = np.linspace(0, 1, 101)[:, None]
@@ -174,9 +251,10 @@ def test_a_table_has_a_row_for_each_moment(plan, tmp_path):
 
 
 def test_a_figure_shows_positions_velocities_and_accelerations(plan):
-    figure = plan.trajectory(acceleration=5.0).plot()
-    assert len(figure.axes) == 3
-    assert len(figure.axes[0].lines) == 7
+    for options, n_axes in (({}, 3), ({"jerk": 100.0}, 4)):
+        figure = plan.trajectory(acceleration=5.0, **options).plot()
+        assert len(figure.axes) == n_axes
+        assert all(len(axes.lines) == 7 for axes in figure.axes)
 
 
 def test_a_trajectory_survives_pickling(plan):

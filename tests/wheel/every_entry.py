@@ -121,7 +121,8 @@ def ask_for_plans(robots_and_worlds):
         for goal in free[1:5]:
             plan = robot.plan(free[0], goal, world, max_checks=2000)
             if plan:
-                plan.improve(200).trajectory(acceleration=5.0)
+                best = plan.improve(200)
+                best.trajectory(acceleration=5.0), best.trajectory(acceleration=5.0, jerk=100.0)
 
 
 def main(file):

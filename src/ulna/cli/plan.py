@@ -49,7 +49,7 @@ Velocity = Annotated[
 Acceleration = Annotated[float, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^2 or m/s^2].")]
 Jerk = Annotated[
     float | None,
-    typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^3 or m/s^3]; the motion then stops at every corner."),
+    typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^3 or m/s^3]."),
 ]
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each 10 ms.")]
 _VELOCITY = 1.0  # [rad/s or m/s], of joints without a limit

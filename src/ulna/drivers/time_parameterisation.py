@@ -3,7 +3,8 @@
 import numpy as np
 
 from ulna.engine.decorators import entry
-from ulna.engine.signatures import INDICES, MATRIX, NUMBERS
+from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS
+from ulna.kernels.planning import moving_average
 from ulna.kernels.planning.time_optimal import write_bounds, write_controllable, write_fastest, write_times
 
 
@@ -23,3 +24,20 @@ def time_sections(slopes, ends, bends, steps, acceleration, ceilings, borders, x
         write_controllable(bounds, rows[2], steps[i:k], acceleration, ceilings[i : k + 1], beta[i : k + 1])
         write_fastest(bounds, steps[i:k], n, beta[i : k + 1], x[i : k + 1], u[i:k])
     write_times(steps, x, times)
+
+
+@entry((NUMBERS, MATRIX, MATRIX, NUMBERS, INDICES, NUMBERS))
+def least_window(times, lows, highs, jerk_limits, rests, window):
+    """Raise ``window``, shape (1,), to the least time over which the mean of a motion keeps the limits of jerk; always True.
+
+    The algorithm: ``kernels.planning.moving_average``.
+    """
+    window[0] = moving_average.least_window(times, lows, highs, jerk_limits, rests, window[0])
+    return True
+
+
+@entry((NUMBERS, NUMBERS, INDICES, NUMBER, NUMBERS))
+def coasts(steps, x, rests, window, ceilings):
+    """Lower the ceilings of the speed so that it does not change from growing to falling at once; always True."""
+    moving_average.write_coasts(steps, x, rests, window, ceilings)
+    return True

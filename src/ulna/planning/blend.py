@@ -38,8 +38,8 @@ class Pieces:
     stops: NDArray[np.bool_]
 
 
-def rounded_path(path: Array, lengths: Array, blend: float, is_free: IsFree) -> Pieces:
-    """The pieces of a path whose corners are rounded where that is free, and at which the motion stops elsewhere.
+def free_cuts(path: Array, lengths: Array, blend: float, is_free: IsFree) -> Array:
+    """How much of its two edges the rounding of each point of a path takes, shape (n,): as much as is free, 0 where none is.
 
     path: (n, n_dof), n >= 2; lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes;
     is_free: whether some chords, and what lies within so much of each in each entry of q, are free.
@@ -50,6 +50,12 @@ def rounded_path(path: Array, lengths: Array, blend: float, is_free: IsFree) -> 
         if np.abs(directions[k] - directions[k - 1]).max() > _STRAIGHT and blend > 0.0:
             most = min(blend, _MOST * lengths[k - 1], _MOST * lengths[k])
             cuts[k] = _cut(path[k], directions[k - 1], directions[k], most, is_free)
+    return cuts
+
+
+def rounded(path: Array, lengths: Array, cuts: Array) -> Pieces:
+    """The pieces of a path with rounded corners; at a corner whose cut is 0 the motion stops."""
+    directions = np.diff(path, axis=0) / lengths[:, None]
     rows: list[tuple[Array, Array, Array, float, bool]] = []
     zero = np.zeros(path.shape[1])
     for k, (direction, length) in enumerate(zip(directions, lengths, strict=True)):

@@ -13,11 +13,12 @@ from ulna.description.arrays import as_floats
 from ulna.errors import InputError
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import entry_names
-from ulna.planning.blend import rounded_path
+from ulna.planning.averaged import timed_path
 from ulna.planning.improve import Best, Searched, improved
 from ulna.planning.motion import Motion
 from ulna.planning.options import refuse_unless, refuse_unless_count
 from ulna.planning.plan_status import Effort, PlanStatus
+from ulna.planning.timing import Limits
 from ulna.planning.trajectory import Trajectory, as_limits, make_trajectory, resting
 
 Array = NDArray[np.float64]
@@ -141,7 +142,9 @@ class Plan:
             blend: How much of each of its two edges, in the plan's metric [rad], a rounded corner takes at most; half of an edge
                 is the most. A rounding is a parabola, and is certified as the edges are; one that is not free is made smaller.
                 Where none is free, and everywhere for 0, the motion stops at the corner.
-            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers. With it the motion stops at every corner.
+            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers. With it the motion is the mean of one without
+                it over a short time, which leaves the path at its corners by a distance that is certified too. An arm whose
+                controller refuses jumps of the acceleration, as a Franka's does, needs it.
 
         Returns:
             A ``Trajectory``: times, q, qd, qdd, and ``at(t)``.
@@ -159,16 +162,16 @@ class Plan:
             raise InputError(
                 "velocity", f"the description allows {still} a velocity of 0, so no motion has times; give velocity="
             )
-        limits = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, tree.n_dof, may_be_infinite=True)
+        velocities = as_limits(
+            "velocity", tree.velocity_limits if velocity is None else velocity, tree.n_dof, may_be_infinite=True
+        )
         names = tuple(entry_names(tree))
         accelerations = as_limits("acceleration", acceleration, tree.n_dof)
         if len(self.path) == 1:
             return resting(self.path[0], names, certified=self.certified, motion=self._motion)
-        jerks = None if jerk is None else as_limits("jerk", jerk, tree.n_dof)
-        rounding = float(blend) if jerks is None else 0.0
-        pieces = rounded_path(self.path, np.diff(self._lengths), rounding, self._motion.is_free)
-        certified = self.certified and not self.escaped
-        return make_trajectory(pieces, limits, accelerations, names, certified=certified, jerk=jerks, motion=self._motion)
+        limits = Limits(velocities, accelerations, None if jerk is None else as_limits("jerk", jerk, tree.n_dof))
+        timed = timed_path(self.path, np.diff(self._lengths), float(blend), limits, self._motion.is_free)
+        return make_trajectory(timed, names, certified=self.certified and not self.escaped, motion=self._motion)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).

@@ -52,7 +52,7 @@ def joint_trajectory(
             f"a message needs trajectory_msgs of ROS ({reason}); docs/ros.md names its packages, to_csv needs none"
         ) from None
     t, at_rest = _times(rests, period)
-    q, qd, qdd = (values[:, columns] for values in at(t))
+    q, qd, qdd = (values[:, columns] for values in at(t)[:3])
     qd[at_rest] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest
     qdd[at_rest[1:-1]] = 0.0  # neither that before the stop nor that behind it
     points = []

@@ -19,11 +19,20 @@ _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
 
 
 class Moment(NamedTuple):
-    """A moment of a trajectory: positions, velocities and accelerations, shape (..., n_dof) each."""
+    """A moment of a trajectory: positions, velocities, accelerations and jerks, shape (..., n_dof) each."""
 
     q: Array
     qd: Array
     qdd: Array
+    jerk: Array
+
+
+class Limits(NamedTuple):
+    """The greatest velocity, acceleration and jerk of each joint, shape (n_dof,) each; no limit of jerk for None."""
+
+    velocity: Array
+    acceleration: Array
+    jerk: Array | None = None
 
 
 class Grid(NamedTuple):
@@ -47,6 +56,58 @@ class Profile(NamedTuple):
     jerks: Array
 
 
+class TimedPath(NamedTuple):
+    """A path and how fast it is passed."""
+
+    grid: Grid
+    profile: Profile
+
+    @property
+    def times(self) -> Array:
+        """When the grid points are passed [s], shape (n + 1,)."""
+        return self.profile.times
+
+    @property
+    def rests(self) -> Array:
+        """When the motion is at rest [s]: at the start, at each stop, at the end."""
+        return self.profile.times[self.grid.borders]
+
+    @property
+    def limits_jerk(self) -> bool:
+        """Whether the acceleration goes on without jumps."""
+        return bool(self.profile.jerks.any())
+
+    def at(self, t: Array) -> Moment:
+        """The moments at times within the motion, shape (...)."""
+        (grid, profile), i = self, self.interval_at(t)
+        after = t - profile.times[i]
+        speed, rate, jerk = profile.speeds[i], profile.accelerations[i], profile.jerks[i]
+        s = np.clip(((jerk / 6 * after + rate / 2) * after + speed) * after, 0.0, np.maximum(grid.steps[i], 0.0))[..., None]
+        speed, rate = ((jerk / 2 * after + rate) * after + speed)[..., None], (jerk * after + rate)[..., None]
+        bend = grid.bends[i]
+        slope = grid.slopes[i] + s * bend
+        q = grid.starts[i] + s * grid.slopes[i] + 0.5 * s * s * bend
+        return Moment(q, slope * speed, slope * rate + bend * speed**2, slope * jerk[..., None] + 3 * bend * speed * rate)
+
+    def interval_at(self, t: Array) -> NDArray[np.int64]:
+        """The interval in which each time lies, shape (...)."""
+        return np.clip(np.searchsorted(self.profile.times, t, side="right") - 1, 0, len(self.grid.steps) - 1)
+
+    def edges_since(self, t: float) -> tuple[Array, Array]:
+        """The path from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, (n - 1, n_dof).
+
+        A line is one edge. In an interval of a parabola, h long, q differs from the chord by at most |bend| h^2 / 8.
+        """
+        times = np.concatenate([[t], self.times[self.times > t]])
+        times = times if len(times) > 1 else np.repeat(times, 2)
+        of = self.interval_at(times[:-1])
+        bends, slopes = self.grid.bends[of], self.grid.slopes[of]
+        on = (bends[1:] == 0.0).all(axis=1) & (bends[:-1] == 0.0).all(axis=1) & (slopes[1:] == slopes[:-1]).all(axis=1)
+        ends = np.concatenate([[True], ~on, [True]])
+        spreads = np.abs(bends) * self.grid.steps[of][:, None] ** 2 / 8 * (1 + 1e-9)
+        return self.at(times).q[ends], spreads[ends[:-1]]
+
+
 def grid_of(pieces: Pieces) -> Grid:
     """The pieces divided into intervals."""
     counts = np.maximum(LEAST_INTERVALS, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
@@ -58,8 +119,8 @@ def grid_of(pieces: Pieces) -> Grid:
     return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, borders)
 
 
-def timed(grid: Grid, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-    """The fastest motion: the times of the grid points, (ds/dt)^2 there, and d2s/dt2 between them."""
+def fastest(grid: Grid, velocity: Array, acceleration: Array, coast: float = 0.0) -> TimedPath:
+    """The fastest motion, by TOPP-RA; with ``coast``, one whose speed is constant for about so long at each of its peaks [s]."""
     n = len(grid.steps)
     ends = grid.slopes + grid.steps[:, None] * grid.bends
     steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
@@ -70,17 +131,21 @@ def timed(grid: Grid, velocity: Array, acceleration: Array) -> tuple[Array, Arra
     ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
     x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
     limits = np.ascontiguousarray(acceleration * _WITHIN)
-    time_parameterisation.time_sections(grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times)
-    return times, x, u
+    path = grid.slopes, ends, grid.bends, grid.steps, limits, ceilings, grid.borders
+    time_parameterisation.time_sections(*path, x, u, times)
+    if coast > 0.0:
+        time_parameterisation.coasts(grid.steps, x, grid.borders, coast, ceilings)
+        time_parameterisation.time_sections(*path, x, u, times)
+    return TimedPath(grid, Profile(times, np.sqrt(x[:-1]), u, np.zeros(n)))
 
 
-def jerk_limited(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Grid, Profile]:
+def along_lines(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:
     """The fastest motion along lines, from rest to rest on each, in seven phases a line."""
     rows = []
     for start, slope, length in zip(pieces.starts, pieces.slopes, pieces.lengths, strict=True):
         with np.errstate(divide="ignore"):
-            limits = tuple(float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
-        durations, jerks = double_s(length, *limits)
+            along = tuple(float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
+        durations, jerks = double_s(length, *along)
         s = speed = rate = 0.0
         for t, j in zip(durations, jerks, strict=True):
             step = speed * t + rate * t * t / 2 + j * t**3 / 6
@@ -88,32 +153,4 @@ def jerk_limited(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Arr
             s, speed, rate = s + step, speed + rate * t + j * t * t / 2, rate + j * t
     starts, slopes, steps, times, *others = (np.array(column) for column in zip(*rows, strict=True))
     grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, N_PHASES))
-    return grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others)
-
-
-def moment_at(grid: Grid, profile: Profile, t: Array) -> Moment:
-    """The moments at times within the motion, shape (...)."""
-    i = np.clip(np.searchsorted(profile.times, t, side="right") - 1, 0, len(grid.steps) - 1)
-    after = t - profile.times[i]
-    speed, rate, jerk = profile.speeds[i], profile.accelerations[i], profile.jerks[i]
-    s = np.clip(((jerk / 6 * after + rate / 2) * after + speed) * after, 0.0, np.maximum(grid.steps[i], 0.0))[..., None]
-    speed, rate = ((jerk / 2 * after + rate) * after + speed)[..., None], (jerk * after + rate)[..., None]
-    bend = grid.bends[i]
-    slope = grid.slopes[i] + s * bend
-    q = grid.starts[i] + s * grid.slopes[i] + 0.5 * s * s * bend
-    return Moment(q, slope * speed, slope * rate + bend * speed * speed)
-
-
-def edges_since(grid: Grid, profile: Profile, t: float) -> tuple[Array, Array]:
-    """The path from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, shape (n - 1, n_dof).
-
-    A line is one edge. In an interval of a parabola, h long, q differs from the chord by at most |bend| h^2 / 8.
-    """
-    times = np.concatenate([[t], profile.times[profile.times > t]])
-    times = times if len(times) > 1 else np.repeat(times, 2)
-    of = np.clip(np.searchsorted(profile.times, times[:-1], side="right") - 1, 0, len(grid.steps) - 1)
-    bends, slopes = grid.bends[of], grid.slopes[of]
-    on = (bends[1:] == 0.0).all(axis=1) & (bends[:-1] == 0.0).all(axis=1) & (slopes[1:] == slopes[:-1]).all(axis=1)
-    ends = np.concatenate([[True], ~on, [True]])
-    spreads = np.abs(bends) * grid.steps[of][:, None] ** 2 / 8 * (1 + 1e-9)
-    return moment_at(grid, profile, times).q[ends], spreads[ends[:-1]]
+    return TimedPath(grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others))

@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.errors import FileError, InputError, needs_extra
-from ulna.planning.blend import Pieces
+from ulna.planning.averaged import Averaged
 from ulna.planning.motion import Motion
 from ulna.planning.options import refuse_unless
 from ulna.planning.ros_message import joint_trajectory
-from ulna.planning.timing import Grid, Moment, Profile, edges_since, grid_of, jerk_limited, moment_at, timed
+from ulna.planning.timing import Grid, Moment, Profile, TimedPath
 
 Array = NDArray[np.float64]
 LARGEST = 1e9  # of a limit [1/s^n]: above, the times are rounding
@@ -27,11 +27,12 @@ LARGEST = 1e9  # of a limit [1/s^n]: above, the times are rounding
 class Trajectory:
     """A motion in time, from rest to rest, within limits.
 
-    Between two grid points the path is a line or a parabola, and the acceleration along it is constant, or the jerk is. ``at``
-    evaluates that: nothing is interpolated.
+    Without limits of jerk the path is a line or a parabola between two grid points, and the acceleration along it is constant.
+    With them the motion is the mean of such a one over a short time, or passes lines with constant jerks. ``at`` evaluates that:
+    nothing is interpolated.
 
     Attributes:
-        times: When each grid point is passed [s], shape (n,).
+        times: When each grid point is passed, or the jerk changes [s], shape (n,).
         q: Positions there [rad or m], shape (n, n_dof).
         qd: Velocities there [rad/s or m/s], shape (n, n_dof).
         qdd: Accelerations behind each of them [rad/s^2 or m/s^2], shape (n, n_dof); at the last one before it.
@@ -47,8 +48,7 @@ class Trajectory:
     certified: bool
     stops: int
     joint_names: tuple[str, ...]
-    _grid: Grid
-    _profile: Profile
+    _timed: TimedPath | Averaged
     _motion: Motion | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -63,7 +63,7 @@ class Trajectory:
     @property
     def rests(self) -> Array:
         """When it is at rest [s], shape (stops + 2,): at the start, at each stop, at the end."""
-        return self._profile.times[self._grid.borders]
+        return self._timed.rests
 
     def at(self, t: ArrayLike) -> Moment:
         """Positions, velocities and accelerations at times.
@@ -80,9 +80,9 @@ class Trajectory:
         t = as_floats("t", t)
         if not np.isfinite(t).all():
             raise InputError("t", "finite times [s] are expected")
-        moment = moment_at(self._grid, self._profile, np.clip(t, 0.0, self.duration))
+        moment = self._timed.at(np.clip(t, 0.0, self.duration))
         rests = ((t < 0.0) | (t > self.duration))[..., None]
-        return Moment(moment.q, np.where(rests, 0.0, moment.qd), np.where(rests, 0.0, moment.qdd))
+        return Moment(moment.q, *(np.where(rests, 0.0, each) for each in moment[1:]))
 
     def is_free(self, world: World | None, *, since: float = 0.0, clearance: float = 0.0) -> bool:
         """Whether the motion is certified free among other objects, from a time on: the lines and parabolas that it follows.
@@ -104,7 +104,7 @@ class Trajectory:
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         if self._motion is None:
             raise AssertionError("every plan with a path has one")
-        points, spreads = edges_since(self._grid, self._profile, min(float(since), self.duration))
+        points, spreads = self._timed.edges_since(min(float(since), self.duration))
         return self._motion._replace(world=world, margin=float(clearance)).is_free(points, spreads)
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
@@ -122,7 +122,7 @@ class Trajectory:
         if period is not None:
             refuse_unless("period", period, 0.0, "a time [s] above 0", above=True)
             t = np.append(np.arange(0.0, self.duration, period), self.duration)
-        moment = self.at(t)
+        moment = self.at(t)[:3]
         names = [f"{kind}{name}" for kind in ("", "velocity_", "acceleration_") for name in self.joint_names]
         lines = [",".join(["time", *names])]
         lines += [",".join(map(repr, row)) for row in np.column_stack([t, *moment]).tolist()]
@@ -151,17 +151,19 @@ class Trajectory:
         return joint_trajectory(self.at, self.rests, self.joint_names, names, period)
 
     def plot(self):
-        """A Matplotlib figure of positions, velocities and accelerations over time.
+        """A Matplotlib figure of positions, velocities and accelerations over time; of jerks too if they are limited.
 
         Raises:
             MissingExtraError: Matplotlib is not installed.
         """
         with needs_extra("a plot", "reach", "matplotlib"):
             from matplotlib.figure import Figure  # noqa: PLC0415 - it is optional
-        figure = Figure(figsize=(8, 8), layout="constrained")
+        labels = ["position [rad or m]", "velocity [1/s]", "acceleration [1/s²]", "jerk [1/s³]"][
+            : 4 if self._timed.limits_jerk else 3
+        ]
+        figure = Figure(figsize=(8, 2.6 * len(labels)), layout="constrained")
         t = np.linspace(0.0, self.duration, 1000)
-        labels = "position [rad or m]", "velocity [1/s]", "acceleration [1/s²]"
-        for axes, values, label in zip(figure.subplots(3, sharex=True), self.at(t), labels, strict=True):
+        for axes, values, label in zip(figure.subplots(len(labels), sharex=True), self.at(t), labels, strict=False):
             axes.plot(t, values, label=self.joint_names)
             axes.set_ylabel(label)
         figure.axes[0].legend(fontsize="small", ncols=2)
@@ -179,32 +181,19 @@ class Trajectory:
 
 
 def make_trajectory(
-    pieces: Pieces,
-    velocity: Array,
-    acceleration: Array,
-    joint_names: tuple[str, ...],
-    *,
-    certified: bool,
-    jerk: Array | None = None,
-    motion: Motion | None = None,
+    timed: TimedPath | Averaged, joint_names: tuple[str, ...], *, certified: bool, motion: Motion | None = None
 ) -> Trajectory:
-    """The fastest motion along the pieces of a path; with a limit of jerk along lines, with a stop at the end of each."""
-    if jerk is not None:
-        grid, profile = jerk_limited(pieces, velocity, acceleration, jerk)
-    else:
-        grid = grid_of(pieces)
-        times, x, u = timed(grid, velocity, acceleration)
-        profile = Profile(times, np.sqrt(x[:-1]), u, np.zeros_like(u))
-    moment = moment_at(grid, profile, profile.times)
-    return Trajectory(profile.times, *moment, certified, len(grid.borders) - 2, joint_names, grid, profile, motion)
+    """The trajectory of a path with times."""
+    moment = timed.at(timed.times)
+    return Trajectory(timed.times, *moment[:3], certified, len(timed.rests) - 2, joint_names, timed, motion)
 
 
 def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion) -> Trajectory:
     """The trajectory of a plan that does not move."""
     none, zero = np.zeros((1, len(q))), np.zeros(1)
     grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]))
-    rest = Moment(q[None].copy(), none.copy(), none.copy())
-    return Trajectory(zero.copy(), *rest, certified, 0, joint_names, grid, Profile(np.zeros(2), zero, zero, zero), motion)
+    timed = TimedPath(grid, Profile(np.zeros(2), zero, zero, zero))
+    return Trajectory(zero.copy(), q[None].copy(), none.copy(), none.copy(), certified, 0, joint_names, timed, motion)
 
 
 def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool = False) -> Array:

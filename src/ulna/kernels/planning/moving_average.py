@@ -1,0 +1,102 @@
+"""Finds over how long a motion has to be averaged so that its jerk is within limits.
+
+The mean y(t) of a motion q over the time from t - w to t has the derivatives
+
+    y' = (q(t) - q(t - w)) / w,   y'' = (q'(t) - q'(t - w)) / w,   y''' = (q''(t) - q''(t - w)) / w.
+
+So y keeps the limits of velocity and acceleration that q keeps, and its jerk is at most c(w) / w, where c(w) is the most that q''
+changes within a time w. c grows with w, by steps: the least w with c(w) <= w times the limit of jerk is found by putting
+w = c(w) / limit again and again, from below. Source: Biagiotti and Melchiorri, FIR filters for online trajectory planning with
+time- and frequency-domain specifications, Control Engineering Practice 20 (2012).
+
+The motion is given by intervals: ``times`` are their borders [s], shape (N + 1,); ``lows`` and ``highs`` bound q'' in each, shape
+(N, n_dof). It is at rest, for at least w, at the borders whose indices are ``rest_rows``, the first and the last among them.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import sqrt
+
+_MOST_STEPS = 64
+
+
+@kernel
+def least_window(times, lows, highs, jerk_limits, rest_rows, least):
+    """The least w >= ``least`` [s] for which the mean keeps the limits of jerk, shape (n_dof,)."""
+    window = least
+    for _ in range(_MOST_STEPS):
+        wanted = time_of_change(times, lows, highs, jerk_limits, rest_rows, window)
+        if wanted <= window:
+            return window
+        window = wanted * (1.0 + 1e-12)
+    return max(window, time_of_change(times, lows, highs, jerk_limits, rest_rows, times[-1] - times[0]))
+
+
+@kernel
+def time_of_change(times, lows, highs, jerk_limits, rest_rows, window):
+    """The most that q'' changes within a time, by the limit of jerk [s]."""
+    longest = 0.0
+    for section in range(rest_rows.shape[0] - 1):
+        first, last = rest_rows[section], rest_rows[section + 1]
+        for j in range(jerk_limits.shape[0]):
+            change = 0.0
+            for i in range(first - 1, last):
+                change = max(change, change_from(times, lows, highs, j, first, last, i, window))
+            longest = max(longest, change / jerk_limits[j])
+    return longest
+
+
+@kernel
+def change_from(times, lows, highs, j, first, last, i, window):
+    """How much q''_j may change within a time that begins in interval i of a section, first - 1 for the rest before it."""
+    low = high = 0.0
+    if i >= first:
+        low, high = lows[i, j], highs[i, j]
+    until, k = times[i + 1 if i >= first else first] + window, i + 1
+    while k < last and (k == i + 1 or times[k] < until):
+        low, high = min(low, lows[k, j]), max(high, highs[k, j])
+        k += 1
+    if k == last:
+        low, high = min(low, 0.0), max(high, 0.0)
+    return high - low
+
+
+@kernel
+def write_coasts(steps, x, rest_rows, window, ceilings):
+    """Lower the ceilings of x = (ds/dt)^2 so that each peak of the speed becomes a time of constant speed of at least ``window``.
+
+    Where a motion changes from speeding up to slowing down at once, q'' changes by twice the acceleration; after this by once at
+    a time. steps: the intervals' lengths, shape (N,); x and ceilings: at the N + 1 borders.
+    """
+    for section in range(rest_rows.shape[0] - 1):
+        first, last = rest_rows[section], rest_rows[section + 1]
+        k = first + 1
+        while k < last:
+            if x[k] > x[k - 1]:
+                low, high = k, k
+                while high < last and x[high + 1] == x[k]:
+                    high += 1
+                if high < last and x[high + 1] < x[k]:
+                    k = max(k, flatten_peak(steps, x, first, last, low, high, window, ceilings))
+            k += 1
+
+
+@kernel
+def flatten_peak(steps, x, first, last, low, high, window, ceilings):
+    """Lower the ceilings about one peak, at the borders from ``low`` to ``high``; return the last border lowered."""
+    level, length = x[low], 0.0
+    for k in range(low, high):
+        length += steps[k]
+    while length < window * sqrt(level) and low > first and high < last:
+        left = x[low - 1] >= x[high + 1]
+        if left:
+            low -= 1
+            length += steps[low]
+            level = min(level, x[low])
+        else:
+            length += steps[high]
+            high += 1
+            level = min(level, x[high])
+    if level > 0.0:
+        for k in range(low, high + 1):
+            ceilings[k] = min(ceilings[k], level)
+    return high

@@ -1,0 +1,242 @@
+"""A motion within limits of jerk: the mean of a motion within limits of acceleration, over a short time before each moment.
+
+``kernels.planning.moving_average`` says why that keeps the limits, and finds how long the time w must be. A path along lines
+and parabolas is passed by it without a stop, in w more than the motion that it is the mean of.
+
+While that time is within a line, the mean is on the line. Elsewhere it leaves the path, and is certified by its own chords: those
+between two moments h apart, with what lies within a h^2 / 8 of them, a being the greatest acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers import time_parameterisation
+from ulna.planning.blend import IsFree, Pieces, free_cuts, rounded
+from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath, along_lines, fastest, grid_of
+
+Array = NDArray[np.float64]
+_LEAST_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
+_WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
+_BESIDE = 2e-5  # [rad or m]: of a chord
+_SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
+_SHORT = 0.02  # of the duration: a window that is not worth a search
+_HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
+
+
+class Span(NamedTuple):
+    """A time in which the window reaches into some parabolas."""
+
+    begin: float
+    end: float
+    first: int
+    """The first of these parabolas, of all of the path."""
+    last: int
+    acceleration: Array
+    """At most, shape (n_dof,)."""
+
+    def chords(self, begin: float) -> tuple[Array, Array]:
+        """The times of the ends of chords, shape (n + 1,), and how far the motion lies beside each, shape (n, n_dof).
+
+        Between two times h apart it lies within a h^2 / 8 of the chord, a being the greatest acceleration.
+        """
+        step = math.sqrt(8.0 * _BESIDE / max(self.acceleration.max(), 1e-300))
+        n = max(1, math.ceil((self.end - begin) / step))
+        beside = self.acceleration * ((self.end - begin) / n) ** 2 / 8 * (1 + 1e-9)
+        return np.linspace(begin, self.end, n + 1), np.tile(beside, (n, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Averaged:
+    """The mean of a motion over the time from t to t + window.
+
+    Attributes:
+        base: The motion; it rests for the window at its start, at each stop and at its end.
+        window: [s].
+    """
+
+    base: TimedPath
+    window: float
+    limits_jerk = True
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return float(self.base.times[-1] - self.window)
+
+    @property
+    def rests(self) -> Array:
+        """When it is at rest [s]: where the window is within a rest of the base."""
+        return self.base.rests
+
+    @cached_property
+    def times(self) -> Array:
+        """When its jerk changes [s]: when one end of the window passes a grid point of the base."""
+        both = np.concatenate([self.base.times, self.base.times - self.window])
+        return np.unique(np.clip(both, 0.0, self.duration))
+
+    @cached_property
+    def _areas(self) -> tuple[Array, Array]:
+        """The integral of q - q(0) up to each grid point of the base, shape (n + 1, n_dof), and what rounding took from it."""
+        steps = self._area(np.arange(len(self.base.grid.steps)), np.diff(self.base.times))
+        sums = np.vstack([np.zeros(steps.shape[1]), np.cumsum(steps, axis=0)])
+        back = sums[1:] - sums[:-1]
+        lost = (sums[:-1] - (sums[1:] - back)) + (steps - back)  # Knuth's sum of two numbers and its error
+        return sums, np.vstack([np.zeros(steps.shape[1]), np.cumsum(lost, axis=0)])
+
+    def _area(self, i: NDArray[np.int64], t: Array) -> Array:
+        """The integral of q - q(0) over the first t of intervals i, shape (..., n_dof)."""
+        grid, profile = self.base
+        t = t[..., None]
+        v, a = profile.speeds[i][..., None], profile.accelerations[i][..., None]
+        way, square = t * t * (v / 2 + a * t / 6), t**3 * (v * v / 3 + v * a * t / 4 + a * a * t * t / 20)
+        return (grid.starts[i] - grid.starts[0]) * t + grid.slopes[i] * way + 0.5 * grid.bends[i] * square
+
+    def at(self, t: Array) -> Moment:
+        """The moments at times within the motion, shape (...)."""
+        (sums, lost), times = self._areas, self.base.times
+        until = t + self.window
+        i, k = self.base.interval_at(t), self.base.interval_at(until)
+        area = (sums[k] - sums[i]) + (lost[k] - lost[i]) + (self._area(k, until - times[k]) - self._area(i, t - times[i]))
+        before, behind = self.base.at(t), self.base.at(until)
+        q = np.where((t >= self.duration)[..., None], behind.q, self.base.grid.starts[0] + area / self.window)
+        return Moment(q, *((late - early) / self.window for early, late in zip(before[:3], behind[:3], strict=True)))
+
+    def edges_since(self, t: float) -> tuple[Array, Array]:
+        """The motion from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, (n - 1, n_dof).
+
+        While the window reaches into no parabola the motion is on a line, which is one edge up to a stop.
+        """
+        now = min(t, self.duration)
+        times, spreads = [np.array([now])], []
+
+        def go_straight(until: float) -> None:
+            ends = np.unique(np.concatenate([self.rests[(self.rests > now) & (self.rests < until)], [until]]))
+            times.append(ends)
+            spreads.append(np.zeros((len(ends), self.base.grid.starts.shape[1])))
+
+        for span in self._spans:
+            if span.end > now:
+                if span.begin > now:
+                    go_straight(span.begin)
+                ends, beside = span.chords(max(span.begin, now))
+                times.append(ends[1:])
+                spreads.append(beside)
+                now = span.end
+        if now < self.duration or not spreads:
+            go_straight(self.duration)
+        return self.at(np.concatenate(times)).q, np.concatenate(spreads)
+
+    def corners_not_free(self, is_free: IsFree) -> list[int]:
+        """The parabolas of the path, counted from 0, about which the motion is not free.
+
+        is_free: whether some edges, and what lies within so much of each in each entry of q, are free.
+        """
+        found = []
+        for span in self._spans:
+            times, spreads = span.chords(span.begin)
+            if not is_free(self.at(times).q, spreads):
+                found += range(span.first, span.last + 1)
+        return found
+
+    @cached_property
+    def _spans(self) -> list[Span]:
+        """When the window reaches into parabolas, in order."""
+        bends, times = self.base.grid.bends, self.base.times
+        changes = (bends[1:] != bends[:-1]).any(axis=1)
+        first, last = np.flatnonzero(np.concatenate([[True], changes])), np.flatnonzero(np.concatenate([changes, [True]]))
+        bent = bends[first].any(axis=1)
+        begin, end = np.maximum(times[first[bent]] - self.window, 0.0), times[last[bent] + 1]
+        apart = np.flatnonzero(begin[1:] > end[:-1]) + 1
+        groups = np.stack([np.concatenate([[0], apart]), np.concatenate([apart, [len(begin)]]) - 1], axis=1)
+        most = np.maximum(*map(np.abs, bounds_of_acceleration(self.base)))
+        spans = []
+        for i, k in groups.tolist():
+            start, until = float(begin[i]), min(float(end[k]), self.duration)
+            first, last = self.base.interval_at(np.array([start, until + self.window])).tolist()
+            spans.append(Span(start, until, i, k, most[first : last + 1].max(axis=0)))
+        return spans
+
+
+def timed_path(path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree) -> TimedPath | Averaged:
+    """The fastest motion along a path, shape (n, n_dof), n >= 2, whose corners are rounded where that is free (``blend``).
+
+    lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes.
+    """
+    cuts = free_cuts(path, lengths, blend, is_free)
+    velocity, acceleration, jerk = limits
+    if jerk is None:
+        return fastest(grid_of(rounded(path, lengths, cuts)), velocity, acceleration)
+    halvings = np.zeros(len(cuts), dtype=int)
+    while cuts.any():
+        motion = _averaged(rounded(path, lengths, cuts), velocity, acceleration, jerk)
+        corners = np.flatnonzero(cuts)[motion.corners_not_free(is_free)]
+        if not len(corners):
+            return motion
+        halvings[corners] += 1
+        cuts[corners] = np.where(halvings[corners] > _HALVINGS, 0.0, 0.5 * cuts[corners])
+    return along_lines(rounded(path, lengths, cuts), velocity, acceleration, jerk)
+
+
+def _averaged(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> Averaged:
+    """The mean of the fastest motion along pieces over the least time that keeps the limits of jerk, or of a slower one.
+
+    With less acceleration the window is shorter. A motion that goes from speeding up to slowing down at once needs a window twice
+    as long as one whose speed is constant for a moment between.
+    """
+    grid = grid_of(pieces)
+
+    def with_share(share: float) -> Averaged:
+        coasts = 0.0, share * float((acceleration / jerk).max())
+        motions = [_mean_of(fastest(grid, velocity, share * acceleration, coast), jerk) for coast in coasts]
+        return min(motions, key=lambda motion: motion.duration)
+
+    best = with_share(1.0)
+    for share in _SHARES:
+        if best.window < _SHORT * best.duration:
+            break
+        slower = with_share(share)
+        if slower.duration >= best.duration:
+            break
+        best = slower
+    return best
+
+
+def _mean_of(motion: TimedPath, jerk: Array) -> Averaged:
+    """The mean of a motion over the least time that keeps the limits of jerk."""
+    lows, highs = bounds_of_acceleration(motion)
+    limits, rests = jerk * _WITHIN, motion.grid.borders
+    window = np.array([_LEAST_WINDOW])
+    time_parameterisation.least_window(motion.times, lows, highs, limits, rests, window)
+    return Averaged(_with_pauses(motion, float(window[0])), float(window[0]))
+
+
+def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
+    """The least and the greatest acceleration in each interval, shape (n, n_dof): between its ends it is linear in s."""
+    grid, (times, speeds, rates, _) = motion
+    late = speeds + rates * np.diff(times)
+    bends, slopes = grid.bends, grid.slopes + grid.steps[:, None] * grid.bends
+    first = grid.slopes * rates[:, None] + bends * speeds[:, None] ** 2
+    last = slopes * rates[:, None] + bends * late[:, None] ** 2
+    return np.minimum(first, last), np.maximum(first, last)
+
+
+def _with_pauses(motion: TimedPath, pause: float) -> TimedPath:
+    """The motion with a rest of so long [s] at its start, at each stop and at its end."""
+    grid, profile = motion
+    q = np.vstack([grid.starts, motion.at(motion.times[-1:]).q])[grid.borders]
+    zeros = np.zeros_like(q)
+
+    def with_rests(rows: Array, at_rest: Array | float) -> Array:
+        return np.insert(rows, grid.borders, at_rest, axis=0)
+
+    borders = grid.borders + np.arange(len(grid.borders))
+    path = with_rests(grid.starts, q), with_rests(grid.slopes, zeros), with_rests(grid.bends, zeros), with_rests(grid.steps, 0.0)
+    times = np.concatenate([[0.0], np.cumsum(with_rests(np.diff(profile.times), pause))])
+    return TimedPath(Grid(*path, borders), Profile(times, *(with_rests(rows, 0.0) for rows in profile[1:])))
