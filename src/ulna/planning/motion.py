@@ -15,7 +15,7 @@ from ulna.drivers.planning import search as driver
 from ulna.engine.width import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.planning_layout import Path, Trees
+from ulna.kernels.planning.search_arrays import Path, Trees
 from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
 

@@ -15,10 +15,10 @@ from ulna.engine.decorators import entry, kernel
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NUMBERS, SCENES
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.planning_layout import Path, Trees
+from ulna.kernels.planning.search_arrays import Path, Trees
 
-_TREES = Trees(rows=MATRICES, parents=INDEX_ROWS, radii=MATRIX, costs=MATRICES, refused=MATRICES)
-_PATH = Path(waypoints=MATRIX, known=INDICES, spreads=MATRIX)
+_TREES = MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES  # the types of ``Trees``
+_PATH = MATRIX, INDICES, MATRIX  # and of a ``Path``
 
 
 @entry(*((*scene, NUMBERS, MATRIX, MATRIX, *_TREES, *_PATH, INDEX_ROWS) for scene in SCENES))
