@@ -9,16 +9,19 @@ import argparse
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 import ulna
+import ulna.planning.motion as planning_motion
 import ulna.planning.search as planning_search
 from benchmarks.plans import leave_out_touched
 from benchmarks.vamp_problems import PlanningProblem, read_problems, spheres
 from ulna.engine.lanes import WIDTH
-from ulna.planning.motion import SAMPLES_APART, edges_of
+from ulna.planning.motion import SAMPLES_APART, EdgeChecker
+from ulna.planning.search import Search
 
 REPEATS = 5
 CONFIGURATIONS = 4096
@@ -52,13 +55,13 @@ def account(robot: ulna.Robot, problem: PlanningProblem, world: ulna.World, *, c
     whole, plan = _least(lambda: robot.plan(problem.start, problem.goal, world, certify=certify), inside)
     compiled = inside.seconds
     motion = plan._searched.motion  # noqa: SLF001 - what the plan was found with
-    edges = edges_of(motion.checker, motion.world, motion.space, motion.margin, certify=certify)
+    edges = motion.edges(certify=certify)
     search, found = _least(lambda: _search(edges, problem), inside)
-    shorten, _ = _least(lambda: planning_search.shortened(edges, found), inside)
+    shorten, _ = _least(lambda: edges.shortened(found), inside)
     kernel_of_shortening = inside.seconds
-    _least(lambda: planning_search.confirmed(edges, plan.path), inside)
+    _least(lambda: edges.confirmed(plan.path), inside)
     kernel_of_confirming, n_edges = inside.seconds, len(plan.path) - 1
-    _least(lambda: planning_search.confirmed(edges, plan.path[:1]), inside)
+    _least(lambda: edges.confirmed(plan.path[:1]), inside)
     setup = inside.seconds
     lengths = np.linalg.norm(np.diff(plan.path, axis=0), axis=1)
     samples = WIDTH * np.ceil(lengths / (SAMPLES_APART * WIDTH)).sum()
@@ -86,8 +89,8 @@ def account(robot: ulna.Robot, problem: PlanningProblem, world: ulna.World, *, c
     }
 
 
-def _search(edges: planning_search.Edges, problem: PlanningProblem):
-    return planning_search.Search(edges, problem.start, problem.goal[None], (0,)).run(100_000, None)
+def _search(edges: EdgeChecker, problem: PlanningProblem):
+    return Search(edges, problem.start, problem.goal[None], (0,)).run(100_000, None)
 
 
 class _Entry:
@@ -95,27 +98,23 @@ class _Entry:
 
     def __init__(self) -> None:
         self.seconds, self.calls, self.calls_of_first = 0.0, 0, 0
-        self._real = planning_search.entry
+        self._real = planning_search.driver
+        self._timed = SimpleNamespace(plan_slice=self._plan_slice)
 
     def __enter__(self) -> None:
         self.seconds, self.calls = 0.0, 0
-        planning_search.entry = self._timed
+        planning_search.driver = planning_motion.driver = self._timed
 
     def __exit__(self, *_: object) -> None:
-        planning_search.entry = self._real
+        planning_search.driver = planning_motion.driver = self._real
         self.calls_of_first = self.calls_of_first or self.calls
 
-    def _timed(self, name: str) -> Callable:
-        function = self._real(name)
-
-        def call(*arguments: Any) -> Any:
-            began = time.thread_time()
-            result = function(*arguments)
-            self.seconds += time.thread_time() - began
-            self.calls += 1
-            return result
-
-        return call
+    def _plan_slice(self, *arguments: Any) -> Any:
+        began = time.thread_time()
+        result = self._real.plan_slice(*arguments)
+        self.seconds += time.thread_time() - began
+        self.calls += 1
+        return result
 
 
 def _least(function: Callable, inside: _Entry) -> tuple[float, Any]:

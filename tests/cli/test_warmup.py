@@ -136,10 +136,10 @@ from ulna.engine.warmup import all_jobs
 print(*{job.name for job in all_jobs(DRIVERS)})
 """
     found = run(code).stdout.split()
-    for module in pkgutil.iter_modules(ulna.drivers.__path__):
-        functions = vars(importlib.import_module(f"ulna.drivers.{module.name}")).items()
-        own = {f"{module.name}.{name}" for name, value in functions if callable(value) and value in ENTRIES}
-        assert own == {name for name in found if name.startswith(f"{module.name}.")}
+    for module in pkgutil.walk_packages(ulna.drivers.__path__, "ulna.drivers."):
+        place, functions = module.name.removeprefix("ulna.drivers."), vars(importlib.import_module(module.name)).items()
+        own = {f"{place}.{name}" for name, value in functions if callable(value) and value in ENTRIES}
+        assert own == {name for name in found if name.rpartition(".")[0] == place}
 
 
 def test_every_signature_is_one_job():

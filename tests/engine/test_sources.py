@@ -15,7 +15,11 @@ from ulna.engine import sources
 
 PACKAGE = Path(ulna.__file__).parent
 COMPILED = sorted(path for room in ("engine", "kernels", "drivers") for path in (PACKAGE / room).rglob("*.py"))
-DRIVERS = sorted(path.stem for path in (PACKAGE / "drivers").glob("*.py") if path.stem not in ("__init__", "batch", "lane_state"))
+DRIVERS = sorted(
+    str(path.relative_to(PACKAGE / "drivers").with_suffix(""))
+    for path in (PACKAGE / "drivers").rglob("*.py")
+    if path.stem not in ("__init__", "batch", "lane_state")
+)
 KERNELS = sorted(str(path.relative_to(PACKAGE)) for path in (PACKAGE / "kernels").rglob("*.py") if path.stem != "__init__")
 LOADED = """
 import importlib, json, sys
@@ -25,7 +29,7 @@ for driver in sys.argv[1:]:
     for name in list(sys.modules):
         if name.startswith(("ulna.kernels.", "ulna.drivers.")):
             del sys.modules[name]
-    importlib.import_module(f"ulna.drivers.{driver}")
+    importlib.import_module("ulna.drivers." + driver.replace("/", "."))
     loaded = [module for name, module in sys.modules.items() if name.startswith(("ulna.kernels.", "ulna.drivers."))]
     found[driver] = [module.__file__ for module in loaded]
 print(json.dumps(found))

@@ -9,7 +9,6 @@ import ulna
 from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
 from ulna.kernels.planning.planning_layout import BOUND, HIGH, LOW
-from ulna.planning.motion import edges_of
 from ulna.planning.search import Search
 
 SEEDS = range(12)
@@ -124,18 +123,17 @@ def test_no_path_no_budget_or_no_time_are_refused(panda, plans):
 def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(panda, world, ends, plans):
     searched = plans[0]._searched
     motion = searched.motion
-    edges = edges_of(motion.checker, world, motion.space, 0.0, certify=True)
+    edges = motion.edges(certify=True)
     bound = 0.9 * plans[0].length
     search = Search(edges, ends[0], searched.goals, (0, 1), bound)
     path = search.run(20_000, None)
     assert search.edges.settings[BOUND] == bound
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     assert length < bound
-    capacity = search._parents.shape[1]
     for tree in (0, 1):
         n = int(search.state[0, tree])
-        costs = search._costs[tree * len(search._costs) // 2 :].reshape(-1)[:capacity]
-        nodes = search._rows[tree].reshape(-1, 7, WIDTH).swapaxes(1, 2).reshape(-1, 7)
+        costs = search.trees.costs[tree].reshape(-1)
+        nodes = search.trees.rows[tree].reshape(-1, 7, WIDTH).swapaxes(1, 2).reshape(-1, 7)
         q = nodes[:n]
         for node in range(n):
             branch = nodes[branch_of(search, tree, node)]
@@ -150,7 +148,7 @@ def branch_of(search, tree, node):
     nodes = []
     while node >= 0:
         nodes.append(node)
-        node = int(search._parents[tree, node])
+        node = int(search.trees.parents[tree, node])
     return nodes
 
 

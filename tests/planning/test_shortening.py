@@ -3,9 +3,6 @@
 import numpy as np
 import pytest
 
-from ulna.planning.motion import edges_of
-from ulna.planning.search import confirmed, shortened
-
 
 @pytest.fixture(scope="module")
 def motion(panda, world):
@@ -34,12 +31,12 @@ def test_an_edge_of_the_given_path_that_is_not_free_is_not_taken_for_one_that_is
 
     An edge that is wrongly known to be free is not looked at again, so a path that touches would be returned as confirmed.
     """
-    edges = edges_of(motion.checker, motion.world, motion.space, 0.0, certify=True)
+    edges = motion.edges(certify=True)
     rng, outcomes = np.random.default_rng(4), []
     for _ in range(300):
         path = np.cumsum(rng.normal(scale=0.25, size=(12, 7)), axis=0) + panda.home
         path[:, 0] += rng.uniform(-1, 1)
-        found, _ = shortened(edges, np.clip(path, panda.lower, panda.upper))
+        found, _ = edges.shortened(np.clip(path, panda.lower, panda.upper))
         outcomes.append(found is not None)
-        assert found is None or confirmed(edges, found)[0] is not None
+        assert found is None or edges.confirmed(found)[0] is not None
     assert 30 < sum(outcomes) < 270, "both happen often"

@@ -31,7 +31,7 @@ def test_where_slices_end_and_how_much_room_there_was_at_first_for_the_path_chan
     left, right = panda.home.copy(), panda.home.copy()
     left[0], right[0] = 1.0, -1.0
     whole = [panda.plan(left, right, world, seed=seed) for seed in range(4)]
-    monkeypatch.setattr(search, "_POINTS", 1)
+    monkeypatch.setattr(search, "_WAYPOINTS", 1)
     monkeypatch.setattr(Pace, "adapt", lambda pace, *_: setattr(pace, "checks", 1))
     for seed, plan in enumerate(whole):
         again = panda.plan(left, right, world.copy(), seed=seed)

@@ -134,8 +134,8 @@ def main(file):
     drivers = {id(each): each for caller in callers for each in vars(caller).values() if is_driver(each)}.values()
     for name in DRIVERS.names():
         for driver in drivers:
-            if driver.__name__ == f"{DRIVERS.package}.{name.partition('.')[0]}":
-                function = name.partition(".")[2]
+            module, _, function = name.rpartition(".")
+            if driver.__name__ == f"{DRIVERS.package}.{module}":
                 setattr(driver, function, recording(name, ready(getattr(driver, function))))
     ask()
     answers = {key: [digest.hexdigest(), ROWS[key]] for key, digest in sorted(HASHES.items())}

@@ -1,15 +1,43 @@
-"""Runs continuous collision checking over a batch of edges."""
+"""Continuous collision checking: decides whether an edge is free, and how far it is.
+
+An edge is q(t) = q_a + t (q_b - q_a), 0 <= t <= 1. Samples of it may all be free although it touches something between
+them, so intervals of t are certified instead. In an interval with middle c and half length h, no point p of a body moves farther
+from where it is at c than (Taylor)
+
+    m(h) = h |p'(c)| + h^2 / 2 max |p''|.
+
+p'(c) is exact, and the rates of the joints bound p'' (``kernels.collision.ball_motion``). Let d be the distance of two bodies at
+c. If d > m_a(h) + m_b(h), they touch nowhere in the interval: one distance decides on all of its configurations. If d <= 0, they
+touch. Otherwise the interval is split. m is about proportional to h, so each half needs about half the distance: far from
+everything the whole edge is one interval, and at a distance d they are some d / |p'| long. Eight are decided at once
+(``kernels.collision.interval``):
+
+1. Eight intervals cover the edge. If something touches at the middle of any, it is not free.
+2. An interval that is not clear throughout is split: one into eight, two into four each, up to four into two each, so that the
+   lanes are filled. The oldest go first: what touches in the middle of an edge is found before its ends are looked at closely.
+   Once ``BREADTH`` intervals were split, the newest go first: then little room is needed, however near the edge passes.
+3. The edge is free when no interval is left. One so short that nothing moves by the resolution in it is not split further, and
+   the edge is not free: "free" is certain, "not free" means that it touches or passes nearer than about the resolution.
+
+Where it is not, ``free_until`` splits the first interval that is not clear, again and again: conservative advancement (Mirtich,
+Impulse-based dynamic simulation of rigid body systems, 1996).
+"""
 
 import numpy as np
 
 from ulna.drivers.carried import carried_by
-from ulna.drivers.free_edge import edge_is_free, free_until, interval_work
-from ulna.engine.decorators import entry
+from ulna.engine.decorators import entry, kernel, routine, shared_routine, workspace
+from ulna.engine.lanes import WIDTH, empty_rows, load, store, zero_rows
 from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, SCENES
-from ulna.kernels.collision.ball_motion import world_rounding
+from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_balls, world_rounding, write_motion
+from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import EDGE_CONTACT, EDGE_FREE, EDGE_OUT_OF_RANGE
+from ulna.kernels.collision.interval import self_outcome, world_outcome
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.spatial.elementary import all_in_range
+
+BREADTH = 512  # intervals
+_DEPTH = 128  # halvings of an interval: more than there are numbers between 0 and 1
 
 
 @entry(*((*scene, MATRIX, MATRIX, NUMBER, INDICES, NUMBERS) for scene in SCENES))
@@ -32,3 +60,161 @@ def edges_each(
             status[e] = EDGE_CONTACT
             contact[e] = free_until(scene, carried, work, q_a[e], q_b[e], resolution, of_world)
     return True
+
+
+@workspace
+def interval_work(n_dof):
+    """Configurations, middles and halves of eight intervals; those that wait; the stack of the BVH."""
+    return (
+        zero_rows(max(1, n_dof)),
+        empty_rows(3),
+        np.empty((BREADTH + WIDTH * _DEPTH, 2)),
+        np.empty(STACK, np.int64),
+    )
+
+
+@kernel
+def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_world):
+    """Whether the edge from q_a to q_b is certainly free, and nothing of the world is nearer than a margin [m].
+
+    With a spread above 0, (n_dof,), that holds for all that lies so far beside the edge in each entry of q.
+    of_world: ``world_rounding(scene)``. q_a and q_b are in range.
+    """
+    _, lane_rows, waiting, _ = work
+    write_motion(scene.joints, q_a, q_b, spread, carried)
+    fastest = fastest_ball(scene.joints, carried)
+    waiting[0, 0], waiting[0, 1] = 0.5, 0.5
+    oldest, newest = 0, 1
+    while oldest < newest:
+        n = min(newest - oldest, WIDTH // 2)
+        if newest < BREADTH:
+            split(waiting, oldest, n, lane_rows)
+            oldest += n
+        else:
+            newest -= n
+            split(waiting, newest, n, lane_rows)
+        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, of_world, stop=True):
+            return False
+        for lane in range(WIDTH // n * n):
+            if lane_rows[2, lane] == 0.0:
+                if 2.0 * lane_rows[1, lane] * fastest <= resolution:
+                    return False
+                waiting[newest, 0], waiting[newest, 1] = lane_rows[0, lane], lane_rows[1, lane]
+                newest += 1
+    return True
+
+
+@kernel
+def free_until(scene, carried, work, q_a, q_b, resolution, of_world):
+    """The fraction of an edge that is certainly free, after ``edge_is_free`` has found with the same work that not all is."""
+    _, lane_rows, waiting, _ = work
+    fastest, at_most = fastest_ball(scene.joints, carried), 0.0
+    for lane in range(WIDTH):
+        if lane_rows[2, lane] == 0.0:  # the contact is in one of these
+            at_most = max(at_most, lane_rows[0, lane])
+    waiting[0, 0], waiting[0, 1], n = 0.5, 0.5, 1
+    while n > 0:
+        n -= 1
+        if waiting[n, 0] - waiting[n, 1] >= at_most:
+            return at_most
+        split(waiting, n, 1, lane_rows)
+        outcome_at(scene, carried, work, q_a, q_b, INSTANT, 0.0, of_world, stop=False)
+        for back in range(WIDTH):
+            lane = WIDTH - 1 - back
+            if lane_rows[2, lane] == 0.0:
+                waiting[n, 0], waiting[n, 1] = lane_rows[0, lane], lane_rows[1, lane]
+                n += 1
+        if n > 0 and 2.0 * waiting[n - 1, 1] * fastest <= resolution:
+            return min(at_most, waiting[n - 1, 0] - waiting[n - 1, 1])
+    return at_most
+
+
+@routine
+def split(waiting, first, n, lane_rows):
+    """Write the middles and half lengths of eight intervals, the parts of n that wait, 1 to 4, from a first one on.
+
+    The last of them are repeats where n does not divide eight.
+    """
+    share = WIDTH // n
+    for lane in range(WIDTH):
+        i, part = first + min(lane // share, n - 1), lane % share
+        half = waiting[i, 1] / share
+        lane_rows[0, lane], lane_rows[1, lane] = waiting[i, 0] + (2 * part + 1 - share) * half, half
+
+
+@shared_routine
+def outcome_at(scene, carried, work, q_a, q_b, instant, margin, of_world, stop):
+    """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``.
+
+    instant: what is added to their half lengths; 0 if these are 0, so that nothing moves. stop: whether a contact ends the
+    search; then a lane that is called clear need not be.
+    """
+    q_rows, lane_rows, _, stack = work
+    t, half = load(lane_rows, 0), load(lane_rows, 1) + instant
+    for k in range(q_a.shape[0]):
+        store(q_rows, k, t * (q_b[k] - q_a[k]) + q_a[k])
+    like = load(q_rows, 0)
+    still = instant == 0.0
+    place_balls(scene.joints, q_rows, half, still, carried)
+    touches, clear = world_outcome(scene, carried, half, still, margin, of_world, stop, stack, like)
+    if not touches:
+        touches, clear = self_outcome(scene, carried, half, still, stop, clear, like)
+    store(lane_rows, 2, clear)
+    return touches
+
+
+@kernel
+def edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world):
+    """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them q_b.
+
+    Those in an interval that is certified need no look of their own. Intervals are looked at as in ``edge_is_free``, as long as
+    the last look settled more samples than it has lanes.
+    """
+    _, lane_rows, waiting, _ = work
+    write_motion(scene.joints, q_a, q_b, spread, carried)
+    waiting[0, 0], waiting[0, 1] = 0.5, 0.5
+    oldest, newest, left, settled = 0, 1, WIDTH * n_blocks, WIDTH + 1
+    while left > WIDTH and settled > WIDTH and newest < BREADTH:
+        n = min(newest - oldest, WIDTH // 2)
+        split(waiting, oldest, n, lane_rows)
+        oldest, before, left = oldest + n, left, 0
+        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, of_world, stop=True):
+            return False
+        for lane in range(WIDTH // n * n):
+            if lane_rows[2, lane] == 0.0:
+                waiting[newest, 0], waiting[newest, 1] = lane_rows[0, lane], lane_rows[1, lane]
+                newest += 1
+        for i in range(oldest, newest):
+            first, end = samples_in(waiting, i, n_blocks)
+            left += end - first
+        settled = before - left
+    n = 0
+    for i in range(oldest, newest):
+        first, end = samples_in(waiting, i, n_blocks)
+        for sample in range(first, end):
+            lane_rows[0, n] = sample / (WIDTH * n_blocks)
+            n += 1
+            if n == WIDTH:
+                if touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
+                    return False
+                n = 0
+    return n == 0 or not touches_at(scene, carried, work, q_a, q_b, n, margin, of_world)
+
+
+@routine
+def samples_in(waiting, i, n_blocks):
+    """Which of 8 n_blocks samples, the first at a share of 1 / (8 n_blocks), are in an interval: the first, and the one after."""
+    middle, half, n = waiting[i, 0], waiting[i, 1], WIDTH * n_blocks
+    return int((middle - half) * n) + 1, int((middle + half) * n) + 1
+
+
+@kernel
+def touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
+    """Whether the robot is not free at the first n configurations of eight, n > 0."""
+    lane_rows = work[1]
+    for lane in range(WIDTH):
+        lane_rows[0, lane], lane_rows[1, lane] = lane_rows[0, min(lane, n - 1)], 0.0
+    touches = outcome_at(scene, carried, work, q_a, q_b, 0.0, margin, of_world, stop=True)
+    for lane in range(WIDTH):
+        touches = touches or lane_rows[2, lane] == 0.0
+    return touches

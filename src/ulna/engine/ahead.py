@@ -29,8 +29,9 @@ def ahead_entry(module: str, function: str) -> Callable[..., Any] | None:
         InputError: ``ULNA_CPU`` names no level that there is and this CPU has.
     """
     library = _library() if is_ahead() else None
-    package, _, name = module.rpartition(".")
-    return None if library is None or library.package != package else library.find(f"{name}.{function}")
+    if library is None or not module.startswith(f"{library.package}."):
+        return None
+    return library.find(f"{module.removeprefix(library.package)[1:]}.{function}")
 
 
 def is_ahead() -> bool:

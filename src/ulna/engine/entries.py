@@ -56,15 +56,20 @@ class Entries:
         return module
 
     def marked(self, name: str) -> Any:
-        """An entry by its module and function, such as ``"forward.forward_one"``; none of its machine code need be there yet.
+        """An entry by its name, such as ``"forward.forward_one"`` or ``"planning.search.plan_slice"``, compiled or not.
 
         Raises:
             LookupError: There is no such entry.
         """
         from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - it loads the compiler
 
-        module, _, function = name.partition(".")
-        found = getattr(importlib.import_module(f"{self.package}.{module}"), function, None)
+        path, _, function = f"{self.package}.{name}".rpartition(".")
+        try:
+            found = getattr(importlib.import_module(path), function, None)
+        except ModuleNotFoundError as error:
+            if error.name != path:
+                raise
+            found = None
         if found not in ENTRIES:
             raise LookupError(f"{self.package} has no entry {name!r}")
         return found
@@ -75,9 +80,9 @@ class Entries:
 
         from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - it loads the compiler
 
-        for module in pkgutil.iter_modules(importlib.import_module(self.package).__path__):
-            importlib.import_module(f"{self.package}.{module.name}")
         within = f"{self.package}."
+        for module in pkgutil.walk_packages(importlib.import_module(self.package).__path__, within):
+            importlib.import_module(module.name)
         return [calls.name.removeprefix(within) for calls in ENTRIES.values() if calls.name.startswith(within)]
 
 

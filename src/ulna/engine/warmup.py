@@ -26,7 +26,7 @@ class Job(NamedTuple):
 
     @property
     def module(self) -> str:
-        """The driver's module."""
+        """The driver's module, or its folder."""
         return self.name.partition(".")[0]
 
 
@@ -91,7 +91,7 @@ def compile_one(job: Job) -> Compiled:
     entry.compile(signature)
     shapes = "" if len(signatures) == 1 else "boxes" if NONE in signatures[job.signature] else "any"
     seconds, was_cached = time.perf_counter() - start, entry.stats.cache_hits[signature] > hits
-    return Compiled(job.name.partition(".")[2], shapes, seconds, was_cached)
+    return Compiled(job.name.rpartition(".")[2], shapes, seconds, was_cached)
 
 
 def _begin_worker() -> None:

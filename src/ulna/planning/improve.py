@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.planning.motion import Motion, edges_of
+from ulna.planning.motion import Motion
 from ulna.planning.plan_status import Effort
 from ulna.planning.search import Search
 
@@ -63,7 +63,7 @@ def improved(searched: Searched, best: Best, max_checks: int, time_limit: float 
     """A shorter path, or the same if none was found, after at most so many more checks; see ``Plan.improve``."""
     began, motion = time.perf_counter(), searched.motion
     space, (path, goal, certified, effort) = motion.space, best
-    edges = edges_of(motion.checker, motion.world, space, motion.margin, certify=searched.certify)
+    edges = motion.edges(certify=searched.certify)
     straight = space.lengths(space.shortest_way(searched.goals - searched.start)).min()
     most, n_searches = effort.checks + int(max_checks), searched.n_searches
     budget = _FIRST_CHECKS

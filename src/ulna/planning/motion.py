@@ -1,4 +1,4 @@
-"""Holds what a plan was found with, so that more can be asked of it."""
+"""Decides whether the edges of a motion are free: those of a search, and those of a path."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -11,10 +11,12 @@ from ulna.collision.checker import Checker
 from ulna.collision.object_tables import NO_OBJECTS
 from ulna.collision.objects import Objects
 from ulna.collision.world import World
+from ulna.drivers.planning import search as driver
+from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
-from ulna.planning.search import Edges, confirmed
-from ulna.planning.slices import Pace
+from ulna.kernels.planning.search_arrays import Path, Trees
+from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
@@ -26,8 +28,54 @@ _DOMAIN, _LEAST_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times RANGE, for up to s
 _MOST_STEPS = 4096  # of one iteration
 
 
+class EdgeChecker(NamedTuple):
+    """What decides whether an edge is free.
+
+    Attributes:
+        scene: The robot and the world.
+        settings: ``planning_layout``'s.
+        space: What may be moved.
+        pace: How many edges are checked in one slice.
+    """
+
+    scene: Scene
+    settings: Array
+    space: Space
+    pace: Pace
+
+    def below(self, bound: float, start: Array, goals: Array) -> "EdgeChecker":
+        """One for paths shorter than a bound: samples are taken where such a path may pass."""
+        settings = self.settings.copy()
+        settings[layout.BOUND] = bound
+        return self._replace(settings=settings, space=self.space.within(bound, start, goals))
+
+    def shortened(self, path: Array) -> tuple[Array | None, int]:
+        """A shorter path, confirmed edge by edge, or None where that failed; and how many edges were checked."""
+        return self._run(path, no_rows((0, path.shape[1])), layout.SHORTEN)
+
+    def confirmed(self, path: Array, spreads: Array | None = None) -> tuple[Array | None, int]:
+        """The path, if each of its edges is free; else None; and how many edges were checked.
+
+        spreads: how far beside each edge all is to be free, shape (n - 1, n_dof) [rad or m]; nowhere unless given.
+        """
+        return self._run(path, no_rows((0, path.shape[1])) if spreads is None else spreads, layout.CONFIRM)
+
+    def _run(self, waypoints: Array, spreads: Array, first_pass: int) -> tuple[Array | None, int]:
+        (n, n_dof), state, slices = waypoints.shape, np.zeros((2, layout.N_STATE), dtype=np.int64), Slices(2**62, None, self.pace)
+        path, shortening = new_path(2 * n + layout.SPARE_POINTS, n_dof)._replace(spreads=spreads), state[1]
+        path.waypoints[:n], shortening[layout.POINTS], shortening[layout.PASS] = waypoints, n, first_pass
+        shortening[layout.ROWS] = len(path.waypoints)
+        trees, samples = _no_trees(), no_rows((0, n_dof))
+        while slices.another(shortening):
+            code = driver.plan_slice(*self.scene, self.settings, self.space.table, samples, *trees, *path, state)
+            if code != layout.PAUSED:
+                found = path.waypoints[: shortening[layout.POINTS]].copy() if code == layout.SOLVED else None
+                return found, int(shortening[layout.CHECKS])
+        raise AssertionError("shortening ends by itself")
+
+
 class Motion(NamedTuple):
-    """What a plan was found with.
+    """What a plan was found with, so that its edges can be checked again.
 
     Attributes:
         space: What may be moved, and how lengths are measured.
@@ -41,10 +89,17 @@ class Motion(NamedTuple):
     world: World | None
     margin: float
 
+    def edges(self, *, certify: bool) -> EdgeChecker:
+        """What decides whether an edge is free: certainly, or at samples."""
+        objects, kept = NO_OBJECTS if self.world is None else self.world.objects(), _kept.get(self.checker)
+        if kept is None or kept[0] is not objects:
+            kept = _kept[self.checker] = objects, self.checker.scene_of(self.world, self_collision=True), Pace()
+        settings = _settings(self.space.n_moving, self.space.diameter, self.margin, certify=certify)
+        return EdgeChecker(kept[1], settings, self.space, kept[2])
+
     def is_free(self, points: Array, spreads: Array) -> bool:
         """Whether all within ``spreads``, shape (n - 1, n_dof), of the edges of a path, shape (n, n_dof), is certainly free."""
-        edges = edges_of(self.checker, self.world, self.space, self.margin, certify=True)
-        return confirmed(edges, points, spreads)[0] is not None
+        return self.edges(certify=True).confirmed(points, spreads)[0] is not None
 
     def clearance(self, q: Array) -> float:
         """The least distance of the robot at q, shape (n, n_dof), from an object [m]; infinite if there is none."""
@@ -53,15 +108,25 @@ class Motion(NamedTuple):
         return float(np.min(self.checker.signed_distance(q, self.world, self_collision=False)))
 
 
-def edges_of(checker: Checker, world: World | None, space: Space, margin: float, *, certify: bool) -> Edges:
-    """What it takes to decide whether an edge is free."""
-    objects, kept = NO_OBJECTS if world is None else world.objects(), _kept.get(checker)
-    if kept is None or kept[0] is not objects:
-        kept = _kept[checker] = objects, checker.scene_of(world, self_collision=True), Pace()
-    return Edges(kept[1], _settings(space.n_moving, space.diameter, margin, certify=certify), space, kept[2])
-
-
 _kept: WeakKeyDictionary[Checker, tuple[Objects, Scene, Pace]] = WeakKeyDictionary()  # of a robot's last world
+
+
+def new_path(capacity: int, n_dof: int) -> Path:
+    """Room for a path of which nothing is known."""
+    return Path(np.empty((capacity, n_dof)), np.zeros(capacity, dtype=np.int64), no_rows((0, n_dof)))
+
+
+@lru_cache(maxsize=64)
+def no_rows(shape: tuple[int, ...]) -> Array:
+    """An array without elements."""
+    return np.empty(shape)
+
+
+@lru_cache(maxsize=1)
+def _no_trees() -> Trees:
+    return Trees(
+        no_rows((2, 0, WIDTH)), np.empty((2, 0), dtype=np.int64), no_rows((2, 0)), no_rows((2, 0, WIDTH)), no_rows((0, 2, 0))
+    )
 
 
 @lru_cache(maxsize=64)

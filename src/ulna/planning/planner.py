@@ -23,7 +23,7 @@ from ulna.planning.escape import escape_from
 from ulna.planning.goals import Goals, Question, as_goal, find_goals, held_for
 from ulna.planning.improve import Searched
 from ulna.planning.links_goal import as_links_goal, find_links_goals, held_for_links, own_columns
-from ulna.planning.motion import Motion, edges_of
+from ulna.planning.motion import Motion
 from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
 from ulna.planning.plan_status import PlanStatus, budget_spent
@@ -97,13 +97,12 @@ def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bo
     far = world.objects().farthest if world is not None and slides_without_end(question.tree) else 0.0
     q, of, certify = goals.q, goals.of, bool(options.certify)
     space = make_space(question.tree, np.concatenate([start[None], q]), fixed, far)
-    edges = edges_of(question.checker, world, space, question.margin, certify=certify)
+    motion = Motion(space, question.checker, world, question.margin)
     if len(q) > 1:
         order = np.argsort(space.lengths(space.shortest_way(q - start)), kind="stable")
         q, of = q[order], of[order]
-    motion = Motion(space, question.checker, world, question.margin)
     searched = Searched(motion, start, q, of, certify, int(options.seed))
-    search = Search(edges, start, q, (searched.seed,))
+    search = Search(motion.edges(certify=certify), start, q, (searched.seed,))
     found = search.finish(int(options.max_checks), options.time_limit, shorten=bool(options.shorten))
     if found is None:
         nothing = np.empty((0, question.tree.n_dof))

@@ -1,5 +1,7 @@
-"""Numbers settings, state and status codes of planning. Plain numbers only."""
+"""Numbers the settings, the state and the codes of planning. Plain numbers only."""
 
+# The search.
+RRT_CONNECT, AORRTC = 0, 1  # the algorithms
 # Settings of a search.
 RANGE = 0  # the longest edge of a tree, in the metric of the space
 RESOLUTION = 1  # of a certificate [m]
@@ -22,7 +24,10 @@ JOINED = 14  # 1 once the trees are joined
 REACHED = 15  # the root of the second tree that the path leads to
 IN_A_ROW = 16  # how many samples were skipped since the last that was not
 FAILED = 17  # and 18: of each tree, how many edges towards samples were not free since the last that was
-N_STATE = 19
+ALGORITHM = 19
+REFUSED = 20  # how many edges were not free
+N_STATE = 21
+MOST_REFUSED = 32  # of these, so many are kept
 PASSED_A_CHECK = 64  # samples that were skipped count as one checked edge: they take about as long
 # After so many skipped samples the next is tried wherever it is: where a tree is hemmed in and joints are many, hardly any sample
 # lies within the domains of its few nodes.
@@ -35,5 +40,5 @@ SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE, NO_ROOM = 0, 1, 2, 3, 4, 5
 # State of shortening, besides CHECKS and UNTIL: how many points, the pass, where in it, and for how many points there is room.
 # The last pass confirms every edge; with AS_FOUND there is none.
 POINTS, PASS, AT, OTHER, ROWS = 0, 1, 2, 5, 6
-CONFIRM, AS_FOUND = 5, 6
+SHORTEN, CONFIRM, AS_FOUND = 0, 5, 6
 SPARE_POINTS = 128  # besides twice the points of a path: room to shorten it

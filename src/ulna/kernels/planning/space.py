@@ -47,15 +47,12 @@ def nearest_in_lanes(tree_rows, n_blocks, q, space):
 
 
 @kernel
-def nearest_below_in_lanes(tree_rows, costs, first, n_blocks, q, bound, space):
-    """The same, of the nodes from which q costs at most ``bound``: their cost, and the distance. Infinite where there is none.
-
-    costs: the costs of the nodes, from row ``first`` on.
-    """
-    least = splat(INF, load(costs, first))
+def nearest_below_in_lanes(tree_rows, cost_rows, n_blocks, q, bound, space):
+    """As ``nearest_in_lanes``, of the nodes from which q costs at most ``bound``: their cost and the distance. Else infinite."""
+    least = splat(INF, load(cost_rows, 0))
     at = splat(0.0, least)
     for block in range(n_blocks):
-        left = splat(bound, least) - load(costs, first + block)
+        left = splat(bound, least) - load(cost_rows, block)
         square = square_distance(tree_rows, block, q, space)
         nearer = (left >= 0.0) & (square <= left * left) & (square < least)
         least, at = where(nearer, square, least), where(nearer, splat(float(block), least), at)

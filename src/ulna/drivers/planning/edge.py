@@ -1,0 +1,73 @@
+"""Decides whether an edge of a plan is free, as its settings say, and keeps the last ones that are not."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers.carried import carried_by
+from ulna.drivers.continuous import edge_is_free, edge_is_free_at_samples, interval_work
+from ulna.engine.decorators import kernel, routine, workspace
+from ulna.engine.lanes import WIDTH
+from ulna.kernels.collision.ball_motion import world_rounding
+from ulna.kernels.collision.scene import Scene
+from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.space import distance
+
+
+class EdgeContext(NamedTuple):
+    """All that ``is_free`` needs besides an edge: the scene with its workspaces, the settings, the space."""
+
+    scene: Scene
+    carried: NamedTuple
+    work: tuple
+    settings: NDArray
+    space: NDArray
+    of_world: float
+    no_spread: NDArray
+
+
+@workspace
+def context_of(scene, settings, space):
+    """The context of a scene."""
+    carried, work = carried_by(scene), interval_work(space.shape[1])
+    return EdgeContext(scene, carried, work, settings, space, world_rounding(scene), np.zeros(space.shape[1]))
+
+
+@workspace
+def without_turns(context):
+    """The context of edges from q_a straight to q_b, also where a joint that turns without end has a shorter way."""
+    space = context.space.copy()
+    for k in range(space.shape[1]):
+        space[layout.PERIOD, k] = 0.0
+    return EdgeContext(context.scene, context.carried, context.work, context.settings, space, context.of_world, context.no_spread)
+
+
+@routine
+def is_free(context, q_a, q_b, spread):
+    """Whether all within ``spread`` of the edge from q_a to q_b is free: certainly, or at samples, as the settings say."""
+    scene, carried, work, settings, of_world = context.scene, context.carried, context.work, context.settings, context.of_world
+    margin, sampled = settings[layout.MARGIN], settings[layout.SAMPLED]
+    if sampled > 0.0:
+        n_blocks = max(1, int(np.ceil(distance(q_a, q_b, context.space) / (sampled * WIDTH))))
+        return edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world)
+    return edge_is_free(scene, carried, work, q_a, q_b, spread, settings[layout.RESOLUTION], margin, of_world)
+
+
+@kernel
+def passes(context, q_a, q_b, refused, state):
+    """Count an edge of a search; whether it is free. One that is not is kept in ``refused``, in the place of the oldest."""
+    state[layout.CHECKS] += 1
+    if is_free(context, q_a, q_b, context.no_spread):
+        return True
+    keep(q_a, q_b, refused, state)
+    return False
+
+
+@routine
+def keep(q_a, q_b, refused, state):
+    """Keep an edge that is not free."""
+    place = state[layout.REFUSED] % layout.MOST_REFUSED
+    state[layout.REFUSED] += 1
+    for k in range(refused.shape[2]):
+        refused[place, 0, k], refused[place, 1, k] = q_a[k], q_b[k]

@@ -1,0 +1,144 @@
+"""Finds, reads and adds nodes of the trees of a search, takes its samples, and writes the path that joins the trees."""
+
+import numpy as np
+
+from ulna.engine.decorators import routine
+from ulna.engine.lanes import WIDTH, lane_of
+from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.space import nearest_in_lanes, short_way
+
+
+@routine
+def next_tree(state):
+    """Which tree grows next: the other one, unless this one is less than half as large."""
+    own = state[layout.ACTIVE]
+    if state[1 - own] < 2 * state[own]:
+        own = 1 - own
+        state[layout.ACTIVE] = own
+    return own
+
+
+@routine
+def read_sample(samples, space, state, q):
+    """Write the configuration of the next sample to q; returns the row of the sample."""
+    row = state[layout.SAMPLE] - state[layout.FIRST_SAMPLE]
+    state[layout.SAMPLE] += 1
+    for k in range(q.shape[0]):
+        q[k] = space[layout.LOW, k] + samples[row, k] * (space[layout.HIGH, k] - space[layout.LOW, k])
+    return row
+
+
+@routine
+def pass_over(state):
+    """Count a sample that is skipped; so many of them are one checked edge of the budget."""
+    state[layout.PASSED] += 1
+    if state[layout.PASSED] % layout.PASSED_A_CHECK == 0:
+        state[layout.CHECKS] += 1
+
+
+@routine
+def nearest_node(rows, n, q, space):
+    """The node of a tree of n nodes that is nearest to q; of several the first."""
+    least, block = nearest_in_lanes(rows, (n + WIDTH - 1) // WIDTH, q, space)
+    best, node = np.inf, 0
+    for lane in range(WIDTH):
+        square, i = lane_of(least, lane), WIDTH * int(lane_of(block, lane)) + lane
+        if square < best or (square == best and i < node):
+            best, node = square, i
+    return node
+
+
+@routine
+def read_node(rows, node, q):
+    """Write the configuration of a node to q."""
+    n_dof = q.shape[0]
+    for k in range(n_dof):
+        q[k] = rows[node // WIDTH * n_dof + k, node % WIDTH]
+
+
+@routine
+def add_node(trees, tree, state, q, parent, radius):
+    """Add a node to a tree; its number."""
+    rows, node, n_dof = trees.rows[tree], state[tree], q.shape[0]
+    if node % WIDTH == 0:  # the first of its block: there are no others yet
+        for k in range(n_dof):
+            for lane in range(1, WIDTH):
+                rows[node // WIDTH * n_dof + k, lane] = np.inf
+    for k in range(n_dof):
+        rows[node // WIDTH * n_dof + k, node % WIDTH] = q[k]
+    trees.parents[tree, node], trees.radii[tree, node] = parent, radius
+    state[tree] += 1
+    return node
+
+
+@routine
+def join(state, tree, node, other):
+    """Note the node of a tree and the one of the other tree at which a path joins them."""
+    state[layout.JOINED_START], state[layout.JOINED_GOAL] = (node, other) if tree == 0 else (other, node)
+    state[layout.JOINED] = 1
+
+
+@routine
+def branch_length(parents, tree, node):
+    """How many nodes there are from a node to its root."""
+    n = 0
+    while node >= 0:
+        node, n = parents[tree, node], n + 1
+    return n
+
+
+@routine
+def write_found(trees, space, shift, waypoints, state):
+    """Write the path from the start to a goal; how many waypoints, or -1 if there is not room to shorten it too.
+
+    The second part is turned by whole turns to where the first one ends. shift: room for these, shape (n_dof,).
+    """
+    node, other = state[layout.JOINED_START], state[layout.JOINED_GOAL]
+    n, n_back = branch_length(trees.parents, 0, node), branch_length(trees.parents, 1, other)
+    if rows_for(n + n_back) > waypoints.shape[0]:
+        return -1
+    for i in range(n):
+        read_node(trees.rows[0], node, waypoints[n - 1 - i])
+        node = trees.parents[0, node]
+    read_node(trees.rows[1], other, waypoints[n])
+    same = True
+    for k in range(space.shape[1]):
+        way = waypoints[n - 1, k] - waypoints[n, k]
+        same = same and way == 0.0
+        shift[k] = way - short_way(way, space[layout.PERIOD, k])
+    at = n if n == 1 and not same else n - 1  # else the trees share a node, which is written already
+    for i in range(n_back):
+        if i > 0 or at == n:
+            write_shifted(trees.rows[1], other, shift, waypoints, at + i)
+        state[layout.REACHED], other = other, trees.parents[1, other]
+    return at + n_back
+
+
+@routine
+def rows_for(n):
+    """For how many waypoints there is to be room, to shorten a path of n."""
+    return 2 * n + layout.SPARE_POINTS
+
+
+@routine
+def write_shifted(rows, node, shift, waypoints, i):
+    """Write the configuration of a node, and what it is shifted by, to place i of a path."""
+    read_node(rows, node, waypoints[i])
+    for k in range(shift.shape[0]):
+        if shift[k] != 0.0:
+            waypoints[i, k] += shift[k]
+
+
+@routine
+def drop_repeats(waypoints, state):
+    """Leave out the waypoints that are equal to the one before."""
+    n = 1
+    for i in range(1, state[layout.POINTS]):
+        same = True
+        for k in range(waypoints.shape[1]):
+            same = same and waypoints[i, k] == waypoints[n - 1, k]
+        if not same:
+            for k in range(waypoints.shape[1]):
+                waypoints[n, k] = waypoints[i, k]
+            n += 1
+    state[layout.POINTS] = n
