@@ -7,9 +7,13 @@ import threading
 import numpy as np
 import pytest
 
-from ulna.engine.compiler import interrupts_deferred
-
 pytestmark = [pytest.mark.compiler, pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send to oneself")]
+
+
+def interrupts_deferred():
+    from ulna.engine.compiler import interrupts_deferred as deferred  # the module needs Numba, which these tests are marked for
+
+    return deferred()
 
 
 @pytest.fixture
@@ -20,16 +24,16 @@ def python_handler():
     signal.signal(signal.SIGINT, before)
 
 
-@interrupts_deferred()
 def interrupt_oneself(done):
-    signal.raise_signal(signal.SIGINT)
-    done.append(signal.getsignal(signal.SIGINT))
+    with interrupts_deferred():
+        signal.raise_signal(signal.SIGINT)
+        done.append(signal.getsignal(signal.SIGINT))
 
 
-@interrupts_deferred()
 def interrupt_oneself_within(done):
-    interrupt_oneself(done)
-    done.append("after it")
+    with interrupts_deferred():
+        interrupt_oneself(done)
+        done.append("after it")
 
 
 @pytest.mark.usefixtures("python_handler")

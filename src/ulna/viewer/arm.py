@@ -47,6 +47,7 @@ class Arm:
 
     Attributes:
         missing: The meshes that are not shown, each with the reason.
+        visuals: The triangles of each link that has any, in its own frame.
         solids: The collision shapes by their names in reports.
         attached: The nodes of the objects attached to its links, by name; shown with the visuals.
         extent: Its AABB at home.
@@ -55,7 +56,7 @@ class Arm:
     def __init__(self, server: viser.ViserServer, robot: Robot, root: str = "/robot") -> None:
         self.robot, self._scene, self._root = robot, server.scene, root
         visuals = link_visuals(robot)
-        self.missing = visuals.missing
+        self.missing, self.visuals = visuals.missing, visuals.scenes
         self.extent = _extent(robot, visuals.scenes)
         self.frames = [
             self._scene.add_frame(

@@ -21,6 +21,7 @@ UNKNOWN: Color = (150, 150, 150)  # not checked
 INK: Color = (40, 45, 52)  # words and lines
 FREE: Color = (90, 140, 220)  # collision shapes of the robot
 TOUCHING: Color = RED
+TRAIL: Color = (0, 150, 165)  # the way of the hand along a plan
 MOVABLE: Color = (240, 170, 40)  # obstacles
 GROUND: Color = (150, 160, 172)  # half-spaces among them
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching

@@ -1,4 +1,4 @@
-"""Shows a plan: handles of the goal, the hand's path as a line, the reason if there is none; plays it."""
+"""Shows a plan: handles of the goal, the arm at its end, the way of the hand as a line, the reason if there is none; plays it."""
 
 import time
 from collections.abc import Callable
@@ -6,10 +6,12 @@ from collections.abc import Callable
 import numpy as np
 import viser
 
+from ulna.viewer.arm import Arm
 from ulna.viewer.configuration import configurations_of
+from ulna.viewer.ghost import Ghost
 from ulna.viewer.html import marked, small_text
 from ulna.viewer.nodes import Handles
-from ulna.viewer.palette import GREEN, INK, RED, UNKNOWN
+from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN
 from ulna.viewer.pose_fields import HandPose
 from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
@@ -20,15 +22,17 @@ _LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
 
 
 class PlanPanel:
-    """The tab of plans. ``moved`` is called after each event; ``size`` is that of the robot [m]."""
+    """The tab of plans. ``moved`` is called after each event."""
 
-    def __init__(self, server: viser.ViserServer, session: Session, size: float, moved: Callable[[], None]) -> None:
+    def __init__(self, server: viser.ViserServer, session: Session, arm: Arm, moved: Callable[[], None]) -> None:
+        size = arm.extent.radius
         self._session, self._moved, self.planning = session, moved, Planning(session)
         self._known = configurations_of(session.robot)
         self.handles = Handles(server.scene, "/goal", 0.25 * size, moved, visible=False)
+        self.ghost = Ghost(server, arm, "/plan/ghost")
         self.mark = server.scene.add_icosphere("/goal/mark", 0.03 * size, UNKNOWN, visible=False, cast_shadow=False)
         nothing = np.zeros((1, 2, 3))
-        self.line = server.scene.add_line_segments("/plan/line", nothing, INK, thickness=0.008 * size, visible=False)
+        self.line = server.scene.add_line_segments("/plan/line", nothing, TRAIL, thickness=0.008 * size, visible=False)
         gui = server.gui
         refusal = session.unchecked
         self.on = gui.add_checkbox("Plan a motion", initial_value=False, disabled=bool(refusal), hint=refusal or _HINT)
@@ -82,6 +86,7 @@ class PlanPanel:
             self.sentence.content = ""
         self.play.label = _PAUSE if planning.playing else _PLAY
         self.along.value = round(planning.share, 3)
+        self.ghost.show(shown.end if shown is not None and planning.on else None, GREEN if motion is not None else RED)
         self.line.visible = motion is not None
         if shown is not None and motion is not None:
             self.line.points = np.stack([shown.line[:-1], shown.line[1:]], axis=1).astype(np.float32)

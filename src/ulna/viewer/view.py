@@ -92,7 +92,7 @@ class View:
         self.plans = None
         if robot.n_dof:
             with tabs.add_tab("Plan"):
-                self.plans = PlanPanel(server, session, extent.radius, self._happened)
+                self.plans = PlanPanel(server, session, self.arm, self._happened)
         with tabs.add_tab("Look"):
             self.look = VisibilityPanel(server.gui, self.arm, solids=False)
         self._show()

@@ -157,3 +157,20 @@ def test_turned_off_it_plans_nothing(planning, session, panda):
     assert not planning.frame(TICK)
     assert planning.sentence == ""
     assert np.array_equal(session.q, panda.home)
+
+
+def test_a_goal_out_of_reach_says_by_how_much_and_shows_the_nearest_configuration(planning, panda):
+    T = planning.hand_pose
+    T[0, 3] += 0.5
+    planning.send(T)
+    planning.frame(TICK)
+    nearest = panda.inverse_kinematics(T, panda.home)
+    apart = f"{nearest.position_error * 1e3:.1f} mm and {np.degrees(nearest.rotation_error):.1f} deg"
+    assert planning.sentence == f"goal unreachable: {apart} too far"
+    assert np.array_equal(planning.shown.end, nearest.q)
+
+
+def test_the_end_of_a_plan_is_that_of_its_path(planning, panda):
+    T = beyond_the_post(planning)
+    planning.frame(TICK)
+    assert np.allclose(panda.forward_kinematics(planning.shown.end), T, atol=1e-6)

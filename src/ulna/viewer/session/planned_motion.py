@@ -11,6 +11,7 @@ from ulna.collision.report import Report
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
+from ulna.ik.result import IKResult
 from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
@@ -32,22 +33,26 @@ class Planned:
         plan: The plan.
         motion: Its motion in time; None if there is no path.
         line: The positions of the hand along the motion [m], shape (n, 3).
+        end: The last configuration of the path, shape (n_dof,). Without a path it is the goal, or a configuration as near to the
+            goal's pose as inverse kinematics without a world comes.
     """
 
     plan: Plan
     motion: Trajectory | None
     line: Array
+    end: Array
 
 
 def planned(robot: Robot, start: Array, goal: Array, world: World, link: str, held: tuple[str, ...]) -> Planned:
     """A motion from a configuration to a pose of a link, shape (4, 4), or to a configuration, shape (n_dof,)."""
     plan = robot.plan(start, goal, world, link=link if goal.ndim == 2 else None, held=held, time_limit=_LONGEST_SEARCH)
     if not plan:
-        return Planned(plan, None, np.empty((0, 3)))
+        end = goal if goal.ndim == 1 else robot.inverse_kinematics(goal, start, link=link, held=held).q
+        return Planned(plan, None, np.empty((0, 3)), end)
     limits = robot.velocity_limits
     motion = plan.trajectory(velocity=np.where((limits > 0) & (limits < np.inf), limits, _VELOCITY), acceleration=_ACCELERATION)
     q = motion.at(np.linspace(0.0, motion.duration, _POINTS)).q
-    return Planned(plan, motion, robot.forward_kinematics(q, link=link)[:, :3, 3])
+    return Planned(plan, motion, robot.forward_kinematics(q, link=link)[:, :3, 3], motion.q[-1])
 
 
 class Planning:
@@ -148,7 +153,8 @@ class Planning:
             hits = [pair for pair in plan.reason.data.pairs if pair.signed_distance <= 0.0]
             return f"{plan.status}: {self._session.names.listed(hits)}"
         if motion is None:
-            return str(plan)
+            of = plan.reason.data
+            return f"{plan.status}: {_short_of(of)}" if isinstance(of, IKResult) else str(plan)
         how = "certified free" if motion.certified else "not certified"
         return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked"
 
@@ -175,3 +181,11 @@ class Planning:
         if not np.array_equal(q, self._session.q):
             self._session.q = q
         self._placed = self._session.q
+
+
+def _short_of(nearest: IKResult) -> str:
+    """By how much a pose is missed that is out of reach."""
+    parts = [f"{nearest.position_error * 1e3:.1f} mm"] if nearest.position_error >= 5e-5 else []
+    if nearest.rotation_error >= np.radians(0.05):
+        parts.append(f"{np.degrees(nearest.rotation_error):.1f} deg")
+    return f"{' and '.join(parts) or 'less than 0.1 mm'} too far"
