@@ -169,3 +169,8 @@ def test_only_one_module_of_the_engine_imports_private_names():
                     assert [alias.name for alias in node.names] == ["cgutils"], file
             if isinstance(node, ast.Import):
                 assert not any(alias.name.startswith("numba.") for alias in node.names), file
+
+
+def test_as_plain_python_nothing_is_missed():
+    """``njit`` then returns the function itself, which has none of a dispatcher's attributes."""
+    assert run_fresh("import ulna.drivers.forward; print('quiet')", NUMBA_DISABLE_JIT=1) == ["quiet"]

@@ -184,4 +184,5 @@ def _check_untested() -> None:
 
 
 _check_untested()
-warn_of_missing()
+if not is_disabled():
+    warn_of_missing()
