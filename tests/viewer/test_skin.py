@@ -45,6 +45,20 @@ def test_the_rays_of_a_camera_invert_its_projection(rng, position):
 
 
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
+def test_a_camera_that_frames_points_has_them_all_in_the_middle_of_the_picture(rng, aspect):
+    size = (round(200 * aspect), 200)
+    points = (1.0, 2.0, 3.0) + rng.uniform(-1, 1, size=(300, 3)) * (0.8, 0.1, 0.4)
+    camera = Camera.framing(points, 1.1, aspect)
+    x, y = np.transpose([camera.place(point, *size) for point in points])
+    assert x.min() > 0
+    assert y.min() > 0
+    assert x.max() < size[0]
+    assert y.max() < size[1]
+    assert max(np.ptp(x) / size[0], np.ptp(y) / size[1]) > 0.9
+    assert np.allclose([x.min() + x.max(), y.min() + y.max()], size, rtol=0.02)
+
+
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
 def test_a_camera_around_a_ball_has_all_of_it_in_the_picture(rng, aspect):
     size = (round(200 * aspect), 200)
     camera = Camera.around((1.0, 2.0, 3.0), 0.7, 1.1, aspect)

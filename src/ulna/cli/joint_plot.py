@@ -15,7 +15,7 @@ PlotFile = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="D
 
 
 def draw_joints(robot: Robot, path: FollowedPath) -> Any:
-    """A Matplotlib figure of every joint over the poses, with its limits; below them the largest step of each pose."""
+    """A Matplotlib figure of every joint over the poses, with its limits where they are near; below, the largest steps."""
     with needs_extra("a figure", "reach", "matplotlib"):
         from matplotlib.figure import Figure  # noqa: PLC0415 -- needs the extra
     entries = coordinates_of(robot)
@@ -23,12 +23,15 @@ def draw_joints(robot: Robot, path: FollowedPath) -> Any:
     axes = figure.subplots(len(entries) + 1, 1, sharex=True, squeeze=False)[:, 0]
     for ax, entry, q, *limits in zip(axes, entries, path.q.T, robot.lower, robot.upper, strict=False):
         ax.plot(q)
-        for limit in filter(np.isfinite, limits):
-            ax.axhline(limit, color="0.7", linewidth=0.8)
+        low, high = ax.get_ylim()  # of the path: a limit far from it would flatten it
+        for limit in limits:
+            if low - (high - low) <= limit <= high + (high - low):
+                ax.axhline(limit, color="0.7", linewidth=0.8)
         ax.set_ylabel(f"{entry.name} [{entry.unit}]", rotation=0, ha="right", fontsize="small")
+    units = " or ".join(dict.fromkeys(entry.unit for entry in entries))
     axes[-1].plot(np.arange(len(path.q) - len(path.steps), len(path.q)), path.steps)
     axes[-1].axhline(path.max_step, color="0.7", linewidth=0.8)
-    axes[-1].set_ylabel("largest step", rotation=0, ha="right", fontsize="small")
+    axes[-1].set_ylabel(f"largest step [{units}]", rotation=0, ha="right", fontsize="small")
     axes[-1].set_xlabel("pose")
     if path.ends_at is not None:
         for ax in axes:

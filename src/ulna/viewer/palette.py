@@ -23,6 +23,14 @@ FREE: Color = (90, 140, 220)  # collision shapes of the robot
 TOUCHING: Color = RED
 TRAIL: Color = (0, 150, 165)  # the way of the hand along a plan
 MOVABLE: Color = (240, 170, 40)  # obstacles
+OBSTACLES: tuple[Color, ...] = (
+    MOVABLE,
+    (150, 110, 190),
+    (70, 165, 155),
+    (185, 130, 85),
+    (205, 190, 90),
+    (200, 120, 165),
+)  # in a film
 GROUND: Color = (150, 160, 172)  # half-spaces among them
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
 

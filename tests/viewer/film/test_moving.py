@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.film.recording import make_form, record_moving
+from ulna.viewer.film.recording import make_form, record_moving, solids_at
+from ulna.viewer.film.skin import BoundingBall
+from ulna.viewer.palette import TOUCHING
 from videos import decoded
 
 
@@ -39,3 +41,17 @@ def test_obstacles_of_any_shape_are_drawn(panda, tmp_path):
     world.add("cloud", ulna.PointCloud(points=[(0.5, 0.5, 0.5), (0.6, 0.5, 0.5)], radius=0.02))
     record_moving(make_form(tmp_path / "a.png", 1.0, (320, 240)), panda, panda.home[None], world)
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_each_obstacle_has_a_colour_of_its_own_and_what_is_attached_is_drawn(panda):
+    world = ulna.World()
+    for k, y in enumerate((-0.4, 0.4)):
+        world.add(f"crate {k}", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, y, 0.3)))
+    held = panda.with_attached("part", ulna.Box((0.05, 0.05, 0.1)), ulna.pose((0.0, 0.0, 0.12)))
+    solids = {solid.name: solid for solid in solids_at(held, panda.home, world, BoundingBall.of(np.eye(3)), boxes=False)}
+    assert set(solids) == {"obstacle crate 0", "obstacle crate 1", "attached part"}
+    assert len({solid.color for solid in solids.values()}) == 3
+    assert solids["attached part"].link == panda.tip
+    world.move("crate 0", panda.forward_kinematics(panda.home) @ ulna.pose((0.0, 0.0, 0.12)))
+    touching = solids_at(held, panda.home, world, BoundingBall.of(np.eye(3)), boxes=False)
+    assert [solid.name for solid in touching if solid.color == TOUCHING] == ["attached part", "obstacle crate 0"]

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from math import inf, pi
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.attached import Attached
 from ulna.collision.report import Report
 from ulna.collision.world import World
 from ulna.description.shapes import Box, HalfSpace
@@ -17,7 +19,7 @@ from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.film import WRITERS, Film, write_film
 from ulna.viewer.film.painter import Ground, Picture
 from ulna.viewer.film.skin import BoundingBall, Model
-from ulna.viewer.palette import GROUND, MOVABLE, TOUCHING, Solid, collision_boxes
+from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid, collision_boxes
 from ulna.viewer.visuals import triangles
 
 TURN_FROM = 0.75  # [rad] about z from x: where the camera starts to go round a robot
@@ -100,7 +102,7 @@ def record_robot(
     """
     solids = tuple(collision_boxes(robot)) if boxes else ()
     model = Model(robot, solids)
-    ball = model.bounding_ball(q)
+    ball = BoundingBall.of(model.points_at(q))
     aspect = form.size[0] / form.size[1]
     turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
     pictures = [Picture(q, Camera.around(ball.centre, ball.radius, turn, aspect), solids) for turn in turns]
@@ -127,7 +129,7 @@ def ground_of(ball: BoundingBall) -> Ground:
 
 Array = NDArray[np.float64]
 _FAR = 4.0  # in radii of the robot: the picture does not include obstacles farther away
-_SLAB = Box((4.0, 4.0, 0.004))  # drawn for a half-space [m]
+_THICKNESS = 0.004  # [m] of the slab that is drawn for a half-space
 
 
 def record_moving(
@@ -149,12 +151,14 @@ def record_moving(
     Raises:
         FileError: The file cannot be written.
     """
-    shots = [(q, _solids(robot, q, world, boxes=boxes)) for q in _along(path, form.n_frames)]
+    origins = np.vstack([robot.link_poses(q)[:, :3, 3] for q in _along(path, min(len(path), 16))])
+    middle = BoundingBall.of(origins)
+    shots = [(q, solids_at(robot, q, world, middle, boxes=boxes)) for q in _along(path, form.n_frames)]
     model = Model(robot, shots[0][1])
-    balls = [model.bounding_ball(q) for q in _along(path, min(len(path), 16))]
-    ball = _around(balls, world)
-    camera = Camera.around(ball.centre, ball.radius, TURN_FROM, form.size[0] / form.size[1])
-    write_pictures(form, model, [Picture(q, camera, solids) for q, solids in shots], ground_of(ball), tell)
+    own = np.vstack([model.points_at(q) for q in _along(path, min(len(path), 16))])
+    points = np.vstack([own, *_near(own, world)])
+    camera, ground = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1]), ground_of(BoundingBall.of(points))
+    write_pictures(form, model, [Picture(q, camera, solids) for q, solids in shots], ground, tell)
     return model.missing
 
 
@@ -165,12 +169,14 @@ def _along(path: Array, n: int) -> Iterator[Array]:
         yield path[k] + (place - k) * (path[min(k + 1, len(path) - 1)] - path[k])
 
 
-def _solids(robot: Robot, q: Array, world: World, *, boxes: bool) -> tuple[Solid, ...]:
-    """The robot's boxes and the obstacles; red if they touch."""
+def solids_at(robot: Robot, q: Array, world: World, middle: BoundingBall, *, boxes: bool) -> tuple[Solid, ...]:
+    """The robot's boxes, the objects attached to it, and the obstacles, each in a colour of its own; red if they touch."""
     report = _report(robot, q, world)
     hit = {pair.name_b for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0.0}
     panes = collision_boxes(robot, report.touching) if boxes else ()
-    return (*panes, *(_obstacle(robot, name, shape, T, touching=name in hit) for name, shape, T in world.items()))
+    held = [_attached(each, touching=each.name in report.touching) for each in robot.attached]
+    colored = zip(world.items(), cycle(OBSTACLES))
+    return (*panes, *held, *(_obstacle(robot, *each, TOUCHING if each[0] in hit else color, middle) for each, color in colored))
 
 
 def _report(robot: Robot, q: Array, world: World) -> Report:
@@ -181,26 +187,23 @@ def _report(robot: Robot, q: Array, world: World) -> Report:
         return Report(())
 
 
-def _obstacle(robot: Robot, name: str, shape: object, T: Array, *, touching: bool) -> Solid:
-    """An obstacle as it is drawn; a half-space is drawn as a slab under its surface."""
-    color = TOUCHING if touching else MOVABLE
+def _attached(held: Attached, *, touching: bool) -> Solid:
+    return Solid(f"attached {held.name}", held.link, held.T_link_object, held.shape, TOUCHING if touching else FREE)  # type: ignore[type-var]
+
+
+def _obstacle(robot: Robot, name: str, shape: object, T: Array, color: Color, middle: BoundingBall) -> Solid:
+    """An obstacle as it is drawn; a half-space is drawn as a slab under its surface, below the robot's middle."""
     if isinstance(shape, HalfSpace):
-        T = T.copy()
-        T[:3, 3] -= T[:3, 2] * _SLAB.extents[2] / 2
-        shape, color = _SLAB, color if touching else GROUND
+        T, z, side = T.copy(), T[:3, 2], 3.0 * middle.radius  # no corner of it is behind the camera
+        T[:3, 3] = middle.centre - z * ((middle.centre - T[:3, 3]) @ z + _THICKNESS / 2)
+        shape, color = Box((side, side, _THICKNESS)), color if color == TOUCHING else GROUND
     return Solid(f"obstacle {name}", robot.base, T, shape, color)  # type: ignore[type-var]
 
 
-def _around(balls: list[BoundingBall], world: World) -> BoundingBall:
-    """A ball around the robot in all its configurations, and the obstacles near it."""
-    low = np.min([ball.centre - ball.radius for ball in balls], axis=0)
-    high = np.max([ball.centre + ball.radius for ball in balls], axis=0)
+def _near(points: Array, world: World) -> list[Array]:
+    """The vertices of the obstacles near the robot's, shape (n, 3), in the base frame [m]."""
+    low, high = points.min(axis=0), points.max(axis=0)
     solids = [
         triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for _, shape, T in world.items() if not isinstance(shape, HalfSpace)
     ]
-    near = [points for points in solids if np.abs(points - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]
-    corners = np.vstack([low, high, *near])
-    centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    reach = [np.linalg.norm(ball.centre - centre) + ball.radius for ball in balls]
-    reach += [np.linalg.norm(points - centre, axis=1).max() for points in near]
-    return BoundingBall(centre, float(max(reach)), min(ball.lowest for ball in balls))
+    return [solid for solid in solids if np.abs(solid - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]

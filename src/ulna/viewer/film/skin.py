@@ -103,11 +103,17 @@ def _colors(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False)
 class BoundingBall:
-    """A ball around a robot: its centre in the base frame and its radius [m]; and the height of the robot's lowest point [m]."""
+    """A ball around points: its centre in the base frame and its radius [m]; and the height of the lowest point [m]."""
 
     centre: NDArray[np.float64]
     radius: float
     lowest: float
+
+    @classmethod
+    def of(cls, points: NDArray[np.float64]) -> "BoundingBall":
+        """The ball around points in the base frame [m], shape (n, 3), with its centre in the middle of their AABB."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        return cls((low + high) / 2, float(np.linalg.norm(points - (low + high) / 2, axis=1).max()), float(low[2]))
 
 
 class Model:
@@ -148,14 +154,12 @@ class Model:
                 colors[own], glow[own] = linear(solid.color), float(solid.glows)
         return colors, glow
 
-    def bounding_ball(self, q: NDArray[np.float64]) -> BoundingBall:
-        """A ball around the robot at q, shape (n_dof,)."""
+    def points_at(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The vertices of the robot at q, shape (n_dof,), in the base frame [m], shape (n, 3)."""
         poses, skin = self.robot.link_poses(q), self.skin
         own = skin.frames < len(poses)
         T, p = poses[skin.frames[own]], skin.points[own]
-        placed = np.einsum("nij,nj->ni", T[:, :3, :3], p) + T[:, :3, 3]
-        low, centre = placed.min(axis=0), (placed.min(axis=0) + placed.max(axis=0)) / 2
-        return BoundingBall(centre, float(np.linalg.norm(placed - centre, axis=1).max()), float(low[2]))
+        return np.einsum("nij,nj->ni", T[:, :3, :3], p) + T[:, :3, 3]
 
 
 def is_opaque(solid: Solid) -> bool:
