@@ -216,6 +216,21 @@ def test_a_floor_is_an_obstacle_that_the_base_does_not_touch(view, page, camera)
 
 
 @pytest.mark.slow
+def test_the_scene_is_seen_from_the_top_and_in_dark_colours(view, page, camera):
+    tab(page, "Look")
+    bright = pixels(page).mean()
+    page.get_by_role("checkbox", name="Dark").check()
+    wait_to_see(page, lambda: pixels(page).mean() < 0.5 * bright, "a dark page")
+    page.get_by_text("top", exact=True).click()
+    client = next(iter(view.page.server.get_clients().values()))
+    wait_to_see(
+        page,
+        lambda: client.camera.position[2] > 5 * np.linalg.norm(client.camera.position[:2] - client.camera.look_at[:2]),
+        "the top",
+    )
+
+
+@pytest.mark.slow
 def test_a_negative_extent_is_refused_and_the_field_is_reset(view, page, camera):
     tab(page, "Obstacles")
     page.get_by_role("button", name="Box").click()

@@ -8,8 +8,7 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.errors import InputError, UlnaError
-from ulna.robot import Robot
-from ulna.viewer.session.session import Session
+from ulna.viewer.session.session import Session, configurations_of
 
 COPY_SCRIPT = b"""<script>
 addEventListener('click', (e) => {
@@ -70,12 +69,6 @@ class ConfigurationPanel:
         except UlnaError as error:
             if event.client is not None:
                 event.client.add_notification("q was not loaded", str(error), color="red")
-
-
-def configurations_of(robot: Robot) -> dict[str, NDArray[np.float64]]:
-    """Home and the named configurations of all joints, by name, shape (n_dof,) each."""
-    named = {name: q for name, q in robot.named_configurations.items() if np.shape(q) == (robot.n_dof,)}
-    return {"home": robot.home, **named}
 
 
 def as_text(q: NDArray[np.float64]) -> str:

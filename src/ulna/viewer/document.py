@@ -147,5 +147,10 @@ def asks_for_page(request: Any) -> bool:
 
 def dock(server: viser.ViserServer) -> None:
     """Dock the panel beside the scene; people can still move or fold it."""
-    server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False)
+    set_theme(server, dark=False)
     server.gui.main_panel.dock_right()
+
+
+def set_theme(server: viser.ViserServer, *, dark: bool) -> None:
+    """Show the page in light or dark colours."""
+    server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, dark_mode=dark)

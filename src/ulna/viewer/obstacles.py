@@ -13,7 +13,7 @@ from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
 from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, quaternion_from_matrix
-from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
+from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from ulna.errors import InputError, UlnaError
 from ulna.viewer.nodes import Handles, add_shape
 from ulna.viewer.obstacle_form import ObstacleForm
@@ -24,6 +24,7 @@ _NEW = {
     "Box": lambda edge: Box((edge, edge, edge)),
     "Sphere": lambda edge: Sphere(round(edge / 2, 4)),
     "Cylinder": lambda edge: Cylinder(round(edge / 2, 4), edge),
+    "Capsule": lambda edge: Capsule(round(edge / 4, 4), edge),
 }
 
 

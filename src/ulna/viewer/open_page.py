@@ -30,7 +30,7 @@ def view(
     Args:
         robot: The robot.
         world: The obstacles: the page shows and changes them; an empty world unless given.
-        q: The first joint positions [rad or m], shape (n_dof,); home unless given.
+        q: The first joint positions [rad or m], shape (n_dof,). If not given: the SRDF's `home`, or else ``robot.home``.
         host: The address to listen on; with any but 127.0.0.1, localhost and ::1 other machines can connect.
         port: The TCP port; a free one unless given.
         open_browser: Open a page on this machine, if it has a browser.

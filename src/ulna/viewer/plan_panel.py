@@ -7,14 +7,13 @@ import numpy as np
 import viser
 
 from ulna.viewer.arm import Arm
-from ulna.viewer.configuration import configurations_of
 from ulna.viewer.ghost import Ghost
 from ulna.viewer.html import marked, small_text
 from ulna.viewer.nodes import Handles
 from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN
 from ulna.viewer.pose_fields import HandPose
 from ulna.viewer.session.planned_motion import Planning
-from ulna.viewer.session.session import Session
+from ulna.viewer.session.session import Session, configurations_of
 
 _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"
 _PLAY, _PAUSE = "Play", "Pause"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ulna.description.pose import quaternion_from_matrix
 from ulna.viewer.html import STYLE, marked, mobility_html, small_text
-from ulna.viewer.palette import GREEN, INK, RED, UNKNOWN
+from ulna.viewer.palette import GREEN, RED, SLATE, UNKNOWN
 from ulna.viewer.session.clearance import Clearance
 from ulna.viewer.session.ellipsoid import mobility
 from ulna.viewer.session.session import Session
@@ -26,9 +26,9 @@ class ClearancePanel:
         self.state = server.gui.add_html(marked("checking ...", UNKNOWN, filled=False))
         self.nearest = server.gui.add_html("")
         point = np.zeros(3)
-        self.line = server.scene.add_cylinder("/nearest/line", 0.004 * size, 1.0, INK, visible=False, cast_shadow=False)
+        self.line = server.scene.add_cylinder("/nearest/line", 0.004 * size, 1.0, SLATE, visible=False, cast_shadow=False)
         self.ends = [
-            server.scene.add_icosphere(f"/nearest/end{k}", 0.012 * size, INK, position=point, visible=False, cast_shadow=False)
+            server.scene.add_icosphere(f"/nearest/end{k}", 0.012 * size, SLATE, position=point, visible=False, cast_shadow=False)
             for k in (0, 1)
         ]
         self.label = server.scene.add_label("/nearest/label", "", visible=False, anchor="bottom-center", font_screen_scale=1.2)
@@ -50,7 +50,7 @@ class ClearancePanel:
         middle, between = (pair.witness_a + pair.witness_b) / 2, pair.witness_b - pair.witness_a
         self.line.position, self.line.wxyz = middle, _turn_z_onto(between)
         self.line.scale = (1.0, 1.0, max(float(np.linalg.norm(between)), 1e-6))
-        self.line.color = RED if pair.signed_distance <= 0 else INK
+        self.line.color = RED if pair.signed_distance <= 0 else SLATE
         for end, place in zip(self.ends, (pair.witness_a, pair.witness_b), strict=True):
             end.position = place
         self.label.position, self.label.text = middle, clearance.distance

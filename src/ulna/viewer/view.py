@@ -22,7 +22,7 @@ from ulna.viewer.page import HOST, Page
 from ulna.viewer.plan_panel import PlanPanel
 from ulna.viewer.readings import ClearancePanel, EllipsoidPanel, Notice
 from ulna.viewer.session.session import Session
-from ulna.viewer.stage import Floor, add_stage, floor_height
+from ulna.viewer.stage import Floor, SightPanel, add_stage, floor_height
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between frames at rest: the program may have changed the world
@@ -81,7 +81,7 @@ class View:
         with tabs.add_tab("Obstacles"):
             beside = np.round([extent.high[0] + 0.2 * extent.radius, 0.0, extent.centre[2]], 2)
             self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened, session.names.taken)
-            self.floor = Floor(server.gui, session.world, floor_height(robot, ground), self._happened)
+            self.floor = Floor(server.gui, session.world, floor_height(robot, float(ground.position[2])), self._happened)
             self.itself = server.gui.add_checkbox(
                 "Check the robot against itself",
                 initial_value=session.itself,
@@ -94,6 +94,7 @@ class View:
             with tabs.add_tab("Plan"):
                 self.plans = PlanPanel(server, session, self.arm, self._happened)
         with tabs.add_tab("Look"):
+            self.sight = SightPanel(server, ground)
             self.look = VisibilityPanel(server.gui, self.arm, solids=False)
         self._show()
 

@@ -26,13 +26,19 @@ def ask_at_once(_name: str, question: Callable[..., Any], *arguments: Any, **opt
     return question(*arguments, **options)
 
 
+def configurations_of(robot: Robot) -> dict[str, NDArray[np.float64]]:
+    """Home and the SRDF's configurations of all joints, by name, shape (n_dof,) each; ``home`` is the SRDF's if it has one."""
+    named = {name: q for name, q in robot.named_configurations.items() if np.shape(q) == (robot.n_dof,)}
+    return {"home": robot.home, **named}
+
+
 class Session:
     """The state that all tabs and the program share. Each method may be called from any thread.
 
     Args:
         robot: The robot.
         world: The obstacles around it; an empty world unless given.
-        q: Its first configuration [rad or m], shape (n_dof,); home unless given.
+        q: Its first configuration [rad or m], shape (n_dof,); if not given, the SRDF's `home`, or else the robot's.
         ask: Calls the functions of a frame, as ``Compiler.ask`` does. It returns None while their kernels are compiled in another
             thread: then the hand does not move, the clearance is not known, and the next frame calls them again.
 
@@ -70,7 +76,7 @@ class Session:
         self.avoiding, self.itself = False, not self.unchecked
         self.clearance = Clearance(None, refusal=self.unchecked)
         self.names = ShapeNames(robot)
-        self.q = robot.home if q is None else q
+        self.q = configurations_of(robot)["home"] if q is None else q
         self._hand = Hand(robot, hand_link(robot), self.names) if robot.n_dof else None
         self._seen: tuple | None = None
         self._letting_go = self.waiting = self._checked = False
