@@ -37,6 +37,17 @@ def check_page(robot, server):
     server.scene.reset()
 
 
+def test_joints_in_degrees(panda, server):
+    joints, q = JointSliders(server.gui, panda, lambda: None), panda.home + 0.1
+    joints.show(q)
+    joints.degrees.value = True
+    wait_for(lambda: np.isclose(joints.sliders[1][1].max, np.degrees(panda.upper[1])), "the limits in degrees", looks=None)
+    assert np.allclose([slider.value for _, slider in joints.sliders.values()], np.degrees(q), atol=0.02)
+    joints.degrees.value = False
+    wait_for(lambda: np.isclose(joints.sliders[1][1].max, panda.upper[1]), "the limits in radians", looks=None)
+    assert np.allclose([slider.value for _, slider in joints.sliders.values()], q, atol=1e-3)
+
+
 @pytest.mark.parametrize("name", ["panda", "kinova", "a1", "hyq"])
 def test_a_page_for_a_robot_by_name(name, server):
     check_page(ulna.load(name), server)

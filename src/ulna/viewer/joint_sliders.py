@@ -1,6 +1,7 @@
 """Shows the joints: a slider for each entry of q, and a disabled one for each mimic joint."""
 
 from collections.abc import Callable
+from math import pi
 
 import numpy as np
 import viser
@@ -9,39 +10,68 @@ from numpy.typing import NDArray
 from ulna.robot import Robot
 from ulna.viewer.session.slides import Follower, Slide, SlideGroup, slide_groups
 
-_DIGITS = 3  # decimals: milliradians, millimetres
+_DIGITS, _DIGITS_OF_DEGREES = 3, 2  # decimals: milliradians, millimetres
 
 
 class JointSliders:
-    """Sliders in folders, one for each limb. ``moved`` is called, in the server's thread, when a person moves one."""
+    """Sliders in folders, one for each limb. ``moved`` is called, in the server's thread, when a person moves one.
+
+    Attributes:
+        degrees: A checkbox, whether they show angles in degrees.
+        sliders: By entry of q: its slide [rad or m], and its slider.
+    """
 
     def __init__(self, gui: viser.GuiApi, robot: Robot, moved: Callable[[], None]) -> None:
         self._moved, self._dirty = moved, set[int]()
         self._prefix = f"{robot.name}_"
         self.sliders: dict[int, tuple[Slide, viser.GuiSliderHandle]] = {}
         self._followers: list[tuple[Follower, viser.GuiSliderHandle]] = []
+        self._folders: list[viser.GuiFolderHandle] = []
+        self._q = robot.home
         groups = slide_groups(robot)
+        self.degrees = gui.add_checkbox("Joints in degrees", initial_value=False)
+        self.degrees.on_update(lambda _: self._rescale())
         for group in groups:
             units = {slide.unit for slide in group.slides}
             title = "Joints" if len(groups) == 1 else group.name
-            with gui.add_folder(f"{title} [{' or '.join(sorted(units, reverse=True))}]", expand_by_default=len(groups) == 1):
+            with gui.add_folder(
+                f"{title} [{' or '.join(sorted(units, reverse=True))}]", expand_by_default=len(groups) == 1
+            ) as folder:
                 self._add_group(gui, group, robot.home)
+            self._folders.append(folder)
 
     def take(self, q: NDArray[np.float64]) -> bool:
         """Write the values of sliders that a person has moved into q, within the limits. Returns whether there were any."""
         dirty, self._dirty = self._dirty, set()
         for column in dirty:
             slide, slider = self.sliders[column]
-            q[column] = min(max(slider.value, slide.low), slide.high)
+            q[column] = min(max(slider.value / self._factor(slide.unit), slide.low), slide.high)
         return bool(dirty)
 
     def show(self, q: NDArray[np.float64]) -> None:
         """Set the sliders to q, shape (n_dof,), except those that a person has just moved."""
+        self._q = q
         for column, (slide, slider) in self.sliders.items():
             if column not in self._dirty:
-                slider.value = _rounded_within(slide.shown(q), slide.low, slide.high)
+                slider.value = _rounded_within(slide.shown(q) * self._factor(slide.unit), slider.min, slider.max)
         for follower, slider in self._followers:
-            slider.value = _rounded_within(follower.position(q), slider.min, slider.max)
+            slider.value = _rounded_within(follower.position(q) * self._factor(follower.unit), slider.min, slider.max)
+
+    def _factor(self, unit: str) -> float:
+        """What an entry of q in this unit is multiplied by where it is shown."""
+        return 180.0 / pi if unit == "rad" and self.degrees.value else 1.0
+
+    def _rescale(self) -> None:
+        """Show the range of each slider in radians, or in degrees."""
+        change, before, after = (180.0 / pi, "rad", "deg") if self.degrees.value else (pi / 180.0, "deg", "rad")
+        angles = [(slide.unit, slider) for slide, slider in self.sliders.values()]
+        angles += [(follower.unit, slider) for follower, slider in self._followers]
+        for slider in (slider for unit, slider in angles if unit == "rad"):
+            slider.min, slider.max = slider.min * change, slider.max * change
+            slider.step = 10.0 ** -(_DIGITS_OF_DEGREES if self.degrees.value else _DIGITS)
+        for folder in self._folders:
+            folder.label = (folder.label or "").replace(f"[{before}", f"[{after}")
+        self.show(self._q)
 
     def _add_group(self, gui: viser.GuiApi, group: SlideGroup, home: NDArray[np.float64]) -> None:
         for slide in group.slides:
