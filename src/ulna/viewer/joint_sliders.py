@@ -26,6 +26,7 @@ class JointSliders:
         self._prefix = f"{robot.name}_"
         self.sliders: dict[int, tuple[Slide, viser.GuiSliderHandle]] = {}
         self._followers: list[tuple[Follower, viser.GuiSliderHandle]] = []
+        self._angles: list[tuple[viser.GuiSliderHandle, float, float]] = []  # sliders of angles, with their ranges [rad]
         self._folders: list[viser.GuiFolderHandle] = []
         self._q = robot.home
         groups = slide_groups(robot)
@@ -63,12 +64,11 @@ class JointSliders:
 
     def _rescale(self) -> None:
         """Show the range of each slider in radians, or in degrees."""
-        change, before, after = (180.0 / pi, "rad", "deg") if self.degrees.value else (pi / 180.0, "deg", "rad")
-        angles = [(slide.unit, slider) for slide, slider in self.sliders.values()]
-        angles += [(follower.unit, slider) for follower, slider in self._followers]
-        for slider in (slider for unit, slider in angles if unit == "rad"):
-            slider.min, slider.max = slider.min * change, slider.max * change
-            slider.step = 10.0 ** -(_DIGITS_OF_DEGREES if self.degrees.value else _DIGITS)
+        digits = _DIGITS_OF_DEGREES if self.degrees.value else _DIGITS
+        for slider, low, high in self._angles:
+            low, high = (np.degrees([low, high]).round(digits) if self.degrees.value else np.array([low, high])).tolist()
+            slider.min, slider.max, slider.step = low, high, 10.0**-digits
+        before, after = ("rad", "deg") if self.degrees.value else ("deg", "rad")
         for folder in self._folders:
             folder.label = (folder.label or "").replace(f"[{before}", f"[{after}")
         self.show(self._q)
@@ -85,6 +85,8 @@ class JointSliders:
             )
             slider.on_update(self._listener(slide.column))
             self.sliders[slide.column] = (slide, slider)
+            if slide.unit == "rad":
+                self._angles.append((slider, slide.low, slide.high))
         for follower in group.followers:
             self._add_follower(gui, follower, home)
 
@@ -102,6 +104,8 @@ class JointSliders:
             hint=f"It follows: {follower} [{follower.unit}]",
         )
         self._followers.append((follower, slider))
+        if follower.unit == "rad":
+            self._angles.append((slider, low, high))
 
     def _listener(self, column: int) -> Callable:
         async def listen(event: viser.GuiEvent) -> None:
