@@ -41,7 +41,8 @@ def test_joints_in_degrees(panda, server):
     joints, q = JointSliders(server.gui, panda, lambda: None), panda.home + 0.1
     joints.show(q)
     joints.degrees.value = True
-    wait_for(lambda: np.isclose(joints.sliders[1][1].max, np.degrees(panda.upper[1]), atol=0.01), "the limits in degrees", looks=None)
+    highest = np.degrees(panda.upper[1])
+    wait_for(lambda: np.isclose(joints.sliders[1][1].max, highest, atol=0.01), "the limits in degrees", looks=None)
     assert np.allclose([slider.value for _, slider in joints.sliders.values()], np.degrees(q), atol=0.02)
     joints.degrees.value = False
     wait_for(lambda: np.isclose(joints.sliders[1][1].max, panda.upper[1]), "the limits in radians", looks=None)

@@ -66,8 +66,8 @@ class JointSliders:
         """Show the range of each slider in radians, or in degrees."""
         digits = _DIGITS_OF_DEGREES if self.degrees.value else _DIGITS
         for slider, low, high in self._angles:
-            low, high = (np.degrees([low, high]).round(digits) if self.degrees.value else np.array([low, high])).tolist()
-            slider.min, slider.max, slider.step = low, high, 10.0**-digits
+            slider.min, slider.max = np.degrees([low, high]).round(digits).tolist() if self.degrees.value else (low, high)
+            slider.step = 10.0**-digits
         before, after = ("rad", "deg") if self.degrees.value else ("deg", "rad")
         for folder in self._folders:
             folder.label = (folder.label or "").replace(f"[{before}", f"[{after}")
