@@ -49,7 +49,7 @@ from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
-from ulna.planning.options import MAX_CHECKS, as_options
+from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
 
@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from ulna.gpu.robot import GpuRobot
 
 Array = NDArray[np.float64]
+_PLAN = PlanOptions()
 
 
 class Robot(Quick):
@@ -918,13 +919,13 @@ class Robot(Quick):
         task: Task | str = "pose",
         held: Iterable[str] = (),
         group: str | None = None,
-        certify: bool = True,
-        clearance: float = 0.0,
-        seed: int = 0,
-        max_checks: int = MAX_CHECKS,
-        shorten: bool = True,
-        escape: bool = False,
-        time_limit: float | None = None,
+        certify: bool = _PLAN.certify,
+        clearance: float = _PLAN.clearance,
+        seed: int = _PLAN.seed,
+        max_checks: int = _PLAN.max_checks,
+        shorten: bool = _PLAN.shorten,
+        escape: bool = _PLAN.escape,
+        time_limit: float | None = _PLAN.time_limit,
     ) -> Plan:
         """A motion from a configuration to a goal, free of collision: straight lines between configurations.
 
@@ -970,7 +971,7 @@ class Robot(Quick):
             >>> str(plan.status), plan.certified
             ('solved', True)
         """
-        options = as_options(certify, clearance, seed, max_checks, shorten, escape, time_limit)
+        options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit).checked()
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
