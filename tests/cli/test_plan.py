@@ -95,3 +95,19 @@ def test_the_joints_of_a_motion_are_drawn(run, tmp_path):
 )
 def test_what_is_refused_is_named_in_words_of_the_command_line(refusal, arguments, message):
     assert refusal("plan", *arguments).startswith(message)
+
+
+def test_a_limit_of_time_or_of_edges_ends_a_search_and_is_named(run, tmp_path):
+    world = ulna.World()
+    world.add("wall", ulna.Box((0.02, 4.0, 4.0)), ulna.pose((0.0, 0.2, 1.0), (0, 0, np.pi / 2)))  # between left and right
+    ulna.save_world(world, tmp_path / "cell.json")
+    ends = "plan", "--from", "pi/2,-pi/4,0,-3pi/4,0,pi/2,pi/4", "--to", "-pi/2,-pi/4,0,-3pi/4,0,pi/2,pi/4"
+    cell = "--scene", str(tmp_path / "cell.json")
+    few = run(*ends, *cell, "--max-checks", "50", "--time-limit", "inf")
+    assert few.exit_code == 1
+    assert "max_checks=50" in few.output
+    short = run(*ends, *cell, "--time-limit", "0.05", "--max-checks", str(10**15))
+    assert short.exit_code == 1
+    assert "time_limit=0.05" in short.output
+    assert "wall" in short.output
+    assert run(*ends, *cell, "--time-limit", "0").exit_code == 2

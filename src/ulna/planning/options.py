@@ -1,8 +1,9 @@
 """Holds and checks what a caller may choose about a plan, whatever the start and the goal."""
 
+import math
 from typing import NamedTuple
 
-from ulna.description.arrays import as_count, as_number, as_switch, positive
+from ulna.description.arrays import as_count, as_number, as_switch
 
 MOST_CHECKS = 2**62 - 1
 
@@ -19,7 +20,7 @@ class PlanOptions(NamedTuple):
     max_checks: int = 100_000
     shorten: bool = True
     escape: bool = False
-    time_limit: float | None = None
+    time_limit: float | None = 10.0
 
     def checked(self) -> "PlanOptions":
         """These options as Python's own numbers.
@@ -39,9 +40,10 @@ class PlanOptions(NamedTuple):
 
 
 def as_time_limit(time_limit: object) -> float | None:
-    """The longest time of a search [s]; None for no limit.
+    """The longest time of a search [s]; None or infinity for no limit.
 
     Raises:
         InputError: It is neither None nor a number above 0.
     """
-    return None if time_limit is None else positive("time_limit", time_limit, "a time [s] above 0, or None for no limit,")
+    expected = "a time [s] above 0, or None for no limit,"
+    return None if time_limit is None else as_number("time_limit", time_limit, 0.0, expected, above=True, most=math.inf)

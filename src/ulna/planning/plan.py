@@ -34,7 +34,8 @@ class Plan:
     ``start beyond limits`` The start is not within the joint limits; those of joints that are held count too.
     ``goal in collision``   Every goal touches something; ``reason.data`` is the ``Report`` of the first.
     ``goal unreachable``    No configuration was found for the pose; ``reason.data`` is the ``IKResult``.
-    ``budget spent``        ``max_checks`` edges were checked. That says nothing about whether there is a way.
+    ``budget spent``        ``max_checks`` edges were checked, or ``time_limit`` is over; ``reason.data`` is a ``SpentBudget``:
+                            which, and what stopped edges last. That says nothing about whether there is a way.
     ======================= =============================================================================================
 
     Attributes:
@@ -178,7 +179,8 @@ class Plan:
 
         Args:
             max_checks: How many edges are checked at most, besides those of the plan. Shortening a path that was found may go on.
-            time_limit: The longest time of the searches [s]. Where it ends them, the result depends on the machine.
+            time_limit: The longest time of the searches [s]; no limit unless given. Where it ends them, the result depends on the
+                machine.
 
         Returns:
             A ``Plan`` with its checks added; with the same path if none was found that is shorter.

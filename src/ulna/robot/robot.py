@@ -947,11 +947,12 @@ class Robot(Quick):
             certify: Whether each edge is certified, as by ``edge_in_collision``: free at all its configurations. Otherwise at
                 samples 1/32 rad apart, between which it may touch something.
             clearance: No object of the world is nearer than this [m]; it does not count between links of the robot.
-            seed: Chooses the samples. The result depends on nothing else, unless there is a ``time_limit``.
-            max_checks: How many edges the search checks at most.
+            seed: Chooses the samples. The result depends on nothing else, unless ``time_limit`` ends the search.
+            max_checks: How many edges the search checks at most: 100,000 unless given.
             shorten: Whether the path that is found is shortened.
             escape: Whether a start that touches something by at most 10 mm is left, first of all, by an edge that is not checked.
-            time_limit: The longest time of the search [s]. Where it ends the search, the result depends on the machine.
+            time_limit: The longest time of the search [s], 10 s unless given; None for no limit. Not counted are the first edges,
+                during which kernels may be compiled. Where it ends the search, the result depends on the machine.
 
         Returns:
             A ``Plan``: path, status, and the reason if there is no path.
