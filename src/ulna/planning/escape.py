@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.planning.request import Request
+from ulna.planning.goals import Request
 
 Array = NDArray[np.float64]
 DEEPEST = 0.01  # [m]: a start that is deeper in something is not left

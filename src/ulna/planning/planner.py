@@ -20,13 +20,13 @@ from ulna.kinematics.groups import JointGroup, configuration, state_named, tip_o
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.escape import escape_from
-from ulna.planning.goals import Goals, find_goals, find_links_goals
+from ulna.planning.goals import Goals, Request, as_goal, find_goals, fixed_for
 from ulna.planning.improve import Searched
+from ulna.planning.links_goal import as_links_goal, find_links_goals, fixed_for_links, own_columns
 from ulna.planning.motion import Motion
 from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
 from ulna.planning.plan_status import PlanStatus
-from ulna.planning.request import Request, as_goal, as_links_goal, fixed_for, fixed_for_links, own_columns
 from ulna.planning.search import Search
 from ulna.planning.slices import TimeLimit
 from ulna.planning.space import columns_of_joints, make_space, slides_without_end

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.reason import Reason
+from ulna.planning.goals import Request
 from ulna.planning.motion import Motion
 from ulna.planning.plan_status import Effort
-from ulna.planning.request import Request
 from ulna.planning.search import Search
 
 Array = NDArray[np.float64]
