@@ -95,3 +95,23 @@ def test_the_joints_of_a_motion_are_drawn(run, tmp_path):
 )
 def test_what_is_refused_is_named_in_words_of_the_command_line(refusal, arguments, message):
     assert refusal("plan", *arguments).startswith(message)
+
+
+def test_a_limit_of_time_or_of_edges_ends_a_search_and_is_named(run, tmp_path):
+    ball = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
+    slide = '<joint name="x" type="prismatic"><parent link="base"/><child link="car"/><axis xyz="1 0 0"/>'
+    limit = '<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>'
+    robot, cell = tmp_path / "car.urdf", tmp_path / "cell.json"
+    robot.write_text(f'<robot name="car"><link name="base"/><link name="car">{ball}</link>{slide}{limit}</robot>')
+    world = ulna.World()
+    world.add("wall", ulna.Box((0.1, 4.0, 4.0)))
+    ulna.save_world(world, cell)
+    command = "plan", str(robot), "--from=-0.5", "--to", "0.5", "--scene", str(cell)
+    few = run(*command, "--max-checks", "50", "--time-limit", "inf")
+    assert few.exit_code == 1, few.output
+    assert "max_checks=50" in few.output
+    assert "car and wall" in few.output
+    short = run(*command, "--time-limit", "0.02", "--max-checks", "1000000000000")
+    assert short.exit_code == 1
+    assert "time_limit=0.02" in short.output
+    assert run(*command, "--time-limit", "0").exit_code == 2

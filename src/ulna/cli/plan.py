@@ -41,6 +41,7 @@ Goals = Annotated[
 ]
 Clearance = Annotated[float, typer.Option(metavar="METRES", help="Keep objects at least this far away.")]
 MaxChecks = Annotated[int, typer.Option(help="How many edges are checked at most.")]
+TimeLimit = Annotated[float, typer.Option(metavar="SECONDS", help="The longest time of the search; inf for no limit.")]
 Sampled = Annotated[bool, typer.Option("--sampled", help="Check edges at samples instead of certifying them.")]
 Escape = Annotated[bool, typer.Option("--escape", help="Leave a start that touches something by at most 10 mm.")]
 Velocity = Annotated[
@@ -77,6 +78,7 @@ def plan(
     clearance: Clearance = _DEFAULTS["clearance"],
     seed: Seed = _DEFAULTS["seed"],
     max_checks: MaxChecks = _DEFAULTS["max_checks"],
+    time_limit: TimeLimit = _DEFAULTS["time_limit"],
     sampled: Sampled = False,
     escape: Escape = False,
     velocity: Velocity = None,
@@ -109,7 +111,7 @@ def plan(
     with as_options({"q_start": "--from", "goal": "--goal" if goals else "--xyz" if to is None else "--to"}):
         found = robot.plan(
             begin, goal, world, link=link, group=group, certify=not sampled, clearance=clearance, seed=seed,
-            max_checks=max_checks, escape=escape,
+            max_checks=max_checks, time_limit=time_limit, escape=escape,
         )  # fmt: skip
     motion = None
     if found:

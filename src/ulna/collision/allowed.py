@@ -2,9 +2,9 @@
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
-from numbers import Real
 
 from ulna.collision.names import OF_OBJECTS
+from ulna.description.arrays import as_number
 from ulna.errors import InputError, UnknownNameError
 
 ADJACENT = "adjacent"  # joined by one joint: they are built to touch
@@ -95,8 +95,7 @@ class AllowedCollisions(Collection):
         Raises:
             InputError: It is not such a share.
         """
-        if isinstance(share, bool) or not isinstance(share, Real) or not 0.0 < share <= 1.0:
-            raise InputError("touching", f"{share!r}; a share above 0 and at most 1 is expected")
+        share = as_number("touching", share, 0.0, "a share above 0 and at most 1", above=True, most=1.0)
         return tuple(pair for pair in self.checked if pair.samples and pair.touched >= share * pair.samples)
 
     def plus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":

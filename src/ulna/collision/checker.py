@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import cached_property, partial
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from ulna.collision.objects import Objects
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.scene_tables import NO_PAIRS, may_touch_of, scene_of
 from ulna.collision.world import World
+from ulna.description.arrays import as_number
 from ulna.description.robot_description import Description
 from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import bind
@@ -204,13 +204,12 @@ class Checker:
                 shapes of q_a and q_b cannot be broadcast.
             GeometryError: As ``in_collision``.
         """
-        if isinstance(resolution, bool) or not isinstance(resolution, Real) or not LEAST_RESOLUTION <= resolution < np.inf:
-            raise InputError("resolution", f"{resolution!r}; a length of at least {LEAST_RESOLUTION:g} m is expected")
+        resolution = as_number("resolution", resolution, LEAST_RESOLUTION, f"a length of at least {LEAST_RESOLUTION:g} m")
         objects = self._objects(world)
         scene = self._scene(objects, self_collision)
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
         batch, a, b = rows_of_both(starts, ends, "q_a", "q_b")
-        status, free = self._edges(a, b, scene, float(resolution), threads)
+        status, free = self._edges(a, b, scene, resolution, threads)
         if (status == EDGE_OUT_OF_RANGE).any():
             refuse_out_of_range(starts, "q_a")
             refuse_out_of_range(ends, "q_b")
@@ -227,10 +226,9 @@ class Checker:
             InputError: As ``in_collision``; or ``max_distance`` is not a number of at least 0.
             GeometryError: As ``in_collision``.
         """
-        if isinstance(max_distance, bool) or not isinstance(max_distance, Real) or not max_distance >= 0:
-            raise InputError("max_distance", f"{max_distance!r}; a distance [m] of at least 0 is expected")
+        max_distance = as_number("max_distance", max_distance, 0.0, "a distance [m] of at least 0", most=np.inf)
         objects = self._objects(world)  # read once, so that the report has the names of the objects that were checked
-        checked = self._scene(objects, self_collision), self.bodies, objects.names, float(max_distance)
+        checked = self._scene(objects, self_collision), self.bodies, objects.names, max_distance
         q = as_positions(q, self.tree)
         if q.ndim == 1:
             if threads is not None:

@@ -1,4 +1,7 @@
-"""Checks arrays of numbers that a caller passes."""
+"""Checks arrays, numbers, counts and switches that a caller passes."""
+
+import sys
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -6,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.errors import InputError
 
 _FLOAT64 = np.dtype(np.float64)
+_LARGEST = sys.float_info.max
+MOST_COUNTED = 2**31 - 1  # by a kernel
 
 
 def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -30,6 +35,67 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
         if isinstance(error, InputError):
             raise
         raise InputError(name, f"not an array of numbers ({error})") from None
+
+
+def as_number(
+    name: str,
+    value: object,
+    least: float = -_LARGEST,
+    expected: str = "a finite number",
+    *,
+    above: bool = False,
+    most: float = _LARGEST,
+) -> float:
+    """A number from ``least`` to ``most``, or above ``least``; infinite only if that is the most.
+
+    Raises:
+        InputError: It is not such a number; ``name`` and ``expected`` are in the message.
+    """
+    try:
+        number = float(value) if isinstance(value, (float, int, Real)) and not isinstance(value, bool) else np.nan
+    except OverflowError:  # a whole number above every float
+        number = np.nan
+    if not (least < number if above else least <= number) or not number <= most:
+        raise InputError(name, f"{_shortened(value)}; {expected} is expected")
+    return number
+
+
+def positive(name: str, value: object, expected: str = "a number above 0") -> float:
+    """A finite number above 0.
+
+    Raises:
+        InputError: It is not such a number; ``name`` and ``expected`` are in the message.
+    """
+    return as_number(name, value, 0.0, expected, above=True)
+
+
+def as_count(name: str, value: object, least: int = 0, most: int = MOST_COUNTED) -> int:
+    """A whole number from ``least`` to ``most``.
+
+    Raises:
+        InputError: It is not such a number; ``name`` is in the message.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+        raise InputError(name, f"{_shortened(value)}; a whole number from {least} to {most} is expected")
+    return int(value)
+
+
+def as_switch(name: str, value: object) -> bool:
+    """True or False.
+
+    Raises:
+        InputError: It is neither; ``name`` is in the message.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(name, f"{_shortened(value)}; True or False is expected")
+    return bool(value)
+
+
+def _shortened(value: object) -> str:
+    """A value as Python writes it; the digits of a whole number that no float can hold are left out."""
+    if isinstance(value, int) and abs(value) > _LARGEST:
+        return "a whole number of more than 308 digits"
+    return repr(value)
 
 
 def _what(array: NDArray) -> str:

@@ -9,6 +9,7 @@ from math import floor, log10
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.arrays import as_number
 from ulna.description.pose import angle_between, inverse
 from ulna.description.robot_description import Description, Joint, JointType, Mimic
 from ulna.description.structure import moving_joints
@@ -35,9 +36,7 @@ def dh_table(description: Description, tree: Tree, link: str, convention: str, t
         UnknownNameError: There is no such link.
     """
     checked_convention(convention)
-    if not (isinstance(tolerance, float | int) and 0 <= tolerance <= 0.1):
-        raise InputError("tolerance", f"{tolerance!r}; a number from 0 to 0.1 is expected")
-    tolerance = max(tolerance, _WORTH_A_NOTE)
+    tolerance = max(as_number("tolerance", tolerance, 0.0, "a number from 0 to 0.1", most=0.1), _WORTH_A_NOTE)
     chain = dh_chain(description, tree, link)
     axes = _axes(chain, tolerance)
     normals = common_normals(axes, ends_at_tip=convention == "standard", tolerance=tolerance)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_count, as_floats
 from ulna.errors import InputError
 from ulna.gpu import device
 from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
@@ -18,7 +18,6 @@ from ulna.gpu.rows import as_float64
 from ulna.gpu.search import DeviceResult, OnHost, Search
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import DeviceSolutions, all_solutions
-from ulna.ik.all_solutions import as_samples
 from ulna.ik.options import Options
 from ulna.ik.problem import Query, refuse_immovable
 from ulna.ik.result import IKResult
@@ -193,7 +192,7 @@ class GpuRobot:
         robot, options = self.robot, Options(task=as_task(task))
         query = Query(robot.tree, robot.home, robot._checker, self._link(link), options)  # noqa: SLF001 - a part of it
         T = device.as_own("T", T)
-        return all_solutions(query, T, self._wide_rows, redundancy, as_samples(n_samples), whole_turns=whole_turns)
+        return all_solutions(query, T, self._wide_rows, redundancy, as_count("n_samples", n_samples, 1), whole_turns=whole_turns)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
 

@@ -17,7 +17,6 @@ from ulna.ik.closed_form.branches import Branches, all_branches, sampled_branche
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
 from ulna.ik.closed_form.six_joints import Workers
-from ulna.ik.options import as_count
 from ulna.ik.problem import Query, make_problem, of_task
 from ulna.ik.search.branch_search import searched_solutions
 from ulna.ik.search.ranking import collisions_of, cost_of, refuse_clearance_of_nothing
@@ -130,19 +129,6 @@ def _held_with_form(query: Query) -> str:
     if not names or query.options.task.kind != WHOLE_POSE:
         return "there is no closed form with this joint held, nor with another"
     return f"there is no closed form with this joint held; there is one with {', '.join(names)}"
-
-
-def as_samples(n_samples: int) -> int:
-    """A number of samples.
-
-    Raises:
-        InputError: It is no whole number from 1 on.
-    """
-    if type(n_samples) is not int:
-        n_samples = as_count("n_samples", n_samples)
-    if n_samples < 1:
-        raise InputError("n_samples", f"{n_samples}; at least 1 is expected")
-    return n_samples
 
 
 def _elbow(query: Query) -> Elbow:

@@ -5,11 +5,10 @@ import threading
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_floats, positive
 from ulna.drivers import differential_ik as driver
 from ulna.engine.threads import in_parts, refuse_unless_threads
 from ulna.errors import InputError
-from ulna.ik.options import positive
 from ulna.ik.problem import refuse_immovable
 from ulna.kernels.ik.search_layout import N_PER_JOINT, N_SYSTEM, N_TURNED
 from ulna.kinematics.jacobian import as_frame

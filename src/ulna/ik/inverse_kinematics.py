@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
-from ulna.ik.all_solutions import AllSolutions, as_samples
+from ulna.description.arrays import as_count
+from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form_solver import ClosedFormSolver
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.follow import follow
@@ -126,7 +127,7 @@ class InverseKinematics:
             UnknownNameError: There is no such link or joint.
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
-        n_samples = as_samples(n_samples)
+        n_samples = as_count("n_samples", n_samples, 1)
         try:
             every = self._all_of(link, redundancy, *options)
         except TypeError:  # an argument that has no hash

@@ -1,18 +1,18 @@
 """Holds and checks what a caller may choose about a search, whatever the targets."""
 
-import sys
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ulna.description.arrays import as_count, as_number, as_switch, positive
 from ulna.errors import InputError, did_you_mean
 from ulna.ik.task import Task, as_task
 
 LEVENBERG_MARQUARDT = "levenberg_marquardt"
 TEXTBOOK = ("jacobian_transpose", "damped_least_squares", "pseudo_inverse")
 POSE = Task.pose()
-_LARGEST = sys.float_info.max
 METHODS = (LEVENBERG_MARQUARDT, *TEXTBOOK)
+_AT_LEAST_0 = 0.0, "a number of at least 0"
 RANKS = ("nearest", "manipulability", "clearance", "mid_range")
 DEFAULT_BUDGET, TEXTBOOK_BUDGET = 16_000, 10_000  # steps of all starts together: 800 starts
 
@@ -45,8 +45,6 @@ class Options(NamedTuple):
             raise InputError("method", f"{self.method!r} is not a method{did_you_mean(str(self.method), METHODS)}")
         if self.rank is not None and (not isinstance(self.rank, str) or self.rank not in RANKS):
             raise InputError("rank", f"{self.rank!r} is not a rank{did_you_mean(str(self.rank), RANKS)}")
-        if not isinstance(self.trace, (bool, np.bool_)):
-            raise InputError("trace", f"{self.trace!r}; True or False is expected")
         options = self._replace(
             seed=as_count("seed", self.seed),
             task=as_task(self.task),
@@ -54,8 +52,9 @@ class Options(NamedTuple):
             position_tolerance=positive("position_tolerance", self.position_tolerance),
             rotation_tolerance=positive("rotation_tolerance", self.rotation_tolerance),
             max_iterations=None if self.max_iterations is None else as_count("max_iterations", self.max_iterations),
-            time_limit=None if self.time_limit is None else _at_least_zero("time_limit", self.time_limit),
+            time_limit=None if self.time_limit is None else as_number("time_limit", self.time_limit, *_AT_LEAST_0, most=np.inf),
             threads=None if self.threads is None else as_count("threads", self.threads),
+            trace=as_switch("trace", self.trace),
         )
         if options.is_textbook:
             for name in ("rank", "time_limit"):
@@ -83,35 +82,3 @@ class Options(NamedTuple):
     def refused_by_textbook(self, name: str) -> InputError:
         """The error for an argument that the textbook methods do not take."""
         return InputError(name, f"the method {self.method!r} takes none: it goes from the seed alone, wherever that leads")
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-
-
-def positive(name: str, value: float) -> float:
-    """A finite number above 0.
-
-    Raises:
-        InputError: It is not such a number; ``name`` is in the message.
-    """
-    if not _is_number(value) or not 0 < value <= _LARGEST:
-        raise InputError(name, f"{value!r}; a number above 0 is expected")
-    return float(value)
-
-
-def _at_least_zero(name: str, value: float) -> float:
-    if not _is_number(value) or not (0 <= value <= _LARGEST or value == np.inf):
-        raise InputError(name, f"{value!r}; a number of at least 0 is expected")
-    return float(value)
-
-
-def as_count(name: str, value: int) -> int:
-    """A whole number from 0 on that the kernels can count with.
-
-    Raises:
-        InputError: It is not such a number; ``name`` is in the message.
-    """
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2**31:
-        raise InputError(name, f"{value!r}; a whole number from 0 to {2**31 - 1} is expected")
-    return int(value)

@@ -17,8 +17,8 @@ class Reason:
     Attributes:
         sentence: Why, in words, with numbers and units; also ``str(reason)``.
         data: What the sentence is made from. Of ``inverse_kinematics``: a dict by names, such as how far each joint would have to
-            go beyond its limit. Of ``plan``: a ``Report`` of the pairs that touch, the ``IKResult`` of the goal, or how far the
-            search came. Of ``follow``: an ``Ending``.
+            go beyond its limit. Of ``plan``: a ``Report`` of the pairs that touch, the ``IKResult`` of the goal, or a
+            ``SpentBudget``. Of ``follow``: an ``Ending``.
 
     Example:
         >>> import ulna

@@ -1,10 +1,12 @@
 """Compares two robots, part by part and pose by pose."""
 
+import math
 from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.arrays import as_number
 from ulna.description.pose import angle_between, inverse
 from ulna.errors import InputError, did_you_mean
 from ulna.inspection.differences import (
@@ -66,8 +68,7 @@ def compare(
     ignored = _kinds(ignore)
     numbers = {"position": position_tolerance, "rotation": rotation_tolerance, "limit": limit_tolerance}
     for name, value in numbers.items():
-        if not (isinstance(value, float | int) and value >= 0):
-            raise InputError(f"{name}_tolerance", f"{value!r}; a number of at least 0 is expected")
+        as_number(f"{name}_tolerance", value, 0.0, "a number of at least 0", most=math.inf)
     tolerances, matching = Tolerances(**numbers), match(a, b)
     poses = pose_differences(a, b, matching)
     found = _differences(a, b, matching, poses, tolerances)

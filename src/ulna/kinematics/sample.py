@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.description.arrays import as_count
 from ulna.errors import InputError
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, PARENT, PRISMATIC
 from ulna.kinematics.tree import Tree
@@ -29,13 +30,12 @@ def uniform_positions(tree: Tree, n: int | None, seed: object) -> NDArray[np.flo
     Raises:
         InputError: n is not a count, or ``numpy.random.default_rng`` refuses the seed.
     """
-    if n is not None and (isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0):
-        raise InputError("n", f"{n!r}; a count, or None for one configuration, is expected")
+    shape = (tree.n_dof,) if n is None else (as_count("n", n), tree.n_dof)
     try:
         rng = np.random.default_rng(seed)  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:
         raise InputError("seed", f"{seed!r} is not a seed ({error})") from None
-    return rng.uniform(*random_range(tree), (tree.n_dof,) if n is None else (int(n), tree.n_dof))
+    return rng.uniform(*random_range(tree), shape)
 
 
 def random_range(tree: Tree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

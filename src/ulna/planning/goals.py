@@ -45,7 +45,7 @@ class Goals(NamedTuple):
     reason: Reason = NO_REASON
 
 
-class Question(NamedTuple):
+class Request(NamedTuple):
     """What a plan is asked for, checked.
 
     Attributes:
@@ -144,77 +144,77 @@ def _joint_of(column: int, tree: Tree) -> str:
     return next(name for name, part in slices if part.start <= column < part.stop)
 
 
-def held_for(goal: Array, question: Question) -> NDArray[np.bool_]:
-    """Which further entries of q are held: for a pose those that do not move the link."""
-    columns = np.zeros(question.tree.n_dof, dtype=bool)
+def fixed_for(goal: Array, request: Request) -> NDArray[np.bool_]:
+    """Which entries of q the goal leaves as they are, shape (n_dof,): for a pose those that do not move the link."""
+    columns = np.zeros(request.tree.n_dof, dtype=bool)
     if goal.ndim == 3:
         columns[:] = True
-        columns[question.tree.moving_columns(question.tree.link_or_tip(question.link))] = False
+        columns[request.tree.moving_columns(request.tree.link_or_tip(request.link))] = False
     return columns
 
 
-def find_goals(question: Question, goal: Array, held: NDArray[np.bool_], free: NDArray[np.bool_]) -> Goals:
+def find_goals(request: Request, goal: Array, fixed: NDArray[np.bool_], free: NDArray[np.bool_]) -> Goals:
     """The free configurations of a goal; or why there is none.
 
-    held: the entries of q that keep their positions, shape (n_dof,); free: which of the configurations given are, shape (n,).
+    fixed: the entries of q that keep their positions, shape (n_dof,); free: which of the configurations given are, shape (n,).
 
     Raises:
-        InputError: A configuration moves a joint that is held.
+        InputError: A configuration moves a joint that keeps its position.
     """
     if goal.ndim == 3:
-        return _of_poses(question, goal, held)
-    if held.any() and (moved := (goal != question.start) & held).any():
+        return _of_poses(request, goal, fixed)
+    if fixed.any() and (moved := (goal != request.start) & fixed).any():
         row, k = np.argwhere(moved)[0]
-        way = f"joint {_joint_of(k, question.tree)!r} is to go from {question.start[k]:.6g} to {goal[row, k]:.6g}"
+        way = f"joint {_joint_of(k, request.tree)!r} is to go from {request.start[k]:.6g} to {goal[row, k]:.6g}"
         raise InputError("goal", f"{way}, but it keeps its position: it is held, or outside the group")
     if free.all():
         return Goals(goal, np.arange(len(goal)))  # the most frequent case
     if free.any():
         return Goals(goal[free], np.flatnonzero(free))
-    return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, question.collision(goal[0]))
+    return Goals(goal[:0], np.empty(0, dtype=np.int64), PlanStatus.GOAL_IN_COLLISION, request.collision(goal[0]))
 
 
-def _of_poses(question: Question, poses: Array, held: NDArray[np.bool_]) -> Goals:
+def _of_poses(request: Request, poses: Array, fixed: NDArray[np.bool_]) -> Goals:
     rows, of = [], []
     for i, T in enumerate(poses):
-        found = solutions_of(question, T, held)
-        found[:, held] = question.start[held]
-        found = found[question.is_free(found)] if len(found) else found
+        found = solutions_of(request, T, fixed)
+        found[:, fixed] = request.start[fixed]
+        found = found[request.is_free(found)] if len(found) else found
         rows.append(found)
         of.append(np.full(len(found), i))
     q = np.concatenate(rows)
     if len(q):
         return Goals(q, np.concatenate(of))
-    return _why_none(question, poses[0], q)
+    return _why_none(request, poses[0], q)
 
 
-def solutions_of(question: Question, T: Array, fixed: NDArray[np.bool_]) -> Array:
+def solutions_of(request: Request, T: Array, fixed: NDArray[np.bool_]) -> Array:
     """All configurations found for a pose that are clear of the world, shape (n, n_dof); ``fixed`` entries may be anything."""
-    link = question.tree.link_or_tip(question.link)
-    if fixed[question.tree.moving_columns(link)].any():
-        n = question.tree.n_dof
-        seeds = np.vstack([question.start, random_positions(question.tree, _SEEDS - 1, question.seed)])
-        seeds[:, fixed] = question.start[fixed]
-        result = solve(question, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
+    link = request.tree.link_or_tip(request.link)
+    if fixed[request.tree.moving_columns(link)].any():
+        n = request.tree.n_dof
+        seeds = np.vstack([request.start, random_positions(request.tree, _SEEDS - 1, request.seed)])
+        seeds[:, fixed] = request.start[fixed]
+        result = solve(request, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
         return np.unique(result.q[result.success].reshape(-1, n), axis=0)
-    found = question.inverse_kinematics.all_solutions(
-        T, question.start, None, link, Options(seed=question.seed, task=question.task, threads=1), n_samples=SPREAD
+    found = request.inverse_kinematics.all_solutions(
+        T, request.start, None, link, Options(seed=request.seed, task=request.task, threads=1), n_samples=SPREAD
     )
     return found.q[found.valid]
 
 
-def solve(question: Question, T: Array, seeds: Array) -> IKResult:
-    """A search for each of several poses, or for one, from seeds in which the joints are held as the question says."""
-    search = question.inverse_kinematics.inverse_kinematics
-    options = Options(seed=question.seed, task=question.task)
-    return search(T, seeds, None, question.held, question.world, question.link, options)
+def solve(request: Request, T: Array, seeds: Array) -> IKResult:
+    """A search for each of several poses, or for one, from seeds in which the joints are held as the request says."""
+    search = request.inverse_kinematics.inverse_kinematics
+    options = Options(seed=request.seed, task=request.task)
+    return search(T, seeds, None, request.held, request.world, request.link, options)
 
 
-def _why_none(question: Question, T: Array, none: Array) -> Goals:
+def _why_none(request: Request, T: Array, none: Array) -> Goals:
     """What inverse kinematics says of a pose for which no free configuration was found."""
-    result, of_none = solve(question, T, question.start), np.empty(0, dtype=np.int64)
-    if result.success and question.is_free(result.q[None])[0]:
+    result, of_none = solve(request, T, request.start), np.empty(0, dtype=np.int64)
+    if result.success and request.is_free(result.q[None])[0]:
         return Goals(result.q[None].copy(), np.zeros(1, dtype=np.int64))
     if result.success or result.status == Status.IN_COLLISION:
-        return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.collision(result.q))
+        return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, request.collision(result.q))
     return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, Reason(str(result), result))

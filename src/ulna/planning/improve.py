@@ -6,7 +6,6 @@ other, each with new trees and other samples. What a search finds is shortened, 
 
 from __future__ import annotations
 
-import time
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from ulna.planning.motion import Motion
 from ulna.planning.plan_status import Effort
 from ulna.planning.search import Search
+from ulna.planning.slices import TimeLimit
 
 Array = NDArray[np.float64]
 _WORTH = 1e-4  # of the length: a path is to be shorter by more
@@ -61,20 +61,18 @@ class Best(NamedTuple):
 
 def improved(searched: Searched, best: Best, max_checks: int, time_limit: float | None) -> tuple[Searched, Best]:
     """A shorter path, or the same if none was found, after at most so many more checks; see ``Plan.improve``."""
-    began, motion = time.perf_counter(), searched.motion
+    motion, limit = searched.motion, TimeLimit(time_limit)
     space, (path, goal, certified, effort) = motion.space, best
     edges = motion.edges(certify=searched.certify)
     straight = space.lengths(space.shortest_way(searched.goals - searched.start)).min()
-    most, n_searches = effort.checks + int(max_checks), searched.n_searches
+    most, n_searches = effort.checks + max_checks, searched.n_searches
     budget = _FIRST_CHECKS
     while effort.checks < most:
-        length, left = space.lengths(np.diff(path, axis=0)).sum(), None
-        if time_limit is not None:
-            left = time_limit - (time.perf_counter() - began)
-        if length * (1.0 - _WORTH) <= straight or (left is not None and left <= 0.0):
+        length = space.lengths(np.diff(path, axis=0)).sum()
+        if length * (1.0 - _WORTH) <= straight or limit.is_over():
             break
         search = Search(edges, searched.start, searched.goals, (searched.seed, n_searches), length * (1.0 - _WORTH))
-        found, n_searches = search.finish(min(budget, most - effort.checks), left, shorten=True), n_searches + 1
+        found, n_searches = search.finish(min(budget, most - effort.checks), limit, shorten=True), n_searches + 1
         effort = effort.plus(search.effort)
         if found is None:
             budget *= 2  # not all at once: a small tree costs less, and other samples may do better

@@ -17,7 +17,7 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.ik.reason import Reason
 from ulna.ik.result import IKResult
 from ulna.kinematics.tree import Tree
-from ulna.planning.goals import Goals, Question, solutions_of, solve
+from ulna.planning.goals import Goals, Request, solutions_of, solve
 from ulna.planning.plan_status import PlanStatus
 
 Array = NDArray[np.float64]
@@ -56,33 +56,33 @@ def own_columns(links: Mapping[str, object], tree: Tree) -> dict[str, NDArray[np
     return dict(zip(links, moves & (moves.sum(axis=0) == 1), strict=True))
 
 
-def held_for_links(poses: Mapping[str, Array], tree: Tree) -> NDArray[np.bool_]:
+def fixed_for_links(poses: Mapping[str, Array], tree: Tree) -> NDArray[np.bool_]:
     """The entries of q that move none of the links, or several, shape (n_dof,)."""
     return ~np.logical_or.reduce(list(own_columns(poses, tree).values()))
 
 
-def find_links_goals(question: Question, poses: Mapping[str, Array], held: NDArray[np.bool_]) -> Goals:
+def find_links_goals(request: Request, poses: Mapping[str, Array], fixed: NDArray[np.bool_]) -> Goals:
     """The free configurations in which each link is at its pose, nearest to the start first. If there are none, the reason.
 
-    held: the entries of q that keep their positions, shape (n_dof,).
+    fixed: the entries of q that keep their positions, shape (n_dof,).
     """
-    tree, none, of_none = question.tree, np.empty((0, question.tree.n_dof)), np.empty(0, dtype=np.int64)
+    tree, none, of_none = request.tree, np.empty((0, request.tree.n_dof)), np.empty(0, dtype=np.int64)
     slices = zip(tree.joint_names, tree.joint_slices, strict=True)
-    alone = question._replace(world=None, held=tuple(name for name, part in slices if held[part].any()))
+    alone = request._replace(world=None, held=tuple(name for name, part in slices if fixed[part].any()))
     own, each = own_columns(poses, tree), {}
     for link, T in poses.items():
-        found = _of_link(alone._replace(link=link), T, held | ~own[link])
+        found = _of_link(alone._replace(link=link), T, fixed | ~own[link])
         if isinstance(found, IKResult):
             return Goals(none, of_none, PlanStatus.GOAL_UNREACHABLE, Reason(f"{link}: {found}", found))
-        each[link] = _nearest_first(found, question.start, own[link])
+        each[link] = _nearest_first(found, request.start, own[link])
     q = none
     for most in (_FIRST_CHOICES, _MOST_CHOICES):  # the nearest of each link, and more only where none of these is free
-        q = _choices(each, own, question.start, max(1, int(most ** (1 / len(poses)) + 1e-9)))
-        free = q[question.is_free(q)]
+        q = _choices(each, own, request.start, max(1, int(most ** (1 / len(poses)) + 1e-9)))
+        free = q[request.is_free(q)]
         if len(free):
-            free = _nearest_first(free, question.start, ~held)[:_MOST_GOALS]
+            free = _nearest_first(free, request.start, ~fixed)[:_MOST_GOALS]
             return Goals(free, np.zeros(len(free), dtype=np.int64))
-    return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, question.collision(q[0]))
+    return Goals(none, of_none, PlanStatus.GOAL_IN_COLLISION, request.collision(q[0]))
 
 
 def _choices(each: Mapping[str, Array], own: Mapping[str, NDArray[np.bool_]], start: Array, n_each: int) -> Array:
@@ -99,10 +99,10 @@ def _nearest_first(q: Array, start: Array, columns: NDArray[np.bool_]) -> Array:
     return q[np.argsort(np.linalg.norm((q - start)[:, columns], axis=1), kind="stable")]
 
 
-def _of_link(question: Question, T: Array, fixed: NDArray[np.bool_]) -> Array | IKResult:
+def _of_link(request: Request, T: Array, fixed: NDArray[np.bool_]) -> Array | IKResult:
     """The configurations in which a link is at a pose, collisions ignored, shape (n, n_dof); or the failed search."""
-    found = solutions_of(question, T, fixed)
+    found = solutions_of(request, T, fixed)
     if len(found):
         return found
-    result = solve(question, T, question.start)
+    result = solve(request, T, request.start)
     return result.q[None] if result.success else result

@@ -1,92 +1,49 @@
-"""Checks the options of a plan."""
+"""Holds and checks what a caller may choose about a plan, whatever the start and the goal."""
 
-from dataclasses import dataclass
-from functools import lru_cache
-from numbers import Real
-from typing import Any
+import math
+from typing import NamedTuple
 
-import numpy as np
+from ulna.description.arrays import as_count, as_number, as_switch
 
-from ulna.errors import InputError
-
-MAX_CHECKS = 100_000
+MOST_CHECKS = 2**62 - 1
 
 
-@dataclass(frozen=True)
-class PlanOptions:
-    """How a plan is searched for, checked.
+class PlanOptions(NamedTuple):
+    """The options of ``Robot.plan`` that say how a path is searched for; documented there.
 
-    Attributes:
-        certify: Whether edges are certified, or checked at samples.
-        clearance: How near an object may be [m].
-        seed: Chooses the samples.
-        max_checks: How many edges are checked at most.
-        shorten: Whether the path is shortened.
-        escape: Whether a start that touches a little is left.
-        time_limit: How long the search may take [s].
-
-    Raises:
-        InputError: One of them cannot be taken; its name is in the message.
+    Their defaults are those of every plan. They are what the caller gave, whatever that is, until they are ``checked``.
     """
 
     certify: bool = True
     clearance: float = 0.0
     seed: int = 0
-    max_checks: int = MAX_CHECKS
+    max_checks: int = 100_000
     shorten: bool = True
     escape: bool = False
-    time_limit: float | None = None
+    time_limit: float | None = 10.0
 
-    def __post_init__(self) -> None:
-        for name in ("certify", "shorten", "escape"):
-            if not isinstance(getattr(self, name), bool | np.bool_):
-                raise InputError(name, f"{getattr(self, name)!r}; True or False is expected")
-        refuse_unless("clearance", self.clearance, 0.0, "a distance [m] of at least 0")
-        refuse_unless_count("seed", self.seed, 0)
-        refuse_unless_count("max_checks", self.max_checks, 1)
-        if self.time_limit is not None:
-            refuse_unless("time_limit", self.time_limit, 0.0, "a time [s] above 0", above=True)
+    def checked(self) -> "PlanOptions":
+        """These options as Python's own numbers.
 
-
-@lru_cache(maxsize=64, typed=True)
-def _kept(*options: Any) -> PlanOptions:
-    return PlanOptions(*options)
-
-
-def as_options(*options: Any) -> PlanOptions:
-    """The options of a plan, checked once: those of recent calls are kept.
-
-    Raises:
-        InputError: One of them cannot be taken; its name is in the message.
-    """
-    try:
-        hash(options)
-    except TypeError:
-        return PlanOptions(*options)
-    return _kept(*options)
+        Raises:
+            InputError: A value that a plan cannot take; the option's name is in the message.
+        """
+        return PlanOptions(
+            as_switch("certify", self.certify),
+            as_number("clearance", self.clearance, 0.0, "a distance [m] of at least 0"),
+            as_count("seed", self.seed, most=MOST_CHECKS),
+            as_count("max_checks", self.max_checks, 1, MOST_CHECKS),
+            as_switch("shorten", self.shorten),
+            as_switch("escape", self.escape),
+            as_time_limit(self.time_limit),
+        )
 
 
-def refuse_unless(name: str, value: Any, least: float, expected: str, *, above: bool = False) -> None:
-    """Refuse what is not a finite number of at least ``least``, or above it.
+def as_time_limit(time_limit: object) -> float | None:
+    """The longest time of a search [s]; None or infinity for no limit.
 
     Raises:
-        InputError: It is not; ``name`` and ``expected`` are in the message.
+        InputError: It is neither None nor a number above 0.
     """
-    good = (
-        isinstance(value, Real)
-        and not isinstance(value, bool)
-        and least <= float(value) < np.inf
-        and not (above and value == least)
-    )
-    if not good:
-        raise InputError(name, f"{value!r}; {expected} is expected")
-
-
-def refuse_unless_count(name: str, value: Any, least: int) -> None:
-    """Refuse what is not a whole number of at least ``least``.
-
-    Raises:
-        InputError: It is not; ``name`` is in the message.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value < 2**62:
-        raise InputError(name, f"{value!r}; a whole number of at least {least} is expected")
+    expected = "a time [s] above 0, or None for no limit,"
+    return None if time_limit is None else as_number("time_limit", time_limit, 0.0, expected, above=True, most=math.inf)

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_count, as_floats, as_number
 from ulna.errors import InputError
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import entry_names
 from ulna.planning.averaged import timed_path
 from ulna.planning.improve import Best, Searched, improved
 from ulna.planning.motion import Motion
-from ulna.planning.options import refuse_unless, refuse_unless_count
+from ulna.planning.options import MOST_CHECKS, as_time_limit
 from ulna.planning.plan_status import Effort, PlanStatus
 from ulna.planning.timing import Limits
 from ulna.planning.trajectory import Trajectory, as_limits, make_trajectory, resting
@@ -35,7 +34,8 @@ class Plan:
     ``start beyond limits`` The start is not within the joint limits; those of joints that are held count too.
     ``goal in collision``   Every goal touches something; ``reason.data`` is the ``Report`` of the first.
     ``goal unreachable``    No configuration was found for the pose; ``reason.data`` is the ``IKResult``.
-    ``budget spent``        ``max_checks`` edges were checked. That says nothing about whether there is a way.
+    ``budget spent``        ``max_checks`` edges were checked, or ``time_limit`` is over; ``reason.data`` is a ``SpentBudget``:
+                            which, and what stopped edges last. That says nothing about whether there is a way.
     ======================= =============================================================================================
 
     Attributes:
@@ -154,8 +154,7 @@ class Plan:
         """
         if not self or self._motion is None:
             raise InputError("plan", f"there is no path: {self.status}")
-        if isinstance(blend, bool) or not isinstance(blend, Real) or not 0.0 <= blend < np.inf:
-            raise InputError("blend", f"{blend!r}; a length of at least 0 is expected")
+        blend = as_number("blend", blend, 0.0, "a length of at least 0")
         tree = self._motion.checker.tree
         if velocity is None and not tree.velocity_limits.all():
             still = ", ".join(repr(name) for name, most in zip(entry_names(tree), tree.velocity_limits, strict=True) if not most)
@@ -170,7 +169,7 @@ class Plan:
         if len(self.path) == 1:
             return resting(self.path[0], names, certified=self.certified, motion=self._motion)
         limits = Limits(velocities, accelerations, None if jerk is None else as_limits("jerk", jerk, tree.n_dof))
-        timed = timed_path(self.path, np.diff(self._lengths), float(blend), limits, self._motion.is_free)
+        timed = timed_path(self.path, np.diff(self._lengths), blend, limits, self._motion.is_free)
         return make_trajectory(timed, names, certified=self.certified and not self.escaped, motion=self._motion)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
@@ -180,7 +179,8 @@ class Plan:
 
         Args:
             max_checks: How many edges are checked at most, besides those of the plan. Shortening a path that was found may go on.
-            time_limit: The longest time of the searches [s]. Where it ends them, the result depends on the machine.
+            time_limit: The longest time of the searches [s]; no limit unless given. Where it ends them, the result depends on the
+                machine.
 
         Returns:
             A ``Plan`` with its checks added; with the same path if none was found that is shorter.
@@ -198,9 +198,8 @@ class Plan:
             >>> plan.improve(1000).length <= plan.length
             True
         """
-        refuse_unless_count("max_checks", max_checks, 1)
-        if time_limit is not None:
-            refuse_unless("time_limit", time_limit, 0.0, "a time [s] above 0", above=True)
+        max_checks = as_count("max_checks", max_checks, 1, MOST_CHECKS)
+        time_limit = as_time_limit(time_limit)
         if self._searched is None or not self:
             raise InputError("plan", f"there is no path: {self.status}")
         outside = self.path[:1] if self.escaped else self.path[:0]  # the edge that leads out of a contact stays

@@ -57,12 +57,3 @@ def _in_words(pair: Pair, margin: float) -> str:
     return (
         f"{pair.name_a} and {pair.name_b} ({-distance:.3g} mm deep)" if distance < 0.0 else f"{pair.name_a} touches {pair.name_b}"
     )
-
-
-def budget_spent(effort: Effort) -> Reason:
-    """How far the search came."""
-    return Reason(
-        f"after {effort.checks} checked edges; {effort.start_nodes} configurations were reached from the start, "
-        f"{effort.goal_nodes} from the goals, and no edge between them was found",
-        effort,
-    )

@@ -20,15 +20,17 @@ from ulna.kinematics.groups import JointGroup, configuration, state_named, tip_o
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.escape import escape_from
-from ulna.planning.goals import Goals, Question, as_goal, find_goals, held_for
+from ulna.planning.goals import Goals, Request, as_goal, find_goals, fixed_for
 from ulna.planning.improve import Searched
-from ulna.planning.links_goal import as_links_goal, find_links_goals, held_for_links, own_columns
+from ulna.planning.links_goal import as_links_goal, find_links_goals, fixed_for_links, own_columns
 from ulna.planning.motion import Motion
 from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
-from ulna.planning.plan_status import PlanStatus, budget_spent
+from ulna.planning.plan_status import PlanStatus
 from ulna.planning.search import Search
-from ulna.planning.space import held_columns, make_space, slides_without_end
+from ulna.planning.slices import TimeLimit
+from ulna.planning.space import columns_of_joints, make_space, slides_without_end
+from ulna.planning.spent_budget import budget_spent
 
 Array = NDArray[np.float64]
 
@@ -65,48 +67,49 @@ def plan_motion(
         raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
     if world is not None:
         world = world.snapshot()  # what is planned in does not change under the plan
-    margin = float(options.clearance)
-    question = Question(checker, inverse_kinematics, world, margin, start, names, link, task, int(options.seed))
-    of_links = held_for_links(targets, tree) if isinstance(targets, dict) else held_for(targets, question)
-    fixed = held_columns(tree, names) | of_links if names else of_links
+    request = Request(checker, inverse_kinematics, world, options.clearance, start, names, link, task, options.seed)
+    of_links = fixed_for_links(targets, tree) if isinstance(targets, dict) else fixed_for(targets, request)
+    fixed = columns_of_joints(tree, names) | of_links if names else of_links
     nothing = np.empty((0, tree.n_dof))
     if not within:
         return Plan(PlanStatus.START_BEYOND_LIMITS, nothing, certified=False, reason=_beyond(checker, start))
     depth, first = 0.0, start
-    free = question.is_free(_given(start, targets))
+    free = request.is_free(_given(start, targets))
     if not free[0]:
-        left = escape_from(question, fixed) if options.escape else None
+        left = escape_from(request, fixed) if options.escape else None
         if left is None:
-            return Plan(PlanStatus.START_IN_COLLISION, nothing, certified=False, reason=question.collision(start))
+            return Plan(PlanStatus.START_IN_COLLISION, nothing, certified=False, reason=request.collision(start))
         first, depth = left
-    question = question if first is start else question._replace(start=first)
+    request = request if first is start else request._replace(start=first)
     if isinstance(targets, dict):
-        goals = find_links_goals(question, targets, fixed)
+        goals = find_links_goals(request, targets, fixed)
     else:
-        goals = find_goals(question, targets, fixed, free[1:])
+        goals = find_goals(request, targets, fixed, free[1:])
     if not len(goals.q):
         return Plan(goals.status, nothing, certified=False, reason=goals.reason)
-    plan = _search(question, first, goals, fixed, options)
+    plan = _search(request, first, goals, fixed, options)
     if first is not start and plan:
         return replace(plan, path=np.concatenate([start[None], plan.path]), escaped=True, escape=depth)
     return plan
 
 
-def _search(question: Question, start: Array, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
-    world = question.world
-    far = world.objects().farthest if world is not None and slides_without_end(question.tree) else 0.0
-    q, of, certify = goals.q, goals.of, bool(options.certify)
-    space = make_space(question.tree, np.concatenate([start[None], q]), fixed, far)
-    motion = Motion(space, question.checker, world, question.margin)
+def _search(request: Request, start: Array, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
+    world = request.world
+    far = world.objects().farthest if world is not None and slides_without_end(request.tree) else 0.0
+    q, of, certify, limit = goals.q, goals.of, options.certify, TimeLimit(options.time_limit)
+    space = make_space(request.tree, np.concatenate([start[None], q]), fixed, far)
+    motion = Motion(space, request.checker, world, request.margin)
     if len(q) > 1:
         order = np.argsort(space.lengths(space.shortest_way(q - start)), kind="stable")
         q, of = q[order], of[order]
-    searched = Searched(motion, start, q, of, certify, int(options.seed))
+    searched = Searched(motion, start, q, of, certify, options.seed)
     search = Search(motion.edges(certify=certify), start, q, (searched.seed,))
-    found = search.finish(int(options.max_checks), options.time_limit, shorten=bool(options.shorten))
+    found = search.finish(options.max_checks, limit, shorten=options.shorten)
     if found is None:
-        nothing = np.empty((0, question.tree.n_dof))
-        return Plan(PlanStatus.BUDGET_SPENT, nothing, certified=False, reason=budget_spent(search.effort), effort=search.effort)
+        name = "max_checks" if search.effort.checks >= options.max_checks else "time_limit"
+        reason = budget_spent(request, motion, search, f"{name}={getattr(options, name)}", certify=certify)
+        nothing = np.empty((0, request.tree.n_dof))
+        return Plan(PlanStatus.BUDGET_SPENT, nothing, certified=False, reason=reason, effort=search.effort)
     certified, goal = certify and found.confirmed, int(of[search.goal])
     return Plan(PlanStatus.SOLVED, found.path, certified, effort=search.effort, goal=goal, _searched=searched)
 

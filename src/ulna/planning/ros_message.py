@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.arrays import positive
 from ulna.errors import InputError, MissingROSError, UnknownNameError
-from ulna.planning.options import refuse_unless
 from ulna.planning.timing import Moment
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ def joint_trajectory(
         UnknownNameError: There is no such joint.
         MissingROSError: This Python finds no ``trajectory_msgs``.
     """
-    refuse_unless("period", period, 0.0, "a time [s] above 0", above=True)
+    period = positive("period", period, "a time [s] above 0")
     names = (joint_names,) if isinstance(joint_names, str) else tuple(joint_names)
     for name in names:
         if name not in known:

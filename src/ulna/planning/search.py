@@ -13,7 +13,7 @@ from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_arrays import Trees
 from ulna.planning.motion import EdgeChecker, new_path, no_rows
 from ulna.planning.plan_status import Effort
-from ulna.planning.slices import Slices
+from ulna.planning.slices import Slices, TimeLimit
 
 Array = NDArray[np.float64]
 _FIRST_CAPACITY = 512  # nodes
@@ -76,24 +76,24 @@ class Search:
             self.edges = self.edges.below(self.bound, self.start, self.goals)
         self.trees = Trees(rows, parents, radii, costs, np.empty((layout.MOST_REFUSED, 2, len(self.start))))
 
-    def run(self, max_checks: int, time_limit: float | None) -> Array | None:
-        """Search on, up to so many checked edges in all or so many seconds; the path if one was found, shape (n, n_dof).
+    def run(self, max_checks: int, limit: TimeLimit | None) -> Array | None:
+        """Search on, up to so many checked edges in all or until the time is over; the path if one was found, shape (n, n_dof).
 
         Of the samples that are skipped, 64 count as one edge.
         """
-        found = self._found(max_checks, time_limit, layout.AS_FOUND)
+        found = self._found(max_checks, limit, layout.AS_FOUND)
         return None if found is None else found.path
 
-    def finish(self, max_checks: int, time_limit: float | None, *, shorten: bool) -> Found | None:
+    def finish(self, max_checks: int, limit: TimeLimit | None, *, shorten: bool) -> Found | None:
         """As ``run``, and the path confirmed edge by edge: shortened, or as it is where that fails; None if there is no path."""
-        found = self._found(max_checks, time_limit, layout.SHORTEN if shorten else layout.CONFIRM)
+        found = self._found(max_checks, limit, layout.SHORTEN if shorten else layout.CONFIRM)
         if found is None or found.confirmed or not shorten:
             return found
-        return self._found(max_checks, time_limit, layout.CONFIRM)
+        return self._found(max_checks, limit, layout.CONFIRM)
 
-    def _found(self, max_checks: int, time_limit: float | None, first_pass: int) -> Found | None:
+    def _found(self, max_checks: int, limit: TimeLimit | None, first_pass: int) -> Found | None:
         scene, settings, space, pace = self.edges
-        slices = Slices(max_checks, time_limit, pace)
+        slices = Slices(max_checks, limit, pace)
         search, shortening = self.state
         search[layout.MOST] = max_checks
         if search[layout.JOINED]:  # the path is made ready again

@@ -46,23 +46,43 @@ class Pace:
         self.checks = max(1, int(min(max(wanted, self.checks / 2), _MOST_GROWTH * self.checks)))
 
 
+class TimeLimit:
+    """The longest time of one search, or of several together [s]; None for no limit.
+
+    It is counted from the end of the first slice, in which the kernels may be compiled.
+    """
+
+    def __init__(self, seconds: float | None) -> None:
+        self._seconds = np.inf if seconds is None else seconds
+        self._end = np.inf
+
+    def begin(self, now: float) -> None:
+        """Count from now on, unless it has begun."""
+        self._end = min(self._end, now + self._seconds)
+
+    def is_over(self) -> bool:
+        """Whether the time is over."""
+        return time.perf_counter() >= self._end
+
+
 class Slices:
     """Divides a run into slices of checked edges, so that Ctrl-C and a time limit act soon.
 
     What is computed does not depend on the slices.
     """
 
-    def __init__(self, max_checks: int, time_limit: float | None, pace: Pace) -> None:
-        self._most, self._pace, self._before, self._ran = max_checks, pace, 0, False
-        self._began = self._last = time.perf_counter()
-        self._end = np.inf if time_limit is None else self._began + time_limit
+    def __init__(self, max_checks: int, limit: TimeLimit | None, pace: Pace) -> None:
+        self._most, self._limit, self._pace, self._before, self._ran = max_checks, limit, pace, 0, False
+        self._last = time.perf_counter()
 
     def another(self, state: NDArray[np.int64]) -> bool:
         """Whether there is another slice; if so, state[UNTIL] is set."""
         now, stopped = time.perf_counter(), getattr(_here, "stopped", None)
         if stopped is not None and stopped.is_set():
             raise StoppedError
-        if now >= self._end or state[layout.CHECKS] >= self._most:
+        if self._ran and self._limit is not None:
+            self._limit.begin(now)
+        if state[layout.CHECKS] >= self._most or (self._limit is not None and self._limit.is_over()):
             return False
         checks = int(state[layout.CHECKS])
         if self._ran:
@@ -74,4 +94,4 @@ class Slices:
     def go_over(self, checks: int) -> None:
         """From a search, which ended after so many checked edges, to the shortening of its path, which ends by itself."""
         self._before -= checks
-        self._most, self._end = 2**62, np.inf
+        self._most, self._limit = 2**62, None

@@ -65,7 +65,7 @@ class Space:
         return np.linalg.norm(differences * self.table[WEIGHT], axis=-1)
 
 
-def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_], far: float = 0.0) -> Space:
+def make_space(tree: Tree, corners: Array, fixed: NDArray[np.bool_], far: float = 0.0) -> Space:
     """The space of a robot; samples are taken from the limits, and as far as start and goals, shape (n, n_dof), lie.
 
     Of a slide without a limit they are taken from beside them, as far as the robot is long and the objects reach, ``far`` [m].
@@ -73,7 +73,7 @@ def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_], far: float =
     An angle has weight 1; a slide the inverse of the robot's length, so that it moves a robot about as far.
     """
     whole = _whole_space(tree)
-    if not held.any() and ((whole.least <= corners) & (corners <= whole.most)).all():
+    if not fixed.any() and ((whole.least <= corners) & (corners <= whole.most)).all():
         return whole.space  # the most frequent case
     table, turning = whole.space.table.copy(), whole.space.table[PERIOD] > 0
     if whole.endless:
@@ -82,8 +82,8 @@ def make_space(tree: Tree, corners: Array, held: NDArray[np.bool_], far: float =
         table[HIGH] = np.where(whole.above, np.minimum(tree.upper, corners.max(axis=0) + beside), table[HIGH])
     table[LOW] = np.where(turning, table[LOW], np.minimum(table[LOW], corners.min(axis=0)))
     table[HIGH] = np.where(turning, table[HIGH], np.maximum(table[HIGH], corners.max(axis=0)))
-    table[LOW, held] = table[HIGH, held] = corners[0, held]
-    return Space(table, ~held)
+    table[LOW, fixed] = table[HIGH, fixed] = corners[0, fixed]
+    return Space(table, ~fixed)
 
 
 def slides_without_end(tree: Tree) -> bool:
@@ -122,17 +122,17 @@ def _whole_space(tree: Tree) -> _WholeSpace:
     return _WholeSpace(space, below, above, length, without_end, least, most)
 
 
-def held_columns(tree: Tree, held: Iterable[str]) -> NDArray[np.bool_]:
-    """Which entries of q belong to joints that are held, shape (n_dof,).
+def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:
+    """Which entries of q belong to these joints, shape (n_dof,).
 
     Raises:
         UnknownNameError: There is no such joint.
     """
-    columns, held = np.zeros(tree.n_dof, dtype=bool), tuple(held)
-    if not held:
+    columns, names = np.zeros(tree.n_dof, dtype=bool), tuple(names)
+    if not names:
         return columns
     slices = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
-    for name in held:
+    for name in names:
         if name not in slices:
             raise UnknownNameError("joint", str(name), tree.joint_names)
         columns[slices[name]] = True

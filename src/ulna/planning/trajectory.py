@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_number as refuse_unless
 from ulna.errors import FileError, InputError, needs_extra
 from ulna.planning.averaged import Averaged
 from ulna.planning.motion import Motion
-from ulna.planning.options import refuse_unless
 from ulna.planning.ros_message import joint_trajectory
 from ulna.planning.timing import Grid, Moment, Profile, TimedPath
 

@@ -14,10 +14,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_count, as_floats, positive
 from ulna.description.pose import matrix_from_quaternion, quaternion_from_matrix
 from ulna.errors import InputError
-from ulna.ik.options import as_count, positive
 
 Array = NDArray[np.float64]
 Region = tuple[slice, ...]
@@ -52,8 +51,7 @@ class Grid:
     def __post_init__(self) -> None:
         object.__setattr__(self, "voxel", positive("voxel", self.voxel))
         for name in ("orientations", "chunk_poses"):
-            if as_count(name, getattr(self, name)) < 1:
-                raise InputError(name, "at least 1 is needed")
+            as_count(name, getattr(self, name), 1)
         low = as_floats("low", self.low)
         if low.shape != (3,) or not np.isfinite(low).all():
             raise InputError("low", "a corner of three finite numbers is expected")

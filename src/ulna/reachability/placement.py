@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_count, as_floats
 from ulna.description.pose import as_one_pose, as_pose, inverse, matrix_from_rpy, quaternion_from_matrix
 from ulna.errors import InputError
-from ulna.ik.options import as_count
 from ulna.ik.result import IKResult
 from ulna.reachability.grid import Grid
 from ulna.robot import Robot

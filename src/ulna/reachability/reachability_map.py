@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.scene_file import world_to_json
 from ulna.collision.world import World
+from ulna.description.arrays import as_count, as_switch
 from ulna.engine.threads import as_threads, default_threads
 from ulna.errors import FileError, InputError
 from ulna.ik.closed_form.closed_form import closed_form_of
-from ulna.ik.options import as_count
 from ulna.ik.problem import refuse_immovable
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.reach import reach_of
@@ -142,7 +142,7 @@ def _specification(robot: Robot, link: str | None, grid: tuple, world: World | N
         )
     link, (voxel, orientations, bounds) = robot.tree.link_or_tip(link), grid
     task, seed, position_tolerance, rotation_tolerance, max_iterations = search
-    clearance, solutions = map(bool, kept)
+    clearance, solutions = map(as_switch, ("keep_clearance", "keep_solutions"), kept)
     poses = Grid.within(default_bounds(robot, link) if bounds is None else bounds, voxel, orientations)
     checked = world is not None or clearance
     if checked:

@@ -49,7 +49,7 @@ from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
-from ulna.planning.options import MAX_CHECKS, as_options
+from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
 
@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from ulna.gpu.robot import GpuRobot
 
 Array = NDArray[np.float64]
+_PLAN = PlanOptions()
 
 
 class Robot(Quick):
@@ -918,13 +919,13 @@ class Robot(Quick):
         task: Task | str = "pose",
         held: Iterable[str] = (),
         group: str | None = None,
-        certify: bool = True,
-        clearance: float = 0.0,
-        seed: int = 0,
-        max_checks: int = MAX_CHECKS,
-        shorten: bool = True,
-        escape: bool = False,
-        time_limit: float | None = None,
+        certify: bool = _PLAN.certify,
+        clearance: float = _PLAN.clearance,
+        seed: int = _PLAN.seed,
+        max_checks: int = _PLAN.max_checks,
+        shorten: bool = _PLAN.shorten,
+        escape: bool = _PLAN.escape,
+        time_limit: float | None = _PLAN.time_limit,
     ) -> Plan:
         """A motion from a configuration to a goal, free of collision: straight lines between configurations.
 
@@ -946,11 +947,12 @@ class Robot(Quick):
             certify: Whether each edge is certified, as by ``edge_in_collision``: free at all its configurations. Otherwise at
                 samples 1/32 rad apart, between which it may touch something.
             clearance: No object of the world is nearer than this [m]; it does not count between links of the robot.
-            seed: Chooses the samples. The result depends on nothing else, unless there is a ``time_limit``.
-            max_checks: How many edges the search checks at most.
+            seed: Chooses the samples. The result depends on nothing else, unless ``time_limit`` ends the search.
+            max_checks: How many edges the search checks at most: 100,000 unless given.
             shorten: Whether the path that is found is shortened.
             escape: Whether a start that touches something by at most 10 mm is left, first of all, by an edge that is not checked.
-            time_limit: The longest time of the search [s]. Where it ends the search, the result depends on the machine.
+            time_limit: The longest time of the search [s], 10 s unless given; None for no limit. Not counted are the first edges,
+                during which kernels may be compiled. Where it ends the search, the result depends on the machine.
 
         Returns:
             A ``Plan``: path, status, and the reason if there is no path.
@@ -970,7 +972,7 @@ class Robot(Quick):
             >>> str(plan.status), plan.certified
             ('solved', True)
         """
-        options = as_options(certify, clearance, seed, max_checks, shorten, escape, time_limit)
+        options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit).checked()
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)

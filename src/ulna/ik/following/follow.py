@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_floats, positive
 from ulna.description.pose import as_pose
 from ulna.errors import InputError
 from ulna.ik.followed_path import FollowedPath
@@ -33,7 +33,6 @@ from ulna.ik.following.course import Course, Solve
 from ulna.ik.following.ending import why_it_ends
 from ulna.ik.following.layers import PathSoFar, along_branches
 from ulna.ik.following.self_motions import along_self_motions
-from ulna.ik.options import positive
 from ulna.ik.problem import Query
 from ulna.ik.reason import NO_REASON
 from ulna.ik.search.ranking import refuse_clearance_of_nothing
