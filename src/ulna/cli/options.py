@@ -88,7 +88,7 @@ Loading = Annotated[dict[str, Any], Depends(loading)]
 
 
 def load_robot(loading: Loading, *, robot: RobotName = "panda") -> Robot:
-    """The robot of a name or a file. An SRDF found beside it, and warnings about SRDFs, are printed on standard error.
+    """The robot of a name or a file. Warnings about unknown names in an SRDF are printed on standard error.
 
     Raises:
         UlnaError: It cannot be loaded; see ``ulna.load``.
@@ -98,8 +98,6 @@ def load_robot(loading: Loading, *, robot: RobotName = "panda") -> Robot:
         arm = load(robot, **loading)
     for warning in caught:
         warn(str(warning.message))
-    if arm.srdf.found_at:
-        warn(f"{arm.srdf.found_at} lies beside the URDF and is used; --no-srdf refuses it")
     return arm
 
 

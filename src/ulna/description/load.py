@@ -41,10 +41,11 @@ def load_description(
     """
     document, home = _document(source, xacro_args, package_dirs)
     description = replace(read_urdf(document.text, document.source), folder=document.folder, package_dirs=document.package_dirs)
-    if srdf is False:
-        return description, home
-    semantics = srdf_beside(document, description) if srdf is None else _given_srdf(srdf, document, description)
-    return replace(description, srdf=semantics), home
+    if srdf is None and document.folder is not None:  # nothing lies beside a text, or a bundled robot
+        description = replace(description, srdf=srdf_beside(document, document.folder, description))
+    elif srdf is not None and srdf is not False:
+        description = replace(description, srdf=_given_srdf(srdf, document, description))
+    return description, home
 
 
 def _given_srdf(srdf: object, document: Document, description: Description) -> Srdf:

@@ -23,8 +23,8 @@ _MOST_FILES = 100  # that are looked at
 _PACKAGE_NAME = re.compile(r"\w[\w.-]*")
 
 
-def srdf_beside(document: Document, description: Description) -> Srdf:
-    """The SRDF that lies beside a URDF, its references checked; an empty one if there is none, or no one of several.
+def srdf_beside(document: Document, folder: Path, description: Description) -> Srdf:
+    """The SRDF that lies beside a URDF in a folder, its references checked; an empty one if there is none, or no one of several.
 
     1. Files are looked for in the URDF's folder, in ``srdf`` beside that folder, and in ``config`` of the packages
        ``NAME_moveit_config``: NAME is that of the robot, of the URDF, or of its package without ``_description``.
@@ -32,11 +32,9 @@ def srdf_beside(document: Document, description: Description) -> Srdf:
     3. Of those that fit, the one that is called like the URDF is taken, else the one that is called like the robot, else the
        only one. If there are others only, none is taken, with a ``DescriptionWarning`` that names them.
     """
-    if document.folder is None:
-        return Srdf()
     stem, fits, passed_over = _stem(document.file), {}, []
     likely = (stem, description.name)
-    for path in islice(_files(document.folder, stem, document.package_dirs, description.name), _MOST_FILES):
+    for path in islice(_files(folder, stem, document.package_dirs, description.name), _MOST_FILES):
         try:
             srdf = _read(path, document.package_dirs, description)
         except (OSError, DescriptionError, InputError) as error:
