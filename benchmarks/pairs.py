@@ -44,7 +44,7 @@ def distances(kind_a, vertices_a, kind_b, vertices_b, scratch, x, out):
 def verdicts(kind_a, vertices_a, kind_b, vertices_b, _scratch, x, out):
     """Whether they overlap."""
     for i in range(x.shape[0]):
-        overlap = pair_overlap(body(kind_a, vertices_a, x[i]), body(kind_b, vertices_b, x[i][16:]))
+        overlap = pair_overlap(body(kind_a, vertices_a, x[i]), body(kind_b, vertices_b, x[i][16:]), 1.0)
         store(out[i], 0, where(overlap, 1.0, 0.0))
 
 

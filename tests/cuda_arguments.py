@@ -45,7 +45,7 @@ def _each(names: str, numba_type) -> dict:
 TYPES = {
     "": {
         **_each("x y z p2 r2 theta limit distance damping rate share like reach size rounding way noise of_world", NUMBER),
-        **_each("radius_a radius_b half_a half_b height", NUMBER),
+        **_each("radius_a radius_b half_a half_b height wanted hits", NUMBER),
         **_each("i j k n_dof row lane number kind kind_a kind_b n_faces n_edges across down expressed_in", WHOLE),
         **_each("root", WHOLE),
         **_each("v w p q c d h g n t u", VECTOR),
@@ -117,7 +117,7 @@ TYPES = {
     "distance.gjk.nearer": {"best": CANDIDATE, "other": CANDIDATE},
     **{f"distance.pairs.pair_{name}": {"a": BODY, "b": BODY} for name in ("distance", "overlap", "gap")},
     "distance.pairs.contact_reach": {"a": BODY, "b": BODY},
-    "distance.pairs.box_of": {"body": BODY},
+    **{f"distance.pairs.{name}": {"body": BODY} for name in ("box_of", "outer_box_of")},
     "distance.swept_segments": {"core": DISTANCE, "otherwise": VECTOR, "outwards": VECTOR},
     "collision": {
         **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,

@@ -220,7 +220,7 @@ def two_bodies(kind_a, vertices_a, kind_b, vertices_b, scratch, x, out):
         store(out, 1 + k, p[k])
         store(out, 4 + k, q[k])
         store(out, 7 + k, n[k])
-    store(out, 10, where(pair_overlap(a, b), 1.0, 0.0))
+    store(out, 10, where(pair_overlap(a, b, splat(1.0, a[1][0])), 1.0, 0.0))
 
 
 def single_lanes(x, out):

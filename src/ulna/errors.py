@@ -3,7 +3,7 @@
 Each says where and what next, and carries its data as attributes.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 _LONGEST = 1000  # characters of a message, which may cite a document
@@ -134,6 +134,11 @@ class SingularityError(UlnaError, ValueError):
 
     def __reduce__(self):
         return type(self), (self.message, self.rows)
+
+
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """The first of some names, and how many there are beyond them."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def near_names(name: str, known: Iterable[str], most: int) -> list[str]:

@@ -99,6 +99,17 @@ def test_base_and_tip_select_a_part_of_the_robot(ask, refusal):
     assert "did you mean 'forearm_link'" in refusal("fk", "ur5", "--tip", "forarm_link")
 
 
+def test_an_srdf_beside_the_urdf_is_used_and_named_and_can_be_refused(run, ask, refusal, slider):
+    path = slider.with_suffix(".srdf")
+    path.write_text('<robot name="slider"><group name="g"><joint name="slide"/></group></robot>')
+    answer = ask("info", slider)
+    assert (answer.srdf, answer.groups) == (str(path), {"g": ["slide"]})
+    assert "found beside the URDF" in " ".join(run("info", slider).stdout.split())
+    answer = ask("info", slider, "--no-srdf")
+    assert (answer.srdf, answer.groups) == ("", {})
+    assert "only one of them is expected" in refusal("info", slider, "--srdf", path, "--no-srdf")
+
+
 def test_an_srdf_adds_groups_and_unknown_names_are_warnings(run, ask, slider, tmp_path):
     path = tmp_path / "slider.srdf"
     path.write_text('<robot name="slider"><group name="g"><joint name="slide"/></group>'

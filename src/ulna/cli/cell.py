@@ -105,7 +105,9 @@ ShownRobot = Annotated[Robot, Depends(shown_robot)]
 
 
 def with_chosen_shapes(robot: Robot, meshes: InPlace | None, *, quiet: bool = False) -> Robot:
-    """The robot with its collision meshes converted; a line on standard error says how, unless ``quiet``."""
+    """The robot with its collision meshes converted; lines on standard error say how, and by which SRDF, unless ``quiet``."""
+    if robot.srdf.found_at and not quiet:
+        typer.echo(f"links may touch as {robot.srdf.source} beside the URDF says; --no-srdf refuses it", err=True)
     if not n_collision_meshes(robot.description) or meshes is InPlace.NONE:
         return robot
     if meshes is InPlace.DECOMPOSE:

@@ -19,7 +19,8 @@ INFO_KEYS = (
     "name; base; tip: null if there are several; hand: the link that other commands take; leaves; n_dof; joints: one for each "
     "entry of q, with name, type, lower, upper, soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: "
     "name, joint, multiplier, offset; links; groups: the joints of each, and named_configurations: the q of each, both of "
-    "--srdf; closed_form: of the hand's inverse kinematics, null without a closed form: family, from_end, held, miss, is_exact; "
+    "the SRDF; srdf: the path of the one that was found beside the URDF, else empty; closed_form: of the hand's "
+    "inverse kinematics, null without a closed form: family, from_end, held, miss, is_exact; "
     "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
 )
 
@@ -51,6 +52,7 @@ def info_data(robot: Robot) -> Data:
         "links": list(robot.link_names),
         "groups": {name: list(group.joint_names) for name, group in robot.groups.items()},
         "named_configurations": dict(robot.named_configurations),
+        "srdf": robot.srdf.found_at,
         "closed_form": _closed_form(robot),
         "collision_shapes": [
             {"name": body.name, "link": link.name, "kind": type(body.shape).__name__.lower(), **asdict(body.shape)}
@@ -86,6 +88,8 @@ def info_table(data) -> Iterator[RenderableType]:
         yield _names(f"group {name}", joints)
     if data["named_configurations"]:
         yield _names("named configurations", list(data["named_configurations"]))
+    if data["srdf"]:
+        yield Text.assemble(("SRDF", "bold"), f": {data['srdf']}, found beside the URDF; --no-srdf refuses it")
     shapes = make_table(["collision shape", "link", "kind"], [], ["extents [m]"])
     for shape in data["collision_shapes"]:
         shapes.add_row(shape["name"], shape["link"], shape["kind"], _measures(shape))

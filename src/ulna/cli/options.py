@@ -41,6 +41,7 @@ SrdfFile = Annotated[
     Path | None,
     typer.Option("--srdf", metavar="FILE", help="A semantic description: groups, states, pairs of links that may touch."),
 ]
+NoSrdf = Annotated[bool, typer.Option("--no-srdf", help="Do not use an SRDF that lies beside the URDF.")]
 LinkName = Annotated[
     str | None, typer.Option(metavar="NAME", help="The link; unless given the tip or, where there are several, the hand.")
 ]
@@ -70,9 +71,17 @@ def sources(*, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None) -> 
 Sources = Annotated[dict[str, Any], Depends(sources)]
 
 
-def loading(sources: Sources, *, base: Base = None, tip: Tip = None, srdf: SrdfFile = None) -> dict[str, Any]:
-    """How a robot is loaded, and which part of it: arguments of ``ulna.load``."""
-    return {**sources, "base": base, "tip": tip, "srdf": srdf}
+def loading(
+    sources: Sources, *, base: Base = None, tip: Tip = None, srdf: SrdfFile = None, no_srdf: NoSrdf = False
+) -> dict[str, Any]:
+    """How a robot is loaded, and which part of it: arguments of ``ulna.load``.
+
+    Raises:
+        InputError: An SRDF is given, and refused.
+    """
+    if no_srdf and srdf is not None:
+        raise InputError("--srdf, --no-srdf", "only one of them is expected")
+    return {**sources, "base": base, "tip": tip, "srdf": False if no_srdf else srdf}
 
 
 Loading = Annotated[dict[str, Any], Depends(loading)]

@@ -70,8 +70,10 @@ def record(
     of_robot = any(each is not None for each in (robot, q, world, trajectory, plan))
     if sum(each is not None for each in (q, trajectory, plan)) > 1:
         raise InputError("--q, --trajectory, --plan", "at most one of them is expected: each has the joint positions")
-    if any(loading.values()) and not of_robot:
-        raise InputError("--base, --tip, --srdf, --xacro-arg, --package-dir", "go with --robot; without it the demo is recorded")
+    if any(value or value is False for value in loading.values()) and not of_robot:
+        raise InputError(
+            "--base, --tip, --srdf, --no-srdf, --xacro-arg, --package-dir", "go with --robot; without it the demo is recorded"
+        )
     if of_robot and at is not None:
         raise InputError("--at", "goes with the demo; a robot that does not move has no points in time")
     if path.suffix.lower() == ".png" and (rate is not None or (of_robot and seconds is not None)):

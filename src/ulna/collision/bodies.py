@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
-from ulna.collision.rounded_shapes import NO_VERTICES, shape_columns, shape_vertices
+from ulna.collision.rounded_shapes import NO_VERTICES, hull_columns, shape_columns, tight_frame
 from ulna.description.robot_description import Description, frozen
+from ulna.description.shapes import ConvexMesh
 from ulna.errors import GeometryError
-from ulna.kernels.layout import BODY_WIDTH, BOX, SHAPE
+from ulna.kernels.layout import BODY_WIDTH, BOX, FRAME_WIDTH, SHAPE
 from ulna.kinematics.tree import Tree
 
 
@@ -25,7 +26,9 @@ class Bodies:
         names: One for each body, all different.
         links: The link that each is fixed to.
         owners: The link, or the attached object, that each is part of. Bodies of one owner are not checked against each other.
-        table: What the kernels read (``kernels.layout``), shape (n, BODY_WIDTH).
+        table: What the kernels read (``kernels.layout``), shape (n, BODY_WIDTH). The frame of a hull is that of a small box round
+            it, so that the boxes and balls by which kernels compare bodies first are small.
+        frames: The frames of the shapes as the description has them, shape (n, FRAME_WIDTH).
         vertices: Those of all hulls, shape (m, 3).
     """
 
@@ -33,6 +36,7 @@ class Bodies:
     links: tuple[str, ...]
     owners: tuple[str, ...]
     table: NDArray[np.float64]
+    frames: NDArray[np.float64]
     vertices: NDArray[np.float64]
 
     @cached_property
@@ -66,17 +70,24 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     if not parts:
         raise GeometryError(f"robot {description.name!r} has no collision shapes, so its collisions cannot be checked")
     parts += [(held.link, held.name, held.name, held.shape, held.T_link_object) for held in attached]
-    rows, vertices = [], [NO_VERTICES]
+    rows, frames, vertices = [], [], [NO_VERTICES]
     for link, _, name, shape, T in parts:
+        first = sum(map(len, vertices))
+        frames.append(tree.frame_row(link, T))
+        if isinstance(shape, ConvexMesh):
+            T_shape_box = tight_frame(shape.vertices)
+            points = (shape.vertices - T_shape_box[:3, 3]) @ T_shape_box[:3, :3]
+            rows.append([*tree.frame_row(link, T @ T_shape_box), *hull_columns(points, first)])
+            vertices.append(points)
+            continue
         try:
-            columns = shape_columns(shape, sum(map(len, vertices)))
+            rows.append([*frames[-1], *shape_columns(shape, first)])
         except GeometryError as error:
             raise GeometryError(f"link {link!r}: collision shape {name!r}: {error}") from None
-        rows.append([*tree.frame_row(link, T), *columns])
-        vertices.append(shape_vertices(shape))
     links, owners, names, *_ = zip(*parts, strict=True)
     table, points = frozen(rows, (len(rows), BODY_WIDTH)), np.concatenate(vertices)
-    return Bodies(_distinct(names, links), links, owners, table, frozen(points, points.shape))
+    of_shapes = frozen(frames, (len(frames), FRAME_WIDTH))
+    return Bodies(_distinct(names, links), links, owners, table, of_shapes, frozen(points, points.shape))
 
 
 def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attached: tuple[Attached, ...]) -> NDArray[np.int64]:

@@ -10,6 +10,7 @@ from ulna.errors import GeometryError
 from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 
 NO_VERTICES = np.zeros((0, 3))
+_WORTH_A_TURN = 0.9  # of the surface of a box
 
 _ADVICE = (
     "ulna.load(..., meshes='hulls') (pip install 'ulna[hulls]') or meshes='decompose' (pip install 'ulna[decompose]') puts"
@@ -47,6 +48,35 @@ def _core_columns(shape: Shape | HalfSpace, first_vertex: int) -> tuple[float, .
         case HalfSpace():
             return HALF_SPACE, 0.0, 0.0, 0.0, 0.0, 0, 0
     raise GeometryError(f"a {type(shape).__name__} has no collision kernel; {_ADVICE}")
+
+
+def hull_columns(vertices: NDArray[np.float64], first_vertex: int) -> tuple[float, ...]:
+    """The columns from SHAPE on of a hull of points in its row's frame, shape (n, 3); REACH is that of the farthest point."""
+    half_extents = np.abs(vertices).max(axis=0).tolist()
+    reach = float(np.linalg.norm(vertices, axis=1).max())
+    return HULL, *half_extents, 0.0, first_vertex, len(vertices), reach
+
+
+def tight_frame(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The frame of a small box that holds points, shape (n, 3): its centre and its axes, in their frame, shape (4, 4).
+
+    The axes are those of the points' covariance, unless the box along the axes of their own frame is about as small.
+    """
+    T = np.eye(4)
+    axes = np.linalg.eigh(np.cov(points.T, bias=True))[1]
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    along = points @ axes
+    if _surface(np.ptp(along, axis=0)) < _WORTH_A_TURN * _surface(np.ptp(points, axis=0)):
+        T[:3, :3] = axes
+    else:
+        along = points
+    T[:3, 3] = T[:3, :3] @ (0.5 * (along.min(axis=0) + along.max(axis=0)))
+    return T
+
+
+def _surface(extents: NDArray[np.float64]) -> float:
+    x, y, z = extents.tolist()
+    return x * y + y * z + z * x
 
 
 def shape_vertices(shape: Shape | HalfSpace) -> NDArray[np.float64]:

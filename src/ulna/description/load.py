@@ -1,90 +1,23 @@
-"""Loads a description by a bundled name, a path, text, or the name of a robot elsewhere; expands it if it is xacro."""
+"""Loads a description by a bundled name, a path, text, or the name of a robot elsewhere, with its SRDF."""
 
-import re
 import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
-from ulna.description.file_bytes import file_bytes
+from ulna.description.document import Document, expanded, is_text, open_document, refuse_arguments
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.names.by_name import BUNDLED, find_by_name
 from ulna.description.packages import as_package_dirs
 from ulna.description.references import matched
 from ulna.description.robot_description import Description
+from ulna.description.semantic import Srdf
 from ulna.description.srdf import read_srdf
+from ulna.description.srdf_beside import srdf_beside
 from ulna.description.urdf import decoded, read_urdf
-from ulna.description.xacro.expansion import expand_xacro, is_xacro
-from ulna.description.xml import LONGEST, parse
-from ulna.errors import DescriptionWarning, FileError, InputError
-
-
-@dataclass(frozen=True)
-class Document:
-    """Text, its name in messages, its folder (None for text that was passed as such), and the folders of packages."""
-
-    text: bytes
-    source: str
-    folder: Path | None = None
-    package_dirs: tuple[Path, ...] = ()
-
-
-def is_text(source: str) -> bool:
-    """Whether a string is a document, not a path."""
-    return source.lstrip("\ufeff \t\r\n").startswith("<")
-
-
-def open_document(argument: str, source: str | Path, kind: str) -> Document:
-    """The document at a path, or in a string that begins with ``<``. ``argument`` and ``kind`` name it in messages.
-
-    Raises:
-        FileError: The file cannot be read.
-    """
-    if isinstance(source, str) and is_text(source):
-        return Document(_encoded(argument, source), f"{kind} text")
-    path = Path(source)
-    try:
-        return Document(file_bytes(path, LONGEST), path.name, path.parent)  # one that is too long is refused when parsed
-    except FileNotFoundError:
-        raise FileError(str(path), "no such file") from None
-    except (OSError, ValueError) as error:
-        raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
-
-
-def expanded(document: Document, xacro_args: Mapping[str, object], package_dirs: tuple[Path, ...]) -> Document:
-    """What a xacro file expands to; any other document as it is, which takes no arguments. It holds the ``package_dirs``.
-
-    Raises:
-        DescriptionError: The document is not XML, or cannot be expanded.
-        InputError: It takes no arguments, or has none of a given name.
-    """
-    if is_xacro(parse(document.text, document.source)):
-        text = expand_xacro(document.text, document.source, document.folder, xacro_args, package_dirs)
-        return Document(text, f"{document.source} (expanded; `ulna urdf` prints it)", document.folder, package_dirs)
-    refuse_arguments(document.source, xacro_args)
-    return replace(document, package_dirs=package_dirs)
-
-
-def refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
-    """Refuse arguments for a document that takes none.
-
-    Raises:
-        InputError: There are arguments.
-    """
-    if xacro_args:
-        raise InputError("xacro_args", f"{source} is not a xacro file, so it takes no arguments")
-
-
-def _encoded(argument: str, source: str) -> bytes:
-    """Text as UTF-8, without an encoding that it may declare, and without what comes before an XML declaration."""
-    text = source.lstrip("\ufeff")
-    if text.lstrip().startswith("<?xml"):
-        text = re.sub(r"""\s+encoding=(["'])[^"']*\1""", "", text.lstrip(), count=1)
-    try:
-        return text.encode()
-    except UnicodeEncodeError as error:
-        raise InputError(argument, f"text that is not Unicode ({error})") from None
-
+from ulna.description.xml import parse
+from ulna.errors import DescriptionWarning, InputError
 
 _SUFFIXES = (".urdf", ".xacro", ".srdf", ".xml", ".sdf", ".mjcf")
 _LONGEST_NAME = 100
@@ -95,9 +28,11 @@ def load_description(
     source: str | Path,
     xacro_args: Mapping[str, object],
     package_dirs: Iterable[str | Path],
-    srdf: str | Path | None = None,
+    srdf: str | Path | Literal[False] | None = None,
 ) -> tuple[Description, Home]:
     """The description, and for a bundled robot its home configuration.
+
+    Without ``srdf`` the one that lies beside the URDF is taken (``srdf_beside``); False takes none.
 
     Raises:
         FileError: A file cannot be read, or there is no robot of that name.
@@ -106,16 +41,23 @@ def load_description(
     """
     document, home = _document(source, xacro_args, package_dirs)
     description = replace(read_urdf(document.text, document.source), folder=document.folder, package_dirs=document.package_dirs)
-    if srdf is None:
-        return description, home
-    _check_source("srdf", srdf, "a path or SRDF text")
-    semantic = expanded(open_document("srdf", srdf, "SRDF"), {}, document.package_dirs)
+    if srdf is None and document.folder is not None:  # nothing lies beside a text, or a bundled robot
+        description = replace(description, srdf=srdf_beside(document, document.folder, description))
+    elif srdf is not None and srdf is not False:
+        description = replace(description, srdf=_given_srdf(srdf, document, description))
+    return description, home
+
+
+def _given_srdf(srdf: object, document: Document, description: Description) -> Srdf:
+    """The SRDF at a path or in a text; one warning stands for all references that it has to names the robot lacks."""
+    path_or_text = _checked_source("srdf", srdf, "a path or SRDF text")
+    semantic = expanded(open_document("srdf", path_or_text, "SRDF"), {}, document.package_dirs)
     semantics = matched(read_srdf(semantic.text, semantic.source), description)
     for first in semantics.warnings[:1]:
         count = len(semantics.warnings)
         more = f" ({count} such sentences: robot.srdf.warnings)" if count > 1 else ""
-        warnings.warn(first + more, DescriptionWarning, stacklevel=3)
-    return replace(description, srdf=semantics), home
+        warnings.warn(first + more, DescriptionWarning, stacklevel=4)
+    return semantics
 
 
 def urdf_text(
@@ -128,7 +70,7 @@ def urdf_text(
 
 
 def _document(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> tuple[Document, Home]:
-    _check_source("source", source, "a name, a path or URDF text")
+    source = _checked_source("source", source, "a name, a path or URDF text")
     if not isinstance(xacro_args, Mapping):
         raise InputError("xacro_args", f"{xacro_args!r}; a dict of names and values is expected")
     folders = as_package_dirs(package_dirs)
@@ -151,8 +93,9 @@ def _may_be_a_name(source: str) -> bool:
         return False
 
 
-def _check_source(argument: str, source: object, expected: str) -> None:
+def _checked_source(argument: str, source: object, expected: str) -> str | Path:
     if not isinstance(source, (str, Path)):
         raise InputError(argument, f"{type(source).__name__}; {expected} is expected")
     if isinstance(source, str) and not source.strip():
         raise InputError(argument, f"an empty string; {expected} is expected")
+    return source

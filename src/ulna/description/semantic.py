@@ -72,7 +72,8 @@ class Srdf:
     ``warnings`` are sentences with file and line, one for each reference to a link, joint or group that is not there: files that
     are in use have many. Such a reference is ignored. ``unchecked_links`` are checked against no other but where
     ``enabled_collisions`` says so (``disable_default_collisions`` and ``enable_collisions``); a robot's own ``srdf`` has those
-    pairs among its ``disabled_collisions``.
+    pairs among its ``disabled_collisions``. ``found_at`` is its path where ``ulna.load`` found it beside the URDF, empty where it
+    was given. ``passed_over``, where none was taken, has a sentence for each file there that does not fit although its name does.
     """
 
     name: str = ""
@@ -86,3 +87,5 @@ class Srdf:
     enabled_collisions: tuple[tuple[str, str], ...] = ()
     source: str = ""
     warnings: tuple[str, ...] = ()
+    found_at: str = ""
+    passed_over: tuple[str, ...] = ()

@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
-from ulna.engine.lanes import WIDTH, empty_rows, load, splat, store, where, zero_rows
+from ulna.engine.lanes import WIDTH, empty_rows, load, splat, store, zero_rows
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
 from ulna.kernels.collision.bvh import FOUND, STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
@@ -72,8 +72,7 @@ def overlap_groups(joints, bodies, vertices, pairs, groups, q, out):
         for g in range(out.shape[0]):
             store(hit_rows, g, splat(0.0, load(q_rows, 0)))
         for p in range(pairs.shape[0]):
-            hits = pair_overlaps(bodies, vertices, pairs, p, body_rows)
-            store(hit_rows, groups[p], where(hits, 1.0, load(hit_rows, groups[p])))
+            store(hit_rows, groups[p], pair_overlaps(bodies, vertices, pairs, p, body_rows, load(hit_rows, groups[p])))
         for g in range(out.shape[0]):
             for lane in range(WIDTH):
                 out[g, min(start + lane, n - 1)] = hit_rows[g, lane] > 0.0

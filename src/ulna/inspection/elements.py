@@ -3,7 +3,7 @@
 import difflib
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from lxml import etree
 
@@ -69,11 +69,6 @@ def number(element: etree._Element | None, key: str) -> float | None:
     """The finite number of an attribute, or None."""
     values = numbers(element, key)
     return None if values is None else values[0]
-
-
-def listed(names: Sequence[str], most: int = 6) -> str:
-    """The first of some names, and how many there are beyond them."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def element_findings(root: etree._Element) -> Iterator[Finding]:

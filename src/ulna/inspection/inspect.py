@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ulna.description.robot_description import Description, JointType
+from ulna.description.semantic import Srdf
 from ulna.description.structure import bounds_of_q, columns_of_q, drives_of, hard_bounds, joints_from_root
 from ulna.errors import DescriptionError
 from ulna.ik.closed_form.closed_form import closed_form_of
@@ -17,6 +18,7 @@ from ulna.inspection.joints import joint_findings, name_findings
 from ulna.inspection.links import inertia_findings, shape_findings
 from ulna.inspection.meshes import mesh_findings
 from ulna.inspection.result import Finding, Inspection, Severity
+from ulna.inspection.touching_hulls import hull_findings
 from ulna.robot import Robot
 from ulna.robot.hand_link import hand_link
 
@@ -26,10 +28,22 @@ _LARGEST_REACH, _LEAST_REACH = 20.0, 0.01
 def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
     """What is wrong with a robot that loads."""
     yield from _contradictions(robot.description)
+    yield from _srdf_findings(robot.description.srdf)
     if reach > _LARGEST_REACH:
         yield Finding(Severity.WARNING, "document", f"it reaches {reach:.3g} m when stretched: millimetres? Lengths are metres")
     elif robot.n_dof and 0 < reach < _LEAST_REACH:
         yield Finding(Severity.WARNING, "document", f"it reaches {reach:.3g} m when stretched: scaled twice?")
+    yield from hull_findings(robot)
+
+
+def _srdf_findings(srdf: Srdf) -> Iterator[Finding]:
+    if srdf.found_at:
+        allowed = f"{len(srdf.disabled_collisions)} pairs of links may touch by it"
+        yield Finding(Severity.NOTE, "document", f"{srdf.found_at} lies beside the URDF and is used; {allowed}")
+        for sentence in srdf.warnings:
+            yield Finding(Severity.NOTE, "document", sentence)
+    for sentence in srdf.passed_over:
+        yield Finding(Severity.NOTE, "document", sentence)
 
 
 def stretched_length(robot: Robot) -> float:
@@ -124,6 +138,7 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
     own = [*element_findings(root), *name_findings(root), *joint_findings(root), *shape_findings(root), *inertia_findings(root)]
     yield from own if error is None else _without_repeated(own, line)
     yield from mesh_findings(root, document)
+    yield from (Finding(Severity.WARNING, "document", sentence) for sentence in document.warnings)
     if document.robot is not None and reach is not None:
         yield from robot_findings(document.robot, reach)
 

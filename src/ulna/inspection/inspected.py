@@ -1,5 +1,6 @@
 """Reads a description as far as it can be read: the robot if it loads, its XML, its links in a tree."""
 
+import warnings
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -7,11 +8,11 @@ from pathlib import Path
 
 from lxml import etree
 
+from ulna.description.document import Document, expanded, is_text
 from ulna.description.file_bytes import file_bytes
-from ulna.description.load import Document, expanded, is_text
 from ulna.description.packages import as_package_dirs
 from ulna.description.xml import LONGEST, parse
-from ulna.errors import DescriptionError, InputError
+from ulna.errors import DescriptionError, DescriptionWarning, InputError
 from ulna.inspection.result import TreeRow
 from ulna.robot import Robot, load
 
@@ -20,7 +21,7 @@ _ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``: other inpu
 
 @dataclass(frozen=True)
 class Inspected:
-    """A description: ``robot``, or the ``error`` of loading it; ``root`` is None if it is not XML.
+    """A description: ``robot``, or the ``error`` of loading it; ``root`` is None if it is not XML; ``warnings`` of loading it.
 
     Its meshes are searched in ``folder`` and ``package_dirs``; of a robot given by name, in those of its package.
     """
@@ -31,6 +32,7 @@ class Inspected:
     root: etree._Element | None
     robot: Robot | None
     error: DescriptionError | InputError | None
+    warnings: tuple[str, ...] = ()
 
 
 def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> Inspected:
@@ -40,7 +42,9 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
         FileError: There is no such file, or it cannot be read.
     """
     try:
-        robot = load(source, xacro_args=xacro_args, package_dirs=package_dirs)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", DescriptionWarning)
+            robot = load(source, xacro_args=xacro_args, package_dirs=package_dirs)
     except (DescriptionError, InputError) as error:
         if isinstance(error, InputError) and error.argument in _ARGUMENTS:
             raise
@@ -53,7 +57,8 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
         return Inspected(name, folder, folders, root, None, error)
     description = robot.description
     root = parse(description.text.encode(), description.source)
-    return Inspected(description.source, description.folder, description.package_dirs, root, robot, None)
+    said = tuple(str(one.message) for one in caught)
+    return Inspected(description.source, description.folder, description.package_dirs, root, robot, None, said)
 
 
 def _path(source: str | Path) -> Path | None:

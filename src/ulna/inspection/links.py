@@ -5,7 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from lxml import etree
 
-from ulna.inspection.elements import listed, number, numbers, of_robot
+from ulna.errors import listed
+from ulna.inspection.elements import number, numbers, of_robot
 from ulna.inspection.result import Finding, Severity
 
 LARGEST, LEAST = 20.0, 1e-3  # m: what is larger or smaller than any part of an arm, and common in another unit

@@ -11,8 +11,8 @@ from lxml import etree
 from ulna.description.meshes.hulls import mesh_reader
 from ulna.description.meshes.mesh_files import CHECKED, Located, MeshFiles
 from ulna.description.packages import resolve_uri
-from ulna.errors import FileError, MissingExtraError
-from ulna.inspection.elements import listed, numbers, of_robot
+from ulna.errors import FileError, MissingExtraError, listed
+from ulna.inspection.elements import numbers, of_robot
 from ulna.inspection.links import size_findings
 from ulna.inspection.result import Finding, Severity
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Literal
 
 from ulna.description.load import load_description
 from ulna.description.subtree import cut_out
@@ -20,7 +21,7 @@ def load(
     package_dirs: Iterable[str | Path] = (),
     base: str | None = None,
     tip: str | None = None,
-    srdf: str | Path | None = None,
+    srdf: str | Path | Literal[False] | None = None,
     meshes: str | None = None,
 ) -> Robot:
     """The robot of a description.
@@ -35,7 +36,9 @@ def load(
         base: The link to begin at; the root unless given.
         tip: The link to end at: only the chain from base to tip is kept.
         srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
-            References in it to parts that the robot lacks are ignored, with a ``DescriptionWarning``.
+            References in it to parts that the robot lacks are ignored, with a ``DescriptionWarning``. Unless given, the one that
+            lies beside the URDF is taken, if its robot's name and links are those of the URDF: in its folder, in ``../srdf``, or
+            in ``config`` of the package ``NAME_moveit_config``. ``robot.srdf.found_at`` is its path. False takes none.
         meshes: What to check in the place of collision meshes: None leaves them, and queries refuse them; ``"hulls"``: their
             convex hulls (``Robot.with_convex_hulls``); ``"decompose"``: convex pieces (``Robot.with_convex_pieces``).
 

@@ -1029,7 +1029,7 @@ class Robot(Quick):
         Raises:
             InputError: q has another shape or an entry out of range, or ``out`` does not fit.
         """
-        return frame_poses(self.tree, self._checker.bodies.table, q, out, threads)
+        return frame_poses(self.tree, self._checker.bodies.frames, q, out, threads)
 
     @property
     def collision_names(self) -> tuple[str, ...]:

@@ -211,32 +211,35 @@ def self_outcome(scene, carried, half, still, stop, clear, like):
             if not any_lane((dot(d, d) <= most * most) & (clear > 0.0)):
                 continue
             for m in range(carried.runs[run, RUN_FIRST], carried.runs[run, RUN_END]):
-                touches, clear = pair_outcome(scene, carried, e, i, carried.others[m], p, way, slack, half, still, clear)
+                touches, clear = pair_outcome(scene, carried, e, i, carried.others[m], p, way, slack, half, still, stop, clear)
                 if touches and stop:
                     return True, clear
     return False, clear
 
 
 @kernel
-def pair_outcome(scene, carried, e, i, j, p, way, slack, half, still, clear):
+def pair_outcome(scene, carried, e, i, j, p, way, slack, half, still, stop, clear):
     """The same for bodies i and j, of the two balls of group e. p: the centre of body i; way, slack: as in ``self_outcome``."""
     bodies, q = scene.bodies, load_vector(carried.centre_rows, 3 * j)
     d, reach = minus(p, q), BALLS * (bodies[i, REACH] + bodies[j, REACH])
-    most = way + reach
-    if not any_lane((dot(d, d) <= most * most) & (clear > 0.0)):
+    within = where(clear > 0.0, way, splat(slack, way) if stop else splat(NEVER, way))
+    most = within + reach
+    near = (dot(d, d) <= most * most) & (within >= 0.0)
+    if not any_lane(near & (clear > 0.0)):
         return False, clear
     distance, nearer = sqrt(dot(d, d)) - reach, way
     if int(bodies[i, SHAPE]) != SPHERE or int(bodies[j, SHAPE]) != SPHERE:
         of_j = frame_pose(bodies, j, carried.joint_rows, half)
-        e, most = core_offset(p, bodies, j, of_j), way + (core_radius(bodies, j) + BALLS * bodies[i, REACH])
-        if not any_lane((dot(e, e) <= most * most) & (clear > 0.0)):
+        e, most = core_offset(p, bodies, j, of_j), within + (core_radius(bodies, j) + BALLS * bodies[i, REACH])
+        near = near & (dot(e, e) <= most * most)
+        if not any_lane(near & (clear > 0.0)):
             return False, clear
         of_i = frame_pose(bodies, i, carried.joint_rows, half)
         ours, theirs = (bodies, scene.vertices, i, of_i), (bodies, scene.vertices, j, of_j)
-        distance = gap_or_contact(ours, theirs, way, 0.0, slack)
+        distance = gap_or_contact(ours, theirs, where(near, within, NEVER), 0.0, slack)
     else:
         nearer = minimum(way, spheres_way(scene, carried, e, (i, j), (p, q), half, still) + slack)
-    return any_lane(distance <= 0.0), where(distance > nearer, clear, 0.0)
+    return any_lane(near & (distance <= 0.0)), where(near & (distance <= nearer), 0.0, clear)
 
 
 @kernel
@@ -255,12 +258,15 @@ def spheres_way(scene, carried, e, pair, centres, half, still):
 def gap_or_contact(first, second, reach, margin, rounding):
     """A lower bound of the distance of two bodies, exact enough to know whether it is above ``reach``, and above a margin.
 
+    Where ``reach`` is NEVER it may be any lower bound.
+
     Each body: its table, the vertices, its row and its pose.
     """
     distance = posed_gap(*first, *second, reach, rounding)
-    if any_lane(distance <= margin):
-        again = posed_gap(*first, *second, splat(margin, reach), rounding)
-        distance = where(distance <= margin, again, distance)
+    near = (distance <= margin) & (reach >= 0.0)
+    if any_lane(near):
+        again = posed_gap(*first, *second, where(near, margin, NEVER), rounding)
+        distance = where(near, again, distance)
     return distance
 
 

@@ -17,22 +17,25 @@ def overlaps_unindexed(scene, body_rows, like):
     for k in range(bodies.shape[0]):
         for w in range(scene.first, scene.end):
             a, b = load_pose(body_rows, k), constant_pose(objects, w, like)
-            if any_lane(balls_overlap(bodies, k, a, objects, w, b)) and not may_touch(scene, k, w):
-                hits = where(rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b), 1.0, hits)
+            near = balls_overlap(bodies, k, a, objects, w, b) & (hits < 1.0)
+            if any_lane(near) and not may_touch(scene, k, w):
+                wanted = where(near, 1.0, 0.0)
+                hits = where(near & rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b, wanted), 1.0, hits)
     for p in range(scene.pairs.shape[0]):
-        hits = where(pair_overlaps(bodies, scene.vertices, scene.pairs, p, body_rows), 1.0, hits)
+        hits = pair_overlaps(bodies, scene.vertices, scene.pairs, p, body_rows, hits)
     return hits
 
 
 @kernel
-def pair_overlaps(bodies, vertices, pairs, p, body_rows):
-    """True where the two bodies of pair p overlap."""
+def pair_overlaps(bodies, vertices, pairs, p, body_rows, hits):
+    """1.0 where the two bodies of pair p overlap, and where ``hits`` is 1.0; 0.0 elsewhere."""
     i, j = pairs[p, 0], pairs[p, 1]
     a, b = load_pose(body_rows, i), load_pose(body_rows, j)
-    near = balls_overlap(bodies, i, a, bodies, j, b)
+    near = balls_overlap(bodies, i, a, bodies, j, b) & (hits < 1.0)
     if any_lane(near):
-        return rows_overlap(bodies, vertices, i, a, bodies, vertices, j, b)
-    return near
+        wanted = where(near, 1.0, 0.0)
+        return where(near & rows_overlap(bodies, vertices, i, a, bodies, vertices, j, b, wanted), 1.0, hits)
+    return hits
 
 
 @kernel
@@ -49,6 +52,6 @@ def overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found):
                 if may_touch(scene, k, w):
                     continue
                 a, b = lane_pose(body_rows, k, lane), constant_pose(objects, w, 0.0)
-                if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b):
+                if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b, 1.0):
                     return True
     return False

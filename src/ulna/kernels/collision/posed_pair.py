@@ -26,22 +26,23 @@ def place_bodies(joints, bodies, q_rows, joint_rows, body_rows):
 
 
 @kernel
-def rows_overlap(bodies, vertices, i, a, others, points, j, b):
+def rows_overlap(bodies, vertices, i, a, others, points, j, b, wanted):
     """True where body i of one table, at pose a, and body j of another, at pose b, share a point.
 
-    Boxes, the most frequent, are tested inline; other shapes by a call, which keeps the loops over boxes small.
+    wanted: 1.0 where that is to be found; elsewhere, where it is 0.0, the result may be either. Boxes, the most frequent, are
+    tested inline; other shapes by a call, which keeps the loops over boxes small.
     """
     if vertices is None or points is None:
         return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
     if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
         return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
-    return convex_overlap(bodies, vertices, i, a, others, points, j, b)
+    return convex_overlap(bodies, vertices, i, a, others, points, j, b, wanted)
 
 
 @shared_routine
-def convex_overlap(bodies, vertices, i, a, others, points, j, b):
+def convex_overlap(bodies, vertices, i, a, others, points, j, b, wanted):
     """The same for convex shapes of any kind."""
-    return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b))
+    return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), wanted)
 
 
 @kernel

@@ -38,6 +38,8 @@ from ulna.kernels.layout import (
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.vectors import chosen, dot, minus, rotate_inverse, scaled, transform
 
+_ANY = 1e300  # [m] a reach that every distance is within, so that a search ends in its first step
+
 
 @kernel
 def body_of(bodies, vertices, i, pose):
@@ -110,14 +112,31 @@ def box_of(body):
 
 
 @kernel
-def pair_overlap(a, b):
-    """True where two bodies share a point. Cheaper than their distance where the kinds allow it."""
+def outer_box_of(body):
+    """The half extents of a box that holds a body."""
+    h, radius = body[2], body[2][3]
+    return h[0] + radius, h[1] + radius, h[2] + radius
+
+
+@kernel
+def pair_overlap(a, b, wanted):
+    """True where two bodies share a point. Cheaper than their distance where the kinds allow it.
+
+    wanted: 1.0 where that is to be found; elsewhere, where it is 0.0, the result may be False. A search looks at the boxes that
+    hold the bodies first, and only at the lanes in which these overlap.
+    """
     first, second = (a, b) if a[0] <= b[0] else (b, a)
     if first[0] == BOX and second[0] == BOX:
         return boxes_overlap(first[1], box_of(first), second[1], box_of(second))
     reach = contact_reach(first, second)
     if is_searched(first[0], second[0]):
-        return cores_within(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second), second[3], reach)
+        near = (wanted > 0.0) & boxes_overlap(first[1], outer_box_of(first), second[1], outer_box_of(second))
+        if not any_lane(near):
+            return near
+        far = where(near, reach, _ANY)
+        return near & cores_within(
+            first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second), second[3], far
+        )
     return closed_core(first[0], first[1], box_of(first), first[3], second[0], second[1], box_of(second))[0] <= reach
 
 
@@ -133,7 +152,7 @@ def pair_gap(a, b, reach, rounding):
     """A lower bound of the distance of two bodies [m], up to a rounding [m], even where a search is not exact.
 
     It is the gap between the projections of the bodies on one direction, which is never more than the distance. The search for
-    the direction ends once the bound exceeds reach [m].
+    the direction ends once the bound exceeds reach [m]; that of the boxes round the cores comes first.
     """
     first, second = (a, b) if a[0] <= b[0] else (b, a)
     kind_a, pose_a, size_a, vertices_a = first
@@ -141,7 +160,13 @@ def pair_gap(a, b, reach, rounding):
     radii = size_a[3] + size_b[3]
     if is_searched(kind_a, kind_b):
         box_a, box_b = box_of(first), box_of(second)
-        return nearest_cores(kind_a, pose_a, box_a, vertices_a, kind_b, pose_b, box_b, vertices_b, reach + radii)[0] - radii
+        wide = certain_gap(pose_a, box_a, pose_b, box_b, rounding) - radii
+        near = wide <= reach
+        if not any_lane(near):
+            return wide
+        far = where(near, reach + radii, _ANY)
+        below = nearest_cores(kind_a, pose_a, box_a, vertices_a, kind_b, pose_b, box_b, vertices_b, far)[0] - radii
+        return maximum(wide, below)
     distance, _, _, n = closed_core(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second))
     if kind_b == HALF_SPACE:
         return distance - radii
