@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from ulna.collision.bodies import Bodies
 from ulna.collision.report import Pair, Report
+from ulna.collision.solid_numbers import rows_of
 from ulna.drivers import contacts
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NO_NODE, NORMAL, WITNESS_A, WITNESS_B
 from ulna.kernels.collision.scene import Scene
@@ -29,7 +30,7 @@ def report_at(q: Array, scene: Scene, bodies: Bodies, object_names: list[str], m
     order = near[np.argsort(found[near, DISTANCE], kind="stable")]
     n, reported = len(bodies.names), {}
     for k, (a, b) in zip(order, candidates[order].tolist(), strict=True):  # of an object of many solids the nearest
-        other = (bodies.names[b], bodies.owners[b]) if b < n else (object_names[int(scene.objects[b - n, OBJECT])], None)
+        other = (bodies.names[b], bodies.owners[b]) if b < n else (object_names[_object_of(scene, b - n)], None)
         reported.setdefault((a, *other), k)
     return Report(tuple(_pair(bodies, a, name_b, link_b, found[k]) for (a, name_b, link_b), k in reported.items()))
 
@@ -44,8 +45,12 @@ def _candidates(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64
         indexed = np.empty((count, 2), dtype=np.int64)
         count = contacts.indexed_candidates(*robot, scene.root, max_distance, for_kernel(q), indexed)
     of_world = np.concatenate([unindexed, indexed[:count] + np.array((0, n))])
-    touch_set = scene.objects[of_world[:, 1] - n, TOUCH_SET].astype(np.int64)
+    touch_set = scene.objects[rows_of(scene.nodes, of_world[:, 1] - n), TOUCH_SET].astype(np.int64)
     return np.concatenate([of_world[~scene.may_touch[of_world[:, 0], touch_set]], scene.pairs])
+
+
+def _object_of(scene: Scene, number: int) -> int:
+    return int(scene.objects[rows_of(scene.nodes, np.array([number]))[0], OBJECT])
 
 
 def _pair(bodies: Bodies, a: int, name_b: str, link_b: str | None, found: Array) -> Pair:
