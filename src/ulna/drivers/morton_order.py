@@ -15,8 +15,13 @@ import numpy as np
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.signatures import INDICES, TABLE
 
-FEW, FEW_BITS, BITS = 4096, 8, 11  # up to so many points, bits of a cell along each axis; and of more points
-N_COUNTS = 3 << BITS
+FEW, SOME = 1 << 12, 1 << 19  # points; so many or fewer are sorted by coarser cells
+OF_FEW, OF_SOME, OF_MANY = (
+    (6, 2),
+    (8, 2),
+    (10, 3),
+)  # bits of a cell along each axis, and by how many digits of them keys are sorted
+N_COUNTS, N_SPREAD = 3 << 12, 1 << 10
 NUMBER_BITS = 30  # of a point's number in a key: a tree has fewer than 2^30 points
 NUMBER = (1 << NUMBER_BITS) - 1
 CROWD = 64
@@ -35,31 +40,40 @@ def morton_order(points, order):
 def sorted_keys(points):
     """The keys of points, shape (n, 3), in order, shape (n,): ``NUMBER`` of a key is the number of the point."""
     n = points.shape[0]
-    keys, spare, counts = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(N_COUNTS, np.int64)
+    keys, spare = np.empty(n, np.int64), np.empty(n, np.int64)
+    counts, spread = np.empty(N_COUNTS, np.int64), np.empty(N_SPREAD, np.int64)
+    for i in range(N_SPREAD):
+        spread[i] = spread_bits(i)
     for i in range(n):
         keys[i] = i
-    sort_part(points, keys, spare, counts, 0, n)
+    sort_part(points, keys, spare, counts, spread, 0, n)
     first = 0
     while first < n:
         end = first + 1
         while end < n and keys[end] >> NUMBER_BITS == keys[first] >> NUMBER_BITS:
             end += 1
-        if end - first <= CROWD or not sort_part(points, keys, spare, counts, first, end):
+        if end - first <= CROWD or not sort_part(points, keys, spare, counts, spread, first, end):
             first = end
     return keys
 
 
 @routine
-def sort_part(points, keys, spare, counts, first, end):
+def sort_part(points, keys, spare, counts, spread, first, end):
     """Sort the points of the keys from ``first`` to before ``end``; False, and no change, where all are in one place."""
     low, high = bounds_of_keys(points, keys, first, end)
     widest = max(high[0] - low[0], high[1] - low[1], high[2] - low[2])
     if not widest > _NO_EXTENT:
         return False
-    bits = FEW_BITS if end - first <= FEW else BITS
-    write_codes(points, keys, counts, first, end, low, ((1 << bits) - 1) / widest, bits)
-    for digit in range(3):
-        move_by_digit(keys, spare, counts, first, end, digit, bits)
+    n = end - first
+    bits, n_digits = OF_FEW if n <= FEW else OF_SOME if n <= SOME else OF_MANY
+    digit_bits, scale = 3 * bits // n_digits, ((1 << bits) - 1) / widest
+    if n_digits == 2:
+        write_codes(points, keys, keys, counts, spread, first, end, low, scale, bits, digit_bits)
+    else:
+        write_codes(points, keys, spare, counts, spread, first, end, low, scale, bits, digit_bits)
+        move_by_digit(spare, keys, counts, first, end, 0, digit_bits)
+    move_by_digit(keys, spare, counts, first, end, n_digits - 2, digit_bits)
+    move_by_digit(spare, keys, counts, first, end, n_digits - 1, digit_bits)
     return True
 
 
@@ -78,44 +92,42 @@ def bounds_of_keys(points, keys, first, end):
 
 
 @routine
-def write_codes(points, keys, counts, first, end, low, scale, bits):
-    """Write the codes of some keys, and to counts how many have which of the values of each of three digits."""
-    for i in range(3 << bits):
+def write_codes(points, source, keys, counts, spread, first, end, low, scale, bits, digit_bits):
+    """Write the codes of some keys, and to counts how many have which value of each of up to three digits."""
+    most, mask, size = (1 << bits) - 1, (1 << digit_bits) - 1, 1 << digit_bits
+    for i in range(3 * size):
         counts[i] = 0
-    mask = (1 << bits) - 1
     for i in range(first, end):
-        k = keys[i] & NUMBER
+        k = source[i] & NUMBER
         x, y, z = float(points[k, 0]) - low[0], float(points[k, 1]) - low[1], float(points[k, 2]) - low[2]
-        cell_x, cell_y, cell_z = min(int(x * scale), mask), min(int(y * scale), mask), min(int(z * scale), mask)
-        code = spread(cell_x) << 2 | spread(cell_y) << 1 | spread(cell_z)
+        cell_x, cell_y, cell_z = min(int(x * scale), most), min(int(y * scale), most), min(int(z * scale), most)
+        code = spread[cell_x] << 2 | spread[cell_y] << 1 | spread[cell_z]
         keys[i] = code << NUMBER_BITS | k
         counts[code & mask] += 1
-        counts[(1 << bits) + (code >> bits & mask)] += 1
-        counts[(2 << bits) + (code >> 2 * bits)] += 1
+        counts[size + (code >> digit_bits & mask)] += 1
+        counts[2 * size + (code >> 2 * digit_bits)] += 1
 
 
 @kernel
-def spread(x):
-    """The bits of a number of at most eleven bits, with two zeros between each two."""
-    x = (x | x << 16) & 0x70000FF
-    x = (x | x << 8) & 0x700F00F
-    x = (x | x << 4) & 0x430C30C3
-    return (x | x << 2) & 0x49249249
+def spread_bits(x):
+    """The bits of a number of at most ten bits, with two zeros between each two."""
+    x = (x | x << 16) & 0x30000FF
+    x = (x | x << 8) & 0x300F00F
+    x = (x | x << 4) & 0x30C30C3
+    return (x | x << 2) & 0x9249249
 
 
 @routine
-def move_by_digit(keys, spare, counts, first, end, digit, bits):
-    """Sort some keys by one digit of their codes; those of the same digit keep their order."""
-    start, at = digit << bits, first
-    for i in range(start, start + (1 << bits)):
+def move_by_digit(keys, target, counts, first, end, digit, digit_bits):
+    """Move some keys to a target in the order of one digit of their codes; those of the same digit keep their order."""
+    start, at = digit << digit_bits, first
+    for i in range(start, start + (1 << digit_bits)):
         count = counts[i]
         counts[i] = at
         at += count
-    shift, mask = NUMBER_BITS + digit * bits, (1 << bits) - 1
+    shift, mask = NUMBER_BITS + digit * digit_bits, (1 << digit_bits) - 1
     for i in range(first, end):
         key = keys[i]
         place = start + (key >> shift & mask)
-        spare[counts[place]] = key
+        target[counts[place]] = key
         counts[place] += 1
-    for i in range(first, end):
-        keys[i] = spare[i]

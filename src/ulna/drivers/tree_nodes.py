@@ -8,10 +8,11 @@ import numpy as np
 
 from ulna.drivers.morton_order import NUMBER, sorted_keys
 from ulna.engine.decorators import entry, routine
-from ulna.engine.lanes import WIDTH
+from ulna.engine.lanes import WIDTH, empty_rows, load, load_columns, splat, store
 from ulna.engine.signatures import MATRIX, NUMBERS, POINTS, POINTS_32, WHOLE
 from ulna.engine.signatures import NUMBER as PLAIN
 from ulna.kernels.collision.collision_layout import BALL_REACH, BALL_ROW, CHILD, FIRST_POINTS, NODE_ROWS, PLACES
+from ulna.kernels.spatial.elementary import maximum, minimum
 
 _NOWHERE = 1e300  # a bound, or a coordinate, of what overlaps nothing
 
@@ -39,42 +40,51 @@ def write_cloud(points, T, reach, row, nodes, first):
     T: the upper three rows of T_base_cloud, shape (12,); reach: the radius of a ball, with the margin for what touches it [m];
     row: that of the ball in the table of solids.
     """
-    keys, n = sorted_keys(points), points.shape[0]
+    keys, n, rows = sorted_keys(points), points.shape[0], empty_rows(3 * WIDTH)
     n_leaves = (n + WIDTH - 1) // WIDTH
-    above = first + (n_leaves + 1) // 2
-    for leaf in range(2 * ((n_leaves + 1) // 2)):
-        write_leaf(points, T, reach, row, keys, nodes, first, above, leaf)
+    n_lowest, above = (n_leaves + WIDTH - 1) // WIDTH, first + (n_leaves + 1) // 2
+    for i in range(n_lowest):
+        gather_points(points, keys, WIDTH * WIDTH * i, rows)
+        write_leaves(rows, T, reach, row, nodes, first + i * WIDTH // 2, above + i, min(WIDTH, n_leaves - WIDTH * i))
+    for k in range(n, 2 * WIDTH * (above - first)):
+        i, lane = NODE_ROWS * (first + k // (2 * WIDTH)) + 3 * (k // WIDTH % 2), k % WIDTH
+        nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane] = _NOWHERE, _NOWHERE, _NOWHERE
     clear_rest(nodes, above, n_leaves)
-    return write_levels(nodes, above, (n_leaves + WIDTH - 1) // WIDTH) + 1 - first
+    return write_levels(nodes, above, n_lowest) + 1 - first
 
 
 @routine
-def write_leaf(points, T, reach, row, keys, nodes, first, above, leaf):
-    """Write eight points, and their bounds to the node above; of a leaf past the last one nothing but places nowhere."""
-    n, number = points.shape[0], first + leaf // 2
-    i = NODE_ROWS * number + 3 * (leaf % 2)
-    low_x, low_y, low_z, high_x, high_y, high_z = _NOWHERE, _NOWHERE, _NOWHERE, -_NOWHERE, -_NOWHERE, -_NOWHERE
-    for lane in range(WIDTH):
-        if WIDTH * leaf + lane < n:
-            k = keys[WIDTH * leaf + lane] & NUMBER
-            p, q, r = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
-            x = T[0] * p + T[1] * q + T[2] * r + T[3]
-            y = T[4] * p + T[5] * q + T[6] * r + T[7]
-            z = T[8] * p + T[9] * q + T[10] * r + T[11]
-            low_x, low_y, low_z = min(low_x, x), min(low_y, y), min(low_z, z)
-            high_x, high_y, high_z = max(high_x, x), max(high_y, y), max(high_z, z)
-        else:
-            x, y, z = _NOWHERE, _NOWHERE, _NOWHERE
-        nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane] = x, y, z
-    common = NODE_ROWS * number + CHILD
-    for lane in range(WIDTH):
-        nodes[common, lane] = 0.0
-    nodes[common, BALL_ROW], nodes[common, BALL_REACH] = float(row), reach
-    if WIDTH * leaf < n:
-        i, lane = NODE_ROWS * (above + leaf // WIDTH), leaf % WIDTH
-        nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane] = low_x - reach, low_y - reach, low_z - reach
-        nodes[i + 3, lane], nodes[i + 4, lane], nodes[i + 5, lane] = high_x + reach, high_y + reach, high_z + reach
-        nodes[i + CHILD, lane] = float(PLACES * number + FIRST_POINTS + leaf % 2)
+def gather_points(points, keys, start, rows):
+    """Copy 64 points to rows, eight of x, of y, and of z; those past the last one are repeats of it."""
+    last = points.shape[0] - 1
+    for i in range(WIDTH):
+        for lane in range(WIDTH):
+            k = keys[min(start + WIDTH * i + lane, last)] & NUMBER
+            rows[i, lane], rows[WIDTH + i, lane], rows[2 * WIDTH + i, lane] = points[k, 0], points[k, 1], points[k, 2]
+
+
+@routine
+def write_leaves(rows, T, reach, row, nodes, first, above, n):
+    """Write n times eight points, n at most 8, sixteen to each node from number ``first`` on, and their bounds to that above."""
+    like = load(rows, 0)
+    for leaf in range(WIDTH):
+        x, y, z = load(rows, leaf), load(rows, WIDTH + leaf), load(rows, 2 * WIDTH + leaf)
+        number = first + leaf // 2
+        for axis in range(3):
+            placed = T[4 * axis] * x + T[4 * axis + 1] * y + T[4 * axis + 2] * z + T[4 * axis + 3]
+            store(rows, WIDTH * axis + leaf, placed)
+            if leaf < n:
+                store(nodes, NODE_ROWS * number + 3 * (leaf % 2) + axis, placed)
+        nodes[NODE_ROWS * above + CHILD, leaf] = float(PLACES * number + FIRST_POINTS + leaf % 2)
+        if leaf < n and leaf % 2 == 0:
+            store(nodes, NODE_ROWS * number + CHILD, splat(0.0, like))
+            nodes[NODE_ROWS * number + CHILD, BALL_ROW], nodes[NODE_ROWS * number + CHILD, BALL_REACH] = float(row), reach
+    for axis in range(3):
+        a, b, c, d, e, f, g, h = load_columns(rows, WIDTH * axis, 0)
+        low = minimum(minimum(minimum(a, b), minimum(c, d)), minimum(minimum(e, f), minimum(g, h)))
+        high = maximum(maximum(maximum(a, b), maximum(c, d)), maximum(maximum(e, f), maximum(g, h)))
+        store(nodes, NODE_ROWS * above + axis, low - reach)
+        store(nodes, NODE_ROWS * above + 3 + axis, high + reach)
 
 
 @routine
