@@ -21,11 +21,8 @@ def report_at(q: Array, scene: Scene, bodies: Bodies, object_names: list[str], m
 
     object_names: by the numbers in the rows of the scene's objects.
     """
-    candidates = _candidates(q, scene, max_distance)
-    found = np.empty((len(candidates), CONTACT_WIDTH))
-    rows, no_gradients = np.zeros(len(candidates), dtype=np.int64), np.empty((0, len(q)))
-    if not contacts.contacts_each(*scene, for_kernel(q)[None], rows, candidates, found, no_gradients):
-        refuse_out_of_range(q)
+    candidates = pairs_in_bounds(q, scene, max_distance)
+    found = contacts_of_pairs(q, scene, candidates)
     near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
     order = near[np.argsort(found[near, DISTANCE], kind="stable")]
     n, reported = len(bodies.names), {}
@@ -35,8 +32,17 @@ def report_at(q: Array, scene: Scene, bodies: Bodies, object_names: list[str], m
     return Report(tuple(_pair(bodies, a, name_b, link_b, found[k]) for (a, name_b, link_b), k in reported.items()))
 
 
-def _candidates(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64]:
-    """The pairs that may be near enough, by their bounds."""
+def contacts_of_pairs(q: Array, scene: Scene, pairs: NDArray[np.int64]) -> Array:
+    """The contact of each pair at q, shape (n, CONTACT_WIDTH)."""
+    found = np.empty((len(pairs), CONTACT_WIDTH))
+    rows, no_gradients = np.zeros(len(pairs), dtype=np.int64), np.empty((0, len(q)))
+    if not contacts.contacts_each(*scene, for_kernel(q)[None], rows, pairs, found, no_gradients):
+        refuse_out_of_range(q)
+    return found
+
+
+def pairs_in_bounds(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64]:
+    """The pairs that may be at most so far apart at q [m], by their bounds, shape (n, 2)."""
     n = len(scene.bodies)
     robot = scene.joints, scene.bodies, scene.nodes
     unindexed = np.stack(np.meshgrid(np.arange(n), n + np.arange(scene.first, scene.end), indexing="ij"), axis=-1).reshape(-1, 2)

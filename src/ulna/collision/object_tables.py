@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.arena import Arena
+from ulna.collision.clouds import HeightMap, Obstacle, PointCloud
 from ulna.collision.expand import Solids, expand
 from ulna.collision.object_tree import (
     MOST_LEVELS,
+    NO_TREE,
     ObjectTree,
     bounds,
     compact_order,
@@ -28,7 +30,6 @@ from ulna.collision.object_tree import (
 )
 from ulna.collision.objects import Objects
 from ulna.collision.rounded_shapes import shape_columns, shape_vertices
-from ulna.description.clouds import HeightMap, Obstacle, PointCloud
 from ulna.description.shapes import Box, HalfSpace, Sphere
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.collision_layout import BALL_ROW, CHILD, NO_NODE, NODE_ROWS, PLACES
@@ -59,7 +60,7 @@ class ObjectTables:
         self._rows = np.empty((WIDTH, BODY_WIDTH))  # of those tested one by one, as they are to be in the arena
         self._alone: dict[str, int] = {}  # which row each of them has
         self._indexed: dict[str, tuple[int, int]] = {}  # the row, and the place in the tree, of each that is in it
-        self._tree = ObjectTree(NO_NODE, 0, np.empty(0), np.empty(0))  # of these
+        self._tree = NO_TREE  # of these
         self._many: dict[str, _Many] = {}
         self._endless: set[str] = set()
         self._round: set[str] = set()  # those that are no boxes
@@ -131,7 +132,8 @@ class ObjectTables:
         number, first_row, first_node = arena.add_name(name), arena.n_rows, arena.n_nodes
         if is_cloud:
             row = (*np.eye(4)[:3].ravel().tolist(), number, touch_set, *shape_columns(Sphere(shape.radius)))
-            tree, n_of_points = write_cloud(arena, shape, T, arena.add_rows(np.array([row]))), -(-n // (2 * WIDTH))
+            at = arena.add_rows(np.array([row]))
+            tree, n_of_points = write_cloud(arena, shape, T, at) if n else NO_TREE, -(-n // (2 * WIDTH))
         else:
             tree, n_of_points = write_tree(arena, *self._add_cells(number, touch_set, T, expand(shape))), 0
         rows, nodes = slice(first_row, arena.n_rows), slice(first_node, arena.n_nodes)
@@ -192,7 +194,7 @@ class ObjectTables:
 
     def _joined(self) -> int:
         """The root of a tree over all trees, or NO_NODE without trees. The arena must have room for its nodes."""
-        trees = [one.tree for one in self._many.values()] + [self._tree] * bool(self._indexed)
+        trees = [one.tree for one in self._many.values() if one.tree is not NO_TREE] + [self._tree] * bool(self._indexed)
         if len(trees) < 2:
             return trees[0].root if trees else NO_NODE
         low, high = np.array([tree.low for tree in trees]), np.array([tree.high for tree in trees])
@@ -245,7 +247,7 @@ def _copied(old: Arena, new: Arena, one: _Many, number: int) -> _Many:
     nodes[: one.n_of_points, CHILD, BALL_ROW] += by_rows
     children = nodes[one.n_of_points :, CHILD]
     children += np.where(children < 0, -by_rows, PLACES * by_nodes)
-    tree = one.tree._replace(root=one.tree.root + PLACES * by_nodes)
+    tree = one.tree if one.tree is NO_TREE else one.tree._replace(root=one.tree.root + PLACES * by_nodes)
     at = slice(one.rows.start + by_rows, one.rows.stop + by_rows), slice(first, new.n_nodes)
     return _Many(one.shape, *at, one.n_of_points, tree)
 

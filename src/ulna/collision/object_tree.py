@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.arena import Arena
-from ulna.description.clouds import PointCloud
+from ulna.collision.clouds import PointCloud
 from ulna.drivers import morton_order, tree_nodes
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.collision.collision_layout import CHILD, NODE_ROWS, PLACES
+from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS, PLACES
 from ulna.kernels.layout import CONTACT, HALF_EXTENTS, RADIUS
 
 Array = NDArray[np.float64]
@@ -33,6 +33,9 @@ class ObjectTree(NamedTuple):
     high: Array
 
 
+NO_TREE = ObjectTree(NO_NODE, 0, np.empty(0), np.empty(0))
+
+
 def bounds(table: Array) -> tuple[Array, Array]:
     """The least and greatest x, y, z of each body of a table, with a margin for what touches it, shape (n, 3) each."""
     T, size = table[:, :12].reshape(-1, 3, 4), table[:, HALF_EXTENTS : RADIUS + 1].sum(axis=1)
@@ -41,8 +44,8 @@ def bounds(table: Array) -> tuple[Array, Array]:
     return T[:, :, 3] - reach, T[:, :, 3] + reach
 
 
-def compact_order(centres: Array) -> NDArray[np.int64]:
-    """An order in which every node of the tree holds objects that are near each other."""
+def compact_order(centres: NDArray[np.floating]) -> NDArray[np.int64]:
+    """An order in which every node of the tree holds objects that are near each other; that of a cloud's points in its tree."""
     order = np.empty(len(centres), np.int64)
     morton_order.morton_order(np.ascontiguousarray(centres), order)
     return order

@@ -13,7 +13,7 @@ Source: Morton, A computer oriented geodetic data base (IBM, 1966); Karras, Maxi
 import numpy as np
 
 from ulna.engine.decorators import entry, kernel, routine, workspace
-from ulna.engine.signatures import INDICES, TABLE
+from ulna.engine.signatures import INDICES, POINTS, POINTS_32
 
 FEW, SOME = 1 << 12, 1 << 19  # points; so many or fewer are sorted by coarser cells
 OF_FEW, OF_SOME, OF_MANY = (
@@ -28,7 +28,7 @@ CROWD = 64
 _NO_EXTENT = 1e-290  # [m]: a cube as small is not cut
 
 
-@entry((TABLE, INDICES))
+@entry((POINTS, INDICES), (POINTS_32, INDICES))
 def morton_order(points, order):
     """Write the order of points, shape (n, 3), to order, shape (n,)."""
     keys = sorted_keys(points)
