@@ -85,6 +85,8 @@ class ObjectTables:
         changed: the names of those that are others than at the last call, and whether more of them than the pose is.
         """
         with self._arena.lock:
+            if sum(name in self._indexed for name, remade in changed.items() if not remade) > MOST_UNINDEXED:
+                self._dissolve()
             for name, remade in changed.items():
                 if not remade:
                     self._move(name, poses[name])
@@ -176,6 +178,13 @@ class ObjectTables:
         row, place = self._indexed.pop(name)
         self._tree, self._root = without(self._arena, self._tree, place), None
         return self._arena.table[row]
+
+    def _dissolve(self) -> None:
+        """Put all objects in the tree among those that are tested alone: so many of them move that it is written anew."""
+        n, rows = len(self._alone), self._arena.table[[row for row, _ in self._indexed.values()]]
+        self._rows = np.concatenate([self._rows[:n], rows])
+        self._alone |= {name: n + k for k, name in enumerate(self._indexed)}
+        self._indexed, self._tree, self._root = {}, NO_TREE, None
 
     def _index(self) -> None:
         """Write a tree over all objects of one solid that have an end."""

@@ -145,14 +145,14 @@ class World:
             >>> world.pose("b")[:3, 3]
             array([0., 1., 0.])
         """
-        placed = as_pose(poses, "poses")
+        placed = orthonormal(as_pose(poses, "poses"))
         if isinstance(names, str) or placed.ndim != 3 or len(placed) != len(names):
             raise InputError("poses", f"shape {placed.shape}; one pose for each of the {len(names)} names is expected")
         with self._lock:
             for name in names:
                 self._known(name)
             for name, T in zip(names, placed, strict=True):
-                self._poses[name] = orthonormal(T)
+                self._poses[name] = T
                 self._changed.setdefault(name, False)
             self._objects = None
 
