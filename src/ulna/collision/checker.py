@@ -350,6 +350,7 @@ class Checker:
         q = as_positions(q, self.tree)
         if q.ndim != 1:
             raise InputError("q", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
+        refuse_out_of_range(q)
         T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
         return owners_near(cloud, T, q, self.tree.joints, self.bodies, lengths("within", (within,), 1)[0])
 

@@ -46,7 +46,8 @@ def sorted_keys(points):
         spread[i] = spread_bits(i)
     for i in range(n):
         keys[i] = i
-    sort_part(points, keys, spare, counts, spread, 0, n)
+    if n > 0:
+        sort_part(points, keys, spare, counts, spread, 0, n)
     first = 0
     while first < n:
         end = first + 1
@@ -81,11 +82,11 @@ def sort_part(points, keys, spare, counts, spread, first, end):
 def bounds_of_keys(points, keys, first, end):
     """The least and greatest x, y, z of the points of some keys."""
     k = keys[first] & NUMBER
-    x, y, z = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
+    x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), np.float64(points[k, 2])
     low_x, low_y, low_z, high_x, high_y, high_z = x, y, z, x, y, z
     for i in range(first, end):
         k = keys[i] & NUMBER
-        x, y, z = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
+        x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), np.float64(points[k, 2])
         low_x, low_y, low_z = min(low_x, x), min(low_y, y), min(low_z, z)
         high_x, high_y, high_z = max(high_x, x), max(high_y, y), max(high_z, z)
     return (low_x, low_y, low_z), (high_x, high_y, high_z)
@@ -99,7 +100,7 @@ def write_codes(points, source, keys, counts, spread, first, end, low, scale, bi
         counts[i] = 0
     for i in range(first, end):
         k = source[i] & NUMBER
-        x, y, z = float(points[k, 0]) - low[0], float(points[k, 1]) - low[1], float(points[k, 2]) - low[2]
+        x, y, z = np.float64(points[k, 0]) - low[0], np.float64(points[k, 1]) - low[1], np.float64(points[k, 2]) - low[2]
         cell_x, cell_y, cell_z = min(int(x * scale), most), min(int(y * scale), most), min(int(z * scale), most)
         code = spread[cell_x] << 2 | spread[cell_y] << 1 | spread[cell_z]
         keys[i] = code << NUMBER_BITS | k

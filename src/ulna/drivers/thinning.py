@@ -73,10 +73,16 @@ def compare_with_kept(points, scale, low, voxels, nearest, kept):
         a, b, c, _ = voxel_of(points, i, scale, low)
         _, slot = slot_of(voxels, a, b, c)
         k = nearest[slot]
-        x, y, z = float(points[i, 0]) - points[k, 0], float(points[i, 1]) - points[k, 1], float(points[i, 2]) - points[k, 2]
+        x, y, z = apart(points, i, k, 0), apart(points, i, k, 1), apart(points, i, k, 2)
         farthest = max(farthest, x * x + y * y + z * z)
         kept[i] = k == i
     return farthest
+
+
+@kernel
+def apart(points, i, k, axis):
+    """How far two points are apart along an axis [m]; ``float`` would leave a float32 as it is."""
+    return np.float64(points[i, axis]) - np.float64(points[k, axis])
 
 
 @kernel
