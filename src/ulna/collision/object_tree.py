@@ -46,8 +46,9 @@ def bounds(table: Array) -> tuple[Array, Array]:
 
 def compact_order(centres: NDArray[np.floating]) -> NDArray[np.int64]:
     """An order in which every node of the tree holds objects that are near each other; that of a cloud's points in its tree."""
-    order = np.empty(len(centres), np.int64)
-    morton_order.morton_order(np.ascontiguousarray(centres), order)
+    order, points = np.empty(len(centres), np.int64), np.ascontiguousarray(centres).view()
+    points.setflags(write=False)  # as those of a cloud are: the entry is compiled for one kind
+    morton_order.morton_order(points, order)
     return order
 
 
