@@ -147,6 +147,19 @@ def test_several_move_at_once_or_none(panda, rng):
     assert not panda.in_collision(panda.home, world)
 
 
+def test_most_of_a_tree_moves_at_once_and_others_stay_in_it(panda, rng):
+    world, q = ulna.World(), panda.random(20, seed=2)
+    world.add_many(boxes_at(rng.uniform(-1, 1, (5 * MOST_UNINDEXED, 3))))
+    world.add("floor", ulna.HalfSpace(), ulna.pose((0, 0, -1.5)))
+    before = world.objects()
+    numbers = before.numbers
+    for n in (MOST_UNINDEXED, MOST_UNINDEXED + 1, 4 * MOST_UNINDEXED):
+        world.move_many([f"{3 * k % (5 * MOST_UNINDEXED)}" for k in range(n)], ulna.pose(rng.uniform(-1, 1, (n, 3))))
+        assert_same(panda, world, q)
+    assert len(world.objects().numbers) == 5 * MOST_UNINDEXED + 1
+    assert np.array_equal(before.numbers, numbers)
+
+
 def test_several_are_added_at_once_or_none():
     world, box = ulna.World(), ulna.Box((1, 1, 1))
     world.add_many([("a", box), ("b", box, ulna.pose((1, 0, 0)))], touch_links=["base"])
