@@ -134,7 +134,7 @@ TYPES = {
     "collision.rounded_core.has_exact_ball": {**_each("kind other", WHOLE)},
     "collision.rounded_core.core_slope": {"e": VECTOR},
     "collision.rounded_core": {"p": VECTOR},
-    "collision.posed_pair.may_touch": {"w": WHOLE},
+    "collision.posed_pair.solid_at": {"w": WHOLE},
     "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR},
     "collision.interval.body_outcome": {"found": types.Tuple((WHOLE, TRUTH, INDICES))},

@@ -7,10 +7,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ulna.collision.clouds import HeightMap, PointCloud
     from ulna.collision.report import Pair, Report
     from ulna.collision.scene_file import load_world, save_world
     from ulna.collision.world import World
-    from ulna.description.clouds import HeightMap, PointCloud
     from ulna.description.pose import pose
     from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere
     from ulna.dh.table import DHTable
@@ -108,7 +108,7 @@ _HOMES = {
     "ulna.collision.report": ("Pair", "Report"),
     "ulna.collision.scene_file": ("load_world", "save_world"),
     "ulna.collision.world": ("World",),
-    "ulna.description.clouds": ("HeightMap", "PointCloud"),
+    "ulna.collision.clouds": ("HeightMap", "PointCloud"),
     "ulna.description.pose": ("pose",),
     "ulna.description.shapes": ("Box", "Capsule", "ConvexMesh", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
     "ulna.dh.table": ("DHTable",),

@@ -31,6 +31,9 @@ from ulna.viewer.film.recording import make_form, record_robot
 panda, world, mixed = ulna.load("panda"), ulna.World(), ulna.World()
 box = ulna.Box((0.1, 0.1, 0.1))
 world.add("crate", box, ulna.pose((0.4, 0, 0.4)))
+for kind in ("float32", "float64"):
+    cloud = ulna.PointCloud(np.full((9, 3), 2.0, kind), 0.01)
+    mixed.add(kind, cloud.thinned(0.1).without(panda, panda.home))
 for k in range(80):
     mixed.add(f"ball {k}", ulna.Sphere(0.01) if k % 2 else ulna.Cylinder(0.01, 0.1), ulna.pose((0.5, 0.02 * k, 0.4)))
 floor = ulna.HalfSpace()

@@ -102,7 +102,9 @@ def test_nothing_can_hold_it(panda):
         panda.with_attached("cloud", ulna.PointCloud([(0, 0, 0)], 0.1), np.eye(4))
 
 
-@pytest.mark.parametrize("points", [[], [1, 2, 3], [[1, 2]], [[np.nan, 0, 0]], [[np.inf, 0, 0]], [[2e6, 0, 0]], "cloud", None])
+@pytest.mark.parametrize(
+    "points", [[1, 2, 3], [[1, 2]], [[[[1, 2, 3]]]], [[np.nan, 0, 0]], [[np.inf, 0, 0]], [[2e6, 0, 0]], "cloud", None]
+)
 def test_what_is_no_cloud_is_refused_by_name(points):
     with pytest.raises(InputError, match=r"^points: "):
         ulna.PointCloud(points, 0.1)

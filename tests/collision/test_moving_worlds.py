@@ -107,13 +107,13 @@ def test_thousands_of_moves_in_a_world_of_many_objects(panda, rng, n):
     for k in range(3000):
         world.move(f"{k * 7 % n}", ulna.pose(rng.uniform(-1, 1, 3)))
         objects = world.objects()
-    assert len(objects.rows) == n + 500
+    assert len(objects.numbers) == n + 500
     assert len(objects.table) < 4096 + 8 * (n + 500), "rows that are not in use are given up"
-    assert sorted({objects.names[int(number)] for number in objects.table[objects.rows, 12]}) == sorted(world.names)
+    assert sorted({objects.names[int(number)] for number in objects.solids[:, 12]}) == sorted(world.names)
     fresh = anew(world)
     assert np.array_equal(panda.in_collision(q, world), panda.in_collision(q, fresh))
     np.testing.assert_allclose(panda.signed_distance(q, world), panda.signed_distance(q, fresh), rtol=0, atol=1e-12)
-    assert len(first.rows) == n + 500
+    assert len(first.numbers) == n + 500
 
 
 def test_an_object_that_moves_beside_a_cloud_leaves_the_cloud_where_it_is(rng):
@@ -145,6 +145,19 @@ def test_several_move_at_once_or_none(panda, rng):
             world.move_many(names, given)
     assert np.array_equal(world.pose("1"), before)
     assert not panda.in_collision(panda.home, world)
+
+
+def test_most_of_a_tree_moves_at_once_and_others_stay_in_it(panda, rng):
+    world, q = ulna.World(), panda.random(20, seed=2)
+    world.add_many(boxes_at(rng.uniform(-1, 1, (5 * MOST_UNINDEXED, 3))))
+    world.add("floor", ulna.HalfSpace(), ulna.pose((0, 0, -1.5)))
+    before = world.objects()
+    numbers = before.numbers
+    for n in (MOST_UNINDEXED, MOST_UNINDEXED + 1, 4 * MOST_UNINDEXED):
+        world.move_many([f"{3 * k % (5 * MOST_UNINDEXED)}" for k in range(n)], ulna.pose(rng.uniform(-1, 1, (n, 3))))
+        assert_same(panda, world, q)
+    assert len(world.objects().numbers) == 5 * MOST_UNINDEXED + 1
+    assert np.array_equal(before.numbers, numbers)
 
 
 def test_several_are_added_at_once_or_none():

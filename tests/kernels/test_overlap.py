@@ -112,7 +112,7 @@ def test_pairs_of_the_robot_are_met_too(panda, bodies, rng):
 
 def against(world):
     """Every one of the twelve boxes with every object."""
-    return np.array([(k, 12 + w) for k in range(12) for w in world.rows])
+    return np.array([(k, 12 + w) for k in range(12) for w in world.numbers])
 
 
 def contacts(panda, bodies, world, q):

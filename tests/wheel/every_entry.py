@@ -73,6 +73,9 @@ def ask():
         shapes = ulna.Sphere(0.02), ulna.Cylinder(0.02, 0.1), ulna.Capsule(0.02, 0.1), ulna.Box((0.05, 0.1, 0.02))
         mixed.add(f"any {k}", shapes[k % 4], place)
         boxes.add(f"box {k}", shapes[3], place)
+    for kind in ("float32", "float64"):
+        cloud = ulna.PointCloud(rng.uniform(0.3, 1.5, (N, 3)).astype(kind), 0.01)
+        mixed.add(kind, cloud.thinned(0.05).without(panda, panda.home))
     tool = ulna.ConvexMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)])
     held = panda.with_attached("tool", tool, np.eye(4))
     targets, twists = panda.forward_kinematics(q), rng.normal(size=(N, 6))

@@ -10,15 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
 from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
+from ulna.collision.clouds import PointCloud
 from ulna.collision.edge_report import EdgeReport
 from ulna.collision.near_pairs import report_at
 from ulna.collision.object_tables import NO_OBJECTS
 from ulna.collision.objects import Objects
+from ulna.collision.own_points import owners_near
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.scene_tables import NO_PAIRS, may_touch_of, scene_of
 from ulna.collision.world import World
 from ulna.description.arrays import as_number
+from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
+from ulna.description.shapes import lengths
 from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import bind
 from ulna.engine.threads import as_threads, in_parts
@@ -329,6 +333,24 @@ class Checker:
         held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
         pairs = dict.fromkeys((pair.link_a, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
         return tuple(pair for pair in pairs if held.isdisjoint(pair))
+
+    def links_near(
+        self, cloud: PointCloud, q: ArrayLike, within: float, pose: ArrayLike | None
+    ) -> tuple[tuple[str, ...], NDArray[np.int64]]:
+        """The links and attached objects, and which of them is nearest to each ball of a cloud (``Robot.links_near``).
+
+        Raises:
+            InputError: q is not one configuration, ``within`` is not a length, or the pose is not a rigid motion.
+            GeometryError: As ``in_collision``.
+        """
+        if not isinstance(cloud, PointCloud):
+            raise InputError("cloud", f"{type(cloud).__name__}; an ulna.PointCloud is expected")
+        q = as_positions(q, self.tree)
+        if q.ndim != 1:
+            raise InputError("q", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
+        refuse_out_of_range(q)
+        T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
+        return owners_near(cloud, T, q, self.tree.joints, self.bodies, lengths("within", (within,), 1)[0])
 
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
         """What is checked, as the kernels take it.

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.clouds import HeightMap, Obstacle, PointCloud
 from ulna.collision.rounded_shapes import NO_VERTICES, shape_columns, shape_vertices
-from ulna.description.clouds import HeightMap, Obstacle, PointCloud
 from ulna.description.shapes import Sphere
 from ulna.kernels.layout import BODY_WIDTH, BOX, HALF_EXTENTS, RADIUS, REACH, SHAPE
 
@@ -23,7 +23,7 @@ class Solids:
         vertices: Those of a hull, shape (m, 3).
     """
 
-    places: Array
+    places: NDArray[np.floating]
     columns: Array
     vertices: Array
 

@@ -14,14 +14,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.arena import Arena
+from ulna.collision.clouds import HeightMap, Obstacle, PointCloud
 from ulna.collision.expand import Solids, expand
-from ulna.collision.object_tree import MOST_LEVELS, ObjectTree, bounds, compact_order, most_nodes, without, write_tree
+from ulna.collision.object_tree import (
+    MOST_LEVELS,
+    NO_TREE,
+    ObjectTree,
+    bounds,
+    compact_order,
+    most_cloud_nodes,
+    most_nodes,
+    without,
+    write_cloud,
+    write_tree,
+)
 from ulna.collision.objects import Objects
 from ulna.collision.rounded_shapes import shape_columns, shape_vertices
-from ulna.description.clouds import HeightMap, Obstacle, PointCloud
-from ulna.description.shapes import Box, HalfSpace
+from ulna.description.shapes import Box, HalfSpace, Sphere
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.collision.collision_layout import NO_NODE
+from ulna.kernels.collision.collision_layout import BALL_ROW, CHILD, NO_NODE, NODE_ROWS, PLACES
 from ulna.kernels.layout import BODY_WIDTH, FIRST_VERTEX, HULL, N_VERTICES, OBJECT, SHAPE, TOUCH_SET
 
 Array = NDArray[np.float64]
@@ -30,11 +41,13 @@ _SPARE = 4096  # rows of an arena, and nodes: so many moves among a few objects
 _NO_LINKS = frozenset[str]()
 
 
-class _Cloud(NamedTuple):
-    """An object of many solids, in the order of its tree."""
+class _Many(NamedTuple):
+    """An object of many solids, with its rows and nodes in the arena."""
 
-    solids: Solids
-    first: int
+    shape: PointCloud | HeightMap
+    rows: slice  # of a cloud one, that of a ball
+    nodes: slice  # those of points first
+    n_of_points: int  # how many of these nodes hold points
     tree: ObjectTree
 
 
@@ -47,8 +60,8 @@ class ObjectTables:
         self._rows = np.empty((WIDTH, BODY_WIDTH))  # of those tested one by one, as they are to be in the arena
         self._alone: dict[str, int] = {}  # which row each of them has
         self._indexed: dict[str, tuple[int, int]] = {}  # the row, and the place in the tree, of each that is in it
-        self._tree = ObjectTree(NO_NODE, 0, np.empty(0), np.empty(0))  # of these
-        self._clouds: dict[str, _Cloud] = {}
+        self._tree = NO_TREE  # of these
+        self._many: dict[str, _Many] = {}
         self._endless: set[str] = set()
         self._round: set[str] = set()  # those that are no boxes
         self._sets = {_NO_LINKS: 0}
@@ -72,6 +85,8 @@ class ObjectTables:
         changed: the names of those that are others than at the last call, and whether more of them than the pose is.
         """
         with self._arena.lock:
+            if sum(name in self._indexed for name, remade in changed.items() if not remade) > MOST_UNINDEXED:
+                self._dissolve()
             for name, remade in changed.items():
                 if not remade:
                     self._move(name, poses[name])
@@ -81,7 +96,7 @@ class ObjectTables:
                     self._add(name, shapes[name], poses[name], touch_links.get(name, _NO_LINKS))
             if len(self._alone) - len(self._endless) > MOST_UNINDEXED:
                 self._index()
-            self._need(len(self._alone), 0, most_nodes(len(self._clouds) + 1))
+            self._need(len(self._alone), 0, most_nodes(len(self._many) + 1))
             if self._root is None:
                 self._root = self._joined()
             arena, boxes, sets = self._arena, not self._round, tuple(self._sets)
@@ -93,10 +108,7 @@ class ObjectTables:
         if not isinstance(shape, Box | HeightMap):
             self._round.add(name)
         if isinstance(shape, PointCloud | HeightMap):
-            solids = expand(shape)
-            order = compact_order(solids.places)
-            solids = Solids(solids.places[order], solids.columns[order], solids.vertices)
-            self._add_cloud(name, touch_set, T, solids)
+            self._add_many(name, touch_set, T, shape)
             return
         vertices = shape_vertices(shape)
         self._need(0, len(vertices))
@@ -114,20 +126,35 @@ class ObjectTables:
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
         self._rows[n], self._alone[name] = row, n
 
-    def _add_cloud(self, name: str, touch_set: int, T: Array, solids: Solids) -> None:
-        n = len(solids.places)
-        self._need(n, 0, most_nodes(n))
-        rows = np.empty((n, BODY_WIDTH))
-        rows[:, :12], rows[:, SHAPE:] = T[:3].ravel(), solids.columns
-        rows[:, OBJECT], rows[:, TOUCH_SET] = self._arena.add_name(name), touch_set
-        rows[:, 3:12:4] += solids.places @ T[:3, :3].T
-        self._clouds[name] = _written(self._arena, solids, rows)
-        self._root = None
+    def _add_many(self, name: str, touch_set: int, T: Array, shape: PointCloud | HeightMap) -> None:
+        is_cloud = isinstance(shape, PointCloud)
+        n = len(shape.points) if is_cloud else shape.heights.size
+        self._need(1 if is_cloud else n, 0, most_cloud_nodes(n) if is_cloud else most_nodes(n))
+        arena = self._arena
+        number, first_row, first_node = arena.add_name(name), arena.n_rows, arena.n_nodes
+        if is_cloud:
+            row = (*np.eye(4)[:3].ravel().tolist(), number, touch_set, *shape_columns(Sphere(shape.radius)))
+            at = arena.add_rows(np.array([row]))
+            tree, n_of_points = write_cloud(arena, shape, T, at) if n else NO_TREE, -(-n // (2 * WIDTH))
+        else:
+            tree, n_of_points = write_tree(arena, *self._add_cells(number, touch_set, T, expand(shape))), 0
+        rows, nodes = slice(first_row, arena.n_rows), slice(first_node, arena.n_nodes)
+        self._many[name], self._root = _Many(shape, rows, nodes, n_of_points, tree), None
+
+    def _add_cells(self, number: int, touch_set: int, T: Array, solids: Solids) -> tuple[Array, Array, Array]:
+        """Write the rows of a height map; what a tree is written over."""
+        order = compact_order(solids.places)
+        rows = np.empty((len(order), BODY_WIDTH))
+        rows[:, :12], rows[:, SHAPE:] = T[:3].ravel(), solids.columns[order]
+        rows[:, OBJECT], rows[:, TOUCH_SET] = number, touch_set
+        rows[:, 3:12:4] += solids.places[order] @ T[:3, :3].T
+        first = self._arena.add_rows(rows)
+        return *bounds(rows), -1.0 - np.arange(float(first), first + len(rows))
 
     def _move(self, name: str, T: Array) -> None:
-        if name in self._clouds:
-            solids, first, _ = self._clouds.pop(name)
-            self._add_cloud(name, int(self._arena.table[first, TOUCH_SET]), T, solids)
+        if name in self._many:
+            one = self._many.pop(name)
+            self._add_many(name, int(self._arena.table[one.rows.start, TOUCH_SET]), T, one.shape)
             return
         if name in self._indexed:
             self._put(name, self._take_out(name))
@@ -136,7 +163,7 @@ class ObjectTables:
     def _remove(self, name: str) -> None:
         if name in self._indexed:
             self._take_out(name)
-        if self._clouds.pop(name, None):
+        if self._many.pop(name, None):
             self._root = None
         if name in self._alone:
             k, n = self._alone.pop(name), len(self._alone)
@@ -151,6 +178,13 @@ class ObjectTables:
         row, place = self._indexed.pop(name)
         self._tree, self._root = without(self._arena, self._tree, place), None
         return self._arena.table[row]
+
+    def _dissolve(self) -> None:
+        """Put all objects in the tree among those that are tested alone: so many of them move that it is written anew."""
+        n, rows = len(self._alone), self._arena.table[[row for row, _ in self._indexed.values()]]
+        self._rows = np.concatenate([self._rows[:n], rows])
+        self._alone |= {name: n + k for k, name in enumerate(self._indexed)}
+        self._indexed, self._tree, self._root = {}, NO_TREE, None
 
     def _index(self) -> None:
         """Write a tree over all objects of one solid that have an end."""
@@ -169,7 +203,7 @@ class ObjectTables:
 
     def _joined(self) -> int:
         """The root of a tree over all trees, or NO_NODE without trees. The arena must have room for its nodes."""
-        trees = [cloud.tree for cloud in self._clouds.values()] + [self._tree] * bool(self._indexed)
+        trees = [one.tree for one in self._many.values() if one.tree is not NO_TREE] + [self._tree] * bool(self._indexed)
         if len(trees) < 2:
             return trees[0].root if trees else NO_NODE
         low, high = np.array([tree.low for tree in trees]), np.array([tree.high for tree in trees])
@@ -185,18 +219,17 @@ class ObjectTables:
         names = [*self._alone, *self._indexed]
         rows = np.concatenate([self._rows[: len(self._alone)], old.table[[row for row, _ in self._indexed.values()]]])
         hulls = np.flatnonzero(rows[:, SHAPE] == HULL)
-        n = len(rows) + sum(len(cloud.solids.places) for cloud in self._clouds.values())
-        in_use = most_nodes(n) + MOST_LEVELS * (len(self._clouds) + 2)
+        many = self._many.values()
+        n = len(rows) + sum(one.rows.stop - one.rows.start for one in many)
+        in_use = most_nodes(len(rows)) + sum(one.nodes.stop - one.nodes.start for one in many)
         n_points = int(rows[hulls, N_VERTICES].sum())
         new = self._arena = Arena(2 * (n + n_rows) + _SPARE, 2 * (n_points + n_vertices), 2 * (in_use + n_nodes) + _SPARE)
         for k in hulls:
             first = int(rows[k, FIRST_VERTEX])
             rows[k, FIRST_VERTEX] = new.add_vertices(old.vertices[first : first + int(rows[k, N_VERTICES])])
         rows[:, OBJECT] = [new.add_name(name) for name in names]
-        for name, (solids, first, _) in self._clouds.items():
-            of_cloud = old.table[first : first + len(solids.places)].copy()
-            of_cloud[:, OBJECT] = new.add_name(name)
-            self._clouds[name] = _written(new, solids, of_cloud)
+        for name, one in self._many.items():
+            self._many[name] = _copied(old, new, one, new.add_name(name))
         is_indexed, self._indexed, self._root = bool(self._indexed), {}, None
         self._rows, self._alone = np.concatenate([rows, np.empty((WIDTH, BODY_WIDTH))]), {name: k for k, name in enumerate(names)}
         if is_indexed:
@@ -210,10 +243,22 @@ def make_objects(
     return ObjectTables().updated(dict.fromkeys(shapes, True), shapes, poses, touch_links)
 
 
-def _written(arena: Arena, solids: Solids, rows: Array) -> _Cloud:
-    """Write the rows of a cloud, and its tree."""
-    first, (low, high) = arena.add_rows(rows), bounds(rows)
-    return _Cloud(solids, first, write_tree(arena, low, high, -1.0 - np.arange(float(first), first + len(rows))))
+def _copied(old: Arena, new: Arena, one: _Many, number: int) -> _Many:
+    """Copy the rows and nodes of an object to another arena, where it has this number."""
+    rows = old.table[one.rows].copy()
+    rows[:, OBJECT] = number
+    by_rows = new.add_rows(rows) - one.rows.start
+    first = new.add_nodes(old.nodes.reshape(-1, NODE_ROWS, WIDTH)[one.nodes])
+    by_nodes, nodes = (
+        first - one.nodes.start,
+        new.nodes[NODE_ROWS * first : NODE_ROWS * new.n_nodes].reshape(-1, NODE_ROWS, WIDTH),
+    )
+    nodes[: one.n_of_points, CHILD, BALL_ROW] += by_rows
+    children = nodes[one.n_of_points :, CHILD]
+    children += np.where(children < 0, -by_rows, PLACES * by_nodes)
+    tree = one.tree if one.tree is NO_TREE else one.tree._replace(root=one.tree.root + PLACES * by_nodes)
+    at = slice(one.rows.start + by_rows, one.rows.stop + by_rows), slice(first, new.n_nodes)
+    return _Many(one.shape, *at, one.n_of_points, tree)
 
 
 NO_OBJECTS = make_objects({}, {}, {})

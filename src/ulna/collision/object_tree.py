@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.arena import Arena
+from ulna.collision.clouds import PointCloud
+from ulna.drivers import morton_order, tree_nodes
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS
+from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS, PLACES
 from ulna.kernels.layout import CONTACT, HALF_EXTENTS, RADIUS
 
 Array = NDArray[np.float64]
@@ -19,8 +21,8 @@ class ObjectTree(NamedTuple):
     """A tree in an arena.
 
     Attributes:
-        root: The number of its root.
-        n_levels: How many levels of nodes it has.
+        root: The place of its root.
+        n_levels: How many levels of nodes it has, those of points aside.
         low: The least x, y, z of all that is in it [m].
         high: The greatest.
     """
@@ -31,6 +33,9 @@ class ObjectTree(NamedTuple):
     high: Array
 
 
+NO_TREE = ObjectTree(NO_NODE, 0, np.empty(0), np.empty(0))
+
+
 def bounds(table: Array) -> tuple[Array, Array]:
     """The least and greatest x, y, z of each body of a table, with a margin for what touches it, shape (n, 3) each."""
     T, size = table[:, :12].reshape(-1, 3, 4), table[:, HALF_EXTENTS : RADIUS + 1].sum(axis=1)
@@ -39,30 +44,22 @@ def bounds(table: Array) -> tuple[Array, Array]:
     return T[:, :, 3] - reach, T[:, :, 3] + reach
 
 
-def compact_order(centres: Array) -> NDArray[np.int64]:
-    """An order in which every node of the tree holds objects that are near each other.
-
-    From the root down, the objects of a node are halved across its longest side, and the halves twice more, for eight children;
-    all nodes of a level at once. Source: Bentley, Multidimensional binary search trees (Communications of the ACM, 1975).
-    """
-    n = len(centres)
-    size = 1 << max(n - 1, 0).bit_length()
-    filled = np.full((3, size), np.inf)  # the padding is farthest in every direction, so it is sorted last
-    filled[:, :n] = centres.T
-    order = np.arange(size)
-    while size > WIDTH:
-        places = filled[:, order].reshape(3, -1, size)
-        spread = np.where(places < np.inf, places, -np.inf).max(axis=2) - places.min(axis=2)
-        across = np.take_along_axis(places, spread.argmax(axis=0)[None, :, None], axis=0)[0]
-        size //= 2
-        halves = np.argpartition(across, size, axis=1)
-        order = np.take_along_axis(order.reshape(halves.shape), halves, axis=1).ravel()
-    return order[order < n]
+def compact_order(centres: NDArray[np.floating]) -> NDArray[np.int64]:
+    """An order in which every node of the tree holds objects that are near each other; that of a cloud's points in its tree."""
+    order, points = np.empty(len(centres), np.int64), np.ascontiguousarray(centres).view()
+    points.setflags(write=False)  # as those of a cloud are: the entry is compiled for one kind
+    morton_order.morton_order(points, order)
+    return order
 
 
 def most_nodes(n: int) -> int:
     """How many nodes a tree over n solids, or trees, has at most."""
     return n // (WIDTH - 1) + MOST_LEVELS
+
+
+def most_cloud_nodes(n: int) -> int:
+    """The same of n points of a cloud."""
+    return n // (2 * WIDTH) + 1 + most_nodes(n // WIDTH + 1)
 
 
 def write_tree(arena: Arena, low: Array, high: Array, children: Array) -> ObjectTree:
@@ -74,23 +71,37 @@ def write_tree(arena: Arena, low: Array, high: Array, children: Array) -> Object
         high: The greatest.
         children: What is within the bounds, as a node says it, shape (n,).
     """
-    n, n_levels = 0, 0
-    while n != 1:
-        n_levels += 1
-        n = -(-len(children) // WIDTH)
-        nodes = np.empty((n, NODE_ROWS, WIDTH))
-        for first, sides, missing in ((0, low, _NOWHERE), (3, high, -_NOWHERE), (CHILD, children[:, None], np.nan)):
-            filled = np.full((n * WIDTH, sides.shape[1]), missing)
-            filled[: len(sides)] = sides
-            nodes[:, first : first + sides.shape[1]] = filled.reshape(n, WIDTH, -1).swapaxes(1, 2)
-        children = arena.add_nodes(nodes) + np.arange(float(n))
-        low, high = nodes[:, :3].min(axis=2), nodes[:, 3:CHILD].max(axis=2)
-    return ObjectTree(int(children[0]), n_levels, low[0], high[0])
+    n_nodes = tree_nodes.write_tree(low, high, children, arena.nodes, arena.n_nodes)
+    return _tree_at_end(arena, n_nodes, -(-len(children) // WIDTH))
+
+
+def write_cloud(arena: Arena, cloud: PointCloud, T: Array, row: int) -> ObjectTree:
+    """Write the tree of a cloud at a pose T_base_cloud, shape (4, 4).
+
+    Args:
+        arena: Where there is room for ``most_cloud_nodes``.
+        cloud: The points.
+        T: Their pose.
+        row: That of one of its balls in the arena's table.
+    """
+    reach = cloud.radius + CONTACT * cloud.radius
+    n_nodes = tree_nodes.write_cloud(cloud.points, T[:3].ravel(), reach, row, arena.nodes, arena.n_nodes)
+    return _tree_at_end(arena, n_nodes, -(-len(cloud.points) // WIDTH**2))
+
+
+def _tree_at_end(arena: Arena, n_nodes: int, n_lowest: int) -> ObjectTree:
+    """The tree of the nodes just written behind those of an arena; so many of them are above no other node of AABBs."""
+    arena.n_nodes += n_nodes
+    n_levels = 1
+    while n_lowest > 1:
+        n_levels, n_lowest = n_levels + 1, -(-n_lowest // WIDTH)
+    sides = arena.nodes[NODE_ROWS * (arena.n_nodes - 1) : NODE_ROWS * arena.n_nodes]
+    return ObjectTree(PLACES * (arena.n_nodes - 1), n_levels, sides[:3].min(axis=1), sides[3:CHILD].max(axis=1))
 
 
 def without(arena: Arena, tree: ObjectTree, place: int) -> ObjectTree:
     """A tree without what is in a place of the order in which it was written: new nodes from the root to that leaf."""
-    node, root, last = tree.root, arena.n_nodes, tree.n_levels - 1
+    node, root, last = tree.root // PLACES, arena.n_nodes, tree.n_levels - 1
     for level in range(tree.n_levels):
         lane, first = place >> 3 * (last - level) & WIDTH - 1, NODE_ROWS * arena.n_nodes
         arena.nodes[first : first + NODE_ROWS] = arena.nodes[NODE_ROWS * node : NODE_ROWS * (node + 1)]
@@ -99,16 +110,6 @@ def without(arena: Arena, tree: ObjectTree, place: int) -> ObjectTree:
             column = arena.nodes[first : first + NODE_ROWS, lane]
             column[:3], column[3:CHILD], column[CHILD] = _NOWHERE, -_NOWHERE, np.nan
         else:
-            node = int(arena.nodes[first + CHILD, lane])
-            arena.nodes[first + CHILD, lane] = arena.n_nodes
-    return tree._replace(root=root)
-
-
-def rows_below(nodes: Array, root: int) -> NDArray[np.int64]:
-    """The rows of the solids in a tree, shape (n,)."""
-    found, below = [np.empty(0)], np.array([root] if root != NO_NODE else [])
-    while len(below):
-        children = nodes.reshape(-1, NODE_ROWS, WIDTH)[below.astype(np.int64), CHILD].ravel()
-        found.append(-1 - children[children < 0])
-        below = children[children >= 0]  # what is missing is neither
-    return np.concatenate(found).astype(np.int64)
+            node = int(arena.nodes[first + CHILD, lane]) // PLACES
+            arena.nodes[first + CHILD, lane] = PLACES * arena.n_nodes
+    return tree._replace(root=PLACES * root)

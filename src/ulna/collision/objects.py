@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.object_tree import rows_below
+from ulna.collision.solid_numbers import numbers_below, table_of
 from ulna.kernels.layout import HALF_SPACE, REACH, SHAPE
 
 
@@ -15,7 +15,7 @@ class Objects:
 
     Attributes:
         table: What the kernels read of each (``kernels.layout``), shape (n, BODY_WIDTH); only rows from ``first`` to before
-            ``end``, and those below ``root``, are of these objects.
+            ``end``, and those below ``root``, are of these objects. All balls of a cloud have one row.
         vertices: Those of all hulls, shape (m, 3).
         nodes: Of trees (``kernels.collision.bvh``), shape (NODE_ROWS n_nodes, 8).
         root: The root of the BVH, or NO_NODE where no object is in one.
@@ -37,13 +37,18 @@ class Objects:
     names: list[str]
 
     @property
-    def rows(self) -> NDArray[np.int64]:
-        """The rows of all solids."""
-        return np.concatenate([np.arange(self.first, self.end), rows_below(self.nodes, self.root)])
+    def numbers(self) -> NDArray[np.int64]:
+        """The numbers of all solids (``kernels.collision.collision_layout``)."""
+        return np.concatenate([np.arange(self.first, self.end), numbers_below(self.nodes, self.root)])
+
+    @property
+    def solids(self) -> NDArray[np.float64]:
+        """All solids, each as a row of a table, shape (n, BODY_WIDTH)."""
+        return table_of(self.table, self.nodes, self.numbers)
 
     @property
     def farthest(self) -> float:
         """How far from the base's origin the objects reach, half-spaces aside [m]; 0 if there are none."""
-        table = self.table[self.rows]
+        table = self.solids
         bounded = table[table[:, SHAPE] != HALF_SPACE]
         return float(np.max(np.linalg.norm(bounded[:, 3:12:4], axis=1) + bounded[:, REACH], initial=0.0))

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.clouds import HeightMap, Obstacle, PointCloud
 from ulna.collision.world import World
-from ulna.description.clouds import HeightMap, Obstacle, PointCloud
 from ulna.description.file_bytes import file_bytes, json_value, write_whole
 from ulna.description.pose import as_one_pose, pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Sphere

@@ -180,12 +180,13 @@ def _is_exact(T: NDArray[np.float64]) -> bool:
 
 
 def orthonormal(T: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A copy of one pose, its rotation replaced by the nearby one of its quaternion unless it is exact to rounding already."""
+    """A copy of poses (..., 4, 4), a rotation replaced by the nearby one of its quaternion unless it is exact to rounding."""
     T = T.copy()
-    R = T[:3, :3]
-    if np.abs(R @ R.T - np.eye(3)).max() > _ROUNDING:
-        T[:3, :3] = matrix_from_quaternion(quaternion_from_matrix(R))
-    T[3] = (0.0, 0.0, 0.0, 1.0)
+    R = T[..., :3, :3]
+    rounded = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1)) > _ROUNDING
+    if rounded.any():
+        R[rounded] = matrix_from_quaternion(quaternion_from_matrix(R[rounded]))
+    T[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
     return T
 
 

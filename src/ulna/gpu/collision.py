@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.checker import Checker
-from ulna.collision.object_tree import rows_below
+from ulna.collision.solid_numbers import numbers_below, table_of
 from ulna.collision.world import World
 from ulna.engine.lanes import WIDTH
 from ulna.gpu import device
@@ -66,9 +66,10 @@ class DeviceScenes:
 
 def _on_device(scene: Scene, number: Any) -> DeviceScene:
     """The scene, as one whose objects are all tested one by one."""
-    of_boxes, rows = scene.vertices is None, np.r_[scene.first : scene.end, rows_below(scene.nodes, scene.root)]
+    of_boxes, numbers = scene.vertices is None, np.r_[scene.first : scene.end, numbers_below(scene.nodes, scene.root)]
     number = number if of_boxes else np.float64
-    every = scene._replace(objects=scene.objects[rows], nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(rows))
+    solids = table_of(scene.objects, scene.nodes, numbers)
+    every = scene._replace(objects=solids, nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(solids))
     parts = tuple(device.on_device(_over(number, part)) if isinstance(part, np.ndarray) else part for part in every)
     return DeviceScene(parts, (len(scene.joints), len(scene.bodies)), of_boxes, number)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
+from ulna.collision.clouds import PointCloud
 from ulna.collision.report import Report
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
@@ -86,7 +87,10 @@ class Request(NamedTuple):
         """The pairs that touch at q, or of which an object of the world is nearer than the margin."""
         near = self.checker.check_collision(q, self.world, self_collision=True, max_distance=self.margin)
         counted = tuple(pair for pair in near.pairs if pair.link_b is None or pair.signed_distance <= 0.0)
-        return in_collision(Report(counted), self.margin)
+        clouds = (
+            [name for name, shape, _ in self.world.items() if isinstance(shape, PointCloud)] if self.world is not None else []
+        )
+        return in_collision(Report(counted), self.margin, clouds)
 
 
 def is_pose(goal: Array, n_dof: int) -> bool:

@@ -1,5 +1,6 @@
 """Names how a search for a plan ended, says why, and holds what it took."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -42,10 +43,13 @@ class Effort:
         return Effort(self.checks + other.checks, self.iterations + other.iterations, *nodes)
 
 
-def in_collision(report: Report, margin: float) -> Reason:
-    """The pairs that touch, or are nearer than a margin [m]."""
+def in_collision(report: Report, margin: float, clouds: Collection[str] = ()) -> Reason:
+    """The pairs that touch, or are nearer than a margin [m]; clouds: which objects of the world are point clouds."""
     own = all(pair.link_b is not None for pair in report.pairs)
     hint = "; if these shapes touch wherever the robot is, allow the pairs (docs/self_collision.md)" if own else ""
+    seen = dict.fromkeys(pair.name_b for pair in report.pairs if pair.link_b is None and pair.name_b in clouds)
+    for name in seen:
+        hint += f"; {name} is a point cloud: if the points are those of the robot, cloud.without(robot, q) removes them"
     more = f" and {len(report.pairs) - _MOST_PAIRS} more pairs" if len(report.pairs) > _MOST_PAIRS else ""
     return Reason(", ".join(_in_words(pair, margin) for pair in report.pairs[:_MOST_PAIRS]) + more + hint, report)
 

@@ -54,6 +54,7 @@ from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
 
 if TYPE_CHECKING:
+    from ulna.collision.clouds import PointCloud
     from ulna.gpu.robot import GpuRobot
 
 Array = NDArray[np.float64]
@@ -790,6 +791,28 @@ class Robot(Quick):
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
         return self._checker.in_collision(q, world, self_collision, out, threads)
+
+    def links_near(
+        self, cloud: PointCloud, q: ArrayLike, *, within: float = 0.0, pose: ArrayLike | None = None
+    ) -> tuple[tuple[str, ...], NDArray[np.int64]]:
+        """The links and attached objects with collision shapes, and which of them is nearest to each ball of a cloud.
+
+        ``PointCloud.without`` removes these balls: a camera sees the robot too.
+
+        Args:
+            cloud: The cloud.
+            q: Joint positions [rad or m], shape (n_dof,).
+            within: How far a ball may be from a shape [m]; 0: only those that touch.
+            pose: T_base_cloud, shape (4, 4); the origin unless given.
+
+        Returns:
+            The names, and for each point the place in them of the nearest, or -1 if all are farther, shape (n,).
+
+        Raises:
+            InputError: q is not one configuration, ``within`` is not a length, or the pose is not a rigid motion.
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+        """
+        return self._checker.links_near(cloud, q, within, pose)
 
     def check_collision(
         self,

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import viser
 from numpy.typing import NDArray
 
+from ulna.collision.clouds import Obstacle
 from ulna.collision.world import World
-from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.errors import UlnaError

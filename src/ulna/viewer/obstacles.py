@@ -9,9 +9,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ulna.collision.clouds import Obstacle
 from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
-from ulna.description.clouds import Obstacle
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from ulna.errors import InputError, UlnaError

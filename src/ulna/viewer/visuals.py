@@ -6,8 +6,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from ulna.collision.clouds import HeightMap, PointCloud
 from ulna.collision.expand import expand
-from ulna.description.clouds import HeightMap, PointCloud
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
 from ulna.description.robot_description import Body

@@ -35,6 +35,7 @@ from ulna.kernels.collision.collision_layout import (
     BALL_LENGTH,
     BALL_RADIUS,
     NODE_ROWS,
+    PLACES,
     RATE,
     SLIDE,
     SLIDES,
@@ -296,7 +297,8 @@ def world_rounding(scene):
         length = offset_length(objects, w)
         largest = max(largest, length if int(objects[w, SHAPE]) == HALF_SPACE else length + objects[w, REACH])
     if scene.root >= 0:
-        low, high = NODE_ROWS * scene.root, NODE_ROWS * scene.root + 3
+        low = NODE_ROWS * (scene.root // PLACES)
+        high = low + 3
         for child in range(WIDTH):
             if nodes[low, child] <= nodes[high, child]:  # else there is none
                 for axis in range(3):

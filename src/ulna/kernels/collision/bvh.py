@@ -1,17 +1,27 @@
 """Computes the AABB of a body and searches a BVH of a world's solids.
 
-A node is seven rows of eight numbers, a child a lane: the least x, y, z of each child, the greatest, and what it is: the number
-of a node, or -1 - r for row r of the table of solids. So one node is tested in one go. Nodes are written once; a change
-of the tree writes new ones from the changed leaf up to a new root, and a search from the old root goes on in the old tree. A
-missing child has an empty AABB, whose least values are above all others and whose greatest are below, and is not a number.
+A node is seven rows of eight numbers, a child a lane: the least x, y, z of each child, the greatest, and what it is: the place
+of a node, or -1 - w for solid w. So one node is tested in one go. A node whose children are eight balls of one cloud is x, y, z
+of their centres; two of these share seven rows, the last of which has what they have in common (``collision_layout``).
+
+Nodes are written once; a change of the tree writes new ones from the changed leaf up to a new root, and a search from the old
+root goes on in the old tree. A missing child has an AABB whose least values are above all others, and is not a number.
 
 Source: Omohundro, Five balltree construction algorithms (1989), for the idea of a static tree over bounds; Driscoll, Sarnak,
-Sleator and Tarjan, Making data structures persistent (1989), for copying a path. ``collision.object_tree`` writes the nodes.
+Sleator and Tarjan, Making data structures persistent (1989), for copying a path. ``drivers.tree_nodes`` writes the nodes.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import WIDTH, lane_bits, lane_of, load, lowest_bit, sqrt, store, where
-from ulna.kernels.collision.collision_layout import CHILD, NODE_ROWS
+from ulna.kernels.collision.collision_layout import (
+    BALL_REACH,
+    CHILD,
+    CHILDREN,
+    FIRST_BALL,
+    FIRST_POINTS,
+    NODE_ROWS,
+    PLACES,
+)
 from ulna.kernels.collision.posed_pair import half_extents
 from ulna.kernels.layout import CONTACT, RADIUS
 from ulna.kernels.spatial.elementary import maximum
@@ -54,12 +64,23 @@ def lane_bounds(rows, k, lane):
 @kernel
 def child_gap(nodes, node, bounds):
     """The gap between the AABB of each child and the given one, axis by axis: negative where they overlap."""
-    i, (low, high) = NODE_ROWS * node, bounds
+    low, high = bounds
+    i, last, reach = child_rows(nodes, node)
     return (
-        maximum(load(nodes, i) - high[0], low[0] - load(nodes, i + 3)),
-        maximum(load(nodes, i + 1) - high[1], low[1] - load(nodes, i + 4)),
-        maximum(load(nodes, i + 2) - high[2], low[2] - load(nodes, i + 5)),
+        maximum(load(nodes, i) - (high[0] + reach), (low[0] - reach) - load(nodes, last)),
+        maximum(load(nodes, i + 1) - (high[1] + reach), (low[1] - reach) - load(nodes, last + 1)),
+        maximum(load(nodes, i + 2) - (high[2] + reach), (low[2] - reach) - load(nodes, last + 2)),
     )
+
+
+@kernel
+def child_rows(nodes, node):
+    """The rows where the least x, y, z of a node's children begin, and the greatest, and how far the children are beyond [m]."""
+    i, kind = NODE_ROWS * (node // PLACES), node % PLACES
+    if kind == CHILDREN:
+        return i, i + 3, 0.0
+    first = i + 3 * (kind - FIRST_POINTS)
+    return first, first, nodes[i + CHILD, BALL_REACH]
 
 
 @kernel
@@ -124,5 +145,8 @@ def rows_within(nodes, bounds, stack, top, found):
 
 @kernel
 def child_of(nodes, node, lane):
-    """What a child of a node is: the number of a node, or -1 - r for row r of the table of solids."""
-    return int(nodes[NODE_ROWS * node + CHILD, lane])
+    """What a child of a node is: the place of a node, or -1 - w for solid w."""
+    number, kind = node // PLACES, node % PLACES
+    if kind == CHILDREN:
+        return int(nodes[NODE_ROWS * number + CHILD, lane])
+    return -1 - (FIRST_BALL + 2 * WIDTH * number + WIDTH * (kind - FIRST_POINTS) + lane)

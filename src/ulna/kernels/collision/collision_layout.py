@@ -26,5 +26,13 @@ GROUP_WIDTH = 5
 # A run, the pairs of one body of the first ball: the body, the first pair and the one after the last.
 RUN_BODY, RUN_FIRST, RUN_END = 0, 1, 2
 RUN_WIDTH = 3
-# A node of a tree: its rows, the one that says what the children are, and the number of a node where there is none.
+# A node of a tree: its rows, the one that says what the children are, and the place of a node where there is none.
 NODE_ROWS, CHILD, NO_NODE = 7, 6, -1
+# The place of a node is PLACES times the number of its seven rows, plus what is in these: the AABBs of eight children, the first
+# eight points of a cloud, or the second. In the last row of points are the row of the cloud's ball in the table of solids, and
+# the radius of a ball with the margin for what touches it [m].
+PLACES = 4
+CHILDREN, FIRST_POINTS, SECOND_POINTS = 0, 1, 2
+BALL_ROW, BALL_REACH = 0, 1
+# The number of a solid is a row of the table, or, from here on, that of a ball: 16 times the number of its seven rows, and which.
+FIRST_BALL = 1 << 44

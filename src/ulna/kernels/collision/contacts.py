@@ -5,9 +5,9 @@ A pair is a body of the robot and another, or an object of the world, numbered f
 
 from ulna.engine.decorators import kernel
 from ulna.kernels.collision.collision_layout import DISTANCE, NORMAL, WITNESS_A, WITNESS_B
-from ulna.kernels.collision.posed_pair import rows_contact
+from ulna.kernels.collision.posed_pair import rows_contact, solid_at
 from ulna.kernels.layout import COLUMN, JOINT, KIND, PARENT, PRISMATIC, RATIO
-from ulna.kernels.spatial.se3 import constant_pose, load_pose
+from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, z_axis
 
 
@@ -19,8 +19,8 @@ def write_contact(scene, body_rows, i, j, scratch, out, row):
     if j < n:
         distance, p, q, normal = rows_contact(bodies, vertices, i, a, bodies, vertices, j, load_pose(body_rows, j), scratch)
     else:
-        b = constant_pose(scene.objects, j - n, 0.0)
-        distance, p, q, normal = rows_contact(bodies, vertices, i, a, scene.objects, scene.points, j - n, b, scratch)
+        solid, b = solid_at(scene, j - n, 0.0)
+        distance, p, q, normal = rows_contact(bodies, vertices, i, a, scene.objects, scene.points, solid, b, scratch)
     out[row, DISTANCE] = distance
     out[row, WITNESS_A], out[row, WITNESS_A + 1], out[row, WITNESS_A + 2] = p
     out[row, WITNESS_B], out[row, WITNESS_B + 1], out[row, WITNESS_B + 2] = q

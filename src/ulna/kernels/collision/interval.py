@@ -40,7 +40,7 @@ from ulna.kernels.collision.collision_layout import (
     RUN_END,
     RUN_FIRST,
 )
-from ulna.kernels.collision.posed_pair import BALLS, may_touch, rows_gap
+from ulna.kernels.collision.posed_pair import BALLS, may_touch, rows_gap, solid_at
 from ulna.kernels.collision.reached import NEVER, ball_bounds, push_reached, tree_is_reached
 from ulna.kernels.collision.rounded_core import core_offset, core_radius, core_slope, has_exact_ball
 from ulna.kernels.layout import JOINT, REACH, SHAPE, SPHERE
@@ -129,9 +129,10 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
                 top = push_reached(scene.nodes, node, bounds, bodies, k, a, p, within, stack, top)
                 continue
             o = -1 - node
-        if may_touch(scene, k, o):
+        row, b = solid_at(scene, o, half)
+        if may_touch(scene, k, row):
             continue
-        touches, now = object_outcome(scene, carried, g, k, o, (a, p, v), way, within, slack, half, still, margin, clear)
+        touches, now = object_outcome(scene, carried, g, k, row, b, (a, p, v), way, within, slack, half, still, margin, clear)
         if touches and stop:
             return True, now
         if any_lane(now < clear):
@@ -143,13 +144,13 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
 
 
 @kernel
-def object_outcome(scene, carried, g, k, o, placed, way, within, slack, half, still, margin, clear):
-    """The same for body k, of ball g, and object o.
+def object_outcome(scene, carried, g, k, o, b, placed, way, within, slack, half, still, margin, clear):
+    """The same for body k, of ball g, and the object of row o at pose b.
 
     placed: the body's pose, its centre and the velocity of that; way: how far a point of it gets within ``half``, and ``slack``;
     within: the same where the lane is clear, else how near a contact is.
     """
-    bodies, objects, b, (a, p, v) = scene.bodies, scene.objects, constant_pose(scene.objects, o, half), placed
+    bodies, objects, (a, p, v) = scene.bodies, scene.objects, placed
     e, radius, nearer = core_offset(p, objects, o, b), core_radius(objects, o) + BALLS * bodies[k, REACH], way
     most = within + radius
     if not any_lane((dot(e, e) <= most * most) & (within >= 0.0)):

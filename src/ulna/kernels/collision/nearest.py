@@ -9,7 +9,7 @@ import numpy as np
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_of, splat, where
 from ulna.kernels.collision.bvh import lane_bounds, push_children
-from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, may_touch, rows_contact
+from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, may_touch, rows_contact, solid_at
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
 
@@ -65,10 +65,10 @@ def nearest_indexed(best, scene, body_rows, bound_rows, lane, stack, heights, sc
                     top = push_children(scene.nodes, node, bounds, nearest, stack, heights, top)
                 else:
                     w = -1 - node
-                    if may_touch(scene, k, w):
+                    row, b = solid_at(scene, w, like)
+                    if may_touch(scene, k, row):
                         continue
-                    b = constant_pose(objects, w, like)
-                    best = nearer_pair(best, bodies, scene.vertices, k, a, objects, scene.points, w, b, n + w, scratch)
+                    best = nearer_pair(best, bodies, scene.vertices, k, a, objects, scene.points, row, b, n + w, scratch)
     return best
 
 

@@ -6,7 +6,7 @@ Pairs and unindexed objects are tested one by one, the other objects where the B
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, splat, where
 from ulna.kernels.collision.bvh import lane_bounds, rows_within
-from ulna.kernels.collision.posed_pair import balls_overlap, lane_pose, may_touch, rows_overlap
+from ulna.kernels.collision.posed_pair import balls_overlap, lane_pose, may_touch, rows_overlap, solid_at
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
 
 
@@ -48,10 +48,10 @@ def overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found):
         while top > 0:
             n_found, top = rows_within(scene.nodes, bounds, stack, top, found)
             for i in range(n_found):
-                w = found[i]
-                if may_touch(scene, k, w):
+                row, b = solid_at(scene, found[i], 0.0)
+                if may_touch(scene, k, row):
                     continue
-                a, b = lane_pose(body_rows, k, lane), constant_pose(objects, w, 0.0)
-                if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, w, b, 1.0):
+                a = lane_pose(body_rows, k, lane)
+                if rows_overlap(bodies, scene.vertices, k, a, objects, scene.points, row, b, 1.0):
                     return True
     return False

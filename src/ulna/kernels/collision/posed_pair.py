@@ -5,13 +5,14 @@ without GJK and EPA, in a fraction of the time.
 """
 
 from ulna.engine.decorators import kernel, shared_routine
-from ulna.engine.lanes import load, splat, sqrt
+from ulna.engine.lanes import WIDTH, load, splat, sqrt
 from ulna.kernels.chain.poses import frame_pose, tree_poses
+from ulna.kernels.collision.collision_layout import BALL_ROW, CHILD, FIRST_BALL, NODE_ROWS
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_gap, pair_overlap
 from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, REACH, SHAPE, TOUCH_SET
-from ulna.kernels.spatial.se3 import store_pose
+from ulna.kernels.spatial.se3 import constant_pose, store_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
 BALLS = 1.0 + 4.0 * CONTACT  # factor on the bounding balls, so that bodies within the contact tolerance have balls that overlap
@@ -79,9 +80,26 @@ def balls_overlap(bodies, i, a, others, j, b):
 
 
 @kernel
-def may_touch(scene, k, w):
-    """Whether body k may touch object w: their contact is no collision."""
-    return scene.may_touch[k, int(scene.objects[w, TOUCH_SET])]
+def solid_at(scene, w, like):
+    """The row of solid w in the table of objects, and its pose as numbers of the kind of ``like``."""
+    if w < FIRST_BALL:
+        return w, constant_pose(scene.objects, w, like)
+    k, lane = (w - FIRST_BALL) // WIDTH, (w - FIRST_BALL) % WIDTH
+    first = NODE_ROWS * (k // 2)
+    i, row = first + 3 * (k % 2), int(scene.nodes[first + CHILD, BALL_ROW])
+    x, y, z = (
+        splat(scene.nodes[i, lane], like),
+        splat(scene.nodes[i + 1, lane], like),
+        splat(scene.nodes[i + 2, lane], like),
+    )
+    one, none = splat(1.0, like), splat(0.0, like)
+    return row, (one, none, none, x, none, one, none, y, none, none, one, z)
+
+
+@kernel
+def may_touch(scene, k, row):
+    """Whether body k may touch the object of a row of the table: their contact is no collision."""
+    return scene.may_touch[k, int(scene.objects[row, TOUCH_SET])]
 
 
 @kernel

@@ -11,8 +11,7 @@ half extents h, lies within a box of half extents |R|^T h about the same middle.
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_count, lane_of, lowest_bit
-from ulna.kernels.collision.bvh import child_of, children_in
-from ulna.kernels.collision.collision_layout import NODE_ROWS
+from ulna.kernels.collision.bvh import child_of, child_rows, children_in
 from ulna.kernels.collision.posed_pair import BALLS
 from ulna.kernels.collision.rounded_core import beyond, core_radius
 from ulna.kernels.layout import HALF_EXTENTS, REACH, SHAPE, SPHERE
@@ -65,11 +64,11 @@ def push_reached(nodes, node, bounds, bodies, k, a, p, within, stack, top):
 @kernel
 def child_box(nodes, node, lane):
     """The middle and the half extents of a child's AABB, in plain numbers."""
-    i = NODE_ROWS * node
+    i, last, reach = child_rows(nodes, node)
     low = nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane]
-    high = nodes[i + 3, lane], nodes[i + 4, lane], nodes[i + 5, lane]
+    high = nodes[last, lane], nodes[last + 1, lane], nodes[last + 2, lane]
     centre = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])
-    return centre, (0.5 * (high[0] - low[0]), 0.5 * (high[1] - low[1]), 0.5 * (high[2] - low[2]))
+    return centre, (0.5 * (high[0] - low[0]) + reach, 0.5 * (high[1] - low[1]) + reach, 0.5 * (high[2] - low[2]) + reach)
 
 
 @kernel

@@ -1,0 +1,253 @@
+"""Defines point clouds and height maps: many small solids, one object of a world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.cloud_filters import in_box, one_per_voxel
+from ulna.collision.depth_image import points_of_depth
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_one_pose
+from ulna.description.robot_description import frozen
+from ulna.description.shapes import Box, Solid, lengths, within_reach
+from ulna.errors import InputError
+from ulna.kernels.layout import LARGEST
+
+_NONE: Mapping[str, int] = MappingProxyType({})
+
+
+class HasLinks(Protocol):
+    """A ``Robot``."""
+
+    def links_near(
+        self, cloud: PointCloud, q: ArrayLike, *, within: float, pose: ArrayLike | None = None
+    ) -> tuple[tuple[str, ...], NDArray[np.int64]]:
+        """As ``Robot.links_near``."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Points, each a ball of the same radius: the data of a depth camera or a laser scanner.
+
+    Args:
+        points: Points [m] in the frame of the object, shape (n, 3), or (H, W, 3) as a camera gives them, as float32 or float64. A
+            point with NaN, where a sensor saw nothing, is left out and counted: it does not mean free space. None at all,
+            shape (0, 3), is an object that touches nothing.
+        radius: The radius of each ball [m]; with half the distance of neighbours there are no gaps.
+
+    Attributes:
+        points: Those that are not NaN, shape (n, 3), read-only, float32 if they were given so, else float64.
+        radius: The radius of each ball [m].
+        n_left_out: How many were left out, of the points or pixels given, since they are NaN or no measurement.
+        n_removed: How many ``without`` has removed, by the name of the link or of the attached object.
+
+    Raises:
+        InputError: They are not points, all are NaN, or one is infinite or farther out than a million metres.
+
+    Example:
+        >>> PointCloud([(0.5, 0, 0.2), (0.5, 0.01, 0.2)], radius=0.005)
+        PointCloud(2 points, radius 0.005 m)
+    """
+
+    points: NDArray[np.floating]
+    radius: float
+    n_left_out: int
+    n_removed: Mapping[str, int]
+
+    def __init__(self, points: ArrayLike, radius: float) -> None:
+        rows, n_left_out = _seen(points)
+        _fill(self, rows, lengths("radius", (radius,), 1)[0], n_left_out, _NONE)
+
+    @classmethod
+    def from_depth(
+        cls,
+        depth: ArrayLike,
+        intrinsics: ArrayLike,
+        T_base_camera: ArrayLike,
+        *,
+        radius: float,
+        depth_scale: float | None = None,
+    ) -> PointCloud:
+        """The points that a depth camera sees, in the base frame.
+
+        Args:
+            depth: The depth along the camera's z axis at each pixel, shape (H, W): floats [m], or whole numbers of
+                ``depth_scale``. 0, NaN and infinity are no measurement: such pixels are left out, and counted as ``n_left_out``.
+            intrinsics: The camera matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels, shape (3, 3) or (9,), or fx, fy, cx,
+                cy. The middle of the first pixel is at (0, 0). The image is not distorted.
+            T_base_camera: The pose of the camera's optical frame, shape (4, 4): z forward, x to the right, y down.
+            radius: The radius of each ball [m]. Neighbours at a depth z are z / fx apart.
+            depth_scale: What a depth of 1 is [m]; 0.001 for whole numbers and 1 for floats unless given.
+
+        Raises:
+            InputError: The image is not one of depths, or sees nothing; the intrinsics are no camera matrix, or their centre is
+                outside of the image; the pose is not a rigid motion.
+
+        Example:
+            >>> image = np.full((480, 640), 800, dtype=np.uint16)  # a wall at 0.8 m
+            >>> image[:, :40] = 0
+            >>> cloud = PointCloud.from_depth(image, (600, 600, 320, 240), np.eye(4), radius=0.002)
+            >>> cloud, cloud.n_left_out
+            (PointCloud(288000 points, radius 0.002 m), 19200)
+        """
+        points, n_left_out = points_of_depth(depth, intrinsics, T_base_camera, depth_scale)
+        if not len(points):
+            raise InputError("depth", f"none of {n_left_out} pixels has a depth: the camera sees nothing")
+        one = cls(points, radius)
+        return _fill(one, one.points, one.radius, n_left_out, _NONE)
+
+    def cropped(self, box: Box, pose: ArrayLike | None = None) -> PointCloud:
+        """The points in a box; a ball outside of it whose surface reaches in is dropped too.
+
+        Args:
+            box: The box.
+            pose: T_cloud_box, shape (4, 4); the origin unless given.
+
+        Raises:
+            InputError: It is not a box, or the pose is not a rigid motion.
+        """
+        if not isinstance(box, Box):
+            raise InputError("box", f"{type(box).__name__}; an ulna.Box is expected")
+        T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
+        return self._with(self.points[in_box(self.points, box, T)])
+
+    def thinned(self, voxel: float) -> PointCloud:
+        """One point for each voxel that has any, the one nearest to its middle, as a larger ball.
+
+        The radius grows by how far any point is at most from the one that is kept in its voxel. So each ball of this cloud is
+        within one of the new cloud: what is free beside the new one is free beside this one.
+
+        Args:
+            voxel: The edge of a voxel [m]. The radius grows by less than 1.74 times as much.
+
+        Raises:
+            InputError: It is not a length above 0, or less than 5e-7 of the extent of the points.
+        """
+        kept, farthest = one_per_voxel(self.points, voxel)
+        return self._with(self.points[kept], self.radius + farthest)
+
+    def without(self, robot: HasLinks, q: ArrayLike, *, padding: float = 0.01, pose: ArrayLike | None = None) -> PointCloud:
+        """The points that are not of the robot itself, or of what is attached to it; ``n_removed`` counts the others.
+
+        Args:
+            robot: A ``Robot``, with collision shapes.
+            q: Its joint positions when the points were measured [rad or m], shape (n_dof,).
+            padding: Balls no farther than this from the robot's shapes are removed [m]: the error of the camera's pose, and of
+                the shapes.
+            pose: T_base_cloud, shape (4, 4); the origin unless given.
+
+        Raises:
+            InputError: q is not one configuration, the padding is not a length, or the pose is not a rigid motion.
+            GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
+        """
+        names, owner = robot.links_near(self, q, within=lengths("padding", (padding,), 1)[0], pose=pose)
+        counts = np.bincount(owner[owner >= 0], minlength=len(names)).tolist()
+        removed = dict(self.n_removed)
+        for name, count in zip(names, counts, strict=True):
+            if count:
+                removed[name] = removed.get(name, 0) + count
+        return self._with(self.points[owner < 0], n_removed=removed)
+
+    def _with(
+        self, points: NDArray[np.floating], radius: float | None = None, n_removed: Mapping[str, int] | None = None
+    ) -> PointCloud:
+        """A cloud of some of the points."""
+        radius = self.radius if radius is None else radius
+        return _remade(points, radius, self.n_left_out, n_removed or self.n_removed)
+
+    def __reduce__(self):
+        return _remade, (np.array(self.points), self.radius, self.n_left_out, dict(self.n_removed))
+
+    def __repr__(self) -> str:
+        return f"PointCloud({len(self.points)} points, radius {self.radius:g} m)"
+
+
+def _remade(points: NDArray[np.floating], radius: float, n_left_out: int, n_removed: Mapping[str, int]) -> PointCloud:
+    """A cloud of these attributes."""
+    return _fill(object.__new__(PointCloud), points, radius, n_left_out, MappingProxyType(dict(n_removed)))
+
+
+def _fill(
+    cloud: PointCloud, points: NDArray[np.floating], radius: float, n_left_out: int, n_removed: Mapping[str, int]
+) -> PointCloud:
+    """Set the attributes of a new cloud; the points are its own."""
+    points.setflags(write=False)
+    for name, value in (("points", points), ("radius", radius), ("n_left_out", n_left_out), ("n_removed", n_removed)):
+        object.__setattr__(cloud, name, value)
+    return cloud
+
+
+def _seen(given: ArrayLike) -> tuple[NDArray[np.floating], int]:
+    """A copy of the points that are not NaN, shape (n, 3), and how many are."""
+    is_short = type(given) is np.ndarray and given.dtype == np.float32
+    array: NDArray[np.floating] = given if is_short else as_floats("points", given)  # type: ignore[assignment]
+    if array.shape == (0,):
+        array = array.reshape(0, 3)
+    if array.ndim not in (2, 3) or array.shape[-1] != 3:
+        raise InputError("points", f"shape {array.shape}; points of shape (n, 3) or (H, W, 3) are expected")
+    rows = np.array(array.reshape(-1, 3), dtype=np.float32 if is_short else np.float64, order="C")
+    n = len(rows)
+    if n and np.isnan(rows.min()):
+        rows = rows[~(np.isnan(rows[:, 0]) | np.isnan(rows[:, 1]) | np.isnan(rows[:, 2]))]
+        if not len(rows):
+            raise InputError("points", f"all {n} are NaN: the sensor saw nothing")
+    if len(rows) and not (rows.min() >= -LARGEST and rows.max() <= LARGEST):
+        raise InputError("points", f"finite numbers of at most {LARGEST:g} m, or NaN, are expected")
+    return rows, n - len(rows)
+
+
+@dataclass(frozen=True, eq=False)
+class HeightMap:
+    """Terrain, or a table with objects on it: square cells, each a column from ``bottom`` up to its height.
+
+    Args:
+        heights: Heights along z [m], shape (nx, ny). The grid is centred at the origin: cell i, j at x = (i - (nx - 1) / 2) cell,
+            y = (j - (ny - 1) / 2) cell.
+        cell: The cells' edge length [m].
+        bottom: Where the columns begin [m]; the least of the heights unless given.
+
+    Raises:
+        InputError: They are not a grid of heights, not finite, or below the bottom.
+
+    Example:
+        >>> HeightMap(np.zeros((40, 30)), cell=0.02)
+        HeightMap(40 x 30 cells of 0.02 m)
+    """
+
+    heights: NDArray[np.float64]
+    cell: float
+    bottom: float
+
+    def __init__(self, heights: ArrayLike, cell: float, bottom: float | None = None) -> None:
+        grid = within_reach("heights", heights)
+        if grid.ndim != 2 or not grid.size:
+            raise InputError("heights", f"shape {grid.shape}; heights of shape (nx, ny) are expected, at least one")
+        lowest = grid.min() if bottom is None else within_reach("bottom", bottom)
+        if lowest.ndim:
+            raise InputError("bottom", f"shape {lowest.shape}; one number is expected")
+        low = float(lowest)
+        if (grid < low).any():
+            raise InputError("bottom", f"{low:g} m is above some heights: the least is {grid.min():g} m")
+        object.__setattr__(self, "heights", frozen(grid, grid.shape))
+        edge = lengths("cell", (cell,), 1)[0]
+        if edge == 0:
+            raise InputError("cell", "0; an edge length above 0 is expected")
+        object.__setattr__(self, "cell", edge)
+        object.__setattr__(self, "bottom", low)
+
+    def __reduce__(self):
+        return HeightMap, (self.heights, self.cell, self.bottom)
+
+    def __repr__(self) -> str:
+        return f"HeightMap({' x '.join(map(str, self.heights.shape))} cells of {self.cell:g} m)"
+
+
+Obstacle = Solid | PointCloud | HeightMap
+"""What a world may hold."""

@@ -1,0 +1,65 @@
+"""Converts a depth image to points, by a pinhole camera."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_one_pose
+from ulna.errors import InputError
+
+MILLIMETRE = 0.001  # a unit of whole numbers, unless given
+
+
+def points_of_depth(
+    depth: ArrayLike, intrinsics: ArrayLike, T_base_camera: ArrayLike, depth_scale: float | None
+) -> tuple[NDArray[np.float64], int]:
+    """The points that a camera sees [m], shape (n, 3), and how many pixels saw nothing. Arguments as ``PointCloud.from_depth``.
+
+    Raises:
+        InputError: An argument is not what it should be.
+    """
+    image = np.asarray(depth)
+    if image.ndim != 2 or image.dtype.kind not in "uif":
+        raise InputError("depth", f"shape {image.shape} of {image.dtype}; numbers of shape (H, W) are expected")
+    scale = _scale(depth_scale, image)
+    K, T = _camera_matrix(intrinsics, image.shape), as_one_pose(T_base_camera, "T_base_camera")
+    z = image * scale  # float64
+    if (z < 0).any():
+        raise InputError("depth", f"{z[z < 0].min():g} m; a depth is not below 0")
+    seen = (z > 0) & (z < np.inf)
+    height, width = image.shape
+    across, down = (np.arange(width) - K[0, 2]) / K[0, 0], (np.arange(height) - K[1, 2]) / K[1, 1]
+    z, points = z[seen], np.empty((int(np.count_nonzero(seen)), 3))
+    for axis in range(3):
+        rays = (T[axis, 0] * across)[None, :] + (T[axis, 1] * down + T[axis, 2])[:, None]
+        points[:, axis] = rays[seen] * z + T[axis, 3]
+    return points, image.size - len(points)
+
+
+def _scale(depth_scale: float | None, image: NDArray) -> float:
+    if depth_scale is None:
+        return 1.0 if image.dtype.kind == "f" else MILLIMETRE
+    scale = as_floats("depth_scale", depth_scale)
+    if scale.shape or not 0 < scale < np.inf:
+        raise InputError("depth_scale", f"{depth_scale!r}; one number above 0 [m] is expected")
+    return float(scale)
+
+
+def _camera_matrix(intrinsics: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """The camera matrix, shape (3, 3), of the image's size."""
+    K = as_floats("intrinsics", intrinsics)
+    if K.shape == (4,):
+        K = np.array([[K[0], 0, K[2]], [0, K[1], K[3]], [0, 0, 1]])
+    elif K.shape == (9,):
+        K = K.reshape(3, 3)
+    if K.shape != (3, 3) or not np.isfinite(K).all():
+        raise InputError("intrinsics", f"shape {K.shape}; a finite camera matrix, shape (3, 3), or fx, fy, cx, cy is expected")
+    if K[0, 1] or K[1, 0] or K[2].tolist() != [0, 0, 1]:
+        raise InputError("intrinsics", "not of the form [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+    if not (K[0, 0] > 0 and K[1, 1] > 0):
+        raise InputError("intrinsics", f"fx = {K[0, 0]:g}, fy = {K[1, 1]:g}; focal lengths above 0, in pixels, are expected")
+    for name, centre, size in (("cx", K[0, 2], shape[1]), ("cy", K[1, 2], shape[0])):
+        if not -0.5 <= centre <= size - 0.5:
+            what = f"{name} = {centre:g} is outside of the image of {shape[1]} x {shape[0]} pixels"
+            raise InputError("intrinsics", f"{what}: are they those of another resolution?")
+    return K

@@ -1,0 +1,134 @@
+"""Sorts points along a Morton curve, so that points near each other in the order are near each other in space.
+
+1. The cube that holds the points is cut into 2^b parts along each axis; the cell of a point is three numbers of b bits.
+2. Their bits, interleaved, are its code. Keys, codes with the points' numbers below them, are sorted by the code: least digits
+   first, one number of b bits at a time (radix sort).
+3. Points of one cell, where there are more than CROWD, are sorted again within their own cube. So a few points far away do not
+   put all the others into one cell.
+
+Source: Morton, A computer oriented geodetic data base (IBM, 1966); Karras, Maximizing parallelism in the construction of BVHs
+(HPG 2012), for its use in a tree.
+"""
+
+import numpy as np
+
+from ulna.engine.decorators import entry, kernel, routine, workspace
+from ulna.engine.signatures import INDICES, POINTS, POINTS_32
+
+FEW, SOME = 1 << 12, 1 << 19  # points; so many or fewer are sorted by coarser cells
+OF_FEW, OF_SOME, OF_MANY = (
+    (6, 2),
+    (8, 2),
+    (10, 3),
+)  # bits of a cell along each axis, and by how many digits of them keys are sorted
+N_COUNTS, N_SPREAD = 3 << 12, 1 << 10
+NUMBER_BITS = 30  # of a point's number in a key: a tree has fewer than 2^30 points
+NUMBER = (1 << NUMBER_BITS) - 1
+CROWD = 64
+_NO_EXTENT = 1e-290  # [m]: a cube as small is not cut
+
+
+@entry((POINTS, INDICES), (POINTS_32, INDICES))
+def morton_order(points, order):
+    """Write the order of points, shape (n, 3), to order, shape (n,)."""
+    keys = sorted_keys(points)
+    for i in range(order.shape[0]):
+        order[i] = keys[i] & NUMBER
+
+
+@workspace
+def sorted_keys(points):
+    """The keys of points, shape (n, 3), in order, shape (n,): ``NUMBER`` of a key is the number of the point."""
+    n = points.shape[0]
+    keys, spare = np.empty(n, np.int64), np.empty(n, np.int64)
+    counts, spread = np.empty(N_COUNTS, np.int64), np.empty(N_SPREAD, np.int64)
+    for i in range(N_SPREAD):
+        spread[i] = spread_bits(i)
+    for i in range(n):
+        keys[i] = i
+    if n > 0:
+        sort_part(points, keys, spare, counts, spread, 0, n)
+    first = 0
+    while first < n:
+        end = first + 1
+        while end < n and keys[end] >> NUMBER_BITS == keys[first] >> NUMBER_BITS:
+            end += 1
+        if end - first <= CROWD or not sort_part(points, keys, spare, counts, spread, first, end):
+            first = end
+    return keys
+
+
+@routine
+def sort_part(points, keys, spare, counts, spread, first, end):
+    """Sort the points of the keys from ``first`` to before ``end``; False, and no change, where all are in one place."""
+    low, high = bounds_of_keys(points, keys, first, end)
+    widest = max(high[0] - low[0], high[1] - low[1], high[2] - low[2])
+    if not widest > _NO_EXTENT:
+        return False
+    n = end - first
+    bits, n_digits = OF_FEW if n <= FEW else OF_SOME if n <= SOME else OF_MANY
+    digit_bits, scale = 3 * bits // n_digits, ((1 << bits) - 1) / widest
+    if n_digits == 2:
+        write_codes(points, keys, keys, counts, spread, first, end, low, scale, bits, digit_bits)
+    else:
+        write_codes(points, keys, spare, counts, spread, first, end, low, scale, bits, digit_bits)
+        move_by_digit(spare, keys, counts, first, end, 0, digit_bits)
+    move_by_digit(keys, spare, counts, first, end, n_digits - 2, digit_bits)
+    move_by_digit(spare, keys, counts, first, end, n_digits - 1, digit_bits)
+    return True
+
+
+@routine
+def bounds_of_keys(points, keys, first, end):
+    """The least and greatest x, y, z of the points of some keys."""
+    k = keys[first] & NUMBER
+    x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), np.float64(points[k, 2])
+    low_x, low_y, low_z, high_x, high_y, high_z = x, y, z, x, y, z
+    for i in range(first, end):
+        k = keys[i] & NUMBER
+        x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), np.float64(points[k, 2])
+        low_x, low_y, low_z = min(low_x, x), min(low_y, y), min(low_z, z)
+        high_x, high_y, high_z = max(high_x, x), max(high_y, y), max(high_z, z)
+    return (low_x, low_y, low_z), (high_x, high_y, high_z)
+
+
+@routine
+def write_codes(points, source, keys, counts, spread, first, end, low, scale, bits, digit_bits):
+    """Write the codes of some keys, and to counts how many have which value of each of up to three digits."""
+    most, mask, size = (1 << bits) - 1, (1 << digit_bits) - 1, 1 << digit_bits
+    for i in range(3 * size):
+        counts[i] = 0
+    for i in range(first, end):
+        k = source[i] & NUMBER
+        x, y, z = np.float64(points[k, 0]) - low[0], np.float64(points[k, 1]) - low[1], np.float64(points[k, 2]) - low[2]
+        cell_x, cell_y, cell_z = min(int(x * scale), most), min(int(y * scale), most), min(int(z * scale), most)
+        code = spread[cell_x] << 2 | spread[cell_y] << 1 | spread[cell_z]
+        keys[i] = code << NUMBER_BITS | k
+        counts[code & mask] += 1
+        counts[size + (code >> digit_bits & mask)] += 1
+        counts[2 * size + (code >> 2 * digit_bits)] += 1
+
+
+@kernel
+def spread_bits(x):
+    """The bits of a number of at most ten bits, with two zeros between each two."""
+    x = (x | x << 16) & 0x30000FF
+    x = (x | x << 8) & 0x300F00F
+    x = (x | x << 4) & 0x30C30C3
+    return (x | x << 2) & 0x9249249
+
+
+@routine
+def move_by_digit(keys, target, counts, first, end, digit, digit_bits):
+    """Move some keys to a target in the order of one digit of their codes; those of the same digit keep their order."""
+    start, at = digit << digit_bits, first
+    for i in range(start, start + (1 << digit_bits)):
+        count = counts[i]
+        counts[i] = at
+        at += count
+    shift, mask = NUMBER_BITS + digit * digit_bits, (1 << digit_bits) - 1
+    for i in range(first, end):
+        key = keys[i]
+        place = start + (key >> shift & mask)
+        target[counts[place]] = key
+        counts[place] += 1

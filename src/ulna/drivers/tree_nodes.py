@@ -1,0 +1,115 @@
+"""Writes the nodes of trees (``kernels.collision.bvh``), of solids and of the points of clouds.
+
+The children of a node are eight that follow one another in the order given, level by level from the leaves up, so that all nodes
+but the last of a level are full. The root is the last node. There is always one, even over a single child.
+"""
+
+import numpy as np
+
+from ulna.drivers.morton_order import NUMBER, sorted_keys
+from ulna.engine.decorators import entry, routine
+from ulna.engine.lanes import WIDTH, empty_rows, load, load_columns, splat, store
+from ulna.engine.signatures import MATRIX, NUMBERS, POINTS, POINTS_32, WHOLE
+from ulna.engine.signatures import NUMBER as PLAIN
+from ulna.kernels.collision.collision_layout import BALL_REACH, BALL_ROW, CHILD, FIRST_POINTS, NODE_ROWS, PLACES
+from ulna.kernels.spatial.elementary import maximum, minimum
+
+_NOWHERE = 1e300  # a bound, or a coordinate, of what overlaps nothing
+
+
+@entry((MATRIX, MATRIX, NUMBERS, MATRIX, WHOLE))
+def write_tree(low, high, children, nodes, first):
+    """Write a tree over bounds in the order given, shape (n, 3) each, n > 0, to nodes from number ``first`` on; how many nodes.
+
+    children: what is within the bounds, as a node says it, shape (n,).
+    """
+    n = low.shape[0]
+    for k in range(n):
+        i, lane = NODE_ROWS * (first + k // WIDTH), k % WIDTH
+        for axis in range(3):
+            nodes[i + axis, lane], nodes[i + 3 + axis, lane] = low[k, axis], high[k, axis]
+        nodes[i + CHILD, lane] = children[k]
+    clear_rest(nodes, first, n)
+    return write_levels(nodes, first, (n + WIDTH - 1) // WIDTH) + 1 - first
+
+
+@entry(*((points, NUMBERS, PLAIN, WHOLE, MATRIX, WHOLE) for points in (POINTS, POINTS_32)))
+def write_cloud(points, T, reach, row, nodes, first):
+    """Write a tree over balls about points, shape (n, 3), n > 0, to nodes from number ``first`` on; how many nodes.
+
+    T: the upper three rows of T_base_cloud, shape (12,); reach: the radius of a ball, with the margin for what touches it [m];
+    row: that of the ball in the table of solids.
+    """
+    keys, n, rows = sorted_keys(points), points.shape[0], empty_rows(3 * WIDTH)
+    n_leaves = (n + WIDTH - 1) // WIDTH
+    n_lowest, above = (n_leaves + WIDTH - 1) // WIDTH, first + (n_leaves + 1) // 2
+    for i in range(n_lowest):
+        gather_points(points, keys, WIDTH * WIDTH * i, rows)
+        write_leaves(rows, T, reach, row, nodes, first + i * WIDTH // 2, above + i, min(WIDTH, n_leaves - WIDTH * i))
+    for k in range(n, 2 * WIDTH * (above - first)):
+        i, lane = NODE_ROWS * (first + k // (2 * WIDTH)) + 3 * (k // WIDTH % 2), k % WIDTH
+        nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane] = _NOWHERE, _NOWHERE, _NOWHERE
+    clear_rest(nodes, above, n_leaves)
+    return write_levels(nodes, above, n_lowest) + 1 - first
+
+
+@routine
+def gather_points(points, keys, start, rows):
+    """Copy 64 points to rows, eight of x, of y, and of z; those past the last one are repeats of it."""
+    last = points.shape[0] - 1
+    for i in range(WIDTH):
+        for lane in range(WIDTH):
+            k = keys[min(start + WIDTH * i + lane, last)] & NUMBER
+            rows[i, lane], rows[WIDTH + i, lane], rows[2 * WIDTH + i, lane] = points[k, 0], points[k, 1], points[k, 2]
+
+
+@routine
+def write_leaves(rows, T, reach, row, nodes, first, above, n):
+    """Write n times eight points, n at most 8, sixteen to each node from number ``first`` on, and their bounds to that above."""
+    like = load(rows, 0)
+    for leaf in range(WIDTH):
+        x, y, z = load(rows, leaf), load(rows, WIDTH + leaf), load(rows, 2 * WIDTH + leaf)
+        number = first + leaf // 2
+        for axis in range(3):
+            placed = T[4 * axis] * x + T[4 * axis + 1] * y + T[4 * axis + 2] * z + T[4 * axis + 3]
+            store(rows, WIDTH * axis + leaf, placed)
+            if leaf < n:
+                store(nodes, NODE_ROWS * number + 3 * (leaf % 2) + axis, placed)
+        nodes[NODE_ROWS * above + CHILD, leaf] = float(PLACES * number + FIRST_POINTS + leaf % 2)
+        if leaf < n and leaf % 2 == 0:
+            store(nodes, NODE_ROWS * number + CHILD, splat(0.0, like))
+            nodes[NODE_ROWS * number + CHILD, BALL_ROW], nodes[NODE_ROWS * number + CHILD, BALL_REACH] = float(row), reach
+    for axis in range(3):
+        a, b, c, d, e, f, g, h = load_columns(rows, WIDTH * axis, 0)
+        low = minimum(minimum(minimum(a, b), minimum(c, d)), minimum(minimum(e, f), minimum(g, h)))
+        high = maximum(maximum(maximum(a, b), maximum(c, d)), maximum(maximum(e, f), maximum(g, h)))
+        store(nodes, NODE_ROWS * above + axis, low - reach)
+        store(nodes, NODE_ROWS * above + 3 + axis, high + reach)
+
+
+@routine
+def write_levels(nodes, first, n):
+    """Write the nodes above n nodes from number ``first`` on, up to a root; its number."""
+    while n > 1:
+        above = first + n
+        for k in range(n):
+            source, i, lane = NODE_ROWS * (first + k), NODE_ROWS * (above + k // WIDTH), k % WIDTH
+            for axis in range(3):
+                low, high = nodes[source + axis, 0], nodes[source + 3 + axis, 0]
+                for child in range(1, WIDTH):
+                    low, high = min(low, nodes[source + axis, child]), max(high, nodes[source + 3 + axis, child])
+                nodes[i + axis, lane], nodes[i + 3 + axis, lane] = low, high
+            nodes[i + CHILD, lane] = float(PLACES * (first + k))
+        clear_rest(nodes, above, n)
+        first, n = above, (n + WIDTH - 1) // WIDTH
+    return first
+
+
+@routine
+def clear_rest(nodes, first, n):
+    """Write to the last node of those from ``first`` on, which have n children, that it has no more."""
+    for k in range(n, WIDTH * ((n + WIDTH - 1) // WIDTH)):
+        i, lane = NODE_ROWS * (first + k // WIDTH), k % WIDTH
+        for axis in range(3):
+            nodes[i + axis, lane], nodes[i + 3 + axis, lane] = _NOWHERE, -_NOWHERE
+        nodes[i + CHILD, lane] = np.nan

@@ -1,0 +1,242 @@
+"""What a camera sees as a cloud: NaN, depth images, crops, voxels, no points of the robot; what is wrong is refused by name."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import ulna
+from assertions import assert_close
+from ulna.errors import InputError, UnknownNameError
+
+K = np.array([[500.0, 0, 319.5], [0, 510.0, 239.5], [0, 0, 1]])
+T = ulna.pose((0.9, 0.1, 0.8), (np.pi - 0.4, 0.1, 0.3))
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_points_without_a_measurement_are_left_out_and_counted(rng, kind):
+    image = rng.uniform(-1, 1, (12, 20, 3)).astype(kind)
+    image[3, 4], image[5, :, 0], image[7, 7, 2] = np.nan, np.nan, np.nan
+    cloud = ulna.PointCloud(image, 0.01)
+    assert (cloud.points.dtype, cloud.n_left_out) == (kind, 22)
+    assert np.array_equal(cloud.points, image.reshape(-1, 3)[~np.isnan(image).any(axis=2).ravel()])
+    image[...] = 0
+    assert cloud.points.any(), "the cloud has a copy"
+    again = pickle.loads(pickle.dumps(cloud))  # noqa: S301
+    assert np.array_equal(again.points, cloud.points)
+    assert (again.points.dtype, again.n_left_out, again.points.flags.writeable) == (kind, 22, False)
+
+
+def test_short_numbers_give_what_the_same_numbers_give(panda, rng):
+    points, q = rng.uniform(-0.8, 0.8, (700, 3)).astype(np.float32), panda.random(40, seed=3)
+    distances = []
+    for given in (points, points.astype(np.float64)):
+        world = ulna.World()
+        world.add("cloud", ulna.PointCloud(given, 0.01), T)
+        distances.append(panda.signed_distance(q, world, self_collision=False))
+    assert np.array_equal(*distances)
+
+
+@pytest.mark.parametrize("given", [np.empty((0, 3)), []])
+def test_a_cloud_of_no_points_touches_nothing_and_moves(panda, given):
+    world = ulna.World()
+    world.add("seen", ulna.PointCloud(given, 0.1))
+    assert not panda.in_collision(panda.home, world, self_collision=False)
+    assert panda.signed_distance(panda.home, world, self_collision=False) == np.inf
+    world.move("seen", T)
+    world.add("box", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((9, 0, 0)))
+    assert not panda.check_collision(panda.home, world, self_collision=False)
+    world.update("seen", [(0.3, 0, 0.5)])
+    world.move("seen", np.eye(4))
+    assert panda.in_collision(panda.home, world, self_collision=False)
+    world.update("seen", given)
+    assert not panda.in_collision(panda.home, world, self_collision=False)
+    assert len(ulna.PointCloud(given, 0.1).thinned(0.1).cropped(ulna.Box((1, 1, 1))).without(panda, panda.home).points) == 0
+
+
+def test_an_update_gives_a_cloud_other_points_and_leaves_the_rest(panda, rng):
+    world, points = ulna.World(), rng.uniform(-1, 1, (3, 900, 3))
+    world.add("seen", ulna.PointCloud(points[0], 0.02), T, touch_links=["panda_link0"])
+    world.add("other", ulna.PointCloud(points[1] + 3, 0.02))
+    world.objects()
+    before = world.copy()
+    for given in (points[1], ulna.PointCloud(points[2], 0.03)):
+        world.update("seen", given)
+        fresh = ulna.World()
+        cloud = given if isinstance(given, ulna.PointCloud) else ulna.PointCloud(given, 0.02)
+        fresh.add("seen", cloud, T, touch_links=["panda_link0"])
+        fresh.add("other", world.shape("other"))
+        q = panda.random(20, seed=1)
+        assert np.array_equal(panda.signed_distance(q, world), panda.signed_distance(q, fresh))
+    assert np.array_equal(before.shape("seen").points, points[0])
+    world.add("box", ulna.Box((1, 1, 1)), ulna.pose((5, 5, 5)))
+    with pytest.raises(InputError, match=r"^name: 'box' is a Box"):
+        world.update("box", points[0])
+    with pytest.raises(UnknownNameError):
+        world.update("nobody", points[0])
+    with pytest.raises(InputError, match=r"^points: "):
+        world.update("seen", points[0][:, :2])
+
+
+def test_hundreds_of_updates_beside_other_clouds_leave_these_as_they_are(panda, rng):
+    """The arena is full again and again; then what is in use is copied to a new one."""
+    world, q = ulna.World(), panda.random(20, seed=4)
+    still = rng.uniform(-1, 1, (5000, 3))
+    world.add("still", ulna.PointCloud(still, 0.01))
+    world.add("terrain", ulna.HeightMap(rng.uniform(-1.0, -0.5, (30, 30)), 0.05, bottom=-1.1))
+    world.add("seen", ulna.PointCloud(still[:10], 0.01))
+    arenas = [world.objects().nodes]
+    for _ in range(80):
+        world.update("seen", rng.uniform(-1, 1, (4000, 3)))
+        arenas += [] if world.objects().nodes is arenas[-1] else [world.objects().nodes]
+    fresh = ulna.World()
+    for name, shape, pose in world.items():
+        fresh.add(name, shape, pose)
+    assert len(arenas) > 3
+    assert np.array_equal(panda.signed_distance(q, world), panda.signed_distance(q, fresh))
+    assert {world.objects().names[int(number)] for number in world.objects().solids[:, 12]} == {"still", "terrain", "seen"}
+
+
+@pytest.mark.parametrize(("unit", "scale"), [(np.uint16, None), (np.uint16, 0.0005), (np.float32, None), (np.float64, 2.0)])
+def test_a_depth_image_gives_the_points_whose_projections_are_its_pixels(rng, unit, scale):
+    depth = rng.integers(300, 4000, (48, 64)).astype(unit)
+    if unit != np.uint16:
+        depth /= 1000
+        depth[5, 6], depth[7, 8] = np.nan, np.inf
+    depth[10:20, 30] = 0
+    intrinsics = (50.0, 51.0, 31.5, 23.0)
+    cloud = ulna.PointCloud.from_depth(depth, intrinsics, T, radius=0.004, depth_scale=scale)
+    metres = depth * (scale or (0.001 if unit == np.uint16 else 1.0))
+    seen = np.isfinite(metres) & (metres > 0)
+    assert cloud.n_left_out == (~seen).sum() >= 10
+    in_camera = (cloud.points - T[:3, 3]) @ T[:3, :3]
+    v, u = np.nonzero(seen)
+    assert_close(in_camera[:, 2], metres[seen], atol=1e-12)
+    assert_close(50.0 * in_camera[:, 0] / in_camera[:, 2] + 31.5, u.astype(float), atol=1e-9)
+    assert_close(51.0 * in_camera[:, 1] / in_camera[:, 2] + 23.0, v.astype(float), atol=1e-9)
+
+
+def test_the_intrinsics_may_be_a_matrix_its_nine_numbers_or_four(rng):
+    depth = rng.uniform(0.5, 2, (480, 640))
+    forms = K, K.ravel(), (K[0, 0], K[1, 1], K[0, 2], K[1, 2])
+    clouds = [ulna.PointCloud.from_depth(depth, form, T, radius=0.01).points for form in forms]
+    assert np.array_equal(clouds[0], clouds[1])
+    assert np.array_equal(clouds[0], clouds[2])
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"depth": np.ones((4, 4, 1))}, "depth: shape"),
+        ({"depth": np.full((480, 640), "a")}, "depth: shape"),
+        ({"depth": np.full((480, 640), -1.0)}, "depth: -1 m"),
+        ({"depth": np.zeros((480, 640))}, "depth: none of 307200 pixels"),
+        ({"depth": np.full((480, 640), np.nan)}, "depth: none of 307200 pixels"),
+        ({"depth_scale": 0.0}, "depth_scale: "),
+        ({"depth_scale": np.nan}, "depth_scale: "),
+        ({"intrinsics": np.eye(4)}, "intrinsics: shape"),
+        ({"intrinsics": K * (1, np.nan, 1)}, "intrinsics: shape"),
+        ({"intrinsics": K * -1}, "intrinsics: not of the form"),
+        ({"intrinsics": K.T}, "intrinsics: not of the form"),
+        ({"intrinsics": K * ((-1, 1, 1), (1, 1, 1), (1, 1, 1))}, "intrinsics: fx = -500"),
+        ({"intrinsics": (500, 500, 639.5, 239.5 * 3)}, "intrinsics: cy = 718.5 is outside of the image of 640 x 480"),
+        ({"T_base_camera": np.diag([1, 1, -1, 1.0])}, "T_base_camera: is a reflection"),
+        ({"radius": -1}, "radius: "),
+    ],
+)
+def test_a_wrong_depth_image_is_refused_by_name(changed, message):
+    given = {"depth": np.ones((480, 640)), "intrinsics": K, "T_base_camera": T, "radius": 0.01} | changed
+    with pytest.raises(InputError, match=rf"^{message}"):
+        ulna.PointCloud.from_depth(**given)
+
+
+def test_a_crop_has_the_points_in_the_box(rng):
+    points, box = rng.uniform(-1, 1, (2000, 3)), ulna.Box((0.8, 0.6, 1.0))
+    cloud = ulna.PointCloud(points, 0.01)
+    local = (points - T[:3, 3]) @ T[:3, :3]
+    assert np.array_equal(cloud.cropped(box, T).points, points[(np.abs(local) <= (0.4, 0.3, 0.5)).all(axis=1)])
+    assert np.array_equal(cloud.cropped(box).points, points[(np.abs(points) <= (0.4, 0.3, 0.5)).all(axis=1)])
+    for wrong, name in ((ulna.Sphere(1), "box"), (None, "box")):
+        with pytest.raises(InputError, match=rf"^{name}: "):
+            cloud.cropped(wrong)
+    with pytest.raises(InputError, match=r"^pose: "):
+        cloud.cropped(box, np.zeros((4, 4)))
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+@pytest.mark.parametrize(("n", "voxel"), [(1, 0.1), (50, 5.0), (3000, 0.1), (60_000, 0.02)])
+def test_a_thinned_cloud_holds_every_ball_within_one_of_its_own(rng, n, voxel, kind):
+    spatial = pytest.importorskip("scipy.spatial")
+    points = rng.uniform(-1, 1, (n, 3)).astype(kind)
+    cloud = ulna.PointCloud(points, 0.01)
+    thin = cloud.thinned(voxel)
+    grown = thin.radius - cloud.radius
+    distances, _ = spatial.cKDTree(thin.points).query(points.astype(float))
+    assert distances.max() <= grown
+    assert grown <= np.sqrt(3) * voxel * 1.001
+    voxels = np.floor((points.astype(float) - points.min(axis=0)) * (1 / voxel)).astype(int)
+    assert abs(len(thin.points) - len(np.unique(voxels, axis=0))) <= 0.001 * n
+    assert set(map(tuple, thin.points.tolist())) <= set(map(tuple, points.tolist())), "points that were measured are kept"
+
+
+def test_where_a_thinned_cloud_is_free_the_cloud_is(panda, rng):
+    points, q = rng.uniform(-0.9, 0.9, (4000, 3)), panda.random(300, seed=5)
+    worlds = [ulna.World(), ulna.World()]
+    cloud = ulna.PointCloud(points, 0.005)
+    for world, one in zip(worlds, (cloud, cloud.thinned(0.05)), strict=True):
+        world.add("seen", one)
+    before, after = (panda.signed_distance(q, world, self_collision=False) for world in worlds)
+    assert (after <= before).all()
+
+
+@pytest.mark.parametrize("voxel", [0, -0.1, np.nan, np.inf, "wide", [0.1, 0.1], 1e-7])
+def test_what_is_no_voxel_is_refused_by_name(voxel):
+    with pytest.raises(InputError, match=r"^voxel: "):
+        ulna.PointCloud([(0, 0, 0), (1, 1, 1)], 0.1).thinned(voxel)
+
+
+def test_the_points_of_the_robot_and_of_what_it_holds_are_removed_and_counted(panda, rng):
+    points, q, padding = rng.uniform(-0.8, 0.8, (30_000, 3)), panda.home + 0.1, 0.02
+    arm = panda.with_attached("cup", ulna.Cylinder(0.05, 0.2), ulna.pose((0, 0, 0.1)))
+    cloud = ulna.PointCloud(points, 0.01)
+    left = cloud.without(arm, q, padding=padding, pose=T)
+    names, owner = arm.links_near(cloud, q, within=padding, pose=T)
+    assert sum(left.n_removed.values()) == len(points) - len(left.points) == (owner >= 0).sum()
+    assert left.n_removed == {name: n for k, name in enumerate(names) if (n := int((owner == k).sum()))}
+    assert left.n_removed["cup"] > 20
+    own = ulna.World()
+    own.add("left", left, T)
+    assert arm.signed_distance(q, own, self_collision=False) > padding
+    for k in rng.choice(np.flatnonzero(owner >= 0), 40, replace=False):
+        one = ulna.World()
+        one.add("ball", ulna.Sphere(0.01), T @ ulna.pose(points[k]))
+        pairs = arm.check_collision(q, one, self_collision=False, max_distance=1.0).pairs
+        assert pairs[0].signed_distance <= padding
+        assert pairs[0].link_a == names[owner[k]] or pairs[1].signed_distance - pairs[0].signed_distance < 1e-9
+    assert left.without(arm, q, padding=padding, pose=T).n_removed == left.n_removed, "none is left to remove"
+
+
+def test_wrong_arguments_of_without_are_refused_by_name(panda):
+    cloud = ulna.PointCloud([(0, 0, 0)], 0.1)
+    for q, given, name in (
+        (np.zeros((2, 7)), {}, "q"),
+        (panda.home, {"padding": -1}, "padding"),
+        (panda.home, {"pose": np.zeros((4, 4))}, "pose"),
+        (np.full(7, np.nan), {}, "q"),
+    ):
+        with pytest.raises(InputError, match=rf"^{name}"):
+            cloud.without(panda, q, **given)
+    with pytest.raises(InputError, match=r"^cloud: "):
+        panda.links_near("points", panda.home)
+
+
+def test_a_plan_among_the_robots_own_points_says_how_to_remove_them(panda, rng):
+    world = ulna.World()
+    points = panda.forward_kinematics(panda.home, link="panda_link5")[:3, 3] + rng.normal(0, 0.01, (50, 3))
+    cloud = ulna.PointCloud(points, 0.005)
+    world.add("seen", cloud)
+    plan = panda.plan(panda.home, panda.home + 0.1, world)
+    assert plan.status == ulna.PlanStatus.START_IN_COLLISION
+    assert "seen is a point cloud: if the points are those of the robot, cloud.without(robot, q) removes them" in str(plan.reason)
+    world.update("seen", cloud.without(panda, panda.home, padding=0.02))
+    assert panda.plan(panda.home, panda.home + 0.1, world)
