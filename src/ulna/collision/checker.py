@@ -11,8 +11,9 @@ from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
 from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
 from ulna.collision.clouds import PointCloud
+from ulna.collision.distances import Distances, distances_of
 from ulna.collision.edge_report import EdgeReport
-from ulna.collision.near_pairs import report_at
+from ulna.collision.near_pairs import NearPairs, as_reach, find_near_pairs, reports_of
 from ulna.collision.object_tables import NO_OBJECTS
 from ulna.collision.objects import Objects
 from ulna.collision.own_points import owners_near
@@ -48,7 +49,6 @@ WORTH_A_THREAD = 64  # edges
 _NOTHING_BOUND = False, None, None, None
 _NO_LAST_SCENE: tuple[Any, ...] = None, None, None
 _TOUCHES, _NEAREST = 2, 3  # places in Checker.prebound[0]
-REPORTS = 256  # a thread gets at least so many: most of the time of a report is spent in Python
 
 
 class Checker:
@@ -230,25 +230,43 @@ class Checker:
             InputError: As ``in_collision``; or ``max_distance`` is not a number of at least 0.
             GeometryError: As ``in_collision``.
         """
-        max_distance = as_number("max_distance", max_distance, 0.0, "a distance [m] of at least 0", most=np.inf)
         objects = self._objects(world)  # read once, so that the report has the names of the objects that were checked
-        checked = self._scene(objects, self_collision), self.bodies, objects.names, max_distance
         q = as_positions(q, self.tree)
+        found = self._near(q, objects, self_collision, as_reach("max_distance", max_distance), threads, gradients=False)
+        of_rows = reports_of(found, self.bodies, objects.names)
         if q.ndim == 1:
-            if threads is not None:
-                as_threads(threads)  # refused where it is no number of threads
-            return report_at(q, *checked)
-        refuse_out_of_range(q)
-        reports, rows = np.empty(q.shape[:-1], dtype=object), flat(q)
-        of_rows = reports.reshape(-1)
-
-        def run(part: slice) -> bool:
-            for i in range(part.start, part.stop):
-                of_rows[i] = report_at(rows[i], *checked)
-            return True
-
-        in_parts(run, len(rows), least=REPORTS, threads=threads)
+            return next(of_rows)
+        reports = np.empty(q.shape[:-1], dtype=object)
+        for i, report in enumerate(of_rows):
+            reports.reshape(-1)[i] = report
         return reports
+
+    def distances(
+        self, q: ArrayLike, world: World | None, self_collision: bool, within: float, threads: int | None = None
+    ) -> Distances:
+        """The pairs at most ``within`` [m] apart, as arrays (``Robot.distances``).
+
+        Raises:
+            InputError: As ``in_collision``; or ``within`` is not a number of at least 0.
+            GeometryError: As ``in_collision``.
+        """
+        objects, q = self._objects(world), as_positions(q, self.tree)
+        found = self._near(q, objects, self_collision, as_reach("within", within), threads, gradients=True)
+        return distances_of(found, self.bodies, objects.names)
+
+    def _near(
+        self, q: Array, objects: Objects, self_collision: bool, within: float, threads: int | None, *, gradients: bool
+    ) -> NearPairs:
+        """The pairs near each other at each q of a batch, shape (..., n_dof)."""
+        if threads is not None:
+            as_threads(threads)  # refused where it is no number of threads, even for one q
+        rows = q[None] if q.ndim == 1 else flat(q)
+        scene = self._scene(objects, self_collision)
+        found = find_near_pairs(rows, scene, len(objects.names), within, gradients=gradients, threads=threads)
+        if found is None:
+            refuse_out_of_range(q)
+            raise AssertionError("an entry of q is out of range")
+        return found
 
     def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Callable[[ArrayLike], Any]:
         """A function of q in the last scene, in C if the extension is there; made when it is first needed."""

@@ -1,64 +1,97 @@
-"""Finds the pairs of a report: those that overlap at q, or are near, with depth and witness points."""
+"""Finds the pairs that overlap at q, or are near, and makes reports of them."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.bodies import Bodies
 from ulna.collision.report import Pair, Report
-from ulna.collision.solid_numbers import rows_of
+from ulna.description.arrays import as_number
 from ulna.drivers import contacts
-from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NO_NODE, NORMAL, WITNESS_A, WITNESS_B
+from ulna.engine.threads import in_parts
+from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NORMAL, PAIR_WIDTH, WITNESS_A, WITNESS_B
 from ulna.kernels.collision.scene import Scene
-from ulna.kernels.layout import OBJECT, TOUCH_SET
-from ulna.kinematics.positions import for_kernel, refuse_out_of_range
+from ulna.kinematics.positions import for_kernel
 
 Array = NDArray[np.float64]
-FIRST_ROOM = 1024  # pairs; if there are more, the search is repeated with a larger array
+FIRST_ROOM, ROOM_OF_ONE = 32, 32  # pairs: for any batch, and for each q; if there are more, the search is repeated with more room
+LEAST_ROWS = 64  # of a part that a thread gets
 
 
-def report_at(q: Array, scene: Scene, bodies: Bodies, object_names: list[str], max_distance: float) -> Report:
-    """The pairs that are at most ``max_distance`` [m] apart at q, shape (n_dof,), the nearest first.
+def as_reach(name: str, distance: float) -> float:
+    """A distance up to which pairs are looked for [m], which may be infinite.
 
-    object_names: by the numbers in the rows of the scene's objects.
+    Raises:
+        InputError: It is not a number of at least 0.
     """
-    candidates = pairs_in_bounds(q, scene, max_distance)
-    found = contacts_of_pairs(q, scene, candidates)
-    near = np.flatnonzero(found[:, DISTANCE] <= max_distance)
-    order = near[np.argsort(found[near, DISTANCE], kind="stable")]
-    n, reported = len(bodies.names), {}
-    for k, (a, b) in zip(order, candidates[order].tolist(), strict=True):  # of an object of many solids the nearest
-        other = (bodies.names[b], bodies.owners[b]) if b < n else (object_names[_object_of(scene, b - n)], None)
-        reported.setdefault((a, *other), k)
-    return Report(tuple(_pair(bodies, a, name_b, link_b, found[k]) for (a, name_b, link_b), k in reported.items()))
+    return as_number(name, distance, 0.0, "a distance [m] of at least 0", most=np.inf)
 
 
-def contacts_of_pairs(q: Array, scene: Scene, pairs: NDArray[np.int64]) -> Array:
-    """The contact of each pair at q, shape (n, CONTACT_WIDTH)."""
-    found = np.empty((len(pairs), CONTACT_WIDTH))
-    rows, no_gradients = np.zeros(len(pairs), dtype=np.int64), np.empty((0, len(q)))
-    if not contacts.contacts_each(*scene, for_kernel(q)[None], rows, pairs, found, no_gradients):
-        refuse_out_of_range(q)
-    return found
+class NearPairs(NamedTuple):
+    """The pairs near each other at each q of a batch, those of one q after those of the one before, the nearest first."""
+
+    ends: NDArray[np.int64]
+    """The row after the last pair of each q, shape (n,)."""
+    pairs: NDArray[np.int64]
+    """``PAIR_BODY``, ``PAIR_OTHER`` and ``PAIR_OBJECT`` of each, shape (m, PAIR_WIDTH)."""
+    contacts: Array
+    """Shape (m, CONTACT_WIDTH)."""
+    gradients: Array
+    """The gradient of the distance [m/rad or 1], shape (m, n_dof); without rows unless wanted."""
 
 
-def pairs_in_bounds(q: Array, scene: Scene, max_distance: float) -> NDArray[np.int64]:
-    """The pairs that may be at most so far apart at q [m], by their bounds, shape (n, 2)."""
-    n = len(scene.bodies)
-    robot = scene.joints, scene.bodies, scene.nodes
-    unindexed = np.stack(np.meshgrid(np.arange(n), n + np.arange(scene.first, scene.end), indexing="ij"), axis=-1).reshape(-1, 2)
-    indexed, count = np.empty((0, 2), dtype=np.int64), 0 if scene.root == NO_NODE else FIRST_ROOM
-    while len(indexed) < count:
-        indexed = np.empty((count, 2), dtype=np.int64)
-        count = contacts.indexed_candidates(*robot, scene.root, max_distance, for_kernel(q), indexed)
-    of_world = np.concatenate([unindexed, indexed[:count] + np.array((0, n))])
-    touch_set = scene.objects[rows_of(scene.nodes, of_world[:, 1] - n), TOUCH_SET].astype(np.int64)
-    return np.concatenate([of_world[~scene.may_touch[of_world[:, 0], touch_set]], scene.pairs])
+def find_near_pairs(
+    q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool, threads: int | None = None
+) -> NearPairs | None:
+    """The pairs that are at most ``within`` [m] apart at each q, shape (n, n_dof); None if an entry of q is out of range.
+
+    n_objects: how many objects there are; with 0 all solids of an object count, and not only the nearest to each body.
+    """
+    if len(q) <= LEAST_ROWS:
+        return _in_one_part(q, scene, n_objects, within, gradients=gradients)
+    found: dict[int, NearPairs] = {}
+
+    def run(part: slice) -> bool:
+        of_part = _in_one_part(q[part], scene, n_objects, within, gradients=gradients)
+        if of_part is not None:
+            found[part.start] = of_part
+        return of_part is not None
+
+    if not in_parts(run, len(q), least=LEAST_ROWS, threads=threads):
+        return None
+    parts = [found[start] for start in sorted(found)]
+    before = np.cumsum([0, *(len(part.pairs) for part in parts)])
+    ends = np.concatenate([part.ends + first for part, first in zip(parts, before, strict=False)])
+    return NearPairs(ends, *(np.concatenate(arrays) for arrays in list(zip(*parts, strict=True))[1:]))
 
 
-def _object_of(scene: Scene, number: int) -> int:
-    return int(scene.objects[rows_of(scene.nodes, np.array([number]))[0], OBJECT])
+def _in_one_part(q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool) -> NearPairs | None:
+    n, room = len(q), FIRST_ROOM + ROOM_OF_ONE * len(q)
+    of_kernel, ends = for_kernel(q), np.empty(n, np.int64)
+    while True:
+        pairs, out = np.empty((room, PAIR_WIDTH), np.int64), np.empty((room, CONTACT_WIDTH))
+        slopes = np.empty((room if gradients else 0, q.shape[1]))
+        if not contacts.near_each(*scene, n_objects, of_kernel, within, ends, pairs, out, slopes):
+            return None
+        count = int(ends[-1]) if n else 0
+        if count >= 0:
+            return NearPairs(ends, pairs[:count], out[:count], slopes[:count])
+        room *= 4
 
 
-def _pair(bodies: Bodies, a: int, name_b: str, link_b: str | None, found: Array) -> Pair:
-    points = (found[first : first + 3].copy() for first in (WITNESS_A, WITNESS_B, NORMAL))
-    return Pair(bodies.names[a], name_b, bodies.owners[a], link_b, float(found[DISTANCE]), *points)
+def reports_of(found: NearPairs, bodies: Bodies, object_names: list[str]) -> Iterator[Report]:
+    """A report for each q; object_names: by the numbers of the objects."""
+    names, owners, n, first = bodies.names, bodies.owners, len(bodies.names), 0
+    distances = found.contacts[:, DISTANCE].tolist()
+    points = (found.contacts[:, place : place + 3].copy() for place in (WITNESS_A, WITNESS_B, NORMAL))
+    pairs = [
+        Pair(names[a], names[b], owners[a], owners[b], *rest)
+        if b < n
+        else Pair(names[a], object_names[number], owners[a], None, *rest)
+        for (a, b, number), *rest in zip(found.pairs.tolist(), distances, *points, strict=True)
+    ]
+    for end in found.ends.tolist():
+        yield Report(tuple(pairs[first:end]))
+        first = end

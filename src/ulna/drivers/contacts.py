@@ -1,17 +1,17 @@
-"""Computes the contacts of chosen pairs."""
+"""Computes the contacts of chosen pairs, and those of all pairs that are near each other."""
 
 import numpy as np
 
 from ulna.engine.decorators import entry
-from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, SCENES, TABLE, WHOLE
-from ulna.kernels.collision.bvh import FOUND, STACK, bounds_of, rows_within
+from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, SCENES, WHOLE
+from ulna.kernels.collision.bvh import FOUND, STACK
+from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import write_contact, write_gradient
+from ulna.kernels.collision.near_pairs import copy_row, find_near_pairs, order_of_rows
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
-from ulna.kernels.layout import LARGEST
 from ulna.kernels.spatial.elementary import all_in_range
-from ulna.kernels.spatial.se3 import load_pose
 
 
 @entry(*((*scene, MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
@@ -40,25 +40,45 @@ def contacts_each(
     return good
 
 
-@entry((TABLE, TABLE, MATRIX, WHOLE, NUMBER, NUMBERS, INDEX_ROWS))
-def indexed_candidates(joints, bodies, nodes, root, margin, q, out):
-    """Write to out, shape (n, 2), bodies and the rows of indexed solids whose bounds are within a margin [m]; return how many.
+@entry(*((*scene, WHOLE, MATRIX, NUMBER, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
+def near_each(
+    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
+    n_objects, q, within, ends, found, out, gradients,
+):  # fmt: skip
+    """Write the pairs at most ``within`` [m] apart at each q, the nearest first, those of one q after those of the one before.
 
-    There may be more than out has room for: then the rest is counted only.
+    n_objects: all numbers of objects are below it. Of an object of many solids only the nearest to each body is written; with
+    n_objects 0, all of them.
+
+    Writes to found, shape (room, PAIR_WIDTH), to out, shape (room, CONTACT_WIDTH), and to gradients, shape (room, n_dof), unless
+    that has no rows; to ends, shape (n,), the row after the last of each q, -1 where there was no room.
+    False if an entry of q is out of range.
     """
+    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
-    stack, found, count = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), 0
-    margin = min(margin, 1e3 * LARGEST)  # with an infinite one absent children would overlap too
-    place_bodies(joints, bodies, q, joint_rows, body_rows)
-    for k in range(bodies.shape[0]):
-        low, high = bounds_of(bodies, k, load_pose(body_rows, k))
-        low = low[0] - margin, low[1] - margin, low[2] - margin
-        high = high[0] + margin, high[1] + margin, high[2] + margin
-        stack[0], top = root, 1
-        while top > 0:
-            n_found, top = rows_within(nodes, (low, high), stack, top, found)
-            for i in range(n_found):
-                if count < out.shape[0]:
-                    out[count, 0], out[count, 1] = k, found[i]
-                count += 1
-    return count
+    scratch, room = (np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])), found.shape[0]
+    work = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), scratch, np.empty(n_objects, np.int64)
+    contact_rows, pair_rows, order = (
+        np.empty((room, CONTACT_WIDTH)),
+        np.empty((room, PAIR_WIDTH), np.int64),
+        np.empty(room, np.int64),
+    )
+    count, good = 0, True
+    for i in range(q.shape[0]):
+        good &= all_in_range(q[i])
+        ends[i] = -1
+        if count < 0:
+            continue
+        place_bodies(joints, bodies, q[i], joint_rows, body_rows)
+        n = find_near_pairs(scene, body_rows, within, work, contact_rows, pair_rows)
+        if count + n <= room:
+            ends[i] = count + n
+            order_of_rows(contact_rows, n, order)
+            for k in range(n):
+                copy_row(contact_rows, order[k], out, count + k)
+                copy_row(pair_rows, order[k], found, count + k)
+                if gradients.shape[0] > 0:
+                    body, other = found[count + k, PAIR_BODY], found[count + k, PAIR_OTHER]
+                    write_gradient(scene, joint_rows, body, other, out, gradients, count + k)
+        count = ends[i]
+    return good

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.allowed import AllowedCollisions, as_allowed
 from ulna.collision.attached import Attached, attach, detach
 from ulna.collision.checker import Checker
+from ulna.collision.distances import Distances
 from ulna.collision.edge_report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
@@ -848,6 +849,45 @@ class Robot(Quick):
                 f"check_collision() got an unexpected keyword argument {name!r}; max_distance= is how near pairs may be"
             )
         return self._checker.check_collision(q, world, self_collision, max_distance, threads)
+
+    def distances(
+        self,
+        q: ArrayLike,
+        world: World | None = None,
+        *,
+        within: float = 0.1,
+        self_collision: bool = True,
+        threads: int | None = None,
+    ) -> Distances:
+        """All pairs of the robot's shapes and objects, or of its own shapes, that are near each other, with gradients, as arrays.
+
+        They are the rows of a constraint: to first order the distance of pair k at ``q + dq`` is
+        ``signed_distance[k] + gradient[k] @ dq``.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            world: The objects; none unless given.
+            within: How far apart pairs may be [m]; ``np.inf`` gives all pairs.
+            self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
+            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+
+        Returns:
+            The ``Distances``: of a point cloud or a height map, for each of the robot's shapes, the nearest point or column only.
+
+        Raises:
+            InputError: q has another shape or an entry out of range, ``within`` is not a number of at least 0, or there is
+                nothing to check.
+            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+
+        Example:
+            >>> import ulna
+            >>> panda, world = ulna.load("panda"), ulna.World()
+            >>> world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.45, 0, 0.35)))
+            >>> near = panda.distances(panda.home, world, within=0.08)
+            >>> near.name_a[0], near.name_b[0], near.gradient.shape == (len(near), 7)
+            ('box 9', 'crate', True)
+        """
+        return self._checker.distances(q, world, self_collision, within, threads)
 
     def signed_distance(
         self,
