@@ -50,11 +50,11 @@ def find_near_pairs(
 ) -> NearPairs | None:
     """The pairs that are at most ``within`` [m] apart at each q, shape (n, n_dof); None if an entry of q is out of range."""
     if len(q) <= LEAST_ROWS:
-        return _in_one_part(q, scene, n_objects, within, gradients)
+        return _in_one_part(q, scene, n_objects, within, gradients=gradients)
     found: dict[int, NearPairs] = {}
 
     def run(part: slice) -> bool:
-        of_part = _in_one_part(q[part], scene, n_objects, within, gradients)
+        of_part = _in_one_part(q[part], scene, n_objects, within, gradients=gradients)
         if of_part is not None:
             found[part.start] = of_part
         return of_part is not None
@@ -67,7 +67,7 @@ def find_near_pairs(
     return NearPairs(ends, *(np.concatenate(arrays) for arrays in list(zip(*parts, strict=True))[1:]))
 
 
-def _in_one_part(q: Array, scene: Scene, n_objects: int, within: float, gradients: bool) -> NearPairs | None:
+def _in_one_part(q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool) -> NearPairs | None:
     n, room = len(q), FIRST_ROOM + ROOM_OF_ONE * len(q)
     of_kernel, ends = for_kernel(q), np.empty(n, np.int64)
     while True:

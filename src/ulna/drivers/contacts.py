@@ -48,8 +48,8 @@ def near_each(
     """Write the pairs at most ``within`` [m] apart at each q, the nearest first, those of one q after those of the one before.
 
     Of an object of many solids only the nearest to each body. n_objects: all numbers of objects are below it.
-    Writes to found, shape (room, PAIR_WIDTH), to out, shape (room, CONTACT_WIDTH), to gradients, (room, n_dof), unless that has no
-    rows, and to ends, shape (n,), the row after the last of each q; -1 from the first q on for whose pairs there was no room.
+    Writes to found, shape (room, PAIR_WIDTH), to out, shape (room, CONTACT_WIDTH), to gradients, shape (room, n_dof), unless that
+    has no rows, and to ends, shape (n,), the row after the last of each q; -1 from the first q on for which there was no room.
     False if an entry of q is out of range.
     """
     scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)

@@ -9,8 +9,8 @@ NEAREST_WIDTH = 3
 # Columns of a contact: the signed distance [m], the two witness points [m] and the normal from the first body to the second.
 DISTANCE, WITNESS_A, WITNESS_B, NORMAL = 0, 1, 4, 7
 CONTACT_WIDTH = 10
-# Columns of a pair: the body of the robot; the other body, or the solid of the world, numbered from the last body on; the number of
-# the object that this is part of, or -1.
+# Columns of a pair: the body of the robot; the other body, or the solid of the world, numbered from the last body on; the number
+# of the object that this is part of, or -1.
 PAIR_BODY, PAIR_OTHER, PAIR_OBJECT = 0, 1, 2
 PAIR_WIDTH = 3
 # Of an edge between two configurations.

@@ -66,7 +66,7 @@ def add_object(scene, body_rows, k, w, least, within, first, count, scratch, las
     """Add body k and solid w of the world, ``least`` [m] apart at least; the new count. The rows of body k begin at ``first``."""
     number = int(scene.objects[w, OBJECT])
     last = last_rows[number]
-    is_known = first <= last and last < count and last < pair_rows.shape[0] and pair_rows[last, PAIR_OBJECT] == number
+    is_known = first <= last < min(count, pair_rows.shape[0]) and pair_rows[last, PAIR_OBJECT] == number
     if not is_known:
         last_rows[number] = count
         return add_pair(scene, body_rows, k, scene.bodies.shape[0] + w, number, within, count, scratch, contact_rows, pair_rows)
