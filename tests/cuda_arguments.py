@@ -142,6 +142,10 @@ TYPES = {
     "collision.interval.pair_outcome": {"e": WHOLE},
     "collision.interval.spheres_way": {"e": WHOLE, "pair": types.UniTuple(WHOLE, 2), "centres": TWO_VECTORS},
     "collision.interval.gap_or_contact": {**_each("first second", ROW)},
+    "collision.near_pairs": {
+        "work": types.Tuple((INDICES, INDICES, POLYTOPE, INDICES)), **_each("contact_rows from_rows to_rows", MATRIX),
+        "pair_rows": INDEX_ROWS, **_each("last_rows order", INDICES), **_each("first count w", WHOLE), "least": NUMBER,
+    },
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},

@@ -52,7 +52,7 @@ for q in (ready, batch, batch.tolist(), np.broadcast_to(ready, (2, 3, 7)), batch
             ask = {"self_collision": self_collision}
             robot.in_collision(q, scene, **ask), robot.signed_distance(q, scene, **ask)
             robot.distance_gradient(q, scene, **ask)
-        robot.check_collision(q, scene, max_distance=0.1)
+        robot.check_collision(q, scene, max_distance=0.1), robot.distances(q, scene)
         robot.edge_in_collision(q, panda.home, scene)
 panda.differential_ik(panda.home, np.ones((4, 6)), 0.01)
 for method in ("levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares"):

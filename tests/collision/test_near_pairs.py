@@ -17,7 +17,7 @@ SHAPES = [
     lambda rng: ulna.Cylinder(rng.uniform(0.02, 0.06), rng.uniform(0.05, 0.2)),
     lambda rng: ulna.ConvexMesh.from_points(rng.normal(size=(15, 3)) * 0.06),
 ]
-FIELDS = "signed_distance witness_a witness_b normal gradient body_a body_b".split()
+FIELDS = ("signed_distance", "witness_a", "witness_b", "normal", "gradient", "body_a", "body_b")
 
 
 def world_of(rng, n, shapes, *, floor=False):
@@ -130,12 +130,12 @@ def test_a_batch_has_the_rows_of_its_configurations_bit_for_bit(panda, mixed, rn
 def test_of_a_cloud_each_body_has_its_nearest_ball(panda, rng, n):
     way = rng.normal(size=(n, 3))
     points = way / np.linalg.norm(way, axis=1)[:, None] * rng.uniform(0.4, 0.9, (n, 1))
-    one, many = ulna.World(), ulna.World()
+    one, many, above = ulna.World(), ulna.World(), np.array([0, 0, 0.3])
     one.add("cloud", ulna.PointCloud(points, 0.02))
-    one.add("other", ulna.PointCloud(points + (0, 0, 0.3), 0.02))
+    one.add("other", ulna.PointCloud(points + above, 0.02))
     for k, point in enumerate(points):
         many.add(f"cloud {k}", ulna.Sphere(0.02), ulna.pose(point))
-        many.add(f"other {k}", ulna.Sphere(0.02), ulna.pose(point + (0, 0, 0.3)))
+        many.add(f"other {k}", ulna.Sphere(0.02), ulna.pose(point + above))
     for q in positions(panda, rng, 10):
         near, each = (panda.distances(q, world, within=0.2, self_collision=False) for world in (one, many))
         least = {}

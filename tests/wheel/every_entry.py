@@ -96,6 +96,7 @@ def ask():
     for robot, world in ((panda, boxes), (panda, mixed), (held, mixed), (panda, None)):
         robot.in_collision(q, world), robot.signed_distance(q, world), robot.distance_gradient(q, world)
         robot.edge_in_collision(q[:50], q[50:100], world), robot.check_collision(q[:100], world, max_distance=0.05)
+        robot.distances(q[:100], world)
         for one in q[:200]:
             robot.in_collision(one, world)
     ask_for_closed_forms()

@@ -212,14 +212,27 @@ class Checker:
         objects = self._objects(world)
         scene = self._scene(objects, self_collision)
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
+        if starts.ndim == ends.ndim == 1:
+            return self._one_edge(starts, ends, scene, float(resolution), threads)
         batch, a, b = rows_of_both(starts, ends, "q_a", "q_b")
         status, free = self._edges(a, b, scene, resolution, threads)
         if (status == EDGE_OUT_OF_RANGE).any():
             refuse_out_of_range(starts, "q_a")
             refuse_out_of_range(ends, "q_b")
         q = (a + free[:, None] * (b - a)).reshape(*batch, self.tree.n_dof)
-        hit = (status == EDGE_CONTACT).reshape(batch)
-        return EdgeReport(hit if batch else bool(hit), free.reshape(batch) if batch else float(free[0]), q)
+        return EdgeReport((status == EDGE_CONTACT).reshape(batch), free.reshape(batch), q)
+
+    def _one_edge(self, a: Array, b: Array, scene: Scene, resolution: float, threads: int | None) -> EdgeReport:
+        """The report of one edge, shape (n_dof,) each."""
+        if threads is not None:
+            as_threads(threads)  # refused where it is no number of threads
+        status, free = np.empty(1, dtype=np.int64), np.empty(1)
+        continuous.edges_each(*scene, for_kernel(a[None]), for_kernel(b[None]), resolution, status, free)
+        outcome, free_until = status.item(), free.item()
+        if outcome == EDGE_OUT_OF_RANGE:
+            refuse_out_of_range(a, "q_a")
+            refuse_out_of_range(b, "q_b")
+        return EdgeReport(outcome == EDGE_CONTACT, free_until, a + free_until * (b - a))
 
     def check_collision(
         self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float, threads: int | None = None
@@ -312,7 +325,10 @@ class Checker:
             of_q = np.arange(part.stop - part.start)
             return contacts.contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], all_contacts[part], out[part])
 
-        in_parts(run, len(rows), threads=threads)
+        if len(rows) == 1:
+            run(slice(0, 1))
+        else:
+            in_parts(run, len(rows), threads=threads)
 
     def _edges(self, a: Array, b: Array, scene: Scene, resolution: float, threads: int | None) -> tuple[NDArray[np.int64], Array]:
         """The status of each edge, and the fraction of it that is free, shape (n,) each."""
@@ -332,6 +348,13 @@ class Checker:
 
     def _nearest(self, q: NDArray[np.float64], scene: Scene, threads: int | None = None) -> NDArray[np.float64]:
         """The nearest pair of each q (``kernels.collision.nearest``), shape (..., NEAREST_WIDTH)."""
+        if q.ndim == 1:
+            if threads is not None:
+                as_threads(threads)  # refused where it is no number of threads
+            one = np.empty((1, NEAREST_WIDTH))
+            if not nearest.nearest_batch(*scene, q[None], one):
+                refuse_out_of_range(q)
+            return one[0]
         found, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
         out = found.reshape(-1, NEAREST_WIDTH)
         if not in_parts(lambda part: nearest.nearest_batch(*scene, rows[part], out[part]), len(rows), threads=threads):

@@ -71,7 +71,7 @@ def add_object(scene, body_rows, k, w, row, least, within, first, count, scratch
     if last_rows.shape[0] == 0:
         return add_pair(scene, body_rows, k, scene.bodies.shape[0] + w, number, within, count, scratch, contact_rows, pair_rows)
     last = last_rows[number]
-    is_known = first <= last < count and last < pair_rows.shape[0] and pair_rows[last, PAIR_OBJECT] == number
+    is_known = first <= last < min(count, pair_rows.shape[0]) and pair_rows[last, PAIR_OBJECT] == number
     if not is_known:
         last_rows[number] = count
         return add_pair(scene, body_rows, k, scene.bodies.shape[0] + w, number, within, count, scratch, contact_rows, pair_rows)
