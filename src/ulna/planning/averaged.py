@@ -27,6 +27,7 @@ _WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
 _BESIDE = 2e-5  # [rad or m]: of a chord
 _SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
 _SHORT = 0.02  # of the duration: with a shorter window no slower motion is tried
+_MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 
 
@@ -139,6 +140,15 @@ class Averaged:
             go_straight(self.duration)
         return self.at(np.concatenate(times)).q, np.concatenate(spreads)
 
+    @property
+    def leaves_by(self) -> float:
+        """How far it may leave the path of its base in an entry of q [rad or m].
+
+        A mean over w differs from the middle of its window by at most a w^2 / 24, a being the greatest acceleration there. On a
+        line it is on the line.
+        """
+        return max((float(span.acceleration.max()) for span in self._spans), default=0.0) * self.window**2 / 24
+
     def corners_not_free(self, is_free: IsFree) -> list[int]:
         """The parabolas of the path, counted from 0, about which the motion is not free.
 
@@ -170,24 +180,42 @@ class Averaged:
         return spans
 
 
-def timed_path(path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree) -> TimedPath | Averaged:
+def timed_path(
+    path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree, within: float = math.inf
+) -> TimedPath | Averaged:
     """The fastest motion along a path, shape (n, n_dof), n >= 2, whose corners are rounded where that is free (``blend``).
 
-    lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes.
+    lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes; within: how far the motion may
+    leave the path in each entry of q [rad or m]. A parabola leaves it by at most half of that, and the mean leaves the parabola
+    by at most the other half.
     """
-    cuts = free_cuts(path, lengths, blend, is_free)
     velocity, acceleration, jerk = limits
+    cuts = free_cuts(path, lengths, blend, is_free, within if jerk is None else 0.5 * within)
     if jerk is None:
         return fastest(grid_of(rounded(path, lengths, cuts)), velocity, acceleration)
     halvings = np.zeros(len(cuts), dtype=int)
     while cuts.any():
-        motion = _averaged(rounded(path, lengths, cuts), velocity, acceleration, jerk)
+        motion = _near(rounded(path, lengths, cuts), velocity, acceleration, jerk, 0.5 * within)
+        if motion is None:
+            cuts[:] = 0.0
+            break
         corners = np.flatnonzero(cuts)[motion.corners_not_free(is_free)]
         if not len(corners):
             return motion
         halvings[corners] += 1
         cuts[corners] = np.where(halvings[corners] > _HALVINGS, 0.0, 0.5 * cuts[corners])
     return along_lines(rounded(path, lengths, cuts), velocity, acceleration, jerk)
+
+
+def _near(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array, within: float) -> Averaged | None:
+    """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
+    share = 1.0
+    for _ in range(_MOST_SHARES):
+        motion = _averaged(pieces, velocity, share * acceleration, jerk)
+        if motion.leaves_by <= within:
+            return motion
+        share *= min(0.95, max(0.5, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
+    return None
 
 
 def _averaged(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> Averaged:

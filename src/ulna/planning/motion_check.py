@@ -13,7 +13,7 @@ from ulna.planning.arm_limits import ArmLimits
 
 Array = NDArray[np.float64]
 _QUANTITIES = "velocity", "acceleration", "jerk"
-_ROUNDING = 4 * np.finfo(float).eps  # of a position, by its size
+_ROUNDING = 16 * np.finfo(float).eps  # of a position, by its size: the few operations behind it
 
 
 class Samples(NamedTuple):

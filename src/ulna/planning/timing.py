@@ -14,6 +14,7 @@ from ulna.planning.double_s import N_PHASES, double_s
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
 LEAST_INTERVALS = 8
+MANY_PIECES, FEW_INTERVALS = 200, 1  # of so many pieces each has fewer intervals
 _NO_LIMIT = 1e300
 _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
 
@@ -115,7 +116,8 @@ class TimedPath(NamedTuple):
 
 def grid_of(pieces: Pieces) -> Grid:
     """The pieces divided into intervals."""
-    counts = np.maximum(LEAST_INTERVALS, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
+    least = LEAST_INTERVALS if len(pieces.lengths) <= MANY_PIECES else FEW_INTERVALS
+    counts = np.maximum(least, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
     steps = np.repeat(pieces.lengths / counts, counts)
     first = np.repeat(np.cumsum(counts) - counts, counts)
     s = ((np.arange(len(steps)) - first) * steps)[:, None]
