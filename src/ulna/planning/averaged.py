@@ -168,6 +168,8 @@ class Averaged:
         changes = (bends[1:] != bends[:-1]).any(axis=1)
         first, last = np.flatnonzero(np.concatenate([[True], changes])), np.flatnonzero(np.concatenate([changes, [True]]))
         bent = bends[first].any(axis=1)
+        if not bent.any():
+            return []
         begin, end = np.maximum(times[first[bent]] - self.window, 0.0), times[last[bent] + 1]
         apart = np.flatnonzero(begin[1:] > end[:-1]) + 1
         groups = np.stack([np.concatenate([[0], apart]), np.concatenate([apart, [len(begin)]]) - 1], axis=1)
@@ -233,7 +235,7 @@ def _averaged(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array)
         if slower.duration >= best.duration:
             break
         best = slower
-    return Averaged(_with_pauses(best.motion, best.window), best.window)
+    return Averaged(with_pauses(best.motion, best.window), best.window)
 
 
 class _Candidate(NamedTuple):
@@ -251,14 +253,14 @@ class _Candidate(NamedTuple):
 def _with_share(grid: Grid, velocity: Array, acceleration: Array, jerk: Array) -> _Candidate:
     """The better of the fastest motion and one with coasts."""
     motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()))
-    candidates = [_Candidate(motion, _least_window_of(motion, jerk)) for motion in motions]
+    candidates = [_Candidate(motion, least_window_of(motion, jerk)) for motion in motions]
     return min(candidates, key=lambda candidate: candidate.duration)
 
 
-def _least_window_of(motion: TimedPath, jerk: Array) -> float:
-    """The least time over which the mean of a motion keeps the limits of jerk [s]."""
+def least_window_of(motion: TimedPath, jerk: Array, least: float = _LEAST_WINDOW) -> float:
+    """The least time over which the mean of a motion keeps the limits of jerk [s], at least ``least``."""
     lows, highs = bounds_of_acceleration(motion)
-    window = np.array([_LEAST_WINDOW])
+    window = np.array([least])
     time_parameterisation.least_window(motion.times, lows, highs, jerk * _WITHIN, motion.grid.borders, window)
     return float(window[0])
 
@@ -273,7 +275,7 @@ def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
     return np.minimum(first, last), np.maximum(first, last)
 
 
-def _with_pauses(motion: TimedPath, pause: float) -> TimedPath:
+def with_pauses(motion: TimedPath, pause: float) -> TimedPath:
     """The motion with a rest of so long [s] at its start, at each stop and at its end."""
     grid, profile = motion
     q = np.vstack([grid.starts, motion.at(motion.times[-1:]).q])[grid.borders]

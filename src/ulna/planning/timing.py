@@ -16,6 +16,7 @@ INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
 LEAST_INTERVALS = 8
 MANY_PIECES, FEW_INTERVALS = 200, 1  # of so many pieces each has fewer intervals
 _NO_LIMIT = 1e300
+_ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the start, which is measured
 _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
 
 
@@ -131,6 +132,19 @@ def fastest(grid: Grid, velocity: Array, acceleration: Array) -> TimedPath:
     return _timed(grid, acceleration, _ceilings(grid, velocity))[0]
 
 
+def fastest_from(grid: Grid, velocity: Array, acceleration: Array, speed: float) -> TimedPath | None:
+    """The fastest motion that begins with a speed ds/dt and is not faster before the first corner; None if it passes a limit."""
+    ceilings = _ceilings(grid, velocity)
+    if speed**2 > ceilings[0] * _ROUNDED:
+        return None
+    if speed > 0.0:
+        line = int(np.argmax(np.append(grid.bends.any(axis=1), True)))  # how many intervals are before the first parabola
+        ceilings[: line + 1] = np.minimum(ceilings[: line + 1], speed**2)
+        ceilings[0] = speed**2
+    timed, x = _timed(grid, acceleration, ceilings, speed)
+    return timed if x[0] == speed**2 else None
+
+
 def fastest_and_coasting(grid: Grid, velocity: Array, acceleration: Array, coast: float) -> tuple[TimedPath, TimedPath]:
     """The fastest motion, and the fastest whose speed is constant for about ``coast`` [s] where that of the first has a peak."""
     ceilings = _ceilings(grid, velocity)
@@ -155,10 +169,11 @@ def _ends(grid: Grid) -> Array:
     return grid.slopes + grid.steps[:, None] * grid.bends
 
 
-def _timed(grid: Grid, acceleration: Array, ceilings: Array) -> tuple[TimedPath, Array]:
+def _timed(grid: Grid, acceleration: Array, ceilings: Array, speed: float = 0.0) -> tuple[TimedPath, Array]:
     """The fastest motion below the ceilings of (ds/dt)^2, and what that is at the grid points, shape (n + 1,)."""
     n = len(grid.steps)
     x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
+    x[0] = speed**2
     limits = np.ascontiguousarray(acceleration * _WITHIN)
     time_parameterisation.time_sections(
         grid.slopes, _ends(grid), grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,8 +22,12 @@ from ulna.planning.options import refuse_unless
 from ulna.planning.ros_message import joint_trajectory
 from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath
 
+if TYPE_CHECKING:
+    from ulna.planning.plan import Plan
+
 Array = NDArray[np.float64]
 _MOST_SAMPLES = 10_000_000
+_NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,6 +205,43 @@ class Trajectory:
             return self
         timed, names = self._timed.slowed(float(factor)), self.joint_names
         return make_trajectory(timed, names, certified=self.certified, motion=self._motion, limits=self._limits)
+
+    def replace(self, plan: Plan, *, at: float) -> Trajectory:
+        """The motion that leaves this one while it runs, and goes on along another plan.
+
+        Until ``at`` it is this motion. Then it goes on smoothly: velocities are continuous, and with a limit of jerk
+        accelerations too. It keeps the limits of this motion at all times. From ``at`` on all of it is certified to be free in
+        the plan's world. It cannot turn on the spot: it goes straight on for the distance that it needs, and from there to the
+        second point of the plan's path. Where that is not free there is no replacement.
+
+        Args:
+            plan: A plan whose path begins where this motion is at ``at``: ``robot.plan(motion.at(t).q, goal, world)``.
+            at: When to leave this motion [s], from 0 to ``duration``.
+
+        Returns:
+            A ``Trajectory`` with the same times up to ``at``.
+
+        Raises:
+            InputError: The plan has no path or begins elsewhere; ``at`` is not within the motion; this motion has a limit of jerk
+                and stops at every corner; or no way into the plan is certified free.
+        """
+        from ulna.planning.replaced import replaced  # noqa: PLC0415 - it needs this module's neighbours, and few motions need it
+
+        refuse_unless("at", at, 0.0, "a time [s] within the motion")
+        if float(at) > self.duration:
+            raise InputError("at", f"{at!r}; the motion takes {self.duration:.4g} s")
+        motion = plan._motion  # noqa: SLF001 - a plan and its trajectory belong together
+        if not plan or motion is None:
+            raise InputError("plan", f"there is no path: {plan.status}")
+        if self._limits is None:
+            raise InputError("limits", "none is known of this motion")
+        here = self.at(float(at)).q
+        if plan.path.shape[1] != len(here) or np.abs(plan.path[0] - here).max() > _NEAR:
+            raise InputError(
+                "plan", f"its path does not begin where the motion is at {at:.6g} s; plan from motion.at({at:.6g}).q"
+            )
+        timed = replaced(self._timed, plan.path, float(at), self._limits, motion.is_free)
+        return make_trajectory(timed, self.joint_names, certified=True, motion=motion, limits=self._limits)
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
