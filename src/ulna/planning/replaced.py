@@ -107,8 +107,8 @@ def _with_path(
 
 def _with_later_pauses(motion: TimedPath, pause: float) -> TimedPath:
     """The motion with a rest of so long [s] at each stop and at its end, but none at its start."""
-    (*rows, borders), profile = with_pauses(motion, pause)
-    path = Grid(*(row[1:] for row in rows), np.concatenate([[0], borders[1:] - 1]))
+    (starts, slopes, bends, steps, borders), profile = with_pauses(motion, pause)
+    path = Grid(starts[1:], slopes[1:], bends[1:], steps[1:], np.concatenate([[0], borders[1:] - 1]))
     return TimedPath(path, Profile(profile.times[1:] - pause, *(rows[1:] for rows in profile[1:])))
 
 
@@ -117,9 +117,11 @@ def _joined(first: TimedPath, until: float, then: TimedPath) -> TimedPath:
     i = int(first.interval_at(np.array(until)))
     after = until - first.times[i]
     step = (0.5 * first.profile.accelerations[i] * after + first.profile.speeds[i]) * after
-    rows = [np.concatenate([early[: i + 1], late]) for early, late in zip(first.grid[:3], then.grid[:3], strict=True)]
+    starts, slopes, bends = [
+        np.concatenate([early[: i + 1], late]) for early, late in zip(first.grid[:3], then.grid[:3], strict=True)
+    ]
     steps = np.concatenate([first.grid.steps[:i], [step], then.grid.steps])
     borders = np.concatenate([first.grid.borders[first.grid.borders <= i], then.grid.borders[1:] + i + 1])
     times = np.concatenate([first.times[: i + 1], until + then.times])
     profile = [np.concatenate([early[: i + 1], late]) for early, late in zip(first.profile[1:], then.profile[1:], strict=True)]
-    return TimedPath(Grid(*rows, steps, borders), Profile(times, *profile))
+    return TimedPath(Grid(starts, slopes, bends, steps, borders), Profile(times, *profile))
