@@ -27,6 +27,7 @@ _WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
 _BESIDE = 2e-5  # [rad or m]: of a chord
 _SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
 _SHORT = 0.02  # of the duration: with a shorter window no slower motion is tried
+_MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 
 
@@ -76,6 +77,10 @@ class Averaged:
         """When it is at rest [s]: where the window is within a rest of the base."""
         return self.base.rests
 
+    def slowed(self, factor: float) -> Averaged:
+        """The motion passed slower: at time t where this one is at ``factor`` t."""
+        return Averaged(self.base.slowed(factor), self.window / factor)
+
     @cached_property
     def times(self) -> Array:
         """When its jerk changes [s]: when one end of the window passes a grid point of the base."""
@@ -106,6 +111,7 @@ class Averaged:
         i, k = self.base.interval_at(t), self.base.interval_at(until)
         area = (sums[k] - sums[i]) + (lost[k] - lost[i]) + (self._area(k, until - times[k]) - self._area(i, t - times[i]))
         before, behind = self.base.at(t), self.base.at(until)
+        area -= ((until - t) - self.window)[..., None] * (behind.q - self.base.grid.starts[0])  # what rounding t + window added
         q = np.where((t >= self.duration)[..., None], behind.q, self.base.grid.starts[0] + area / self.window)
         return Moment(q, *((late - early) / self.window for early, late in zip(before[:3], behind[:3], strict=True)))
 
@@ -134,6 +140,15 @@ class Averaged:
             go_straight(self.duration)
         return self.at(np.concatenate(times)).q, np.concatenate(spreads)
 
+    @property
+    def leaves_by(self) -> float:
+        """How far it may leave the path of its base in an entry of q [rad or m].
+
+        A mean over w differs from the middle of its window by at most a w^2 / 24, a being the greatest acceleration there. On a
+        line it is on the line.
+        """
+        return max((float(span.acceleration.max()) for span in self._spans), default=0.0) * self.window**2 / 24
+
     def corners_not_free(self, is_free: IsFree) -> list[int]:
         """The parabolas of the path, counted from 0, about which the motion is not free.
 
@@ -153,6 +168,8 @@ class Averaged:
         changes = (bends[1:] != bends[:-1]).any(axis=1)
         first, last = np.flatnonzero(np.concatenate([[True], changes])), np.flatnonzero(np.concatenate([changes, [True]]))
         bent = bends[first].any(axis=1)
+        if not bent.any():
+            return []
         begin, end = np.maximum(times[first[bent]] - self.window, 0.0), times[last[bent] + 1]
         apart = np.flatnonzero(begin[1:] > end[:-1]) + 1
         groups = np.stack([np.concatenate([[0], apart]), np.concatenate([apart, [len(begin)]]) - 1], axis=1)
@@ -165,24 +182,42 @@ class Averaged:
         return spans
 
 
-def timed_path(path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree) -> TimedPath | Averaged:
+def timed_path(
+    path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree, within: float = math.inf
+) -> TimedPath | Averaged:
     """The fastest motion along a path, shape (n, n_dof), n >= 2, whose corners are rounded where that is free (``blend``).
 
-    lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes.
+    lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes; within: how far the motion may
+    leave the path in each entry of q [rad or m]. A parabola leaves it by at most half of that, and the mean leaves the parabola
+    by at most the other half.
     """
-    cuts = free_cuts(path, lengths, blend, is_free)
     velocity, acceleration, jerk = limits
+    cuts = free_cuts(path, lengths, blend, is_free, within if jerk is None else 0.5 * within)
     if jerk is None:
         return fastest(grid_of(rounded(path, lengths, cuts)), velocity, acceleration)
     halvings = np.zeros(len(cuts), dtype=int)
     while cuts.any():
-        motion = _averaged(rounded(path, lengths, cuts), velocity, acceleration, jerk)
+        motion = _near(rounded(path, lengths, cuts), velocity, acceleration, jerk, 0.5 * within)
+        if motion is None:
+            cuts[:] = 0.0
+            break
         corners = np.flatnonzero(cuts)[motion.corners_not_free(is_free)]
         if not len(corners):
             return motion
         halvings[corners] += 1
         cuts[corners] = np.where(halvings[corners] > _HALVINGS, 0.0, 0.5 * cuts[corners])
     return along_lines(rounded(path, lengths, cuts), velocity, acceleration, jerk)
+
+
+def _near(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array, within: float) -> Averaged | None:
+    """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
+    share = 1.0
+    for _ in range(_MOST_SHARES):
+        motion = _averaged(pieces, velocity, share * acceleration, jerk)
+        if motion.leaves_by <= within:
+            return motion
+        share *= min(0.95, max(0.5, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
+    return None
 
 
 def _averaged(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> Averaged:
@@ -200,7 +235,7 @@ def _averaged(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array)
         if slower.duration >= best.duration:
             break
         best = slower
-    return Averaged(_with_pauses(best.motion, best.window), best.window)
+    return Averaged(with_pauses(best.motion, best.window), best.window)
 
 
 class _Candidate(NamedTuple):
@@ -218,14 +253,14 @@ class _Candidate(NamedTuple):
 def _with_share(grid: Grid, velocity: Array, acceleration: Array, jerk: Array) -> _Candidate:
     """The better of the fastest motion and one with coasts."""
     motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()))
-    candidates = [_Candidate(motion, _least_window_of(motion, jerk)) for motion in motions]
+    candidates = [_Candidate(motion, least_window_of(motion, jerk)) for motion in motions]
     return min(candidates, key=lambda candidate: candidate.duration)
 
 
-def _least_window_of(motion: TimedPath, jerk: Array) -> float:
-    """The least time over which the mean of a motion keeps the limits of jerk [s]."""
+def least_window_of(motion: TimedPath, jerk: Array, least: float = _LEAST_WINDOW) -> float:
+    """The least time over which the mean of a motion keeps the limits of jerk [s], at least ``least``."""
     lows, highs = bounds_of_acceleration(motion)
-    window = np.array([_LEAST_WINDOW])
+    window = np.array([least])
     time_parameterisation.least_window(motion.times, lows, highs, jerk * _WITHIN, motion.grid.borders, window)
     return float(window[0])
 
@@ -240,7 +275,7 @@ def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
     return np.minimum(first, last), np.maximum(first, last)
 
 
-def _with_pauses(motion: TimedPath, pause: float) -> TimedPath:
+def with_pauses(motion: TimedPath, pause: float) -> TimedPath:
     """The motion with a rest of so long [s] at its start, at each stop and at its end."""
     grid, profile = motion
     q = np.vstack([grid.starts, motion.at(motion.times[-1:]).q])[grid.borders]

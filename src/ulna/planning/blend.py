@@ -38,17 +38,19 @@ class Pieces:
     stops: NDArray[np.bool_]
 
 
-def free_cuts(path: Array, lengths: Array, blend: float, is_free: IsFree) -> Array:
+def free_cuts(path: Array, lengths: Array, blend: float, is_free: IsFree, within: float = np.inf) -> Array:
     """How much of its two edges the rounding of each point of a path takes, shape (n,): as much as is free, 0 where none is.
 
     path: (n, n_dof), n >= 2; lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes;
-    is_free: whether some chords, and what lies within so much of each in each entry of q, are free.
+    is_free: whether some chords, and what lies within so much of each in each entry of q, are free; within: how far a rounding
+    may leave the path in an entry of q. In the middle it does so by b (e - d) / 4.
     """
     directions = np.diff(path, axis=0) / lengths[:, None]
     cuts = np.zeros(len(path))
     for k in range(1, len(path) - 1):
         if np.abs(directions[k] - directions[k - 1]).max() > _STRAIGHT and blend > 0.0:
-            most = min(blend, _MOST * lengths[k - 1], _MOST * lengths[k])
+            turn = float(np.abs(directions[k] - directions[k - 1]).max())
+            most = min(blend, _MOST * lengths[k - 1], _MOST * lengths[k], 4 * within / turn)
             cuts[k] = _cut(path[k], directions[k - 1], directions[k], most, is_free)
     return cuts
 

@@ -14,7 +14,9 @@ from ulna.planning.double_s import N_PHASES, double_s
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
 LEAST_INTERVALS = 8
+MANY_PIECES, FEW_INTERVALS = 200, 1  # of so many pieces each has fewer intervals
 _NO_LIMIT = 1e300
+_ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the start, which is measured
 _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
 
 
@@ -89,6 +91,11 @@ class TimedPath(NamedTuple):
         q = grid.starts[i] + s * grid.slopes[i] + 0.5 * s * s * bend
         return Moment(q, slope * speed, slope * rate + bend * speed**2, slope * jerk[..., None] + 3 * bend * speed * rate)
 
+    def slowed(self, factor: float) -> TimedPath:
+        """The path passed slower: at time t where this one is at ``factor`` t."""
+        times, speeds, accelerations, jerks = self.profile
+        return TimedPath(self.grid, Profile(times / factor, speeds * factor, accelerations * factor**2, jerks * factor**3))
+
     def interval_at(self, t: Array) -> NDArray[np.int64]:
         """The interval in which each time lies, shape (...)."""
         return np.clip(np.searchsorted(self.profile.times, t, side="right") - 1, 0, len(self.grid.steps) - 1)
@@ -110,7 +117,8 @@ class TimedPath(NamedTuple):
 
 def grid_of(pieces: Pieces) -> Grid:
     """The pieces divided into intervals."""
-    counts = np.maximum(LEAST_INTERVALS, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
+    least = LEAST_INTERVALS if len(pieces.lengths) <= MANY_PIECES else FEW_INTERVALS
+    counts = np.maximum(least, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
     steps = np.repeat(pieces.lengths / counts, counts)
     first = np.repeat(np.cumsum(counts) - counts, counts)
     s = ((np.arange(len(steps)) - first) * steps)[:, None]
@@ -122,6 +130,19 @@ def grid_of(pieces: Pieces) -> Grid:
 def fastest(grid: Grid, velocity: Array, acceleration: Array) -> TimedPath:
     """The fastest motion, by TOPP-RA."""
     return _timed(grid, acceleration, _ceilings(grid, velocity))[0]
+
+
+def fastest_from(grid: Grid, velocity: Array, acceleration: Array, speed: float) -> TimedPath | None:
+    """The fastest motion that begins with a speed ds/dt and is not faster before the first corner; None if it passes a limit."""
+    ceilings = _ceilings(grid, velocity)
+    if speed**2 > ceilings[0] * _ROUNDED:
+        return None
+    if speed > 0.0:
+        line = int(np.argmax(np.append(grid.bends.any(axis=1), True)))  # how many intervals are before the first parabola
+        ceilings[: line + 1] = np.minimum(ceilings[: line + 1], speed**2)
+        ceilings[0] = speed**2
+    timed, x = _timed(grid, acceleration, ceilings, speed)
+    return timed if x[0] == speed**2 else None
 
 
 def fastest_and_coasting(grid: Grid, velocity: Array, acceleration: Array, coast: float) -> tuple[TimedPath, TimedPath]:
@@ -148,10 +169,11 @@ def _ends(grid: Grid) -> Array:
     return grid.slopes + grid.steps[:, None] * grid.bends
 
 
-def _timed(grid: Grid, acceleration: Array, ceilings: Array) -> tuple[TimedPath, Array]:
+def _timed(grid: Grid, acceleration: Array, ceilings: Array, speed: float = 0.0) -> tuple[TimedPath, Array]:
     """The fastest motion below the ceilings of (ds/dt)^2, and what that is at the grid points, shape (n + 1,)."""
     n = len(grid.steps)
     x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
+    x[0] = speed**2
     limits = np.ascontiguousarray(acceleration * _WITHIN)
     time_parameterisation.time_sections(
         grid.slopes, _ends(grid), grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property, partial
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Never
 
@@ -51,8 +52,10 @@ from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
 from ulna.planning.options import PlanOptions
+from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
+from ulna.planning.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from ulna.collision.clouds import PointCloud
@@ -1042,6 +1045,53 @@ class Robot(Quick):
         return plan_motion(
             self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, members, states, options
         )
+
+    def trajectory(
+        self,
+        q_path: ArrayLike | FollowedPath,
+        *,
+        within: float = 0.01,
+        velocity: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
+        jerk: ArrayLike | None = None,
+        limits: str | Path | None = None,
+        world: World | None = None,
+    ) -> Trajectory:
+        """The fastest motion along given configurations, from rest to rest, within limits, by ``Plan.trajectory``'s method.
+
+        It flows through the points. Without a world nothing is checked for collisions, and ``certified`` is false.
+
+        Args:
+            q_path: Joint positions [rad or m], shape (n, n_dof), n >= 1, joined by straight lines; or what ``follow`` returns.
+                Points that differ from the one before by at most 1e-9 are left out, and those on the line between two others.
+            within: How far the motion may leave these lines [rad or m], above 0: at any time some configuration on them differs
+                from the motion's by at most so much in each joint. More of it is faster.
+            velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; that of ``limits``, or of the robot.
+            acceleration: The greatest acceleration [rad/s^2 or m/s^2]; needed unless ``limits`` states it.
+            jerk: The greatest jerk [rad/s^3 or m/s^3]; unlimited unless given.
+            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``.
+            world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
+                ``certified`` says whether all of it is free.
+
+        Returns:
+            A ``Trajectory``.
+
+        Raises:
+            InputError: q_path is no such array or not followed to its end, or another argument cannot be taken.
+            UnknownNameError: There is no such set of limits.
+            FileError: The file of limits cannot be read.
+            DescriptionError: The file is none of limits.
+            GeometryError: There is a world, and shapes that cannot be checked.
+
+        Example:
+            >>> import ulna
+            >>> robot = ulna.load("panda")
+            >>> s = np.linspace(0, 1, 30)[:, None]
+            >>> motion = robot.trajectory(robot.home + 0.3 * np.sin(3 * s) * np.ones(7), limits="franka")
+            >>> motion.stops, bool(motion.check("franka"))
+            (0, True)
+        """
+        return path_trajectory(q_path, self._checker, world, within, (velocity, acceleration, jerk, limits))
 
     def plan_many(
         self,

@@ -9,7 +9,7 @@ and, q'' being constant in an interval too, qdd_j is linear in s there: within i
 
 1. Backwards from x_N = 0: the greatest x_i from which an x_{i+1} that is allowed can be reached. 0 is always allowed, since the
    limits are the same both ways, so that these sets are intervals [0, beta_i].
-2. Forwards from x_0 = 0: the greatest u_i that is allowed and leads to at most beta_{i+1}.
+2. Forwards from x_0, which is given: the greatest u_i that is allowed and leads to at most beta_{i+1}.
 
 For one x the allowed u lie between the greatest of some lines in x and the least of others. Their distance is a concave function
 of x that is not negative at 0. Its root is found by Newton's steps from above: exact, after as many steps as it has kinks.
@@ -68,8 +68,8 @@ def write_controllable(bound_rows, bend_rows, step_rows, acceleration_limits, ce
 
 @kernel
 def write_fastest(bound_rows, step_rows, n, beta_rows, x_rows, u_rows):
-    """Step 2: write x, N + 1 rows, and u, N rows."""
-    x = splat(0.0, load(beta_rows, 0))
+    """Step 2: write x, N + 1 rows, and u, N rows. The first row of x is where it begins, lowered to what is controllable."""
+    x = minimum(load(x_rows, 0), load(beta_rows, 0))
     store(x_rows, 0, x)
     for i in range(step_rows.shape[0]):
         beta, step = load(beta_rows, i + 1), load(step_rows, i)

@@ -1,0 +1,88 @@
+"""Gives times to configurations that a caller has: an array, or a path of poses that was followed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.checker import Checker
+from ulna.collision.world import World
+from ulna.description.arrays import as_number
+from ulna.errors import InputError
+from ulna.ik.followed_path import FollowedPath
+from ulna.kinematics.positions import as_positions, refuse_out_of_range
+from ulna.kinematics.tree import entry_names
+from ulna.planning.averaged import timed_path
+from ulna.planning.motion import Motion
+from ulna.planning.motion_limits import as_motion_limits
+from ulna.planning.space import make_space
+from ulna.planning.trajectory import Trajectory, make_trajectory, resting
+
+Array = NDArray[np.float64]
+_APART = 1e-9  # [rad or m]: nearer points count as one
+_STRAIGHT = 1e-12  # of the directions of two edges: no corner
+Given = tuple[ArrayLike | None, ArrayLike | None, ArrayLike | None, str | Path | None]
+
+
+def path_trajectory(
+    q_path: ArrayLike | FollowedPath, checker: Checker, world: World | None, within: float, given: Given
+) -> Trajectory:
+    """See ``Robot.trajectory``. given: velocity, acceleration, jerk and limits.
+
+    Raises:
+        InputError: An argument cannot be taken.
+        UnknownNameError, FileError, DescriptionError: As for ``limits_of``.
+    """
+    within = as_number("within", within, 0.0, "a distance [rad or m] above 0", above=True)
+    if world is not None and not isinstance(world, World):
+        raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+    tree, points = checker.tree, _points(q_path, checker)
+    names = tuple(entry_names(tree))
+    limits = as_motion_limits(names, tree.velocity_limits, *given)
+    space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
+    motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0)
+    is_free = _anything if world is None else motion.is_free
+    if len(points) == 1:
+        free = world is not None and is_free(np.repeat(points, 2, axis=0), np.zeros_like(points))
+        return resting(points[0], names, certified=free, motion=motion, limits=limits)
+    timed = timed_path(points, np.linalg.norm(np.diff(points, axis=0), axis=1), np.inf, limits, is_free, within)
+    free = world is not None and is_free(*timed.edges_since(0.0))
+    return make_trajectory(timed, names, certified=free, motion=motion, limits=limits)
+
+
+def _anything(_points: Array, _spreads: Array) -> bool:
+    return True
+
+
+def _points(q_path: ArrayLike | FollowedPath, checker: Checker) -> Array:
+    """The corners of a path, with its ends, shape (n, n_dof)."""
+    if isinstance(q_path, FollowedPath):
+        if not q_path:
+            raise InputError("q_path", f"not followed to its end: {q_path}")
+        q_path = q_path.q if q_path.q_start is None else np.vstack([q_path.q_start, q_path.q])
+    points = as_positions(q_path, checker.tree, "q_path")
+    if points.ndim != 2 or not points.size:
+        raise InputError("q_path", f"shape {points.shape}; configurations, shape (n, {checker.tree.n_dof}), are expected")
+    refuse_out_of_range(points, "q_path")
+    points = _apart(points)
+    while len(points) > 2:
+        directions = np.diff(points, axis=0)
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        corner = np.abs(np.diff(directions, axis=0)).max(axis=1) > _STRAIGHT
+        if corner.all():
+            break
+        points = points[np.concatenate([[True], corner, [True]])]
+    return points
+
+
+def _apart(points: Array) -> Array:
+    """The points without those that are near the one kept before them; the last one is kept, instead of one near it."""
+    kept = [0]
+    for k in range(1, len(points)):
+        if np.abs(points[k] - points[kept[-1]]).max() > _APART:
+            kept.append(k)
+    if kept[-1] != len(points) - 1 and len(kept) > 1:
+        kept[-1] = len(points) - 1
+    return points[kept].copy()

@@ -1,0 +1,104 @@
+"""A motion that is left while it runs: the old one up to then, smooth, within its limits, and free."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna.errors import InputError
+
+FRANKA = {"limits": "franka"}
+SLOW = {"acceleration": 5.0, "jerk": 50.0}
+SUDDEN = {"acceleration": 5.0}
+
+
+def ends(panda):
+    left, right = panda.home.copy(), panda.home.copy()
+    left[0], right[0] = 1, -1
+    return left, right
+
+
+def judge(old, new, t):
+    """That it is the old motion up to t, smooth, and within its limits at 50,001 moments and by differences of them."""
+    before = np.linspace(0, t, 500)
+    assert np.allclose(new.at(before).q, old.at(before).q, atol=1e-13)
+    moments = np.linspace(0, new.duration, 50_001)
+    moment, h = new.at(moments), moments[1]
+    kept = [limit for limit in old._limits if limit is not None]
+    for (values, rates), most in zip(pairwise(moment), kept, strict=False):
+        assert (np.abs(rates) <= most * (1 + 1e-9)).all()
+        assert (np.abs(np.diff(values, axis=0)) <= most * h * (1 + 1e-6) + 1e-12).all()
+    for period in (1e-3, 1e-4):
+        assert new.check(period=period)
+
+
+@pytest.mark.parametrize("options", [FRANKA, SLOW, SUDDEN])
+@pytest.mark.parametrize("corners", [False, True])
+def test_it_is_the_old_motion_until_then_and_keeps_its_limits(panda, world, options, corners):
+    left, right = ends(panda)
+    old = panda.plan(left, right, world if corners else None).trajectory(**options)
+    assert old.stops == 0
+    n = 0
+    for share in np.linspace(0, 1, 9):
+        t = float(share * old.duration)
+        goal = left if share > 0.3 else panda.home
+        goal = goal + np.array([0, -0.3, 0, 0, 0.4, 0, 0])
+        plan = panda.plan(old.at(t).q, goal)
+        new = old.replace(plan, at=t)
+        judge(old, new, t)
+        assert np.allclose(new.q[-1], goal, atol=1e-9)
+        assert new.certified
+        n += 1
+        if 0.2 < share < 0.8:  # it does not stop there
+            assert np.abs(new.at(t).qd).max() > 0.1
+            assert np.abs(new.at(t + 1e-6).qd - new.at(t).qd).max() < 1e-4
+    assert n == 9
+
+
+def test_a_replaced_motion_can_be_replaced_and_slowed(panda):
+    left, right = ends(panda)
+    first = panda.plan(left, right).trajectory(**FRANKA)
+    t = 0.4 * first.duration
+    second = first.replace(panda.plan(first.at(t).q, panda.home + 0.2), at=t)
+    later = t + 0.5 * (second.duration - t)
+    third = second.replace(panda.plan(second.at(later).q, right), at=later)
+    judge(second, third, later)
+    assert third.slowed(0.5).check()
+
+
+def test_it_touches_nothing_in_the_world_of_the_plan_or_is_refused(panda, world):
+    left, right = ends(panda)
+    old = panda.plan(left, right, world).trajectory(**FRANKA)
+    free = refused = 0
+    for share in np.linspace(0.05, 0.95, 19):
+        t = float(share * old.duration)
+        plan = panda.plan(old.at(t).q, left if share > 0.3 else right, world)
+        try:
+            new = old.replace(plan, at=t)
+        except InputError:
+            refused += 1
+            continue
+        free += 1
+        assert not panda.in_collision(new.at(np.linspace(t, new.duration, 5001)).q, world).any()
+        assert new.is_free(world, since=t)
+    assert free > refused > 0
+
+
+def test_what_cannot_be_replaced_is_refused_by_name(panda, world):
+    left, right = ends(panda)
+    plan = panda.plan(left, right, world)
+    old = plan.trajectory(**FRANKA)
+    for at, argument in ((-1.0, "at"), (old.duration + 1, "at"), (True, "at"), (0.5, "plan: its path does not begin")):
+        with pytest.raises(InputError, match=argument):
+            old.replace(plan, at=at)
+    stopping = plan.trajectory(blend=0.0, **FRANKA)
+    t = 0.5 * stopping.duration
+    with pytest.raises(InputError, match=r"at: .*stops at every corner"):
+        stopping.replace(panda.plan(stopping.at(t).q, left), at=t)
+    inside = ulna.World()
+    inside.add("goal", ulna.Box((0.2, 0.2, 0.2)), panda.forward_kinematics(right))
+    with pytest.raises(InputError, match="plan: there is no path: goal in collision"):
+        old.replace(panda.plan(left, right, inside), at=0.0)
+    nowhere = old.replace(panda.plan(old.at(old.duration).q, left), at=old.duration)
+    assert np.allclose(nowhere.q[-1], left, atol=1e-9)
