@@ -106,6 +106,8 @@ def load_description(
     """
     document, home = _document(source, xacro_args, package_dirs)
     description = replace(read_urdf(document.text, document.source), folder=document.folder, package_dirs=document.package_dirs)
+    if srdf is None and isinstance(source, str) and source in BUNDLED:
+        srdf = BUNDLED[source].semantics()
     if srdf is None:
         return description, home
     _check_source("srdf", srdf, "a path or SRDF text")

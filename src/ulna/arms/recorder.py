@@ -1,0 +1,63 @@
+"""Runs motions dry: with every check of a real arm, and nothing that moves."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.arms.arm_limits import FR3, ArmLimits
+from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, commands_of
+from ulna.arms.record import Record
+from ulna.description.arrays import as_floats
+from ulna.errors import InputError
+from ulna.planning.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+class Recorder:
+    """An ``Arm`` that is not there: it refuses what a real one would refuse, records the commands, and takes no time.
+
+    The measured positions are the commands themselves.
+
+    Attributes:
+        limits: Those that a motion is checked against.
+        records: The ``Record`` of each run, the last one last.
+    """
+
+    def __init__(self, q: ArrayLike, *, limits: ArmLimits = FR3, start_tolerance: float = START_TOLERANCE) -> None:
+        """An arm at rest at q.
+
+        Args:
+            q: Where it is [rad or m], shape (n_dof,).
+            limits: Those of the arm in whose place it is; a Franka Research 3's unless given.
+            start_tolerance: How far any joint may be from a motion's start [rad or m].
+
+        Raises:
+            InputError: q is not one position for each joint within the limits.
+        """
+        q = np.array(as_floats("q", q))
+        if q.shape != (limits.n_dof,) or not ((q >= limits.lower) & (q <= limits.upper)).all():
+            raise InputError("q", f"shape {q.shape}; {limits.n_dof} positions within the arm's limits are expected")
+        self.limits, self.records, self._q, self._tolerance = limits, [], q, start_tolerance
+
+    @property
+    def q(self) -> Array:
+        """Where the last run has ended [rad or m], shape (n_dof,)."""
+        return self._q.copy()
+
+    def run(self, motion: Trajectory, *, speed: float = 1.0) -> Record:
+        """Record the commands of a motion, in no time; see ``Arm.run``.
+
+        Raises:
+            InputError: The motion or the speed is refused.
+        """
+        body = commands_of(motion, self.limits, self._q, speed=speed, tolerance=self._tolerance, period=PERIOD)
+        commands = np.concatenate([approach(self._q, body[0], PERIOD), body])
+        record = Record(PERIOD * np.arange(len(commands), dtype=np.float64), commands, commands, motion.joint_names)
+        self.records.append(record)
+        self._q = commands[-1].copy()
+        return record
+
+    def stop(self) -> None:
+        """Nothing: a dry run takes no time, so none is running."""
