@@ -95,3 +95,22 @@ def test_the_joints_of_a_motion_are_drawn(run, tmp_path):
 )
 def test_what_is_refused_is_named_in_words_of_the_command_line(refusal, arguments, message):
     assert refusal("plan", *arguments).startswith(message)
+
+
+def test_the_limits_of_an_arm_serve_and_the_file_has_a_row_for_each_period(ask, run, tmp_path):
+    motion = ["plan", "--from", LEFT, "--to", RIGHT]
+    found = ask(*motion, "--limits", "franka")
+    assert found.check.startswith("within the limits: ")
+    assert found.duration < ask(*motion).duration
+    assert ask(*motion, "--limits", "franka", "--acceleration", "2").duration > found.duration
+    run(*motion, "--limits", "franka", "--csv", tmp_path / "motion.csv", "--period", "0.001")
+    t = np.loadtxt(tmp_path / "motion.csv", delimiter=",", skiprows=1)[:, 0]
+    assert np.allclose(np.diff(t[:-1]), 0.001)
+    for options, says in (
+        (["--limits", "franca"], "no set of limits is called 'franca'; did you mean 'franka'?"),
+        (["--limits", "iiwa14"], "--acceleration: iiwa14 states none"),
+        (["--csv", tmp_path / "motion.csv", "--period", "0"], "--period"),
+    ):
+        result = run(*motion, *options)
+        assert result.exit_code == 2
+        assert says in " ".join(result.output.split())

@@ -18,8 +18,9 @@ from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positi
 from ulna.description.pose import pose
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, group_named, tip_of
+from ulna.planning.motion_limits import as_limits
 from ulna.planning.plan import Plan
-from ulna.planning.trajectory import Trajectory, as_limits
+from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
@@ -46,19 +47,32 @@ Escape = Annotated[bool, typer.Option("--escape", help="Leave a start that touch
 Velocity = Annotated[
     float | None, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s or m/s], below its own limit.")
 ]
-Acceleration = Annotated[float, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^2 or m/s^2].")]
+Acceleration = Annotated[
+    float | None,
+    typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^2 or m/s^2]; 5 unless --limits states it."),
+]
 Jerk = Annotated[
     float | None,
     typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^3 or m/s^3]."),
 ]
-Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each 10 ms.")]
+ArmLimits = Annotated[
+    str | None,
+    typer.Option(
+        "--limits",
+        metavar="NAME",
+        help="Velocity, acceleration and jerk of an arm, as franka, or of a file joint_limits.yaml, where no number is given.",
+    ),
+]
+Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each --period.")]
+Period = Annotated[float, typer.Option(metavar="SECONDS", help="The time between two rows of --csv.")]
 _VELOCITY = 1.0  # [rad/s or m/s], of joints without a limit
-_PERIOD = 0.01  # [s]
+_ACCELERATION = 5.0  # [rad/s^2 or m/s^2]
 _DEFAULTS = defaults_of(Robot.plan)
 
 PLAN_KEYS = (
     "robot; status; success; reason; joints; path: rows of q; length; certified; clearance, in metres, null without objects; "
-    "checks; duration of the fastest motion within the limits, in seconds, or null."
+    "checks; duration of the fastest motion within the limits, in seconds, or null; check: which of its samples, 1 ms apart, "
+    "comes nearest to a limit, as a sentence, or null."
 )
 
 
@@ -80,9 +94,11 @@ def plan(
     sampled: Sampled = False,
     escape: Escape = False,
     velocity: Velocity = None,
-    acceleration: Acceleration = 5.0,
+    acceleration: Acceleration = None,
     jerk: Jerk = None,
+    limits: ArmLimits = None,
     csv: Csv = None,
+    period: Period = 0.01,
     plot: PlotFile = None,
     degrees: Degrees = False,
     as_json: Json = False,
@@ -113,9 +129,13 @@ def plan(
         )  # fmt: skip
     motion = None
     if found:
-        motion = found.trajectory(velocity=_velocities(robot, velocity), acceleration=acceleration, jerk=jerk)
-        if csv is not None:
-            motion.to_csv(csv, period=_PERIOD)
+        if limits is None and acceleration is None:
+            acceleration = _ACCELERATION
+        velocities = None if limits is not None and velocity is None else _velocities(robot, velocity)
+        with as_options({name: f"--{name}" for name in ("limits", "velocity", "acceleration", "jerk", "period")}):
+            motion = found.trajectory(velocity=velocities, acceleration=acceleration, jerk=jerk, limits=limits)
+            if csv is not None:
+                motion.to_csv(csv, period=period)
         if plot is not None:
             write_figure(motion.plot(), plot)
     return Output(plan_data(robot, found, motion), plan_table, status=0 if found else 1)
@@ -173,6 +193,7 @@ def plan_data(robot: Robot, found: Plan, motion: Trajectory | None) -> Data:
         "clearance": found.clearance,
         "checks": found.checks,
         "duration": None if motion is None else motion.duration,
+        "check": None if motion is None else str(motion.check()),
     }
 
 
@@ -186,4 +207,4 @@ def plan_table(data) -> Iterator[RenderableType]:
             yield table
     yield data["reason"]
     if data["duration"] is not None:
-        yield f"{data['duration']:.3f} s within the limits"
+        yield f"{data['duration']:.3f} s, {data['check']}"

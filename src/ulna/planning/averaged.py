@@ -76,6 +76,10 @@ class Averaged:
         """When it is at rest [s]: where the window is within a rest of the base."""
         return self.base.rests
 
+    def slowed(self, factor: float) -> Averaged:
+        """The motion passed slower: at time t where this one is at ``factor`` t."""
+        return Averaged(self.base.slowed(factor), self.window / factor)
+
     @cached_property
     def times(self) -> Array:
         """When its jerk changes [s]: when one end of the window passes a grid point of the base."""
@@ -106,6 +110,7 @@ class Averaged:
         i, k = self.base.interval_at(t), self.base.interval_at(until)
         area = (sums[k] - sums[i]) + (lost[k] - lost[i]) + (self._area(k, until - times[k]) - self._area(i, t - times[i]))
         before, behind = self.base.at(t), self.base.at(until)
+        area -= ((until - t) - self.window)[..., None] * (behind.q - self.base.grid.starts[0])  # what rounding t + window added
         q = np.where((t >= self.duration)[..., None], behind.q, self.base.grid.starts[0] + area / self.window)
         return Moment(q, *((late - early) / self.window for early, late in zip(before[:3], behind[:3], strict=True)))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,10 +17,10 @@ from ulna.kinematics.tree import entry_names
 from ulna.planning.averaged import timed_path
 from ulna.planning.improve import Best, Searched, improved
 from ulna.planning.motion import Motion
+from ulna.planning.motion_limits import as_motion_limits
 from ulna.planning.options import refuse_unless, refuse_unless_count
 from ulna.planning.plan_status import Effort, PlanStatus
-from ulna.planning.timing import Limits
-from ulna.planning.trajectory import Trajectory, as_limits, make_trajectory, resting
+from ulna.planning.trajectory import Trajectory, make_trajectory, resting
 
 Array = NDArray[np.float64]
 _SAMPLES = 256  # at which the clearance is measured
@@ -129,15 +130,17 @@ class Plan:
     def trajectory(
         self,
         *,
-        acceleration: ArrayLike,
+        acceleration: ArrayLike | None = None,
         velocity: ArrayLike | None = None,
         blend: float = 0.1,
         jerk: ArrayLike | None = None,
+        limits: str | Path | None = None,
     ) -> Trajectory:
         """The path with times: the fastest motion along it within limits, by TOPP-RA (Pham and Pham 2018).
 
         Args:
-            acceleration: The greatest acceleration of each joint [rad/s^2 or m/s^2], a number or n_dof numbers.
+            acceleration: The greatest acceleration of each joint [rad/s^2 or m/s^2], a number or n_dof numbers; needed unless
+                ``limits`` states one.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; the robot's limits unless given.
             blend: How much of each of its two edges, in the plan's metric [rad], a rounded corner takes at most; half of an edge
                 is the most. A rounding is a parabola, and is certified as the edges are; one that is not free is made smaller.
@@ -145,33 +148,29 @@ class Plan:
             jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers. With it the motion is the mean of one without
                 it over a short time, which leaves the path at its corners by a distance that is certified too. An arm whose
                 controller refuses jumps of the acceleration, as a Franka's does, needs it.
+            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it: the limits that are
+                not given as numbers (docs/planning.md names the arms and the sources).
 
         Returns:
             A ``Trajectory``: times, q, qd, qdd, and ``at(t)``.
 
         Raises:
-            InputError: There is no path, or a limit is not above 0.
+            InputError: There is no path, no acceleration is given, or a limit is not above 0.
+            UnknownNameError: There is no such set of limits.
+            FileError: The file of limits cannot be read.
+            DescriptionError: The file is none of limits.
         """
         if not self or self._motion is None:
             raise InputError("plan", f"there is no path: {self.status}")
         if isinstance(blend, bool) or not isinstance(blend, Real) or not 0.0 <= blend < np.inf:
             raise InputError("blend", f"{blend!r}; a length of at least 0 is expected")
         tree = self._motion.checker.tree
-        if velocity is None and not tree.velocity_limits.all():
-            still = ", ".join(repr(name) for name, most in zip(entry_names(tree), tree.velocity_limits, strict=True) if not most)
-            raise InputError(
-                "velocity", f"the description allows {still} a velocity of 0, so no motion has times; give velocity="
-            )
-        velocities = as_limits(
-            "velocity", tree.velocity_limits if velocity is None else velocity, tree.n_dof, may_be_infinite=True
-        )
         names = tuple(entry_names(tree))
-        accelerations = as_limits("acceleration", acceleration, tree.n_dof)
+        kept = as_motion_limits(names, tree.velocity_limits, velocity, acceleration, jerk, limits)
         if len(self.path) == 1:
-            return resting(self.path[0], names, certified=self.certified, motion=self._motion)
-        limits = Limits(velocities, accelerations, None if jerk is None else as_limits("jerk", jerk, tree.n_dof))
-        timed = timed_path(self.path, np.diff(self._lengths), float(blend), limits, self._motion.is_free)
-        return make_trajectory(timed, names, certified=self.certified and not self.escaped, motion=self._motion)
+            return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept)
+        timed = timed_path(self.path, np.diff(self._lengths), float(blend), kept, self._motion.is_free)
+        return make_trajectory(timed, names, certified=self.certified and not self.escaped, motion=self._motion, limits=kept)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).

@@ -89,6 +89,11 @@ class TimedPath(NamedTuple):
         q = grid.starts[i] + s * grid.slopes[i] + 0.5 * s * s * bend
         return Moment(q, slope * speed, slope * rate + bend * speed**2, slope * jerk[..., None] + 3 * bend * speed * rate)
 
+    def slowed(self, factor: float) -> TimedPath:
+        """The path passed slower: at time t where this one is at ``factor`` t."""
+        times, speeds, accelerations, jerks = self.profile
+        return TimedPath(self.grid, Profile(times / factor, speeds * factor, accelerations * factor**2, jerks * factor**3))
+
     def interval_at(self, t: Array) -> NDArray[np.int64]:
         """The interval in which each time lies, shape (...)."""
         return np.clip(np.searchsorted(self.profile.times, t, side="right") - 1, 0, len(self.grid.steps) - 1)

@@ -1,4 +1,4 @@
-"""Gives a path times: the fastest motion within limits of velocity and acceleration."""
+"""Holds a motion in time: what it is at a time, what a controller is sent, whether it is free."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.errors import FileError, InputError, needs_extra
+from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.averaged import Averaged
 from ulna.planning.motion import Motion
+from ulna.planning.motion_check import MotionCheck, Samples, check_of
+from ulna.planning.motion_limits import as_limits, limits_of
 from ulna.planning.options import refuse_unless
 from ulna.planning.ros_message import joint_trajectory
-from ulna.planning.timing import Grid, Moment, Profile, TimedPath
+from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath
 
 Array = NDArray[np.float64]
-LARGEST = 1e9  # of a limit [1/s^n]: above, the times are rounding
+_MOST_SAMPLES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +53,7 @@ class Trajectory:
     joint_names: tuple[str, ...]
     _timed: TimedPath | Averaged
     _motion: Motion | None = field(default=None, repr=False)
+    _limits: Limits | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for array in (self.times, self.q, self.qd, self.qdd):
@@ -111,6 +115,97 @@ class Trajectory:
             raise AssertionError("every plan with a path has one")
         points, spreads = self._timed.edges_since(min(float(since), self.duration))
         return self._motion._replace(world=world, margin=float(clearance)).is_free(points, spreads)
+
+    def sampled(self, period: float = 0.001) -> Samples:
+        """What a controller is sent: positions, velocities and accelerations once a period.
+
+        Times are whole periods from 0 on. The last is the first that is not before ``duration``: there q is exactly
+        ``self.q[-1]``, and velocity and acceleration are exactly 0. So the arm arrives less than a period after ``duration``.
+
+        Args:
+            period: The time between two samples [s].
+
+        Returns:
+            ``Samples``: t [s], shape (n,); q, qd and qdd, shape (n, n_dof) each.
+
+        Raises:
+            InputError: ``period`` is not above 0, or there would be more than 10^7 samples.
+        """
+        refuse_unless("period", period, 0.0, "a time [s] above 0", above=True)
+        n = np.ceil(self.duration / float(period) * (1 - 1e-12))
+        if n > _MOST_SAMPLES:
+            raise InputError("period", f"{period!r}; a motion of {self.duration:.4g} s would have {n:.3g} samples")
+        t = np.arange(int(n) + 1, dtype=np.float64) * float(period)
+        q, qd, qdd = self.at(t)[:3]
+        q[-1], qd[-1], qdd[-1] = self.q[-1], 0.0, 0.0
+        return Samples(t, q, qd, qdd)
+
+    def check(
+        self,
+        limits: str | Path | None = None,
+        *,
+        velocity: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
+        jerk: ArrayLike | None = None,
+        period: float = 0.001,
+    ) -> MotionCheck:
+        """Whether a controller accepts the motion: velocity, acceleration and jerk by differences of its samples.
+
+        libfranka judges so: a velocity is the difference of two positions by the period, an acceleration that of two velocities,
+        a jerk that of two accelerations. Before the first sample and after the last the arm rests. The velocities that an FR3
+        allows depend on its position, and so do those of ``limits="fr3"`` here.
+
+        Args:
+            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``: see ``docs/planning.md``. Those with which
+                the motion was made, if nothing is given.
+            velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers, instead of that of ``limits``.
+            acceleration: The greatest acceleration [rad/s^2 or m/s^2].
+            jerk: The greatest jerk [rad/s^3 or m/s^3].
+            period: The time between two samples [s].
+
+        Returns:
+            A ``MotionCheck``, true if the motion keeps the limits; printed it is a sentence.
+
+        Raises:
+            InputError: A limit or ``period`` cannot be taken, or no limit is known.
+            UnknownNameError: There is no such set of limits.
+            FileError: The file cannot be read.
+            DescriptionError: The file is none of limits.
+        """
+        samples, n = self.sampled(period), self.q.shape[1]
+        arm = ArmLimits(np.full(n, np.inf), None, None, "")
+        if limits is not None:
+            arm = limits_of(limits, self.joint_names)
+            arm = arm._replace(velocity=np.where(np.isnan(arm.velocity), np.inf, arm.velocity))
+        elif velocity is None and acceleration is None and jerk is None:
+            if self._limits is None:
+                raise InputError("limits", "none is given, and none is known of this motion")
+            arm = ArmLimits(*self._limits, "")
+        given = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk}
+        arm = arm._replace(
+            **{name: as_limits(name, most, n, may_be_infinite=True) for name, most in given.items() if most is not None}
+        )
+        return check_of(samples, float(period), arm, self.joint_names)
+
+    def slowed(self, factor: float) -> Trajectory:
+        """The motion along the same configurations, slower: at time t it is where this one is at ``factor`` times t.
+
+        Velocities are ``factor`` times those of this motion, accelerations factor^2 times, jerks factor^3 times. It is certified
+        where this one is.
+
+        Args:
+            factor: Above 0, at most 1: 0.5 takes twice as long.
+
+        Raises:
+            InputError: ``factor`` is not such a number.
+        """
+        refuse_unless("factor", factor, 1e-6, "a number of at least 1e-6 and at most 1")
+        if factor > 1.0:
+            raise InputError("factor", f"{factor!r}; at most 1 is expected: a faster motion has to be timed again")
+        if len(self.times) == 1:
+            return self
+        timed, names = self._timed.slowed(float(factor)), self.joint_names
+        return make_trajectory(timed, names, certified=self.certified, motion=self._motion, limits=self._limits)
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
@@ -186,30 +281,21 @@ class Trajectory:
 
 
 def make_trajectory(
-    timed: TimedPath | Averaged, joint_names: tuple[str, ...], *, certified: bool, motion: Motion | None = None
+    timed: TimedPath | Averaged,
+    joint_names: tuple[str, ...],
+    *,
+    certified: bool,
+    motion: Motion | None = None,
+    limits: Limits | None = None,
 ) -> Trajectory:
-    """The trajectory of a path with times."""
+    """The trajectory of a path with times. limits: those that it keeps."""
     moment = timed.at(timed.times)
-    return Trajectory(timed.times, *moment[:3], certified, len(timed.rests) - 2, joint_names, timed, motion)
+    return Trajectory(timed.times, *moment[:3], certified, len(timed.rests) - 2, joint_names, timed, motion, limits)
 
 
-def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion) -> Trajectory:
+def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion, limits: Limits) -> Trajectory:
     """The trajectory of a plan that does not move."""
     none, zero = np.zeros((1, len(q))), np.zeros(1)
     grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]))
     timed = TimedPath(grid, Profile(np.zeros(2), zero, zero, zero))
-    return Trajectory(zero.copy(), q[None].copy(), none.copy(), none.copy(), certified, 0, joint_names, timed, motion)
-
-
-def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool = False) -> Array:
-    """Limits as n_dof numbers above 0.
-
-    Raises:
-        InputError: They are neither one such number nor n_dof, or above 1e9; a velocity may be infinite.
-    """
-    limits = as_floats(name, given)
-    if limits.shape not in {(), (n_dof,)} or not (limits > 0).all():
-        raise InputError(name, f"{given!r}; a number above 0, or {n_dof} of them, is expected")
-    if not ((limits <= LARGEST) | (may_be_infinite & np.isinf(limits))).all():
-        raise InputError(name, f"{given!r}; at most {LARGEST:g} is expected{', or inf' if may_be_infinite else ''}")
-    return np.broadcast_to(limits, (n_dof,)).copy()
+    return Trajectory(zero.copy(), q[None].copy(), none.copy(), none.copy(), certified, 0, joint_names, timed, motion, limits)

@@ -1,0 +1,100 @@
+"""Limits of velocity, acceleration and jerk that the documentation or the source of some arms states.
+
+Only figures read in a source are here. What no source states is None, and has to be given by the caller.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class ArmLimits(NamedTuple):
+    """What a source says about the joints of an arm, shape (n_dof,) each; None where it says nothing.
+
+    Attributes:
+        velocity: The greatest velocity of each joint [rad/s or m/s]; NaN of a joint of which the source says nothing.
+        acceleration: The greatest acceleration [rad/s^2 or m/s^2].
+        jerk: The greatest jerk [rad/s^3 or m/s^3].
+        source: Where the figures are from.
+        near_ends: Where the velocity depends on the position: rows (offset, rate, lower, upper), shape (n_dof, 4). Towards the
+            upper end at most sqrt(rate (upper - q)) - offset is allowed, towards the lower one sqrt(rate (q - lower)) - offset.
+    """
+
+    velocity: Array
+    acceleration: Array | None
+    jerk: Array | None
+    source: str
+    near_ends: Array | None = None
+
+
+def _numbers(*values: float) -> Array:
+    array = np.array(values)
+    array.setflags(write=False)
+    return array
+
+
+def _degrees(*values: float) -> Array:
+    return _numbers(*np.deg2rad(values))
+
+
+_FR3_NEAR_ENDS = np.array(
+    [
+        (0.30, 12.0, -2.7501, 2.7501),
+        (0.20, 5.17, -1.7918, 1.7918),
+        (0.20, 7.00, -2.9065, 2.9065),
+        (0.30, 8.00, -3.0481, -0.1458),
+        (0.35, 34.0, -2.8101, 2.8101),
+        (0.35, 11.0, 0.54092, 4.5205),
+        (0.35, 34.0, -3.0196, 3.0196),
+    ]
+)
+
+ARMS = {
+    "panda": ArmLimits(
+        _numbers(2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61),
+        _numbers(15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0),
+        _numbers(7500.0, 3750.0, 5000.0, 6250.0, 7500.0, 10000.0, 10000.0),
+        "libfranka 0.9.2, include/franka/rate_limiting.h, before its margins for lost packets",
+    ),
+    "fr3": ArmLimits(
+        _numbers(2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26),
+        _numbers(*[10.0] * 7),
+        _numbers(*[5000.0] * 7),
+        "libfranka, include/franka/rate_limiting.h at 155ddac8, before its margin of 0.001",
+        _FR3_NEAR_ENDS,
+    ),
+    "ur5e": ArmLimits(
+        _degrees(*[180.0] * 6),
+        _degrees(*[180.0] * 6),
+        None,
+        "Universal_Robots_ROS2_Description, config/ur5e/joint_limits.yaml; it says that the acceleration is chosen for MoveIt, "
+        "since the arm's own is not public",
+    ),
+    "ur10e": ArmLimits(
+        _degrees(120.0, 120.0, 180.0, 180.0, 180.0, 180.0),
+        None,
+        None,
+        "Universal_Robots_ROS2_Description, config/ur10e/joint_limits.yaml, which states no acceleration",
+    ),
+    "xarm7": ArmLimits(
+        _numbers(*[2.14] * 7),
+        _numbers(*[20.0] * 7),
+        None,
+        "xarm_ros2, xarm_moveit_config/config/xarm7/joint_limits.yaml, which states no jerk",
+    ),
+    "iiwa7": ArmLimits(
+        _degrees(98.0, 98.0, 100.0, 130.0, 140.0, 180.0, 180.0),
+        None,
+        None,
+        "lbr_fri_ros2_stack, lbr_description/urdf/iiwa7/joint_limits.yaml, which states no acceleration",
+    ),
+    "iiwa14": ArmLimits(
+        _degrees(85.0, 85.0, 100.0, 75.0, 130.0, 135.0, 135.0),
+        None,
+        None,
+        "lbr_fri_ros2_stack, lbr_description/urdf/iiwa14/joint_limits.yaml, which states no acceleration",
+    ),
+}

@@ -1,0 +1,101 @@
+"""Judges a motion as the controller of an arm does: by differences of the positions that it is sent."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.planning.arm_limits import ArmLimits
+
+Array = NDArray[np.float64]
+_QUANTITIES = "velocity", "acceleration", "jerk"
+_ROUNDING = 4 * np.finfo(float).eps  # of a position, by its size
+
+
+class Samples(NamedTuple):
+    """What a controller is sent: a row for each period.
+
+    Attributes:
+        t: Times [s], shape (n,), evenly spaced from 0 on.
+        q: Positions [rad or m], shape (n, n_dof).
+        qd: Velocities [rad/s or m/s], shape (n, n_dof).
+        qdd: Accelerations [rad/s^2 or m/s^2], shape (n, n_dof).
+    """
+
+    t: Array
+    q: Array
+    qd: Array
+    qdd: Array
+
+
+@dataclass(frozen=True)
+class MotionCheck:
+    """Whether samples of a motion keep its limits, and which of them comes nearest to one. ``if check:`` asks whether they do.
+
+    Attributes:
+        within: Whether every difference is within its limit, but for what rounding of the positions can add.
+        joint: The joint whose difference is the greatest share of its limit.
+        quantity: Of what: "velocity", "acceleration" or "jerk".
+        time: When [s].
+        value: How much, without its sign [rad/s, rad/s^2 or rad/s^3; m of a slide].
+        limit: The limit there, in the unit of ``value``.
+        period: The time between two samples [s].
+    """
+
+    within: bool
+    joint: str
+    quantity: str
+    time: float
+    value: float
+    limit: float
+    period: float
+
+    def __bool__(self) -> bool:
+        return self.within
+
+    def __str__(self) -> str:
+        verdict = "within the limits" if self.within else "beyond a limit"
+        share = f", {self.value / self.limit:.4g} times its limit of {self.limit:.4g}" if self.limit else ", where 0 is allowed"
+        return (
+            f"{verdict}: the {self.quantity} of {self.joint} is {self.value:.4g} at {self.time:.3f} s{share}, "
+            f"by differences of samples {self.period * 1e3:.4g} ms apart"
+        )
+
+
+def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence[str]) -> MotionCheck:
+    """The check of samples; before the first and after the last the arm rests, as a controller supposes."""
+    q = np.concatenate([np.repeat(samples.q[:1], 3, axis=0), samples.q, np.repeat(samples.q[-1:], 3, axis=0)])
+    within, worst = True, (-1.0, "", "", 0.0, 0.0, 0.0)
+    differences = q
+    for order, quantity in enumerate(_QUANTITIES, start=1):
+        differences = np.diff(differences, axis=0) / period
+        most = _allowed(quantity, limits, q[order:], differences)
+        if most is None:
+            continue
+        values = np.abs(differences)
+        rounding = _ROUNDING * (2.0 / period) ** order * max(1.0, float(np.abs(q).max()))
+        within &= bool((values <= most + rounding).all())
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = np.where(values > rounding, values / most, 0.0)
+        row, joint = divmod(int(np.argmax(shares)), shares.shape[1])
+        if shares[row, joint] > worst[0]:
+            time = max(0.0, (row + order - 3) * period)
+            worst = float(shares[row, joint]), names[joint], quantity, time, float(values[row, joint]), float(most[row, joint])
+    return MotionCheck(within, *worst[1:], period)
+
+
+def _allowed(quantity: str, limits: ArmLimits, q: Array, differences: Array) -> Array | None:
+    """The limit of each difference, shape (n, n_dof); None if there is none. q: the positions at their ends."""
+    most = getattr(limits, quantity)
+    if most is None:
+        return None
+    most = np.broadcast_to(most, differences.shape)
+    if quantity != "velocity" or limits.near_ends is None:
+        return most
+    offset, rate, lower, upper = limits.near_ends.T
+    left = np.where(differences > 0.0, upper - q, q - lower)
+    return np.minimum(most, np.maximum(0.0, np.sqrt(np.maximum(0.0, rate * left)) - offset))

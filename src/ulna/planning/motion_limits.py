@@ -1,0 +1,98 @@
+"""The limits of a motion: numbers, the name of an arm, or a file ``joint_limits.yaml`` as MoveIt has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.errors import InputError, UnknownNameError
+from ulna.planning.arm_limits import ARMS, ArmLimits
+from ulna.planning.joint_limits_file import read_joint_limits
+from ulna.planning.timing import Limits
+
+Array = NDArray[np.float64]
+LARGEST = 1e9  # of a limit [1/s^n]: above, the times are rounding
+FRANKA = "franka"  # the Panda or the FR3, by the names of the joints
+
+
+def limits_of(limits: str | Path, names: Sequence[str]) -> ArmLimits:
+    """The limits of an arm by its name, or of a file.
+
+    Args:
+        limits: A name in ``ARMS``, "franka" (the FR3 where the names of the joints say so, else the Panda), or a file ``*.yaml``.
+        names: Those of the entries of q.
+
+    Raises:
+        UnknownNameError: There is no such name, and it is no ``*.yaml``.
+        InputError: The arm has another number of joints.
+        FileError, DescriptionError: The file cannot be read, or is none of limits.
+    """
+    if not isinstance(limits, str | Path):
+        raise InputError("limits", f"{limits!r}; the name of an arm or a file joint_limits.yaml is expected")
+    if Path(limits).suffix in {".yaml", ".yml"}:
+        return read_joint_limits(Path(limits), names)
+    name = str(limits)
+    if name == FRANKA:
+        name = "fr3" if any("fr3" in joint.lower() for joint in names) else "panda"
+    if name not in ARMS:
+        raise UnknownNameError("set of limits", name, (FRANKA, *ARMS), "; a file has to end in .yaml")
+    if len(ARMS[name].velocity) != len(names):
+        few, many = len(ARMS[name].velocity), f"{len(names)} ({', '.join(names)})"
+        raise InputError("limits", f"{name} has {few} joints, the robot has {many}; a .yaml file names its joints")
+    return ARMS[name]
+
+
+def as_motion_limits(
+    names: Sequence[str],
+    own_velocity: Array,
+    velocity: ArrayLike | None,
+    acceleration: ArrayLike | None,
+    jerk: ArrayLike | None,
+    limits: str | Path | None,
+) -> Limits:
+    """The limits of a motion: what is given as numbers, then what ``limits`` states, then the velocities of the description.
+
+    Raises:
+        InputError: No acceleration is given, one of them is not above 0, or the description allows a joint no velocity.
+        UnknownNameError, FileError, DescriptionError: As for ``limits_of``.
+    """
+    arm = None if limits is None else limits_of(limits, names)
+    if velocity is None:
+        known = own_velocity if arm is None else np.where(np.isnan(arm.velocity), own_velocity, arm.velocity)
+        if not known.all():
+            still = ", ".join(repr(name) for name, most in zip(names, known, strict=True) if not most)
+            raise InputError(
+                "velocity", f"the description allows {still} a velocity of 0, so no motion has times; give velocity="
+            )
+        velocity = known
+    if acceleration is None:
+        if arm is None or arm.acceleration is None:
+            missing = "none is given" if arm is None else f"{limits} states none ({arm.source})"
+            raise InputError("acceleration", f"{missing}; give acceleration=")
+        acceleration = arm.acceleration
+    if jerk is None and arm is not None:
+        jerk = arm.jerk
+    n = len(names)
+    return Limits(
+        as_limits("velocity", velocity, n, may_be_infinite=True),
+        as_limits("acceleration", acceleration, n),
+        None if jerk is None else as_limits("jerk", jerk, n),
+    )
+
+
+def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool = False) -> Array:
+    """Limits as n_dof numbers above 0.
+
+    Raises:
+        InputError: They are neither one such number nor n_dof, or above 1e9; a velocity may be infinite.
+    """
+    limits = as_floats(name, given)
+    if limits.shape not in {(), (n_dof,)} or not (limits > 0).all():
+        raise InputError(name, f"{given!r}; a number above 0, or {n_dof} of them, is expected")
+    if not ((limits <= LARGEST) | (may_be_infinite & np.isinf(limits))).all():
+        raise InputError(name, f"{given!r}; at most {LARGEST:g} is expected{', or inf' if may_be_infinite else ''}")
+    return np.broadcast_to(limits, (n_dof,)).copy()

@@ -1,0 +1,161 @@
+"""A motion is judged by differences of the samples that a controller gets."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna.errors import InputError, UnknownNameError
+from ulna.planning.arm_limits import ARMS
+
+
+@pytest.fixture(scope="module")
+def plan(panda, world):
+    left, right = panda.home.copy(), panda.home.copy()
+    left[0], right[0] = 1, -1
+    plan = panda.plan(left, right, world)
+    assert len(plan.path) > 2
+    return plan
+
+
+def worst_share(samples, period, limits):
+    """The greatest share of a limit, by differences taken one after the other, from and to rest."""
+    q = [samples.q[0]] * 3 + list(samples.q) + [samples.q[-1]] * 3
+    v, a, worst = np.zeros(len(q[0])), np.zeros(len(q[0])), 0.0
+    for before, now in pairwise(q):
+        velocity = (now - before) / period
+        acceleration = (velocity - v) / period
+        jerk = (acceleration - a) / period
+        for value, limit in zip((velocity, acceleration, jerk), limits, strict=True):
+            worst = max(worst, (np.abs(value) / limit).max())
+        v, a = velocity, acceleration
+    return worst
+
+
+def test_samples_are_evenly_spaced_and_end_exactly_at_rest_where_the_motion_ends(plan):
+    motion = plan.trajectory(limits="franka")
+    for period in (0.001, 0.01, 0.37):
+        samples = motion.sampled(period)
+        assert np.allclose(np.diff(samples.t), period, rtol=1e-9)
+        assert samples.t[0] == 0
+        assert motion.duration <= samples.t[-1] < motion.duration + period
+        assert np.array_equal(samples.q[-1], motion.q[-1])
+        assert not samples.qd[-1].any()
+        assert not samples.qdd[-1].any()
+        assert np.array_equal(samples.q[:-1], motion.at(samples.t[:-1]).q)
+
+
+@pytest.mark.parametrize("period", [1e-3, 1e-4])
+@pytest.mark.parametrize("blend", [0.0, 0.1])
+def test_a_motion_within_the_limits_of_a_franka_is_accepted_and_one_without_jerk_is_not(plan, period, blend):
+    limits = ARMS["panda"]
+    motion = plan.trajectory(limits="franka", blend=blend)
+    check = motion.check("franka", period=period)
+    assert check
+    assert str(check).startswith("within the limits")
+    share = worst_share(motion.sampled(period), period, (limits.velocity, limits.acceleration, limits.jerk))
+    assert share == pytest.approx(check.value / check.limit, rel=1e-5)
+    assert share <= 1 + 1e-5
+
+    sudden = plan.trajectory(acceleration=limits.acceleration, blend=blend)
+    check = sudden.check("franka", period=period)
+    assert not check
+    assert check.quantity == "jerk"
+    assert check.joint in sudden.joint_names
+    share = worst_share(sudden.sampled(period), period, (limits.velocity, limits.acceleration, limits.jerk))
+    assert check.value / check.limit == pytest.approx(share, rel=1e-5)
+    assert share > 1.1
+    assert str(check).startswith("beyond a limit: the jerk of panda_joint")
+    assert 0 <= check.time <= sudden.duration + 4 * period
+
+
+def test_what_is_given_counts_before_what_is_named_and_the_motions_own_limits_serve(plan):
+    motion = plan.trajectory(acceleration=5.0, jerk=500.0)
+    assert motion.check()
+    assert motion.check("franka")
+    assert not motion.check(jerk=400.0)
+    assert not motion.check("franka", acceleration=4.0)
+    check = motion.check(velocity=0.5)
+    assert (check.within, check.quantity, check.limit) == (False, "velocity", 0.5)
+    assert motion.check(velocity=np.inf, acceleration=6.0)
+
+
+def test_the_velocities_of_an_fr3_depend_on_how_near_a_joint_is_to_its_end(panda):
+    start, goal = panda.home.copy(), panda.home.copy()
+    start[0], goal[0] = 0.0, 2.74
+    plan = panda.plan(start, goal)
+    fast = plan.trajectory(limits="fr3", velocity=2.6, jerk=4000.0)
+    check = fast.check("fr3")
+    assert not check
+    assert check.quantity == "velocity"
+    assert check.limit < 2.6 < check.limit + 2.6
+    slow = plan.trajectory(limits="fr3").slowed(0.05)
+    assert slow.check("fr3")
+    away = panda.plan(panda.home, start + 0.1).trajectory(limits="fr3")
+    assert away.check("fr3")
+
+
+def test_a_slower_motion_passes_the_same_configurations(plan):
+    for options in ({"acceleration": 5.0}, {"limits": "franka"}, {"limits": "franka", "blend": 0.0}):
+        motion = plan.trajectory(**options)
+        slow = motion.slowed(0.5)
+        t = np.linspace(0, motion.duration, 1001)
+        fast, late = motion.at(t), slow.at(t / 0.5)
+        assert slow.duration == pytest.approx(2 * motion.duration, rel=1e-12)
+        assert np.allclose(late.q, fast.q, atol=1e-12)
+        assert np.allclose(late.qd, 0.5 * fast.qd, atol=1e-9)
+        inside = np.abs(t[:, None] - motion.times).min(axis=1) > 1e-6  # the acceleration may jump at grid points
+        assert np.allclose(late.qdd[inside], 0.25 * fast.qdd[inside], atol=1e-6)
+        assert np.allclose(late.jerk[inside], 0.125 * fast.jerk[inside], atol=1e-3)
+        assert slow.certified
+        assert slow.is_free(plan._motion.world)
+        assert slow.check()
+        assert slow.stops == motion.stops
+    assert motion.slowed(1.0).duration == motion.duration
+
+
+def test_a_motion_that_does_not_move_has_one_sample(panda):
+    motion = panda.plan(panda.home, panda.home).trajectory(limits="franka")
+    assert motion.check()
+    assert motion.sampled().q.shape == (1, 7)
+    assert motion.slowed(0.5).duration == 0
+
+
+def test_what_cannot_be_taken_is_refused_by_name(panda, plan):
+    motion = plan.trajectory(acceleration=5.0)
+    for call, argument in (
+        (lambda: motion.sampled(0.0), "period"),
+        (lambda: motion.sampled(1e-9), "period"),
+        (lambda: motion.check(period=-1.0), "period"),
+        (lambda: motion.check(acceleration=0.0), "acceleration"),
+        (lambda: motion.check(7), "limits"),
+        (lambda: motion.check("ur5e"), "limits: ur5e has 6 joints, the robot has 7"),
+        (lambda: motion.slowed(0.0), "factor"),
+        (lambda: motion.slowed(1.5), "factor"),
+        (plan.trajectory, "acceleration: none is given"),
+        (lambda: plan.trajectory(limits="iiwa14"), "acceleration: iiwa14 states none"),
+    ):
+        with pytest.raises(InputError, match=argument):
+            call()
+    with pytest.raises(UnknownNameError, match=r"franca.*franka"):
+        plan.trajectory(limits="franca")
+    assert plan.trajectory(limits="iiwa14", acceleration=3.0).check("iiwa14")
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_every_set_has_a_source_and_a_limit_above_zero_of_each_joint(name):
+    arm = ARMS[name]
+    assert arm.source
+    for limits in (arm.velocity, arm.acceleration, arm.jerk):
+        assert limits is None or (limits.shape == arm.velocity.shape and (limits > 0).all())
+
+
+def test_franka_is_the_fr3_where_the_joints_are_called_so(panda):
+    text = panda.to_urdf().replace("panda", "fr3")
+    robot = ulna.load(text)
+    goal = robot.home.copy()
+    goal[0] += 0.5
+    motion = robot.plan(robot.home, goal).trajectory(limits="franka")
+    assert motion._limits.acceleration.tolist() == [10.0] * 7
+    assert motion.check("fr3")
