@@ -8,23 +8,7 @@ import pytest
 
 import ulna
 
-HOME = np.array([0.0, -0.7, 0.0, -2.3, 0.0, 1.6, 0.8])
-LOWER = np.array([-2.7437, -1.7837, -2.9007, -3.0421, -2.8065, 0.5445, -3.0159])
-
-
-class ControlException(RuntimeError): ...
-
-
-class NetworkException(RuntimeError): ...
-
-
-class CommandException(RuntimeError): ...
-
-
-class InvalidOperationException(RuntimeError): ...
-
-
-class RealtimeException(RuntimeError): ...
+ERRORS = ("ControlException", "NetworkException", "CommandException", "InvalidOperationException", "RealtimeException")
 
 
 class Mode:
@@ -33,16 +17,17 @@ class Mode:
 
 
 class Controller:
-    """The other side: ``fail_at`` raises ``failure`` at a tick, ``skip_at`` loses three periods."""
+    """The other side. At a tick ``failure`` is raised, three periods are lost, or a function is called."""
 
     Idle, Reflex = Mode("Idle"), Mode("Reflex")
 
     def __init__(self):
-        self.q, self.q_d, self.mode, self.commands, self.calls = HOME.copy(), HOME.copy(), self.Idle, [], []
+        self.q, self.q_d, self.mode, self.commands, self.calls = *ulna.load("fr3").home[None].repeat(2, 0), self.Idle, [], []
+        self.moved = np.eye(4)  # the flange, from where the description has it
         self.fail_at = self.failure = self.skip_at = self.at_tick = None
 
     def state(self):
-        flange = ulna.load("panda").forward_kinematics(self.q, link="panda_link8")
+        flange = ulna.load("fr3").forward_kinematics(self.q, link="fr3_link8") @ self.moved
         return SimpleNamespace(
             q=self.q.tolist(),
             q_d=self.q_d.tolist(),
@@ -57,7 +42,7 @@ class Control:
     def __init__(self, controller):
         self.controller, self.ticks = controller, 0
 
-    def readOnce(self):
+    def readOnce(self):  # noqa: N802 - the client's name
         controller = self.controller
         if controller.fail_at == self.ticks:
             controller.mode = Controller.Reflex
@@ -69,7 +54,7 @@ class Control:
         self.ticks += 1
         return state, SimpleNamespace(to_sec=lambda: passed)
 
-    def writeOnce(self, command):
+    def writeOnce(self, command):  # noqa: N802 - the client's name
         self.controller.commands.append(command)
         self.controller.q = self.controller.q_d = np.array(command.q)
 
@@ -87,7 +72,7 @@ def controller(monkeypatch):
         def __init__(self, address, realtime):
             found.calls.append((address, realtime))
             if address == "10.0.0.9":
-                raise NetworkException("libfranka: Connection timeout")
+                raise client.NetworkException("libfranka: Connection timeout")
 
         def read_once(self):
             return found.state()
@@ -104,8 +89,9 @@ def controller(monkeypatch):
             found.mode = Controller.Idle
 
     client = ModuleType("pylibfranka")
-    for each in (ControlException, NetworkException, CommandException, InvalidOperationException, RealtimeException, Robot, JointPositions):
-        setattr(client, each.__name__, each)
+    for name in ERRORS:
+        setattr(client, name, type(name, (RuntimeError,), {}))
+    client.Robot, client.JointPositions = Robot, JointPositions
     client.RobotMode = Controller
     client.RealtimeConfig = SimpleNamespace(kEnforce="enforce", kIgnore="ignore")
     client.ControllerMode = SimpleNamespace(JointImpedance="impedance")
@@ -114,29 +100,17 @@ def controller(monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def arm_robot():
-    """The Panda with the limits of the FR3, whose kinematics are the same."""
-    upper = np.array([2.7437, 1.7837, 2.9007, -0.1518, 2.8065, 4.5169, 3.0159])
-    text = ulna.load("panda").description
-    joints = []
-    from dataclasses import replace
-
-    for joint in text.joints:
-        if joint.name[-1:].isdigit() and joint.name != "panda_joint8":
-            k = int(joint.name[-1]) - 1
-            limits = replace(joint.limits, lower=LOWER[k], upper=upper[k])
-            joint = replace(joint, limits=limits)
-        joints.append(joint)
-    return ulna.Robot(replace(text, joints=tuple(joints)))
+def fr3():
+    return ulna.load("fr3")
 
 
 @pytest.fixture
-def motion_to(arm_robot):
+def motion_to(fr3):
     """Makes the motion from q to a goal."""
 
     def make(q, change, **limits):
         goal = np.array(q) + change
-        plan = arm_robot.plan(q, goal, ulna.World())
+        plan = fr3.plan(q, goal, None)
         assert plan
         return plan.trajectory(**({"velocity": 1.0, "acceleration": 5.0, "jerk": 2000.0} | limits))
 

@@ -5,7 +5,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.arms.arm_limits import ArmLimits
+from ulna.arms.arm_model import ArmModel
 from ulna.arms.record import Record
 from ulna.planning.trajectory import Trajectory
 
@@ -17,8 +17,8 @@ class Arm(Protocol):
     """
 
     @property
-    def limits(self) -> ArmLimits:
-        """The limits that a motion is checked against before it begins."""
+    def model(self) -> ArmModel:
+        """What a motion is checked against before it begins."""
         ...
 
     @property

@@ -7,7 +7,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.arms.arm_limits import ArmLimits
+from ulna.arms.arm_model import ArmModel
 from ulna.errors import InputError
 from ulna.planning.trajectory import Trajectory
 
@@ -15,15 +15,15 @@ Array = NDArray[np.float64]
 PERIOD = 0.001  # [s], of a Franka's commands
 START_TOLERANCE = 0.01  # [rad]: the arm may be so far from a motion's start
 _APPROACH = 0.2  # [s], from where the arm is to the start of a motion
-_UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "jerk": "rad/s^3"}
+_ROUNDED = 1e-9  # [rad], of a position at its limit
 
 
-def commands_of(motion: Trajectory, limits: ArmLimits, q: Array, *, speed: float, tolerance: float, period: float) -> Array:
+def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, tolerance: float, period: float) -> Array:
     """The positions to command, shape (n, n_dof) [rad or m], one each period; the last is the motion's end.
 
     Args:
         motion: From rest to rest, with limits of jerk.
-        limits: Those of the arm.
+        model: The arm's.
         q: Where the arm is, shape (n_dof,) [rad or m].
         speed: The share of the motion's speed, above 0 and at most 1.
         tolerance: How far any joint may be from the motion's start [rad or m].
@@ -39,8 +39,8 @@ def commands_of(motion: Trajectory, limits: ArmLimits, q: Array, *, speed: float
         )
     if isinstance(speed, bool) or not isinstance(speed, Real) or not 0.0 < float(speed) <= 1.0:
         raise InputError("speed", f"{speed!r}; a share of the motion's speed above 0 and at most 1 is expected")
-    if len(motion.joint_names) != limits.n_dof:
-        raise InputError("motion", f"it moves {len(motion.joint_names)} joints, and the {limits.name} has {limits.n_dof}")
+    if len(motion.joint_names) != model.n_dof:
+        raise InputError("motion", f"it moves {len(motion.joint_names)} joints, and the {model.name} has {model.n_dof}")
     if motion.duration > 0.0 and not motion.limits_jerk:
         raise InputError("motion", "its acceleration jumps, and the arm would abort it; plan.trajectory(jerk=...) limits that")
     away = np.abs(motion.q[0] - q)
@@ -51,15 +51,19 @@ def commands_of(motion: Trajectory, limits: ArmLimits, q: Array, *, speed: float
             f"it starts {away[joint]:.4g} rad from where {motion.joint_names[joint]} is, and {tolerance:g} rad are allowed; "
             "plan from arm.q",
         )
-    ticks = int(np.ceil(motion.duration / (float(speed) * period)))
-    commands = motion.at(np.arange(ticks + 1) * (period * float(speed))).q
-    found = limits.excess(commands, period)
-    if found is not None:
+    motion = motion if speed == 1.0 else motion.slowed(float(speed))
+    commands = motion.sampled(period).q
+    outside = (commands < model.lower - _ROUNDED) | (commands > model.upper + _ROUNDED)
+    if outside.any():
+        row, joint = np.argwhere(outside)[0]
         raise InputError(
             "motion",
-            f"at {found.row * period:.3f} s {motion.joint_names[found.joint]} has a {found.quantity} of {found.value:.4g} "
-            f"{_UNITS[found.quantity]}, and the {limits.name} takes {found.limit:.4g} there",
+            f"{motion.joint_names[joint]} goes to {commands[row, joint]:.4f} rad, and the {model.name} from "
+            f"{model.lower[joint]:.4f} to {model.upper[joint]:.4f}",
         )
+    judged = motion.check(model.limits, period=period)
+    if not judged:
+        raise InputError("motion", f"the {model.name} would abort it, {judged}")
     return commands
 
 

@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.arms.arm_limits import FR3, ArmLimits
+from ulna.arms.arm_model import FR3, ArmModel
 from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, commands_of
 from ulna.arms.record import Record
 from ulna.arms.same_arm import refuse_another_robot
@@ -32,7 +32,7 @@ class Franka:
     controller expects a command each millisecond, and stops the arm when several are missing.
 
     Attributes:
-        limits: Those of a Franka Research 3.
+        model: ``FR3``: what a motion is checked against.
         joint_names: Those of the robot, or of each motion if no robot was given.
     """
 
@@ -60,15 +60,16 @@ class Franka:
         """
         with needs_extra("a Franka", "franka", "pylibfranka"):
             import pylibfranka  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - it is optional
-        self.limits: ArmLimits = FR3
+        self.model: ArmModel = FR3
         self.joint_names: tuple[str, ...] | None = None
         self.address = address
+        self._robot: Any = ()
         self._client, self._tolerance, self._stop = pylibfranka, start_tolerance, Event()
         self._measured: Array | None = None  # while a motion runs
         self._control: Any = None  # while a motion runs; it is held nowhere else, since a new one cannot begin while it lives
         demand = pylibfranka.RealtimeConfig.kEnforce if realtime else pylibfranka.RealtimeConfig.kIgnore
         with self._named_errors(f"no connection to a Franka at {address}"):
-            self._robot: Any = pylibfranka.Robot(address, demand)
+            self._robot = pylibfranka.Robot(address, demand)
             state = self._robot.read_once()
         if robot is not None:
             T_base_ee, T_flange_ee = (np.array(each).reshape(4, 4).T for each in (state.O_T_EE, state.F_T_EE))
@@ -106,11 +107,12 @@ class Franka:
         """
         if self._measured is not None:
             raise ArmError("a motion runs already")
+        self._stop.clear()
         if self.joint_names is not None and isinstance(motion, Trajectory) and motion.joint_names != self.joint_names:
             raise InputError("motion", f"its joints are {motion.joint_names}, and the robot's are {self.joint_names}")
         with self._named_errors("the arm's state cannot be read"):
             state = self._robot.read_once()
-        body = commands_of(motion, self.limits, np.array(state.q), speed=speed, tolerance=self._tolerance, period=PERIOD)
+        body = commands_of(motion, self.model, np.array(state.q), speed=speed, tolerance=self._tolerance, period=PERIOD)
         if state.robot_mode != self._client.RobotMode.Idle:
             words = f"{state.robot_mode.name} {state.current_errors}".strip()
             raise ArmError("the arm cannot move; free it, or call arm.recover() after a reflex", words, state.q)
@@ -131,9 +133,10 @@ class Franka:
             self._robot.automatic_error_recovery()
 
     def close(self) -> None:
-        """End the connection."""
+        """End the connection. A motion that runs in another thread is stopped first, by its own thread."""
         self.stop()
-        self._robot = None
+        if self._measured is None:
+            self._robot = None
 
     def __enter__(self) -> Self:
         return self
@@ -143,7 +146,6 @@ class Franka:
 
     def _follow(self, body: Array, names: tuple[str, ...]) -> Record:
         """Send a command for each state, until the last of ``body``, shape (n, 7)."""
-        self._stop.clear()
         sent: _Sent = []
         collecting = gc.isenabled()
         gc.disable()  # a collection may take longer than a period
@@ -191,6 +193,8 @@ class Franka:
     def _named_errors(self, message: str, sent: _Sent | None = None, names: tuple[str, ...] = ()) -> Iterator[None]:
         """A context in which errors of the client become Ulna's, with the client's words and where the arm is."""
         client = self._client
+        if self._robot is None:
+            raise ArmConnectionError("the connection was closed")
         try:
             yield
         except client.NetworkException as error:

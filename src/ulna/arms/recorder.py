@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.arms.arm_limits import FR3, ArmLimits
+from ulna.arms.arm_model import FR3, ArmModel
 from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, commands_of
 from ulna.arms.record import Record
 from ulna.description.arrays import as_floats
@@ -21,25 +21,25 @@ class Recorder:
     The measured positions are the commands themselves.
 
     Attributes:
-        limits: Those that a motion is checked against.
+        model: What a motion is checked against.
         records: The ``Record`` of each run, the last one last.
     """
 
-    def __init__(self, q: ArrayLike, *, limits: ArmLimits = FR3, start_tolerance: float = START_TOLERANCE) -> None:
+    def __init__(self, q: ArrayLike, *, model: ArmModel = FR3, start_tolerance: float = START_TOLERANCE) -> None:
         """An arm at rest at q.
 
         Args:
             q: Where it is [rad or m], shape (n_dof,).
-            limits: Those of the arm in whose place it is; a Franka Research 3's unless given.
+            model: The arm in whose place it is; a Franka Research 3 unless given.
             start_tolerance: How far any joint may be from a motion's start [rad or m].
 
         Raises:
             InputError: q is not one position for each joint within the limits.
         """
         q = np.array(as_floats("q", q))
-        if q.shape != (limits.n_dof,) or not ((q >= limits.lower) & (q <= limits.upper)).all():
-            raise InputError("q", f"shape {q.shape}; {limits.n_dof} positions within the arm's limits are expected")
-        self.limits, self.records, self._q, self._tolerance = limits, [], q, start_tolerance
+        if q.shape != (model.n_dof,) or not ((q >= model.lower) & (q <= model.upper)).all():
+            raise InputError("q", f"shape {q.shape}; {model.n_dof} positions within the arm's limits are expected")
+        self.model, self.records, self._q, self._tolerance = model, [], q, start_tolerance
 
     @property
     def q(self) -> Array:
@@ -52,7 +52,7 @@ class Recorder:
         Raises:
             InputError: The motion or the speed is refused.
         """
-        body = commands_of(motion, self.limits, self._q, speed=speed, tolerance=self._tolerance, period=PERIOD)
+        body = commands_of(motion, self.model, self._q, speed=speed, tolerance=self._tolerance, period=PERIOD)
         commands = np.concatenate([approach(self._q, body[0], PERIOD), body])
         record = Record(PERIOD * np.arange(len(commands), dtype=np.float64), commands, commands, motion.joint_names)
         self.records.append(record)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.arms.arm_limits import FR3
+from ulna.arms.arm_model import FR3
 from ulna.errors import InputError
 from ulna.robot import Robot
 
