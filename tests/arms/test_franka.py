@@ -157,7 +157,7 @@ def test_another_arms_description_is_refused(controller, fr3):
     origin = joints[k].origin.copy()
     origin[1, 3] += 0.01
     joints[k] = replace(joints[k], origin=origin)
-    with pytest.raises(ulna.InputError, match=r"has its flange 10.0 mm from where the arm measures it"):
+    with pytest.raises(ulna.InputError, match=r"axis of its last joint 10.0 mm beside where the arm measures it"):
         Franka(robot=ulna.Robot(replace(fr3.description, joints=tuple(joints))))
 
 

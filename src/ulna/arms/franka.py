@@ -49,7 +49,7 @@ class Franka:
         Args:
             address: The controller's IP address or name; a simulator on this machine unless given.
             robot: The robot that motions are planned with. It is refused unless it is the arm: seven joints, limits of position
-                within the arm's, and the flange where the arm measures it.
+                within the arm's, and the last joint's axis where the arm measures it.
             start_tolerance: How far any joint may be from a motion's start [rad].
             realtime: Whether a kernel with real-time priorities is demanded, as the maker advises for a real arm.
 

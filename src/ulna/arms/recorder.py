@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 class Recorder:
     """An ``Arm`` that is not there: it refuses what a real one would refuse, records the commands, and takes no time.
 
-    The measured positions are the commands themselves.
+    What is measured before a command is the command before it.
 
     Attributes:
         model: What a motion is checked against.
@@ -54,7 +54,8 @@ class Recorder:
         """
         body = commands_of(motion, self.model, self._q, speed=speed, tolerance=self._tolerance, period=PERIOD)
         commands = np.concatenate([approach(self._q, body[0], PERIOD), body])
-        record = Record(PERIOD * np.arange(len(commands), dtype=np.float64), commands, commands, motion.joint_names)
+        measured = np.concatenate([self._q[None], commands[:-1]])
+        record = Record(PERIOD * np.arange(len(commands), dtype=np.float64), commands, measured, motion.joint_names)
         self.records.append(record)
         self._q = commands[-1].copy()
         return record
