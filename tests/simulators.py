@@ -15,7 +15,7 @@ from ulna.arms import Franka
 
 ADDRESS, PORT = "127.0.0.1", 1337
 LONGEST = 120  # [s], for a simulator to begin
-FRANKY = os.environ["FRANKY_PYTHON"]
+FRANKY = os.environ.get("FRANKY_PYTHON", ".venv-franky/bin/python")
 
 
 def assets():
