@@ -53,7 +53,7 @@ def test_the_arm_moves_only_after_a_yes(run, monkeypatch):
     from ulna.robot import load
 
     arm = Recorder(load("fr3").home)
-    monkeypatch.setattr(command, "Franka", lambda address, robot: arm)
+    monkeypatch.setattr(command, "Franka", lambda *_, **__: arm)
     result = run("run", "franka", "--to", GOAL)  # nobody answers: standard input is empty
     assert result.exit_code == 1
     assert arm.records == []
