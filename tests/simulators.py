@@ -31,8 +31,8 @@ def commands(folder):
     """How each simulator is started. franka-sim would download its model: it gets that of franky-sim, with the meshes' folder."""
     model = (assets() / "fr3.xml").read_text()
     (folder / "fr3.xml").write_text(re.sub(r'meshdir="[^"]*"', f'meshdir="{assets() / "meshes"}"', model, count=1))
-    # Its physics keep to the clock, so a busy machine makes the simulated arm jerk, and its check of measured velocities would judge
-    # that. Every check of commands stays.
+    # Its physics keep to the clock, so a busy machine makes the simulated arm jerk, and its check of measured velocities would
+    # judge that. Every check of commands stays.
     checks = (
         "from franka_sim.limits.checker import MotionLimitChecker as checker; "
         "checker.check_measured_velocity = lambda *a, **k: None; "

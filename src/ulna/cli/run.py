@@ -38,7 +38,7 @@ _SPEED = 0.2  # unless given: slow enough to reach the emergency stop
 
 RUN_KEYS = (
     "arm; robot; status; success; reason; joints; path: rows of q; duration at this speed, in seconds, or null; moved: whether "
-    "the arm was commanded to; stopped; tracking_error, in radians, or null; lost: periods without a command; q: where the arm is."
+    "the arm was commanded to; stopped; tracking_error, in radians, or null; lost: periods without a command; q: where it is."
 )
 
 
