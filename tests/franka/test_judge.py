@@ -64,5 +64,4 @@ def test_motions_without_limits_of_jerk_are_refused_and_most_are_aborted(fr3, wo
         with pytest.raises(ulna.InputError, match="jerk="):
             Recorder(motion.q[0]).run(motion)
     aborted = [why for _, why in filter(None, reasons)]
-    assert len(aborted) > 10
-    assert all("discontinuity" in why for why in aborted)
+    assert sum("discontinuity" in why for why in aborted) > 10  # the others come too fast towards a limit of position
