@@ -10,6 +10,8 @@ DOCS_VENV ?= .venv-docs
 CUDA_VENV ?= .venv-cuda
 WHEEL_VENV ?= .venv-wheel
 LOWEST_VENV ?= .venv-lowest
+FRANKA_VENV ?= .venv-franka
+FRANKY_VENV ?= .venv-franky
 AHEAD = 1
 WHEEL_DIR = dist
 LOWEST = tests
@@ -17,7 +19,7 @@ HIGHER = tests/kernels tests/wheel
 BUT =
 ARGS ?=
 
-.PHONY: demo video lint test test-all test-lowest test-without-demo test-cuda test-gpu test-ros1 test-ros2 test-wheel test-wheel-brief
+.PHONY: demo video lint test test-all test-lowest test-without-demo test-cuda test-gpu test-franka test-ros1 test-ros2 test-wheel test-wheel-brief
 .PHONY: bench bench-gpu docs wheel hw2-zip clean
 
 demo: $(VENV)/.demo
@@ -130,6 +132,19 @@ $(DOCS_VENV)/.docs: pyproject.toml
 	$(DOCS_VENV)/bin/python -m pip install --quiet --editable '.[viewer]' --group docs
 	touch $@
 
+# The driver of a Franka against two simulators of its controller (docs/franka.md), on loopback, in processes of their own.
+test-franka: $(FRANKA_VENV)/.franka
+	FRANKY_PYTHON=$(FRANKY_VENV)/bin/python $(FRANKA_VENV)/bin/python -m pytest -rP tests/franka $(ARGS)
+
+$(FRANKA_VENV)/.franka: pyproject.toml
+	$(PYTHON) -m venv $(FRANKA_VENV)
+	$(FRANKA_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(FRANKA_VENV)/bin/python -m pip install --quiet --editable . --group franka
+	$(PYTHON) -m venv $(FRANKY_VENV)
+	$(FRANKY_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(FRANKY_VENV)/bin/python -m pip install --quiet --group franky
+	touch $@
+
 # The demo in ROS, with the real parts, each ROS in an environment of its own. Without ROS 1 its tests are skipped and say so.
 test-ros1: .venv-ros1/.ready
 	.ci/offline .venv-ros1/bin/python -m pytest tests/demo/ros/ros1 $(ARGS)
@@ -208,4 +223,4 @@ $(VENV)/.dev: pyproject.toml | $(RUN)/python
 	touch $(VENV)/.demo $(VENV)/.video $@
 
 clean:
-	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) $(CUDA_VENV) $(WHEEL_VENV) $(LOWEST_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache build
+	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) $(CUDA_VENV) $(WHEEL_VENV) $(LOWEST_VENV) $(FRANKA_VENV) $(FRANKY_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache build

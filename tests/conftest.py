@@ -12,6 +12,8 @@ import ulna
 collect_ignore = ["fuzz_readers.py"]  # started by hand; needs atheris
 if find_spec("numba") is None:
     collect_ignore += ["cuda_arguments.py", "gpu"]
+if find_spec("franka_sim") is None:
+    collect_ignore += ["franka"]  # make test-franka
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere
     from ulna.dh.table import DHTable
     from ulna.errors import (
+        ArmConnectionError,
+        ArmError,
         ClusterError,
         CompilerWarning,
         DescriptionError,
@@ -49,6 +51,8 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
+    "ArmConnectionError",
+    "ArmError",
     "Box",
     "Capsule",
     "ClusterError",
@@ -113,6 +117,8 @@ _HOMES = {
     "ulna.description.shapes": ("Box", "Capsule", "ConvexMesh", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
     "ulna.dh.table": ("DHTable",),
     "ulna.errors": (
+        "ArmConnectionError",
+        "ArmError",
         "ClusterError",
         "CompilerWarning",
         "DescriptionError",

@@ -5,6 +5,7 @@ Each says where and what next, and carries its data as attributes.
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 _LONGEST = 1000  # characters of a message, which may cite a document
 _LONGEST_NAME, _MOST_NAMES = 100, 10_000  # among which near ones are looked for
@@ -119,6 +120,28 @@ class ClusterError(UlnaError, RuntimeError):
 
 class DeviceError(UlnaError, RuntimeError):
     """A GPU is needed, but none was found, or the one found cannot be used."""
+
+
+class ArmError(UlnaError, RuntimeError):
+    """An arm that has stopped by itself, or that refuses to move.
+
+    Attributes:
+        words: What its controller says.
+        q: Where the arm was measured last [rad or m], a tuple of n_dof numbers; empty if it was not.
+        record: What was commanded and measured until then, an ``ulna.arms.Record``, or None.
+    """
+
+    def __init__(self, message: str, words: str = "", q: Iterable[float] = (), record: Any = None) -> None:
+        self.message, self.words, self.q, self.record = message, words, tuple(map(float, q)), record
+        place = f"; it was last measured at q = ({', '.join(f'{each:.4f}' for each in self.q)})" if self.q else ""
+        super().__init__(f"{message}{f': {words}' if words else ''}{place}")
+
+    def __reduce__(self):
+        return type(self), (self.message, self.words, self.q, self.record)
+
+
+class ArmConnectionError(ArmError):
+    """The connection to an arm that cannot be made, or was lost. Its controller stops the arm by itself then."""
 
 
 class GeometryError(UlnaError, ValueError):

@@ -26,7 +26,7 @@ def test_a_part_of_a_name_or_package_filters_the_list(ask, run):
     names = [name for robot in answer.robots for name in (robot["name"], *robot["also"])]
     assert {"ur5", "ur5_robot"} <= set(names)
     assert all("ur5" in robot["name"] + "".join(robot["also"]) for robot in answer.robots)
-    assert [robot["name"] for robot in ask("list", "bundled").robots] == ["panda"]
+    assert [robot["name"] for robot in ask("list", "bundled").robots] == ["panda", "fr3"]
     none = run("list", "no such robot")
     assert (none.exit_code, none.stdout.splitlines()[0]) == (1, "no robot is called so")
 

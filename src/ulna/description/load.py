@@ -41,6 +41,8 @@ def load_description(
     """
     document, home = _document(source, xacro_args, package_dirs)
     description = replace(read_urdf(document.text, document.source), folder=document.folder, package_dirs=document.package_dirs)
+    if srdf is None and isinstance(source, str) and source in BUNDLED:
+        srdf = BUNDLED[source].semantics()
     if srdf is None and document.folder is not None:  # nothing lies beside a text, or a bundled robot
         description = replace(description, srdf=srdf_beside(document, document.folder, description))
     elif srdf is not None and srdf is not False:

@@ -42,13 +42,13 @@ def _degrees(*values: float) -> Array:
 
 _FR3_NEAR_ENDS = np.array(
     [
-        (0.30, 12.0, -2.7501, 2.7501),
-        (0.20, 5.17, -1.7918, 1.7918),
-        (0.20, 7.00, -2.9065, 2.9065),
-        (0.30, 8.00, -3.0481, -0.1458),
-        (0.35, 34.0, -2.8101, 2.8101),
-        (0.35, 11.0, 0.54092, 4.5205),
-        (0.35, 34.0, -3.0196, 3.0196),
+        (0.301, 12.0, -2.7501, 2.7501),
+        (0.201, 5.17, -1.7918, 1.7918),
+        (0.201, 7.00, -2.9065, 2.9065),
+        (0.301, 8.00, -3.0481, -0.1458),
+        (0.351, 34.0, -2.8101, 2.8101),
+        (0.351, 11.0, 0.54092, 4.5205),
+        (0.351, 34.0, -3.0196, 3.0196),
     ]
 )
 
@@ -60,10 +60,10 @@ ARMS = {
         "libfranka 0.9.2, include/franka/rate_limiting.h, before its margins for lost packets",
     ),
     "fr3": ArmLimits(
-        _numbers(2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26),
+        _numbers(2.619, 2.619, 2.619, 2.619, 5.259, 4.179, 5.259),
         _numbers(*[10.0] * 7),
         _numbers(*[5000.0] * 7),
-        "libfranka, include/franka/rate_limiting.h at 155ddac8, before its margin of 0.001",
+        "libfranka, include/franka/rate_limiting.h at 155ddac8, with its margin of 0.001 rad/s",
         _FR3_NEAR_ENDS,
     ),
     "ur5e": ArmLimits(

@@ -72,6 +72,11 @@ class Trajectory:
         """When it is at rest [s], shape (stops + 2,): at the start, at each stop, at the end."""
         return self._timed.rests
 
+    @property
+    def limits_jerk(self) -> bool:
+        """Whether the acceleration goes on without jumps, as of a motion made with ``jerk=``."""
+        return self._timed.limits_jerk
+
     def at(self, t: ArrayLike) -> Moment:
         """Positions, velocities and accelerations at times.
 

@@ -11,17 +11,22 @@ from ulna.errors import FileError, near_names
 
 @dataclass(frozen=True)
 class Bundled:
-    """A bundled description: its file beside this module, and the configuration to start from [rad or m]."""
+    """A bundled description: its files beside this module, and the configuration to start from [rad or m]."""
 
     file: str
     home: tuple[float, ...]
+    semantic_file: str | None = None
 
     def text(self) -> bytes:
         """The URDF document."""
         return Path(__file__).with_name(self.file).read_bytes()
 
+    def semantics(self) -> Path | None:
+        """The SRDF document's path, if there is one."""
+        return None if self.semantic_file is None else Path(__file__).with_name(self.semantic_file)
 
-BUNDLED = {"panda": Bundled("panda.urdf", panda.HOME)}
+
+BUNDLED = {"panda": Bundled("panda.urdf", panda.HOME), "fr3": Bundled("fr3.urdf", panda.HOME, "fr3.srdf")}
 
 
 _MOST_NEAR = 4

@@ -1,0 +1,78 @@
+"""Makes the commands of a motion, and refuses a motion that an arm would not take."""
+
+from __future__ import annotations
+
+from numbers import Real
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.arms.arm_model import ArmModel
+from ulna.errors import InputError
+from ulna.planning.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+PERIOD = 0.001  # [s], of a Franka's commands
+START_TOLERANCE = 0.01  # [rad]: the arm may be so far from a motion's start
+_APPROACH = 0.2  # [s], from where the arm is to the start of a motion
+_ROUNDED = 1e-9  # [rad], of a position at its limit
+
+
+def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, tolerance: float, period: float) -> Array:
+    """The positions to command, shape (n, n_dof) [rad or m], one each period; the last is the motion's end.
+
+    Args:
+        motion: From rest to rest, with limits of jerk.
+        model: The arm's.
+        q: Where the arm is, shape (n_dof,) [rad or m].
+        speed: The share of the motion's speed, above 0 and at most 1.
+        tolerance: How far any joint may be from the motion's start [rad or m].
+        period: The time between two commands [s].
+
+    Raises:
+        InputError: The motion has other joints, no limits of jerk, another start, or exceeds a limit of the arm at this speed;
+            or the speed is not such a share.
+    """
+    if not isinstance(motion, Trajectory):
+        raise InputError(
+            "motion", f"{type(motion).__name__}; an ulna.Trajectory is expected, as plan.trajectory(jerk=...) returns"
+        )
+    if isinstance(speed, bool) or not isinstance(speed, Real) or not 0.0 < float(speed) <= 1.0:
+        raise InputError("speed", f"{speed!r}; a share of the motion's speed above 0 and at most 1 is expected")
+    if len(motion.joint_names) != model.n_dof:
+        raise InputError("motion", f"it moves {len(motion.joint_names)} joints, and the {model.name} has {model.n_dof}")
+    if motion.duration > 0.0 and not motion.limits_jerk:
+        raise InputError("motion", "its acceleration jumps, and the arm would abort it; plan.trajectory(jerk=...) limits that")
+    away = np.abs(motion.q[0] - q)
+    joint = int(np.argmax(away))
+    if not away[joint] <= tolerance:
+        raise InputError(
+            "motion",
+            f"it starts {away[joint]:.4g} rad from where {motion.joint_names[joint]} is, and {tolerance:g} rad are allowed; "
+            "plan from arm.q",
+        )
+    motion = motion if speed == 1.0 else motion.slowed(float(speed))
+    commands = motion.sampled(period).q
+    outside = (commands < model.lower - _ROUNDED) | (commands > model.upper + _ROUNDED)
+    if outside.any():
+        row, joint = np.argwhere(outside)[0]
+        raise InputError(
+            "motion",
+            f"{motion.joint_names[joint]} goes to {commands[row, joint]:.4f} rad, and the {model.name} from "
+            f"{model.lower[joint]:.4f} to {model.upper[joint]:.4f}",
+        )
+    judged = motion.check(model.limits, period=period)
+    if not judged:
+        raise InputError("motion", f"the {model.name} would abort it, {judged}")
+    return commands
+
+
+def approach(q: Array, start: Array, period: float) -> Array:
+    """The commands from rest at q to rest at a motion's start, shape (n, n_dof); none if they are one.
+
+    Along a line, as 10 s^3 - 15 s^4 + 6 s^5: over 0.01 rad in 0.2 s it needs 1.5 rad/s^2 and 75 rad/s^3.
+    """
+    if np.array_equal(q, start):
+        return np.empty((0, len(q)))
+    s = np.arange(period, _APPROACH + period / 2, period)[:-1, None] / _APPROACH
+    return q + (start - q) * (s**3 * (10 - 15 * s + 6 * s * s))

@@ -1,0 +1,227 @@
+"""Moves a Franka Research 3 by pylibfranka, its maker's client."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Event
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.arms.arm_model import FR3, ArmModel
+from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, commands_of
+from ulna.arms.record import Record
+from ulna.arms.same_arm import refuse_another_robot
+from ulna.errors import ArmConnectionError, ArmError, InputError, needs_extra
+from ulna.planning.trajectory import Trajectory
+from ulna.robot import Robot
+
+Array = NDArray[np.float64]
+_HOLD = 0.1  # [s], for which the end of a motion is commanded: the arm follows a little behind
+_Sent = list[tuple[int, list[float], list[float]]]  # the tick, the command, and what was measured before it
+
+
+class Franka:
+    """A Franka Research 3 at an address, which follows motions; an ``Arm``.
+
+    Connecting does not move it, nor does anything but ``run``. While a motion runs, the process is to do nothing else: the
+    controller expects a command each millisecond, and stops the arm when several are missing.
+
+    Attributes:
+        model: ``FR3``: what a motion is checked against.
+        joint_names: Those of the robot, or of each motion if no robot was given.
+    """
+
+    def __init__(
+        self,
+        address: str = "127.0.0.1",
+        *,
+        robot: Robot | None = None,
+        start_tolerance: float = START_TOLERANCE,
+        realtime: bool = False,
+    ) -> None:
+        """Connect to the arm's controller.
+
+        Args:
+            address: The controller's IP address or name; a simulator on this machine unless given.
+            robot: The robot that motions are planned with. It is refused unless it is the arm: seven joints, limits of position
+                within the arm's, and the last joint's axis where the arm measures it.
+            start_tolerance: How far any joint may be from a motion's start [rad].
+            realtime: Whether a kernel with real-time priorities is demanded, as the maker advises for a real arm.
+
+        Raises:
+            MissingExtraError: pylibfranka is not installed.
+            ArmConnectionError: There is no controller, or it refuses the connection.
+            InputError: The robot is not the arm.
+        """
+        with needs_extra("a Franka", "franka", "pylibfranka"):
+            import pylibfranka  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - it is optional
+        self.model: ArmModel = FR3
+        self.joint_names: tuple[str, ...] | None = None
+        self.address = address
+        self._robot: Any = ()
+        self._client, self._tolerance, self._stop = pylibfranka, start_tolerance, Event()
+        self._measured: Array | None = None  # while a motion runs
+        self._control: Any = None  # while a motion runs; it is held nowhere else, since a new one cannot begin while it lives
+        demand = pylibfranka.RealtimeConfig.kEnforce if realtime else pylibfranka.RealtimeConfig.kIgnore
+        with self._named_errors(f"no connection to a Franka at {address}"):
+            self._robot = pylibfranka.Robot(address, demand)
+            state = self._robot.read_once()
+        if robot is not None:
+            T_base_ee, T_flange_ee = (np.array(each).reshape(4, 4).T for each in (state.O_T_EE, state.F_T_EE))
+            refuse_another_robot(robot, state.q, T_base_ee @ np.linalg.inv(T_flange_ee))
+            self.joint_names = tuple(robot.joint_names)
+
+    @property
+    def q(self) -> Array:
+        """The measured joint positions [rad], shape (7,).
+
+        Raises:
+            ArmConnectionError: The connection was lost.
+        """
+        if self._measured is not None:
+            return self._measured.copy()
+        with self._named_errors("the arm's state cannot be read"):
+            return np.array(self._robot.read_once().q)
+
+    def run(self, motion: Trajectory, *, speed: float = 1.0) -> Record:
+        """Follow a motion at 1 kHz, and return when it has ended or ``stop`` was called.
+
+        First the arm moves to the motion's start from where it is, at most ``start_tolerance``, in 0.2 s.
+
+        Args:
+            motion: A motion with limits of jerk, from where the arm is.
+            speed: The share of the motion's speed, above 0 and at most 1: 0.5 takes twice as long along the same path.
+
+        Returns:
+            The commands and the measured positions.
+
+        Raises:
+            InputError: The motion or the speed is refused. The arm has not moved.
+            ArmConnectionError: The connection was lost; the controller stops the arm then.
+            ArmError: The controller has stopped the arm, or does not let it move. Its words and where the arm is are in it.
+        """
+        if self._measured is not None:
+            raise ArmError("a motion runs already")
+        self._stop.clear()
+        if self.joint_names is not None and isinstance(motion, Trajectory) and motion.joint_names != self.joint_names:
+            raise InputError("motion", f"its joints are {motion.joint_names}, and the robot's are {self.joint_names}")
+        with self._named_errors("the arm's state cannot be read"):
+            state = self._robot.read_once()
+        body = commands_of(motion, self.model, np.array(state.q), speed=speed, tolerance=self._tolerance, period=PERIOD)
+        if state.robot_mode != self._client.RobotMode.Idle:
+            words = f"{state.robot_mode.name} {state.current_errors}".strip()
+            raise ArmError("the arm cannot move; free it, or call arm.recover() after a reflex", words, state.q)
+        return self._follow(body, motion.joint_names)
+
+    def stop(self) -> None:
+        """Stop a motion that runs in another thread, as the controller does it: off the motion's path by a little."""
+        self._stop.set()
+
+    def recover(self) -> None:
+        """Clear the errors after a reflex, so that the arm may be moved again. It does not move.
+
+        Raises:
+            ArmError: The controller refuses.
+            ArmConnectionError: The connection was lost.
+        """
+        with self._named_errors("the arm does not recover"):
+            self._robot.automatic_error_recovery()
+
+    def close(self) -> None:
+        """End the connection. A motion that runs in another thread is stopped first, by its own thread."""
+        self.stop()
+        if self._measured is None:
+            self._robot = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def _follow(self, body: Array, names: tuple[str, ...]) -> Record:
+        """Send a command for each state, until the last of ``body``, shape (n, 7)."""
+        sent: _Sent = []
+        collecting = gc.isenabled()
+        gc.disable()  # a collection may take longer than a period
+        try:
+            with self._named_errors("the arm has stopped by itself", sent, names):
+                self._measured = body[0]
+                self._control = self._robot.start_joint_position_control(self._client.ControllerMode.JointImpedance)
+                stopped = self._send(body, sent)
+        except BaseException as error:
+            if not isinstance(error, ArmError):  # Ctrl-C, above all: the arm must not go on
+                self._robot.stop()
+            raise
+        finally:
+            self._measured = self._control = None
+            if collecting:
+                gc.enable()
+        return _record(sent, names, stopped=stopped)
+
+    def _send(self, body: Array, sent: _Sent) -> bool:
+        """Send ``body`` in time; whether it was stopped. Each command is added to ``sent``."""
+        client, tick, commands = self._client, 0, []
+        while True:
+            state, passed = self._control.readOnce()
+            tick += round(passed.to_sec() / PERIOD)
+            if not commands:  # from what the controller commands now
+                q, tick = np.array(state.q_d), 0
+                if not np.abs(q - body[0]).max() <= 2 * self._tolerance:
+                    self._robot.stop()
+                    raise ArmError("the controller commands another position than it measures; nothing was sent", "", state.q)
+                hold = np.repeat(body[-1:], round(_HOLD / PERIOD), axis=0)
+                commands = np.concatenate([approach(q, body[0], PERIOD), body, hold]).tolist()
+            self._measured = np.array(state.q)
+            if self._stop.is_set():
+                self._robot.stop()
+                return True
+            k = min(tick, len(commands) - 1)
+            sent.append((tick, commands[k], state.q))
+            command = client.JointPositions(commands[k])
+            command.motion_finished = k == len(commands) - 1
+            self._control.writeOnce(command)
+            if command.motion_finished:
+                return False
+
+    @contextmanager
+    def _named_errors(self, message: str, sent: _Sent | None = None, names: tuple[str, ...] = ()) -> Iterator[None]:
+        """A context in which errors of the client become Ulna's, with the client's words and where the arm is."""
+        client = self._client
+        if self._robot is None:
+            raise ArmConnectionError("the connection was closed")
+        try:
+            yield
+        except client.NetworkException as error:
+            record = _record(sent, names) if sent else None
+            self._control = None
+            message = "the connection was lost while the arm moved" if sent else message
+            raise ArmConnectionError(message, str(error), sent[-1][2] if sent else (), record) from error
+        except (
+            client.ControlException,
+            client.CommandException,
+            client.InvalidOperationException,
+            client.RealtimeException,
+        ) as error:
+            record = _record(sent, names) if sent else None
+            self._control = None
+            raise ArmError(message, str(error), self._where(sent), record) from error
+
+    def _where(self, sent: _Sent | None) -> list[float]:
+        """Where the arm is measured now, or was last."""
+        try:
+            return self._robot.read_once().q
+        except Exception:  # noqa: BLE001 - another error is being raised: whatever fails here, the last position is what is left
+            return sent[-1][2] if sent else []
+
+
+def _record(sent: _Sent, names: tuple[str, ...], *, stopped: bool = False) -> Record:
+    ticks = np.array([tick for tick, _, _ in sent], dtype=np.int64)
+    commanded, measured = (np.array([row[k] for row in sent]).reshape(-1, len(names)) for k in (1, 2))
+    lost = int(np.maximum(np.diff(ticks) - 1, 0).sum())
+    return Record(PERIOD * ticks.astype(np.float64), commanded, measured, names, stopped, lost)

@@ -1,0 +1,64 @@
+"""Runs motions dry: with every check of a real arm, and nothing that moves."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.arms.arm_model import FR3, ArmModel
+from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, commands_of
+from ulna.arms.record import Record
+from ulna.description.arrays import as_floats
+from ulna.errors import InputError
+from ulna.planning.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+class Recorder:
+    """An ``Arm`` that is not there: it refuses what a real one would refuse, records the commands, and takes no time.
+
+    What is measured before a command is the command before it.
+
+    Attributes:
+        model: What a motion is checked against.
+        records: The ``Record`` of each run, the last one last.
+    """
+
+    def __init__(self, q: ArrayLike, *, model: ArmModel = FR3, start_tolerance: float = START_TOLERANCE) -> None:
+        """An arm at rest at q.
+
+        Args:
+            q: Where it is [rad or m], shape (n_dof,).
+            model: The arm in whose place it is; a Franka Research 3 unless given.
+            start_tolerance: How far any joint may be from a motion's start [rad or m].
+
+        Raises:
+            InputError: q is not one position for each joint within the limits.
+        """
+        q = np.array(as_floats("q", q))
+        if q.shape != (model.n_dof,) or not ((q >= model.lower) & (q <= model.upper)).all():
+            raise InputError("q", f"shape {q.shape}; {model.n_dof} positions within the arm's limits are expected")
+        self.model, self.records, self._q, self._tolerance = model, [], q, start_tolerance
+
+    @property
+    def q(self) -> Array:
+        """Where the last run has ended [rad or m], shape (n_dof,)."""
+        return self._q.copy()
+
+    def run(self, motion: Trajectory, *, speed: float = 1.0) -> Record:
+        """Record the commands of a motion, in no time; see ``Arm.run``.
+
+        Raises:
+            InputError: The motion or the speed is refused.
+        """
+        body = commands_of(motion, self.model, self._q, speed=speed, tolerance=self._tolerance, period=PERIOD)
+        commands = np.concatenate([approach(self._q, body[0], PERIOD), body])
+        measured = np.concatenate([self._q[None], commands[:-1]])
+        record = Record(PERIOD * np.arange(len(commands), dtype=np.float64), commands, measured, motion.joint_names)
+        self.records.append(record)
+        self._q = commands[-1].copy()
+        return record
+
+    def stop(self) -> None:
+        """Nothing: a dry run takes no time, so none is running."""

@@ -1,0 +1,127 @@
+"""``ulna run``: a real arm, or a dry run of it, moves to a goal."""
+
+from collections.abc import Iterator
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import RenderableType
+
+from ulna.arms import Arm, Franka, Record, Recorder
+from ulna.cli.cell import Obstacles
+from ulna.cli.depends import Json, as_options, command
+from ulna.cli.options import Degrees, Seed
+from ulna.cli.output import Data, Output
+from ulna.cli.targets import Start, positions
+from ulna.errors import InputError
+from ulna.planning.plan import Plan
+from ulna.planning.trajectory import Trajectory
+from ulna.robot import Robot, load
+
+
+class ArmName(StrEnum):
+    """The arms that there are drivers of."""
+
+    FRANKA = "franka"
+
+
+Driver = Annotated[ArmName, typer.Argument(metavar="ARM", help="franka: a Franka Research 3, by pylibfranka.")]
+Address = Annotated[str, typer.Option(metavar="HOST", help="The address of the arm's controller.")]
+Goal = Annotated[str, typer.Option("--to", metavar="NUMBERS", help="Joint positions to reach, or home.")]
+Clearance = Annotated[float, typer.Option(metavar="METRES", help="Keep objects at least this far away.")]
+Speed = Annotated[float, typer.Option(metavar="NUMBER", help="The share of the arm's speed, above 0 and at most 1.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Connect to nothing and move nothing: check and record the commands.")]
+Yes = Annotated[bool, typer.Option("--yes", help="Move without asking first.")]
+Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the commands and measured positions: a row for each ms.")]
+_SPEED = 0.2  # unless given: slow enough to reach the emergency stop
+
+RUN_KEYS = (
+    "arm; robot; status; success; reason; joints; path: rows of q; duration at this speed, in seconds, or null; moved: whether "
+    "the arm was commanded to; stopped; tracking_error, in radians, or null; lost: periods without a command; q: where it is."
+)
+
+
+@command
+def run(
+    arm: Driver,
+    *,
+    to: Goal,
+    address: Address = "127.0.0.1",
+    start: Start = None,
+    world: Obstacles,
+    clearance: Clearance = 0.0,
+    seed: Seed = 0,
+    speed: Speed = _SPEED,
+    dry_run: DryRun = False,
+    yes: Yes = False,
+    csv: Csv = None,
+    degrees: Degrees = False,
+    as_json: Json = False,
+) -> Output:
+    """Move an arm to a goal, free of collision: from where it is measured, slowly unless --speed says otherwise.
+
+    As in: ulna run franka --address 127.0.0.1 --to home. What will move is printed, and the arm moves only after you say so, or
+    with --yes. Look at docs/franka.md before you do, and keep the emergency stop in your hand. Exit status 0 if the arm is at the
+    goal, 1 if no motion was found, or it did not move or not to the end.
+    """
+    robot = load("fr3")
+    if start is not None and not dry_run:
+        raise InputError("--from", "the arm starts where it is; with --dry-run a start can be given")
+    if as_json and not (yes or dry_run):
+        raise InputError("--json", "nothing is asked with it; --yes or --dry-run is expected")
+    if not 0.0 < speed <= 1.0:
+        raise InputError("--speed", f"{speed!r}; a number above 0 and at most 1 is expected")
+    goal = positions("--to", to, robot, degrees=degrees)
+    begin = robot.home if start is None else positions("--from", start, robot, degrees=degrees)
+    driver: Arm = Recorder(begin) if dry_run else Franka(address, robot=robot)
+    with as_options({"q_start": "--from", "goal": "--to"}):
+        found = robot.plan(driver.q, goal, world, clearance=clearance, seed=seed)
+    motion, record = None, None
+    if found:
+        motion = found.trajectory(limits=str(driver.model.limits))
+        place = "a dry run" if dry_run else f"the {driver.model.name} at {address}"
+        if dry_run or yes or _confirmed(motion, speed, place):
+            record = driver.run(motion, speed=speed)
+            if csv is not None:
+                record.to_csv(csv)
+    at_goal = record is not None and not record.stopped
+    return Output(
+        {"arm": str(arm), **run_data(robot, driver, found, motion, record, speed)}, run_table, status=0 if at_goal else 1
+    )
+
+
+def _confirmed(motion: Trajectory, speed: float, place: str) -> bool:
+    """Whether the user says that the arm may move."""
+    typer.echo(f"{place} will move for {motion.duration / speed:.1f} s at {speed:g} of its speed.", err=True)
+    return typer.confirm("Is everybody away from it, and may it move?", err=True)
+
+
+def run_data(robot: Robot, arm: Arm, found: Plan, motion: Trajectory | None, record: Record | None, speed: float) -> Data:
+    """A run; see ``RUN_KEYS``."""
+    return {
+        "robot": robot.name,
+        "status": str(found.status),
+        "success": bool(found),
+        "reason": str(found),
+        "joints": robot.joint_names,
+        "path": found.path,
+        "duration": None if motion is None else motion.duration / speed,
+        "moved": record is not None,
+        "stopped": record is not None and record.stopped,
+        "tracking_error": None if record is None else record.tracking_error,
+        "lost": 0 if record is None else record.lost,
+        "q": arm.q,
+    }
+
+
+def run_table(data) -> Iterator[RenderableType]:
+    """A sentence about the plan, and one about the run."""
+    yield data["reason"]
+    if data["moved"]:
+        how = "stopped" if data["stopped"] else "at the goal"
+        lost = f", {data['lost']} periods without a command" if data["lost"] else ""
+        yield f"{how}, tracking error {data['tracking_error']:.2g} rad{lost}"
+    elif data["success"]:
+        yield "nothing has moved"
+    yield "q = " + ", ".join(f"{value:.6g}" for value in data["q"])

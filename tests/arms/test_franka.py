@@ -1,0 +1,174 @@
+"""The driver of a Franka with a client that is not there (conftest): what is sent, refused, stopped and reported."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ulna
+from ulna.arms import Franka
+
+TURN = np.array([0.3, 0.1, 0.0, 0.2, 0.0, 0.2, -0.4])
+
+
+def test_a_motion_is_sent_each_millisecond_and_ends_at_rest(controller, fr3, motion_to):
+    with Franka(robot=fr3) as arm:
+        motion = motion_to(arm.q, TURN)
+        record = arm.run(motion)
+    sent = np.array([command.q for command in controller.commands])
+    body = motion.sampled(0.001).q
+    assert np.array_equal(sent[: len(body)], body)
+    assert np.array_equal(sent[len(body) :], np.repeat(motion.q[-1:], 100, axis=0))
+    assert [command.motion_finished for command in controller.commands] == [False] * (len(sent) - 1) + [True]
+    assert np.array_equal(record.commanded, sent)
+    assert record.tracking_error == 0.0
+    assert not record.stopped
+
+
+def test_connecting_commands_nothing(controller, fr3):
+    arm = Franka(robot=fr3)
+    assert np.array_equal(arm.q, fr3.home)
+    assert controller.calls == [("127.0.0.1", "ignore")]
+    assert controller.commands == []
+    Franka("10.0.0.2", realtime=True)
+    assert controller.calls[-1] == ("10.0.0.2", "enforce")
+
+
+def test_commands_begin_where_the_controller_commands_now(controller, motion_to):
+    controller.q_d = controller.q + 0.004
+    motion = motion_to(controller.q, TURN)
+    Franka().run(motion)
+    sent = np.array([command.q for command in controller.commands])
+    assert np.abs(sent[0] - motion.q[0] - 0.004).max() < 1e-6
+    assert np.array_equal(sent[199], motion.q[0])
+
+
+def test_nothing_is_sent_where_commanded_and_measured_positions_differ(controller, motion_to):
+    controller.q_d = controller.q + 0.03
+    with pytest.raises(ulna.ArmError, match="commands another position than it measures"):
+        Franka().run(motion_to(controller.q, TURN))
+    assert controller.commands == []
+    assert controller.calls[-1] == "stop"
+
+
+def test_periods_that_are_lost_are_skipped(controller, motion_to):
+    controller.skip_at = 50
+    motion = motion_to(controller.q, TURN)
+    record = Franka().run(motion)
+    assert record.lost == 3
+    assert np.array_equal(record.commanded[50], motion.sampled(0.001).q[53])
+    assert record.times[50] == pytest.approx(0.053)
+
+
+def test_a_motion_is_stopped_from_another_place(controller, motion_to):
+    arm = Franka()
+    controller.at_tick = 80, arm.stop
+    record = arm.run(motion_to(arm.q, TURN))
+    assert record.stopped
+    assert len(record.commanded) == 80
+    assert controller.calls[-1] == "stop"
+    controller.at_tick = None
+    assert not arm.run(motion_to(arm.q, TURN)).stopped
+
+
+def test_the_measured_positions_can_be_read_while_it_moves(controller, motion_to):
+    arm, seen = Franka(), []
+    controller.at_tick = 300, lambda: seen.append(arm.q)
+    record = arm.run(motion_to(arm.q, TURN))
+    assert np.array_equal(seen[0], record.measured[299])
+    controller.at_tick = 10, lambda: arm.run(motion_to(arm.q, TURN))
+    with pytest.raises(ulna.ArmError, match="runs already"):
+        arm.run(motion_to(arm.q, -TURN))
+
+
+def test_a_reflex_is_named_with_the_controllers_words_and_where_the_arm_is(controller, motion_to):
+    arm = Franka()
+    controller.fail_at, controller.failure = 120, client("ControlException")('aborted by reflex! ["cartesian_reflex"]')
+    with pytest.raises(ulna.ArmError, match=r"stopped by itself: aborted by reflex! .* measured at q = \(") as caught:
+        arm.run(motion_to(arm.q, TURN))
+    error = caught.value
+    assert not isinstance(error, ulna.ArmConnectionError)
+    assert error.words == 'aborted by reflex! ["cartesian_reflex"]'
+    assert np.array_equal(error.q, controller.q)
+    assert len(error.record.commanded) == 120
+    copy = pickle.loads(pickle.dumps(error))  # noqa: S301 - its own
+    assert (str(copy), copy.q) == (str(error), error.q)
+    with pytest.raises(ulna.ArmError, match=r"arm.recover\(\).*a_reflex"):
+        arm.run(motion_to(arm.q, TURN))
+    arm.recover()
+    controller.fail_at = None
+    assert arm.run(motion_to(arm.q, TURN)).duration > 0
+
+
+def test_a_lost_connection_is_named_with_where_the_arm_was(controller, motion_to):
+    arm = Franka()
+    controller.fail_at, controller.failure = 60, client("NetworkException")("libfranka: UDP receive: Timeout")
+    with pytest.raises(ulna.ArmConnectionError, match="connection was lost while the arm moved: libfranka: UDP") as caught:
+        arm.run(motion_to(arm.q, TURN))
+    assert np.array_equal(caught.value.q, caught.value.record.measured[-1])
+
+
+def test_ctrl_c_stops_the_arm(controller, motion_to):
+    def interrupt():
+        raise KeyboardInterrupt
+
+    arm, controller.at_tick = Franka(), (40, interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        arm.run(motion_to(arm.q, TURN))
+    assert controller.calls[-1] == "stop"
+
+
+def test_no_controller_and_a_closed_connection_are_named(controller):
+    with pytest.raises(ulna.ArmConnectionError, match=r"no connection to a Franka at 10.0.0.9: libfranka: Connection timeout"):
+        Franka("10.0.0.9")
+    with Franka() as arm:
+        pass
+    with pytest.raises(ulna.ArmConnectionError, match="was closed"):
+        _ = arm.q
+
+
+def test_what_is_refused_commands_nothing(controller, fr3, motion_to):
+    arm = Franka(robot=fr3)
+    started = len(controller.calls)
+    for motion, speed in (
+        (motion_to(arm.q, TURN, jerk=None), 1.0),
+        (motion_to(arm.q, TURN), 1.5),
+        (motion_to(arm.q + 0.02, TURN), 1.0),
+    ):
+        with pytest.raises(ulna.InputError):
+            arm.run(motion, speed=speed)
+    panda = ulna.load("panda")
+    motion = panda.plan(arm.q, arm.q + TURN, None).trajectory(velocity=1.0, acceleration=5.0, jerk=2000.0)
+    with pytest.raises(ulna.InputError, match=r"panda_joint1.*fr3_joint1"):
+        arm.run(motion)
+    assert controller.calls[started:] == []
+
+
+def test_another_arms_description_is_refused(controller, fr3):
+    with pytest.raises(ulna.InputError, match="panda lets panda_joint1, panda_joint4"):
+        Franka(robot=ulna.load("panda"))
+    with pytest.raises(ulna.InputError, match=r"7 joints that turn"):
+        Franka(robot=ulna.load("ur5"))
+    with pytest.raises(ulna.InputError, match="7 joints that turn"):
+        Franka(robot=ulna.load("fr3", tip="fr3_link6"))
+    joints = list(fr3.description.joints)
+    k = next(k for k, joint in enumerate(joints) if joint.name == "fr3_joint5")
+    origin = joints[k].origin.copy()
+    origin[1, 3] += 0.01
+    joints[k] = replace(joints[k], origin=origin)
+    with pytest.raises(ulna.InputError, match=r"axis of its last joint 10.0 mm beside where the arm measures it"):
+        Franka(robot=ulna.Robot(replace(fr3.description, joints=tuple(joints))))
+
+
+def test_without_the_client_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pylibfranka", None)
+    with pytest.raises(ulna.MissingExtraError, match=r"ulna\[franka\]"):
+        Franka()
+
+
+def client(name):
+    """An exception of the client that is not there."""
+    import pylibfranka
+
+    return getattr(pylibfranka, name)

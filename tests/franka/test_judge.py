@@ -1,0 +1,67 @@
+"""Every command of certified plans, before franka-sim's checks of the controller's limits; and that these checks judge."""
+
+import numpy as np
+import pytest
+from franka_sim.control_modes import ControlMode
+from franka_sim.limits.checker import MotionLimitChecker
+
+import ulna
+from ulna.arms import Recorder
+
+PLANS = 100
+
+
+def violation(commands):
+    """The first command that the controller would abort, shape (7,), and why; or None."""
+    judge = MotionLimitChecker(enforce=True)
+    judge.start_motion(ControlMode.POSITION, {"q_d": commands[0].tolist(), "q": commands[0].tolist()}, 1)
+    for k, q in enumerate(commands.tolist(), start=1):
+        command = {"message_id": k, "q_c": q, "motion_generation_finished": k == len(commands)}
+        judge.note_published(k)
+        found = judge.check(command, q)
+        if found is not None:
+            return k, found.describe()
+        judge.record(command, clean=True)
+    return None
+
+
+def motions(fr3, world, **limits):
+    """Motions of certified plans among boxes, one after another."""
+    rng, q, made = np.random.default_rng(36), fr3.home, 0
+    while made < PLANS:
+        goal = rng.uniform(fr3.lower, fr3.upper) * 0.9 + fr3.home * 0.1
+        plan = None if fr3.in_collision(goal, world) else fr3.plan(q, goal, world)
+        if plan:
+            assert plan.certified
+            yield plan.trajectory(**limits)
+            made, q = made + 1, goal
+
+
+def test_every_command_of_a_hundred_plans_is_accepted(fr3, world):
+    speeds = []
+    for motion in motions(fr3, world, limits="fr3", velocity=2.0, acceleration=9.0):
+        record, speed = None, 0.0
+        for speed in (1.0, 0.7, 0.5, 0.3, 0.2):  # an end near a limit of position is passed more slowly
+            try:
+                record = Recorder(motion.q[0]).run(motion, speed=speed)
+                break
+            except ulna.InputError:
+                continue
+        assert record is not None
+        assert violation(record.commanded) is None
+        speeds.append(speed)
+    assert len(speeds) == PLANS
+    assert np.mean(np.array(speeds) == 1.0) > 0.5
+
+
+def test_motions_without_limits_of_jerk_are_refused_and_most_are_aborted(fr3, world):
+    """A jump between two samples is shared by both, so not every one exceeds the limit by differences."""
+    reasons = []
+    for k, motion in enumerate(motions(fr3, world, velocity=2.0, acceleration=10.0)):
+        if k == 20:
+            break
+        reasons.append(violation(motion.sampled(0.001).q))
+        with pytest.raises(ulna.InputError, match="jerk="):
+            Recorder(motion.q[0]).run(motion)
+    aborted = [why for _, why in filter(None, reasons)]
+    assert sum("discontinuity" in why for why in aborted) > 10  # the others come too fast towards a limit of position
