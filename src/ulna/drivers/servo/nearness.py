@@ -9,7 +9,7 @@ from ulna.engine.decorators import routine, workspace
 from ulna.kernels.collision.bvh import FOUND, STACK, bounds_of, rows_within
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE
 from ulna.kernels.collision.contacts import write_contact, write_gradient
-from ulna.kernels.collision.posed_pair import ball_distance, may_touch, place_bodies
+from ulna.kernels.collision.posed_pair import ball_distance, may_touch, place_bodies, rows_gap
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.servo.servo_layout import MOST_PAIRS
 from ulna.kernels.spatial.se3 import constant_pose, load_pose
@@ -27,7 +27,10 @@ class Near(NamedTuple):
     pairs: NDArray
     """The body and the other body, or the object, numbered from the last body on, shape (MOST_PAIRS, 2)."""
     excess: NDArray
-    """How much farther each pair is apart than it has to be [m]; last the least of all pairs, shape (MOST_PAIRS + 1,)."""
+    """How much farther each pair is apart than it has to be [m], by the lower bound of its distance that certificates compute.
+
+    Last the least of all pairs, by their distance. Shape (MOST_PAIRS + 1,).
+    """
     stack: NDArray
     found: NDArray
     scratch: tuple
@@ -79,16 +82,18 @@ def consider(scene, i, j, clearance, within, most, near, count):
     """Measure a pair if its bounding balls are near, and keep it if it is among the nearest; return how many are kept."""
     bodies, n, a = scene.bodies, scene.bodies.shape[0], load_pose(near.body_rows, i)
     if j < n:
-        apart = ball_distance(bodies, i, a, bodies, j, load_pose(near.body_rows, j))
+        b, others, points, row = load_pose(near.body_rows, j), bodies, scene.vertices, j
     else:
-        apart = ball_distance(bodies, i, a, scene.objects, j - n, constant_pose(scene.objects, j - n, 0.0))
-    if apart - clearance >= within:
+        b, others, points, row = constant_pose(scene.objects, j - n, 0.0), scene.objects, scene.points, j - n
+    if ball_distance(bodies, i, a, others, row, b) - clearance >= within:
         return count
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contacts, MOST_PAIRS)
-    excess = near.contacts[MOST_PAIRS, DISTANCE] - clearance
-    near.excess[MOST_PAIRS] = min(near.excess[MOST_PAIRS], excess)
-    if excess >= within or most == 0:
+    distance = near.contacts[MOST_PAIRS, DISTANCE]
+    near.excess[MOST_PAIRS] = min(near.excess[MOST_PAIRS], distance - clearance)
+    if distance - clearance >= within or most == 0:
         return count
+    gap = rows_gap(bodies, scene.vertices, i, a, others, points, row, b, clearance + within, 0.0)
+    excess = min(gap, distance) - clearance
     slot = count
     if count == most:
         slot = 0

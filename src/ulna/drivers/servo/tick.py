@@ -9,12 +9,14 @@ The state is a position q, a velocity, and a certified stop: a straight line fro
    that there is always a solution;
 3. certifies the curve of the tick and the stop after it, both with ROOM beside them, for x, and then for smaller shares of the
    way from the certified stop's velocity to x;
-4. tries, if none of them is free, without that room, and takes what leads to a place that is farther from everything;
+4. tries, if none of them is free, without that room and with half the clearance, and takes what leads to a place that is farther
+   from everything;
 5. goes on with the certified stop otherwise.
 
 So at every moment a stop is certified in which nothing is hit that does not move. There is a way out of every place where the arm
-comes to rest by itself: all within ROOM of it is free, or it is farther from everything than such a place, so that a small
-motion away passes the certificate of step 4.
+comes to rest by itself: all within ROOM of it is free, or it is farther from everything than such a place. A certificate knows
+distances by lower bounds alone, which for two boxes may be 1 / sqrt(3) of them; with half the clearance, and ROOM as it is, a small
+motion away passes step 4 nevertheless. Nothing is nearer than half the clearance, and at rest nothing is nearer than all of it.
 """
 
 from typing import NamedTuple
@@ -49,6 +51,7 @@ WITHIN = 0.05  # [m]: beyond the clearance; pairs farther away have no row
 EASE = 0.05  # [s]: the time constant of the approach to the reserve
 SHARES = (1.0, 0.5, 0.25, 0.125)
 NARROW_SHARES = (1.0, 0.125)
+_LEAVING = 0.5  # of the clearance: certified in step 4. The lower bounds of distances are at least 1 / sqrt(3) of them
 _SAME = 1e-6  # of what is desired: it is reached
 _STILL = 1e-7  # of the velocity of one tick of acceleration: at rest
 
@@ -225,14 +228,14 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
 @kernel
 def certified_share(tick, certified, least):
     """Steps 3 and 4: take the largest share that is certified into the state; 0 if there is none."""
-    n, room, clearance = tick.x.shape[0], tick.settings[layout.CLEARANCE], tick.settings[layout.CLEARANCE]
+    clearance = tick.settings[layout.CLEARANCE]
     if certified:
         for share in SHARES:
             if is_candidate(tick, share, 1.0, clearance):
                 accept(tick)
                 return share
     for share in NARROW_SHARES:
-        if is_candidate(tick, share, 0.0, room if certified else 0.0):
+        if is_candidate(tick, share, 0.0, _LEAVING * clearance if certified else 0.0):
             measure_near(tick.scene, tick.points[2], clearance, WITHIN, 0, tick.near)
             if tick.near.excess[layout.MOST_PAIRS] > least:
                 accept(tick)
