@@ -41,18 +41,19 @@ from ulna.kernels.servo.braking import (
     write_stop,
     write_velocity_box,
 )
-from ulna.kernels.servo.desired_motion import missed, write_objective
+from ulna.kernels.servo.desired_motion import SMALL, missed, write_objective
 from ulna.kernels.servo.quadratic_program import minimise
 from ulna.kernels.spatial.elementary import all_in_range
 
-RESOLUTION = 1e-4  # [m]: as of plans
+RESOLUTION = 1e-3  # [m]: a motion is refused if something in it is not decided by intervals in which all moves by less
 RESERVE = 2e-3  # [m]: how much farther than the clearance the quadratic program stays, so that few intervals certify a motion
 WITHIN = 0.05  # [m]: beyond the clearance; pairs farther away have no row
 EASE = 0.05  # [s]: the time constant of the approach to the reserve
 SHARES = (1.0, 0.5, 0.25, 0.125)
 NARROW_SHARES = (1.0, 0.125)
 _LEAVING = 0.5  # of the clearance: certified in step 4. The lower bounds of distances are at least 1 / sqrt(3) of them
-_SAME = 1e-6  # of what is desired: it is reached
+_OUTWARD = 10.0  # the weight of leaving the reserve, beside that of the command
+_SAME = 0.02  # of what is desired: it is reached. The damping alone takes so much of a twist where J has a singular value of 0.07
 _STILL = 1e-7  # of the velocity of one tick of acceleration: at rest
 
 
@@ -174,6 +175,7 @@ def advance(tick, mode, chain, expressed_in, goal, work, report):
         tick.x[j] = min(max(stop_velocity(state, counters, j), box_rows[j]), box_rows[n + j])
     m = write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows)
     write_objective(mode, chain, expressed_in, goal, limits, settings, state[layout.Q], objective)
+    keep_reserve(tick, count, ticks, objective[0], objective[1])
     k = minimise(objective[0], objective[1], normal_rows, bound_rows, m, tick.x, active_rows, multiplier_rows, work_rows)
     for j in range(n):
         tick.x[j] = min(max(tick.x[j], box_rows[j]), box_rows[n + j])
@@ -223,6 +225,27 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
             by += g * tick.x[j]
         bound_rows[r] = min(at / way, by)
     return 2 * n + count
+
+
+@kernel
+def keep_reserve(tick, count, ticks, h_rows, f_rows):
+    """Add to the objective, where a motion is desired, that pairs within the reserve come out of it: along a curved way rows leak."""
+    n, h, sought = tick.x.shape[0], tick.settings[layout.TICK], 0.0
+    for j in range(n):
+        sought = max(sought, abs(f_rows[j]))
+    if sought < SMALL:
+        return
+    for i in range(count):
+        inside = RESERVE - tick.near.excess[i]
+        if inside > 0.0:
+            out, square = inside * h / (h + EASE) / (0.5 * h * (1 + ticks)), 1e-300
+            for j in range(n):
+                square += tick.near.gradients[i, j] * tick.near.gradients[i, j]
+            for j in range(n):
+                g = _OUTWARD * tick.near.gradients[i, j] / square
+                f_rows[j] += g * out
+                for k in range(n):
+                    h_rows[n * j + k] += g * tick.near.gradients[i, k]
 
 
 @kernel

@@ -15,6 +15,7 @@ from ulna.kernels.layout import IN_BASE
 from ulna.kernels.servo.servo_layout import ACCELERATION, DAMPING, POSE, POSITION, POSTURE, PULL, SPEED, TICK, VELOCITY
 
 _APPROACH = 4.0  # ticks: the time constant near a position
+SMALL = 1e-6  # [m/s, rad/s]: a smaller motion is none
 _SHARE = 0.7  # of the acceleration, with which a position is approached
 
 
@@ -80,7 +81,7 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, n):
 @kernel
 def missed(mode, jacobian_rows, desired_rows, x_rows):
     """How much of what is desired a velocity misses, as a share of it: of the twist, or of the velocities."""
-    n, miss, size = x_rows.shape[0], 0.0, 1e-300
+    n, miss, size = x_rows.shape[0], 0.0, SMALL
     if mode == VELOCITY or mode == POSITION:
         for j in range(n):
             miss, size = max(miss, abs(x_rows[j] - desired_rows[j])), max(size, abs(desired_rows[j]))
