@@ -14,7 +14,8 @@ from ulna.drivers.servo import tick as driver
 from ulna.errors import InputError
 from ulna.ik.options import positive
 from ulna.ik.problem import refuse_immovable
-from ulna.kernels.layout import IN_BASE
+from ulna.kernels.collision.scene import Scene
+from ulna.kernels.layout import IN_BASE, OBJECT
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
@@ -63,7 +64,8 @@ class Servo:
         accelerations = WITHIN * as_limits("acceleration", acceleration, n)
         tick = 1.0 / float(rate)
         self._tree, self._checker, self._world = tree, checker, world
-        self._chain = tree.chain(tree.link_or_tip(link))
+        self._link = tree.link_or_tip(link)
+        tree.chain(self._link)  # refused where there is no such link
         self._limits = np.zeros((layout.N_LIMITS, n))
         self._limits[layout.LOWER], self._limits[layout.UPPER] = tree.least, tree.most
         self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(1e9, WITHIN * tree.velocity_limits))
@@ -76,7 +78,8 @@ class Servo:
         self._state, self._report = np.zeros((layout.N_STATE, n)), np.zeros(layout.N_REPORT)
         self._counters = np.zeros(layout.N_COUNTERS, dtype=np.int64)
         self._goals = np.zeros(n), np.zeros(6), np.zeros(12), np.zeros(2 * n)
-        self._names, self._scene, self._started = entry_names(tree), None, False
+        self._names, self._started = entry_names(tree), False
+        self._scene: Scene | None = None
 
     @property
     def q(self) -> Array:
@@ -110,14 +113,16 @@ class Servo:
         if (np.abs(goal[n:]) > self._limits[layout.SPEED]).any():
             raise InputError("qd", "faster than the limits of velocity")
         before, counters = self._state.copy(), self._counters.copy()
-        self._scene = self._checker.scene_of(self._world, self_collision=True)
+        self._scene = self._scene_now()
         self._run(layout.START, IN_BASE, goal)
         status = int(self._report[layout.STATUS])
         if status in {layout.LIMITED_BY_POSITION, layout.REFUSED}:
             self._state[:], self._counters[:] = before, counters
             if status == layout.LIMITED_BY_POSITION:
                 raise InputError("qd", "the arm cannot stop within its joint limits")
-            raise InputError("q", "not certainly free, with the clearance, until the arm rests; robot.check_collision says what is near")
+            raise InputError(
+                "q", "not certainly free, with the clearance, until the arm rests; robot.check_collision says what is near"
+            )
         self._started = True
         return self._command()
 
@@ -151,16 +156,20 @@ class Servo:
             raise InputError("step", "takes one of q, velocity, twist and pose")
         frame = as_frame(expressed_in)
         mode, goal = goals[0][1](goals[0][0]) if goals else (layout.REST, self._goals[0])
-        scene = self._checker.scene_of(self._world, self_collision=True)
+        scene = self._scene_now()
         if scene is not self._scene:
             self._scene, self._counters[layout.CERTIFIED] = scene, 0
         self._run(mode, frame, goal)
         return self._command()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """The arrays of the scene are made again, as those of a robot are."""
+        return {**self.__dict__, "_scene": None}
+
     def warm_up(self) -> None:
         """Compile what a tick needs, or load it, so that no tick does."""
         kept = self._state.copy(), self._counters.copy(), self._report.copy()
-        self._scene = self._checker.scene_of(self._world, self_collision=True)
+        self._scene = self._scene_now()
         self._run(layout.REST, IN_BASE, self._goals[0])
         self._state[:], self._counters[:], self._report[:] = kept
 
@@ -184,11 +193,13 @@ class Servo:
         self._goals[2][:] = as_one_pose(pose, "pose")[:3].ravel()
         return layout.POSE, self._goals[2]
 
+    def _scene_now(self) -> Scene:
+        return self._checker.scene_of(self._world, self_collision=True)
+
     def _run(self, mode: int, frame: int, goal: Array) -> None:
-        scene: Any = self._scene
-        driver.servo_tick(
-            *scene, self._chain, frame, mode, self._limits, self._settings, goal, self._state, self._counters, self._report
-        )
+        scene = self._scene_now() if self._scene is None else self._scene
+        chain, kept = self._tree.chain(self._link), (self._state, self._counters, self._report)
+        driver.servo_tick(*scene, chain, frame, mode, self._limits, self._settings, goal, *kept)
 
     def _command(self) -> Command:
         q, qd, qdd = self._state[:3].copy()
@@ -202,4 +213,4 @@ class Servo:
         bodies, scene = self._checker.bodies, self._scene
         if i < len(bodies.names) or self._world is None or scene is None:
             return bodies.names[i]
-        return self._world.objects().names[int(scene.objects[i - len(bodies.names), 12])]
+        return self._world.objects().names[int(scene.objects[i - len(bodies.names), OBJECT])]

@@ -3,20 +3,21 @@
 The state is a position q, a velocity, and a certified stop: a straight line from q to a place where the arm rests. A tick
 
 1. measures the pairs that are near where the certified stop ends;
-2. finds the velocity x at the end of the tick that is nearest to what is desired, by a quadratic program (``kernels.servo``). Its
-   rows are the box of ``braking`` and one row a near pair: the place where the arm would rest after this tick comes no nearer than
-   the clearance and RESERVE, nor much nearer in one tick. The velocity of the certified stop keeps the rows that need be kept, so
-   that there is always a solution;
+2. finds the velocity x at the end of the tick that is nearest to what is desired, by a quadratic program (``kernels.servo``).
+   Its rows are the box of ``braking`` and one row a near pair: the place where the arm would rest after this tick comes no
+   nearer than the clearance and RESERVE, nor much nearer in one tick. No row excludes a velocity that is known to be in the
+   box, so that there is always a solution;
 3. certifies the curve of the tick and the stop after it, both with ROOM beside them, for x, and then for smaller shares of the
    way from the certified stop's velocity to x;
-4. tries, if none of them is free, without that room and with half the clearance, and takes what leads to a place that is farther
-   from everything;
+4. tries, if none of them is free, without that room and with half the clearance, and takes what leads by a short way, HOP, to a
+   place that is farther from everything;
 5. goes on with the certified stop otherwise.
 
 So at every moment a stop is certified in which nothing is hit that does not move. There is a way out of every place where the arm
 comes to rest by itself: all within ROOM of it is free, or it is farther from everything than such a place. A certificate knows
-distances by lower bounds alone, which for two boxes may be 1 / sqrt(3) of them; with half the clearance, and ROOM as it is, a small
-motion away passes step 4 nevertheless. Nothing is nearer than half the clearance, and at rest nothing is nearer than all of it.
+distances by lower bounds alone, which for two boxes may be 1 / sqrt(3) of them; with half the clearance, and ROOM as it is, a
+small motion away passes step 4 nevertheless. So nothing is nearer than the clearance where the arm comes to rest, and on the way
+there it is nearer by HOP at most, and never by more than half.
 """
 
 from typing import NamedTuple
@@ -29,7 +30,7 @@ from ulna.drivers.continuous import edge_is_free, interval_work
 from ulna.drivers.servo.nearness import measure_near, near_of
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TABLE, WHOLE
-from ulna.kernels.collision.ball_motion import world_rounding
+from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.servo import servo_layout as layout
@@ -46,6 +47,7 @@ from ulna.kernels.servo.quadratic_program import minimise
 from ulna.kernels.spatial.elementary import all_in_range
 
 RESOLUTION = 1e-3  # [m]: a motion is refused if something in it is not decided by intervals in which all moves by less
+HOP = 1e-3  # [m]: the longest way of any point in step 4
 RESERVE = 2e-3  # [m]: how much farther than the clearance the quadratic program stays, so that few intervals certify a motion
 WITHIN = 0.05  # [m]: beyond the clearance; pairs farther away have no row
 EASE = 0.05  # [s]: the time constant of the approach to the reserve
@@ -208,8 +210,8 @@ def is_moved(tick):
 def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
     """Write the rows of the quadratic program, the box first; how many they are.
 
-    After a tick that ends with x the arm rests at c + way x. Row i says how much nearer pair i may be there than at the end of the
-    certified stop. No row excludes the velocity at which the quadratic program starts.
+    After a tick that ends with x the arm rests at c + way x. Row i says how much nearer pair i may be there than at the end of
+    the certified stop. No row excludes the velocity at which the quadratic program starts.
     """
     n, state, h = tick.x.shape[0], tick.state, tick.settings[layout.TICK]
     way, ease = 0.5 * h * (1 + ticks), h / (h + EASE)
@@ -229,7 +231,10 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
 
 @kernel
 def keep_reserve(tick, count, ticks, h_rows, f_rows):
-    """Add to the objective, where a motion is desired, that pairs within the reserve come out of it: along a curved way rows leak."""
+    """Add to the objective, where a motion is desired, that pairs within the reserve come out of it.
+
+    Rows are linear, so that along a curved way pairs get into it.
+    """
     n, h, sought = tick.x.shape[0], tick.settings[layout.TICK], 0.0
     for j in range(n):
         sought = max(sought, abs(f_rows[j]))
@@ -290,7 +295,12 @@ def is_candidate(tick, share, room, margin):
         points[3, j] = points[4, j] + 0.125 * h * abs(x - qd) * (1.0 + 1e-9)  # a parabola beside its chord
     if not is_free(tick, points[0], points[1], points[3], margin):
         return False
-    return ticks == 0 or is_free(tick, points[1], points[2], points[4], margin)
+    way = fastest_ball(tick.scene.joints, tick.carried)
+    if ticks > 0 and not is_free(tick, points[1], points[2], points[4], margin):
+        return False
+    if ticks > 0:
+        way += fastest_ball(tick.scene.joints, tick.carried)
+    return room > 0.0 or way <= HOP
 
 
 @kernel
@@ -305,7 +315,7 @@ def accept(tick):
 
 @kernel
 def status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report):
-    """What limits the velocity found: the active row of the greatest multiplier; the pair or the entry of q goes to the report."""
+    """What limits the velocity found: the active row of the greatest multiplier, which goes to the report."""
     if miss <= _SAME:
         return layout.FOLLOWING
     n, most, row = tick.x.shape[0], 0.0, -1

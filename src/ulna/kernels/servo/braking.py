@@ -100,22 +100,22 @@ def write_velocity_box(state, counters, limits, tick, box_rows):
     left = counters[TICKS] - counters[DONE]
     for fewer in range(3):
         n = left + 1 - fewer
-        if n >= 0 and fewer < 2 and is_box(state, counters, limits, tick, n, False, box_rows):
+        if n >= 0 and fewer < 2 and is_box(state, counters, limits, tick, n, box_rows, widened=False):
             return n
     n = max(left - 1, 0)
-    is_box(state, counters, limits, tick, n, True, box_rows)
+    is_box(state, counters, limits, tick, n, box_rows, widened=True)
     return n
 
 
 @kernel
-def is_box(state, counters, limits, tick, n, widened, box_rows):
+def is_box(state, counters, limits, tick, n, box_rows, widened):
     """Write the bounds for a stop of n ticks; whether there is a velocity between them. Widened: to the certified stop's."""
     n_dof, good, way = box_rows.shape[0] // 2, True, 0.5 * tick * (n + 1)
     for j in range(n_dof):
         most = min(limits[SPEED, j], limits[ACCELERATION, j] * tick * n)
         change, half = limits[ACCELERATION, j] * tick, 0.5 * tick * state[QD, j]
-        low = max(max(state[QD, j] - change, -most), (limits[LOWER, j] - state[Q, j] - half) / way)
-        high = min(min(state[QD, j] + change, most), (limits[UPPER, j] - state[Q, j] - half) / way)
+        low = max(state[QD, j] - change, -most, (limits[LOWER, j] - state[Q, j] - half) / way)
+        high = min(state[QD, j] + change, most, (limits[UPPER, j] - state[Q, j] - half) / way)
         if widened:
             known = stop_velocity(state, counters, j)
             low, high = min(low, known), max(high, known)

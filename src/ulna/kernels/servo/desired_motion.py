@@ -1,7 +1,7 @@
 """Writes the objective of a tick: which joint velocities are desired, and how far others are from that.
 
-It is |x - v|^2 for a command in joint space, and |J x - w|^2 + lambda |x - p|^2 for a twist w, with p the pull towards a posture: so
-p acts in the null space, and near a singularity the damping keeps x short without hiding a way out of it.
+It is |x - v|^2 for a command in joint space, and |J x - w|^2 + lambda |x - p|^2 for a twist w, with p the pull towards a posture:
+so p acts in the null space, and near a singularity the damping keeps x short without hiding a way out of it.
 
 A position is approached at the velocity v with v^2 / (2 a) + 4 h v = e, e being what is left and h the tick: far away that is the
 greatest velocity from which a deceleration a stops in time, and near it an exponential approach without overshoot.
@@ -23,12 +23,12 @@ _SHARE = 0.7  # of the acceleration, with which a position is approached
 def write_objective(mode, chain, expressed_in, goal, limits, settings, q_rows, arrays):
     """Write H and f of the quadratic program, as x' H x / 2 - f' x.
 
-    goal: n_dof velocities or positions, a twist (6 numbers), or a pose (12 numbers). q_rows: where the arm is. arrays: H, f, J, the desired velocities,
-    room for the damped system (``damped_system``).
+    goal: n_dof velocities or positions, a twist (6 numbers), or a pose (12 numbers); q_rows: where the arm is. arrays: H, f, J,
+    the desired velocities, room for the damped system (``damped_system``).
     """
     h_rows, f_rows, jacobian_rows, desired_rows, system_rows = arrays
     n = f_rows.shape[0]
-    if mode == VELOCITY or mode == POSITION:
+    if mode in (VELOCITY, POSITION):
         for j in range(n):
             x = goal[j] if mode == VELOCITY else approach(goal[j] - q_rows[j], limits, settings, j)
             desired_rows[j] = min(max(x, -limits[SPEED, j]), limits[SPEED, j])
@@ -82,7 +82,7 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, n):
 def missed(mode, jacobian_rows, desired_rows, x_rows):
     """How much of what is desired a velocity misses, as a share of it: of the twist, or of the velocities."""
     n, miss, size = x_rows.shape[0], 0.0, SMALL
-    if mode == VELOCITY or mode == POSITION:
+    if mode in (VELOCITY, POSITION):
         for j in range(n):
             miss, size = max(miss, abs(x_rows[j] - desired_rows[j])), max(size, abs(desired_rows[j]))
         return miss / size

@@ -37,25 +37,13 @@ def minimise(factor_rows, f_rows, normal_rows, bound_rows, m, x_rows, active_row
     for i in range(n):
         size = max(size, abs(f_rows[i]))
     for _ in range(_ROUNDS * (m + n)):
-        for i in range(n):
-            total = -f_rows[i]
-            for j in range(i, n):
-                total += factor_rows[n * j + i] * x_rows[j]
-            work_rows[z + i] = total
-            size = max(size, abs(total))
-        find_multipliers(k, n, multiplier_rows, work_rows, y, s, z)
-        longest = 0.0
-        for i in range(n):
-            total = -work_rows[z + i]
-            for a in range(k):
-                total += multiplier_rows[a] * work_rows[y + n * a + i]
-            work_rows[p + i] = total
-            longest = max(longest, abs(total))
+        size = max(size, write_gradient_of(factor_rows, f_rows, x_rows, work_rows, z))
+        write_schur(k, n, multiplier_rows, work_rows, y, s, z)
+        factorise_schur(k, n, work_rows, s)
+        solve_schur(k, n, multiplier_rows, work_rows, s)
+        longest = write_step(k, n, multiplier_rows, work_rows, y, z, p)
         if longest <= _FLAT * size or k == n:
-            worst, least = -1, -_FLAT * size
-            for a in range(k):
-                if multiplier_rows[a] < least:
-                    worst, least = a, multiplier_rows[a]
+            worst = least_multiplier(k, multiplier_rows, -_FLAT * size)
             if worst < 0:
                 return k
             k = release(worst, k, n, active_rows, multiplier_rows, work_rows, y)
@@ -74,8 +62,44 @@ def minimise(factor_rows, f_rows, normal_rows, bound_rows, m, x_rows, active_row
 
 
 @kernel
-def find_multipliers(k, n, multiplier_rows, work_rows, y, s, z):
-    """Step 1: the multipliers of the k active rows."""
+def write_gradient_of(factor_rows, f_rows, x_rows, work_rows, z):
+    """Write z = L' x - L^-1 f; its greatest entry."""
+    n, largest = x_rows.shape[0], 0.0
+    for i in range(n):
+        total = -f_rows[i]
+        for j in range(i, n):
+            total += factor_rows[n * j + i] * x_rows[j]
+        work_rows[z + i] = total
+        largest = max(largest, abs(total))
+    return largest
+
+
+@kernel
+def write_step(k, n, multiplier_rows, work_rows, y, z, p):
+    """Write Y m - z, which is L' times the step; its greatest entry."""
+    longest = 0.0
+    for i in range(n):
+        total = -work_rows[z + i]
+        for a in range(k):
+            total += multiplier_rows[a] * work_rows[y + n * a + i]
+        work_rows[p + i] = total
+        longest = max(longest, abs(total))
+    return longest
+
+
+@kernel
+def least_multiplier(k, multiplier_rows, below):
+    """Step 2: the place of the least multiplier, if it is less than that; else -1."""
+    worst, least = -1, below
+    for a in range(k):
+        if multiplier_rows[a] < least:
+            worst, least = a, multiplier_rows[a]
+    return worst
+
+
+@kernel
+def write_schur(k, n, multiplier_rows, work_rows, y, s, z):
+    """Step 1: write the lower triangle of Y' Y, and Y' z in place of the multipliers."""
     for a in range(k):
         for b in range(a + 1):
             total = 0.0
@@ -86,6 +110,11 @@ def find_multipliers(k, n, multiplier_rows, work_rows, y, s, z):
         for i in range(n):
             total += work_rows[y + n * a + i] * work_rows[z + i]
         multiplier_rows[a] = total
+
+
+@kernel
+def factorise_schur(k, n, work_rows, s):
+    """The Cholesky factor of that triangle in its place. A row that depends on others has a least pivot."""
     for a in range(k):
         for b in range(a + 1):
             total = work_rows[s + n * a + b]
@@ -96,6 +125,11 @@ def find_multipliers(k, n, multiplier_rows, work_rows, y, s, z):
                 work_rows[s + n * a + a] = np.sqrt(max(total, _LEAST_PIVOT * diagonal + 1e-300))
             else:
                 work_rows[s + n * a + b] = total / work_rows[s + n * b + b]
+
+
+@kernel
+def solve_schur(k, n, multiplier_rows, work_rows, s):
+    """The multipliers, from Y' z."""
     for a in range(k):
         total = multiplier_rows[a]
         for c in range(a):

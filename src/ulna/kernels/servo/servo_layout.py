@@ -10,11 +10,11 @@ N_LIMITS = 7
 # [1/s], 0 for none.
 TICK, CLEARANCE, DAMPING, PULL = 0, 1, 2, 3
 N_SETTINGS = 4
-# Rows of the state, shape (N_STATE, n_dof): position, velocity and acceleration now; the certified stop: its velocity and position
-# where it begins, and where it ends.
+# Rows of the state, shape (N_STATE, n_dof): position, velocity and acceleration now; the certified stop: its velocity and
+# position where it begins, and where it ends.
 Q, QD, QDD, RATE, FROM, TO = 0, 1, 2, 3, 4, 5
 N_STATE = 6
-# Whole numbers of the state: how many ticks the stop takes, how many of these are over, and whether it is certified in this world.
+# Whole numbers of the state: how many ticks the stop takes, how many of these are over, and whether it is certified now.
 TICKS, DONE, CERTIFIED = 0, 1, 2
 N_COUNTERS = 3
 # The report: what the tick was, the share of the velocity found that was certified, the entry of q and the pair that limit it
