@@ -152,15 +152,15 @@ def test_out_of_the_clearance_of_an_object_that_appears_it_moves_away(panda):
     assert command.status != "not certified"
 
 
-@pytest.mark.parametrize("error", [0.0, 2.5e-3])
-def test_the_certificate_holds_beside_the_command(panda, error):
-    """All configurations within the tracking error of a command are free, and without one they are not."""
+@pytest.mark.parametrize(("error", "beside", "touches"), [(0.0, 5e-3, True), (2.5e-3, 5e-3, False), (2.5e-3, 2.5e-3, False)])
+def test_the_certificate_holds_beside_the_command(panda, error, beside, touches):
+    """All configurations within the tracking error of a command are free, and without one some are not."""
     world = ulna.World()
     world.add("wall", ulna.Box((0.1, 2.0, 2.0)), ulna.pose((0.65, 0, 0.5)))
     servo, _ = started(panda, world, tracking_error=error, clearance=0.0)
     command = run(servo, 4000, twist=[0.1, 0, 0, 0, 0, 0])
-    corners = np.stack(np.meshgrid(*[[-2.5e-3, 2.5e-3]] * 7), axis=-1).reshape(-1, 7)
-    assert panda.in_collision(command.q + corners, world).any() == (error == 0.0)
+    corners = np.stack(np.meshgrid(*[[-beside, beside]] * 7), axis=-1).reshape(-1, 7)
+    assert panda.in_collision(command.q + corners, world).any() == touches
 
 
 def test_it_starts_in_motion_where_it_can_stop(panda):
