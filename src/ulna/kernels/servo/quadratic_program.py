@@ -17,8 +17,8 @@ import numpy as np
 from ulna.engine.decorators import kernel, routine
 
 _ROUNDS = 3  # times the number of rows and of unknowns
-_FLAT = 1e-11  # of the size of z: no step, and no multiplier
-_ALONG = 1e-12  # of the sizes of a row and a step: the step is along the row
+_FLAT = 1e-9  # of the size of z: no step, and no multiplier
+_ALONG = 1e-8  # of the sizes of a row and a step: the step is along the row
 _LEAST_PIVOT = 1e-13  # of a diagonal entry
 
 
