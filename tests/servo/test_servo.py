@@ -234,6 +234,17 @@ def test_a_copy_goes_on_from_the_same_state(panda):
     run(servo, 100, velocity=np.full(7, 0.3))
     copy = pickle.loads(pickle.dumps(servo))  # noqa: S301 - our own
     np.testing.assert_array_equal(copy.step(twist=np.ones(6)).q, servo.step(twist=np.ones(6)).q)
+    for ours, its in zip(servo._scene, copy._scene, strict=True):  # of one type, or the tick is compiled once more
+        if isinstance(ours, np.ndarray):
+            assert (ours.dtype, ours.ndim, ours.flags.writeable) == (its.dtype, its.ndim, its.flags.writeable)
+
+
+@pytest.mark.parametrize("tool", [ulna.Cylinder(0.03, 0.2), ulna.ConvexMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.2)])])
+def test_what_is_attached_touches_nothing_either(panda, worlds, tool):
+    robot = panda.with_attached("tool", tool, np.eye(4), touch_links=panda.link_names[-3:])
+    servo, start = started(robot, worlds["boxes"], clearance=0.0)
+    found = judge(robot, worlds["boxes"], start, list(hostile(robot, servo, 3000, 4)), ACCELERATION)
+    assert found["contacts"] == 0
 
 
 def test_the_rate_is_that_of_the_differences(panda):

@@ -163,8 +163,13 @@ class Servo:
         return self._command()
 
     def __getstate__(self) -> dict[str, Any]:
-        """The arrays of the scene are made again, as those of a robot are."""
-        return {**self.__dict__, "_scene": None}
+        """The state without the tables of robot and world, which ``__setstate__`` makes again: unpickled arrays are writable."""
+        of = self._checker
+        parts = of.description, of.tree, of.attached, of.given, of.found
+        return {**self.__dict__, "_scene": None, "_checker": parts}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({**state, "_checker": Checker(*state["_checker"])})
 
     def warm_up(self) -> None:
         """Compile what a tick needs, or load it, so that no tick does."""
